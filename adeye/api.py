@@ -6,17 +6,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.executor_names import asked_executor
-from adeye.campaign.lookup import find_called
 from adeye.campaign.plan import CampaignPlan, make_plan
-from adeye.campaign.reproduce import Replayed, replay_run
-from adeye.campaign.runner import Progress, run_campaign
-from adeye.engine import DEFAULT_BACKEND
+from adeye.campaign.remote import asked_executor
+from adeye.campaign.replay import Replayed, replay_run
+from adeye.campaign.run import Progress, run_campaign
+from adeye.campaign.summary import find_called
 from adeye.errors import UsageError
-from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
-from adeye.evaluation.stl.table import read_table, table_of
-from adeye.report.compare import compare as compare_architectures
-from adeye.report.options import CompareOptions
+from adeye.judge.stl.table import JudgedTable, Reading, judge_table, read_table, table_of
+from adeye.report.comparison.compare import compare as compare_architectures
+from adeye.report.comparison.records import CompareOptions
+from adeye.simulate.engine import DEFAULT_BACKEND
 from adeye.store.repository import Repository
 from adeye.units import shown
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adeye.campaign.summary import CampaignSummary
-    from adeye.report.comparison import Comparison
+    from adeye.report.comparison.records import Comparison
 
 __all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run", "stl"]
 

@@ -2,47 +2,135 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adeye.campaign.lookup import (
+from adeye.campaign.replay import Execution, rerun
+from adeye.campaign.run import Progress
+from adeye.campaign.stale import find_stale
+from adeye.campaign.summary import (
     campaign_called,
     campaign_of_file,
     find_called,
     is_file_name,
+    planned_as,
 )
-from adeye.campaign.reproduce import Execution, rerun
-from adeye.campaign.runner import Progress
-from adeye.change import change_since
+from adeye.errors import InputError
 from adeye.outputs import write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
 from adeye.report.claims import claims_of
-from adeye.report.compare import compare
-from adeye.report.drive import replay_of
-from adeye.report.exports import check_exports, render_export
+from adeye.report.comparison.compare import compare
 from adeye.report.files import guarding
-from adeye.report.gating import GateResult, judge_campaign, update_baseline
-from adeye.report.html import render_comparison, write_html
-from adeye.report.json_report import render_json
-from adeye.report.junit import render_gate, render_junit
-from adeye.report.margins import Tolerances
-from adeye.report.parts import Label
-from adeye.report.plots import plots_of
-from adeye.report.recorded import replay_events, run_verdicts
+from adeye.report.formats import check_exports, render_export
+from adeye.report.formats.json import render_json
+from adeye.report.formats.junit import render_gate, render_junit
+from adeye.report.gate.baseline import read_baseline
+from adeye.report.gate.changes import Tolerances
+from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
+from adeye.report.impact import impact_of
+from adeye.report.model.evidence import StaleEvidence, StaleFiles
+from adeye.report.model.part import Label
+from adeye.report.page.drive import plots_of, replay_of
+from adeye.report.page.html import render_comparison, write_html
+from adeye.report.verification import replay_events, run_verdicts
+from adeye.store.location import option
 from adeye.store.repository import Repository
-from adeye.sweep.present import named_values
+from adeye.sweep.axes import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
 
+    from adeye.campaign.stale import Staleness
     from adeye.report.claims import ClaimOptions, Claims
-    from adeye.report.comparison import Comparison
-    from adeye.report.model import Report
-    from adeye.report.options import CompareOptions
-    from adeye.report.replay import Replay
-    from adeye.store.rows import VerdictRecord
-    from adeye.store.stored import CampaignInfo
+    from adeye.report.comparison.records import CompareOptions, Comparison
+    from adeye.report.model.evidence import Impact
+    from adeye.report.model.report import Report
+    from adeye.report.page.replay import Replay
+    from adeye.store.records import CampaignInfo, VerdictRecord
+
+# --- What changed since a baseline: the gate's comparison, and the evidence that became stale -----
+
+_SHOWN = 12
+"""Characters of a digest that a command names."""
+
+
+def change_since(
+    repository: Repository, campaign: CampaignInfo, baseline: Path, db: str | Path | None
+) -> Impact:
+    """Tell what changed since a baseline, without executing anything.
+
+    Which evidence became stale depends on the files as they are now, which a campaign alone does
+    not; the gate's part depends on the database and the baseline only.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+        baseline: File that it is compared with.
+        db: How commands name the database; None for the default.
+
+    Raises:
+        InputError: There is no such baseline, or it is of another ODD.
+        IntegrityError: The baseline was edited.
+    """
+    # First, so that a wrong file is said before every row is verified.
+    former = read_baseline(baseline).campaign
+    result = judge_campaign(repository, campaign, baseline, Tolerances())
+    end = option(db)
+    file = shlex.quote(str(baseline))
+    return impact_of(
+        result,
+        former,
+        stale_now(repository, campaign),
+        (
+            f"adeye gate {campaign.id[:_SHOWN]} --baseline {file}{end}",
+            lambda run: f"adeye show {run[:_SHOWN]}{end}",
+        ),
+    )
+
+
+def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | str:
+    """Tell which evidence still counts under the files as they are, or why that is not known.
+
+    Args:
+        repository: The database.
+        campaign: The campaign; its ODD is looked for where it was when it ran.
+    """
+    path = Path(str(campaign.provenance.get("odd_path", "")))
+    if not path.is_file():
+        return f"The ODD of the campaign is no longer at {path}."
+    try:
+        plan = planned_as(campaign, path)
+    except InputError as error:
+        return f"The files cannot be planned as they are now: {error}"
+    return _told(find_stale(repository, plan, campaign), path)
+
+
+def _told(found: Staleness, path: Path) -> StaleFiles:
+    return StaleFiles(
+        odd=str(path),
+        evidence=found.evidence,
+        counts=found.counts,
+        causes=tuple(
+            StaleEvidence(
+                cause=item.cause,
+                subject=item.subject,
+                text=item.text,
+                evidence=item.evidence,
+                runs=item.runs,
+                fsrs=item.fsrs,
+                architectures=item.architectures,
+            )
+            for item in found.stale
+        ),
+        to_judge=found.to_judge,
+        to_replay=found.to_replay,
+        to_execute=found.to_execute,
+    )
+
+
+# --- Write the reports of a campaign: the database's numbers and the runs that a page embeds ------
 
 SECOND = len("YYYY-MM-DDTHH:MM:SS")
 

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 from support.command import drive, ratios, spread
 
-from adeye import engine
 from adeye.campaign.plan import make_plan
+from adeye.simulate import engine
 from adeye.spec.load import load_architecture
 
 if TYPE_CHECKING:

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 ROOT = Path(__file__).resolve().parent.parent
-EVERYTHING = "import adeye.api, adeye.reporting, adeye.traffic.highway, pandas, scipy.stats"
+EVERYTHING = (
+    "import adeye.api, adeye.reporting, adeye.simulate.traffic.highway, pandas, scipy.stats"
+)
 COMMANDS = {
     "python -c pass": [sys.executable, "-c", "pass"],
     "adeye --help": [sys.executable, "-m", "adeye", "--help"],

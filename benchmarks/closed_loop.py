@@ -28,10 +28,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from support.command import drive, ratios, spread
 
-from adeye import engine
 from adeye.campaign.work import evaluate
 from adeye.kernel.random import owner_id, uniform
-from adeye.recorder import Memory
+from adeye.simulate import engine
+from adeye.simulate.recorder import Memory
 from adeye.spec.load import load_odd
 from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario

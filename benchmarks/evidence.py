@@ -25,7 +25,7 @@ from growth import ODD, ROOT, _step
 from support.command import drive, ratios, spread
 
 from adeye.campaign.plan import make_plan
-from adeye.campaign.runner import run_campaign
+from adeye.campaign.run import run_campaign
 from adeye.store import ledger
 from adeye.store.repository import Repository
 

@@ -25,8 +25,8 @@ from typing import Any
 from closed_loop import Size, test_cases
 from support.command import drive, ratios, spread
 
-from adeye import engine
-from adeye.recorder import Memory
+from adeye.simulate import engine
+from adeye.simulate.recorder import Memory
 
 SIZES = (Size(2, 1024, 15.0, 1), Size(5, 1024, 15.0, 1), Size(20, 512, 15.0, 1))
 KERNELS = frozenset(

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 from closed_loop import Size, test_cases
 from support.command import drive
 
-from adeye import engine
-from adeye.evaluation.judge import PART_RUNS
-from adeye.evaluation.metrics import METRICS, compute_metrics
-from adeye.evaluation.series import TraceSeries
-from adeye.recorder import Memory
-from adeye.store.metric_ids import CRITICALITY_IDS
+from adeye.judge.evaluate import PART_RUNS
+from adeye.judge.metrics import METRICS, compute_metrics
+from adeye.judge.series import TraceSeries
+from adeye.simulate import engine
+from adeye.simulate.recorder import Memory
+from adeye.store.tables import CRITICALITY_IDS
 
 if TYPE_CHECKING:
     from adeye.trace import Trace
@@ -49,7 +49,7 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
         later = list(CRITICALITY_IDS)
         groups = {"first": [name for name in METRICS if name not in later], "later": later}
         for family in FAMILIES:
-            module = f"adeye.evaluation.metrics.{family}"
+            module = f"adeye.judge.metrics.{family}"
             groups[family] = [n for n in later if METRICS[n].measure.__module__ == module]
         for names in groups.values():
             seconds(trace, names, ready=True)

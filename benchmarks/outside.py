@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 import yaml
 from support.results import machine, table, write_result
 
-from adeye import engine
 from adeye.campaign import work
 from adeye.campaign.plan import make_plan
+from adeye.simulate import engine
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING
 
 from support.results import machine, table, write_result
 
-from adeye.campaign.blocks import block_size
 from adeye.campaign.check import check_cases
 from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.campaign.run import block_size
 from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
 from adeye.sweep.expand import expand

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from channel_tiers import cut_ins
 from support.command import drive, ratios, spread
 
-from adeye import engine
+from adeye.simulate import engine
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.testing import zoo

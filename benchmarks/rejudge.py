@@ -25,8 +25,8 @@ import yaml
 from support.command import drive
 
 from adeye.campaign.plan import make_plan
-from adeye.campaign.runner import judge_campaign, run_campaign
-from adeye.store.kept_files import folder_of
+from adeye.campaign.run import judge_campaign, run_campaign
+from adeye.store.evidence.roots import folder_of
 
 ROOT = Path(__file__).resolve().parent.parent
 RUNS, FEW = 10_000, 20

@@ -22,10 +22,10 @@ from pydantic import TypeAdapter
 from support.command import drive, ratios, spread
 from support.sensor_scenes import World, worlds_of
 
-from adeye.channels.clustering import Clustering
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext, SensorModel
-from adeye.sensors.rig import BUILT_IN
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.sensors import PhysicalLidar, Sensor, model_name
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from support.made_up import ARCHITECTURES, PART, STRUCTURES, planned, record, re
 from support.results import machine, table, write_result
 
 from adeye.errors import InputError
-from adeye.store.query import run_query
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

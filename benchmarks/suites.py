@@ -27,9 +27,9 @@ import numpy as np
 from closed_loop import ODD, Size, test_cases
 from support.command import drive, ratios, spread
 
-from adeye import engine
-from adeye.channels.clustering import Clustering
-from adeye.recorder import Memory
+from adeye.simulate import engine
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.recorder import Memory
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_odd
 

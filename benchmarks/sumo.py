@@ -26,7 +26,7 @@ import numpy as np
 from closed_loop import GAP_M, LANES, SPEED_MPS, STEP_S, Size, reactive_case
 from support.command import drive, ratios, spread
 
-from adeye.traffic import make_traffic
+from adeye.simulate.traffic import make_traffic
 
 ROOT = Path(__file__).resolve().parent.parent
 ROAD_M = 10_000.0

@@ -24,9 +24,9 @@ import numpy as np
 from support.highway_scenes import STEP, Converted, convert, scene
 from support.results import machine, table, write_result
 
-from adeye.kernel import neighbours as n
 from adeye.kernel.crash import advance_crashing_fast, advance_crashing_reference
 from adeye.kernel.jit import compiled
+from adeye.kernel.traffic import network as n
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

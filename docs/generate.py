@@ -115,8 +115,8 @@ def _variable(item: Any) -> str:
 
 def metrics_page() -> str:
     """Write the table of metrics and of metric series."""
-    from adeye.evaluation.metrics import METRICS
-    from adeye.evaluation.series import SERIES
+    from adeye.judge.metrics import METRICS
+    from adeye.judge.series import SERIES
 
     metrics = [
         [
@@ -164,7 +164,7 @@ def _unit(unit: str) -> str:
 
 def signals_page() -> str:
     """Write the dictionary of signals, with placeholders for the names that users choose."""
-    from adeye.evaluation.series import series_signals
+    from adeye.judge.series import series_signals
     from adeye.signals import architecture_signals, scene_signals
 
     scene = scene_signals(("ACTOR",), 1)
@@ -250,7 +250,7 @@ def _columns(found: Sequence[Sequence[Any]]) -> str:
 
 def report_schema() -> str:
     """Write the JSON Schema of a report."""
-    from adeye.report.json_report import json_schema
+    from adeye.report.formats.json import json_schema
 
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 
@@ -313,7 +313,7 @@ _END: Final = "<!-- /capabilities -->\n"
 
 def readme() -> str:
     """Write the README with the status of every capability as the program tells it."""
-    from adeye.cli.capabilities import CAPABILITIES
+    from adeye.cli.doctor import CAPABILITIES
 
     rows = [
         [item.id, item.text, item.status.value, NOTES[item.id], _proof(item.proof)]
@@ -335,7 +335,7 @@ def _proof(path: str) -> str:
 
 def baseline_schema() -> str:
     """Write the JSON Schema of a baseline, which a report makes and nobody writes."""
-    from adeye.report.baseline import json_schema
+    from adeye.report.gate.baseline import json_schema
 
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 

@@ -91,7 +91,7 @@ def serve(place: str) -> None:
 
 def _load(folder: Path) -> None:
     """Have in memory what verbs import and their machine code: run and report a campaign once."""
-    from adeye.cli.entry import main
+    from adeye.cli.app import main
 
     files = ["--db", str(folder / "once.db"), "--report", str(folder / "once.html")]
     arguments = ["run", str(ROOT / "odd" / "motorway_chauffeur.yaml"), "--quiet", *files]
@@ -137,7 +137,7 @@ def _received(end: socket.socket) -> dict[str, Any]:
 
 
 def _verb(asked: dict[str, Any]) -> int:
-    from adeye.cli.entry import main
+    from adeye.cli.app import main
 
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     os.chdir(asked["folder"])

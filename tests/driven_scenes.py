@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import MODELS, named, parameters_of, vector
-from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.parameters import MODELS, named, parameters_of, vector
+from adeye.kernel.reference_drivers.scenes import SCRATCH_SIZE, drive_scenes
 
 
 def scenes_of(rows: Any) -> Any:

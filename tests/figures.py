@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.store.figures import Figures, Labels, encode_points
+from adeye.store.read.bulk import Figures, Labels, encode_points
 from adeye.store.tables import METRIC_IDS
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 import adeye
-from adeye import engine
 from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.simulate import engine
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

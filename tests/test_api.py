@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from adeye.errors import InputError
-from adeye.evaluation.verdict import ExitCode
+from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 
 if TYPE_CHECKING:

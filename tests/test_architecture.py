@@ -23,11 +23,11 @@ VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data"
 ONE_PLACE = {
     "alembic": ("adeye.store",),
     "cryptography": ("adeye.report",),
-    "highway_env": ("adeye.traffic.highway",),
+    "highway_env": ("adeye.simulate.traffic.highway",),
     "jinja2": ("adeye.report",),
     "pyarrow": ("adeye.report",),
     "rich": ("adeye.cli",),
-    "scipy": ("adeye.evaluation", "adeye.sweep"),
+    "scipy": ("adeye.judge", "adeye.sweep"),
     "sqlalchemy": ("adeye.store",),
     "typer": ("adeye.cli",),
 }

@@ -11,8 +11,8 @@ import pytest
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.work import BatchTask, execute
-from adeye.evaluation.judgement import VERDICTS
-from adeye.sweep.structure import batches
+from adeye.judge.evaluate import VERDICTS
+from adeye.sweep.case import batches
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.campaign import runner
-from adeye.recorder import Memory
-from adeye.sweep.structure import batches, structure_key
+from adeye.campaign import run as runner
+from adeye.simulate import engine
+from adeye.simulate.recorder import Memory
+from adeye.sweep.case import batches, structure_key
 from tests.project import Project, table_hash
 
 if TYPE_CHECKING:

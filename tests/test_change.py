@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.change import change_since, stale_now
 from adeye.errors import InputError, IntegrityError
-from adeye.evaluation.verdict import ExitCode
-from adeye.report.findings import Kind
-from adeye.reporting import GateOptions, gate_campaign, write_reports
+from adeye.judge.verdict import ExitCode
+from adeye.report.gate.baseline import Kind
+from adeye.reporting import GateOptions, change_since, gate_campaign, stale_now, write_reports
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, Project
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.report.impact_parts import Impact, StaleFiles
+    from adeye.report.model.evidence import Impact, StaleFiles
     from tests.conftest import MakeProject
 
 

@@ -12,14 +12,14 @@ import pytest
 import yaml
 
 from adeye.campaign.plan import make_plan
-from adeye.cli.capabilities import CAPABILITIES, Status
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.series import SERIES
-from adeye.evaluation.verdict import ExitCode
+from adeye.cli.doctor import CAPABILITIES, Status
+from adeye.judge.metrics import METRICS
+from adeye.judge.series import SERIES
+from adeye.judge.verdict import ExitCode
+from adeye.simulate.world.check import check_scenario
 from adeye.spec.load import load_scenario, merge
-from adeye.store.query import run_query
+from adeye.store.read.query import run_query
 from adeye.store.views import view_ddl
-from adeye.world.check import check_scenario
 from docs import generate, served, walk
 from tests.postgres import Server
 

@@ -7,18 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.engine import EngineIdentity, identity
 from adeye.errors import UsageError
 from adeye.kernel.sight import ray_box_distance
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_X,
-    EGO_Y,
-    NO_CHANNEL,
-    REQUESTS_AUTHORITY,
-    SILENT,
-)
+from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, NO_CHANNEL, REQUESTS_AUTHORITY, SILENT
+from adeye.simulate import engine
+from adeye.simulate.engine import EngineIdentity, identity
 from tests.project import MINI, Project, run_cases
 
 if TYPE_CHECKING:

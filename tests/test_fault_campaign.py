@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 from adeye.campaign.plan import make_plan
-from adeye.campaign.timing import campaign_injections
+from adeye.campaign.studies.fault_timing import campaign_injections
 from tests.project import ROOT, Executed, Project
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.evaluation.injections import Injection
+    from adeye.judge.timeline import Injection
 
 CAMPAIGN: Final = ROOT / "odd" / "fault_campaign.yaml"
 LEVELS: Final = {1: "corner_radar_out", 2: "rear_camera_out", 3: "front_camera_out"}

@@ -10,19 +10,18 @@ import pytest
 
 from adeye import api
 from adeye.errors import IntegrityError
-from adeye.registry import Part
-from adeye.selftest.bench import DB, Bench, Edit
-from adeye.selftest.measuring import bounded
-from adeye.selftest.project import BARE, DRIVING
-from adeye.sensors.rig import _Guest
-from adeye.store.query import run_query
+from adeye.plugins import Part
+from adeye.selftest.bench import BARE, DB, DRIVING, Bench, Edit
+from adeye.selftest.inputs import bounded
+from adeye.simulate.sensors.rig import _Guest
+from adeye.store.read.query import run_query
 from adeye.trace import Trace
 from tests.sensors.scenes import CAR, scene, scene_context
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.evaluation.verdict import ExitCode
+    from adeye.judge.verdict import ExitCode
     from adeye.signals import Measurement, Scene
 
 OSCILLATES = Edit(BARE, "flaw: none", "flaw: oscillates")
@@ -256,7 +255,7 @@ class Reusing:
 
 
 def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
-    from adeye.sensors.delivery import no_measurement
+    from adeye.simulate.sensors.delivery import no_measurement
 
     context = scene_context([CAR], step=0.1)
     made = no_measurement(1, 1, with_estimate=False)

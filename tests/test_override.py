@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.override import overriding
 from adeye.ports import SwitchContext
 from adeye.signals import (
     NO_CHANNEL,
@@ -19,9 +18,10 @@ from adeye.signals import (
     SILENT,
     ControlCommand,
 )
+from adeye.simulate.switch import make_switch
+from adeye.simulate.switch.override import overriding
 from adeye.spec.switch import Switch
 from adeye.sweep.case import AuthorityOverride
-from adeye.switch import make_switch
 from tests.project import run_cases
 
 if TYPE_CHECKING:

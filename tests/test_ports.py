@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import SafetyChannel
 from adeye.ports import ChannelContext, ControlChannel, MetricColumn, Parameters
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.safety import SafetyChannel
 from adeye.testing.scenes import straight_road
 
 

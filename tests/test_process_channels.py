@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import blocks, runner
-from adeye.campaign.reproduce import replay_run
-from adeye.channels.process import MOST_PROGRAMS
+from adeye.campaign import run as blocks
+from adeye.campaign import run as runner
+from adeye.campaign.replay import replay_run
 from adeye.errors import UsageError
+from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.testing import feed, zoo
 from tests.project import CANDIDATE, Project, table_hash
 

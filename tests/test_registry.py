@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from adeye import registry
+from adeye import plugins as registry
 from adeye.errors import SpecError
-from adeye.registry import load_part, plugins_digest, read_file, require, validate_parameters
+from adeye.plugins import load_part, plugins_digest, read_file, require, validate_parameters
 
 CHANNEL = """
 from adeye.ports import Parameters as Base

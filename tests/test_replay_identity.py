@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.campaign import runner
-from adeye.campaign.reproduce import replay_run
+from adeye.campaign import run as runner
+from adeye.campaign.replay import replay_run
 from tests.project import Project, table_hash
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from adeye.errors import InputError, UsageError
-from adeye.evaluation.verdict import ExitCode
+from adeye.judge.verdict import ExitCode
 from adeye.reporting import read_report, write_replay, write_reports
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
@@ -17,8 +17,8 @@ from tests.project import Executed, count_rows, table_hash
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.campaign.runner import Progress
-    from adeye.report.model import Report
+    from adeye.campaign.run import Progress
+    from adeye.report.model.report import Report
 
 
 @pytest.fixture(scope="module")

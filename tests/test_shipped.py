@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.dead import moves
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.metrics import moves
 from tests.figures import figures_of
 from tests.project import CANDIDATE, ROOT, Executed, Project
 

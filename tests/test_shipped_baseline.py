@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.campaign.plan import make_plan
-from adeye.cli.entry import main
-from adeye.evaluation.verdict import ExitCode
-from adeye.report.baseline import read_baseline
+from adeye.cli.app import main
+from adeye.judge.verdict import ExitCode
+from adeye.report.gate.baseline import read_baseline
 from tests.project import ROOT
 
 if TYPE_CHECKING:

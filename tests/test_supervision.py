@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import Interrupted, PluginError, SpecError, Terminated, UsageError
-from adeye.selftest.bench import Bench, Edit
-from adeye.selftest.project import BARE, DRIVING
+from adeye.selftest.bench import BARE, DRIVING, Bench, Edit
 from adeye.supervision import guest, is_asked
 from tests.processes import wait_for_the_end
 from tests.project import ROOT
@@ -294,7 +293,7 @@ def test_interruption_that_a_plugin_raises_is_as_any_other_exception(
 
 @pytest.mark.parametrize("error", ["GeneratorExit", "SystemExit(0)", "asyncio.CancelledError"])
 def test_whatever_an_import_raises_is_an_error_of_the_plugin(tmp_path: Path, error: str) -> None:
-    from adeye.registry import load_part
+    from adeye.plugins import load_part
 
     (tmp_path / "part.py").write_text(f"import asyncio\nraise {error}\n")
     with pytest.raises(SpecError, match=r"part\.py:2:1") as raised:
@@ -303,7 +302,7 @@ def test_whatever_an_import_raises_is_an_error_of_the_plugin(tmp_path: Path, err
 
 
 def test_program_that_is_left_by_a_stray_exit_is_not_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    from adeye.cli import entry
+    from adeye.cli import app as entry
 
     def leave(*_: Any) -> None:
         raise SystemExit(0)

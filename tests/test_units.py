@@ -11,15 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import UnitError
-from adeye.units import (
-    UNITS,
-    Dimension,
-    convert,
-    format_quantity,
-    parse_quantity,
-    shown,
-    units_of,
-)
+from adeye.units import UNITS, Dimension, convert, format_quantity, parse_quantity, shown, units_of
 
 
 @pytest.mark.parametrize(

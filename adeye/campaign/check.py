@@ -5,59 +5,111 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel
 
-from adeye.campaign.authorship import author
 from adeye.campaign.parts import load_code, named_files
-from adeye.channels.factory import make_channel
-from adeye.errors import (
-    ExpressionError,
-    InputError,
-    SourceLocation,
-    SpecError,
-    SweepError,
-    suggest,
-)
-from adeye.faults.plan import TIME_TOLERANCE
+from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, SweepError, suggest
 from adeye.identity import digest
-from adeye.kernel.clock import tick_times
-from adeye.spec.budget import budgets_of
+from adeye.kernel.relation import tick_times
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.faults.schedule import TIME_TOLERANCE
+from adeye.simulate.world.check import check_scenario, check_worlds, parameters_used
+from adeye.simulate.world.storyboard import trigger_variables
 from adeye.spec.clock import ticks
-from adeye.spec.columns import may_hold
-from adeye.spec.expression import to_program
-from adeye.spec.faults.sensing import SensorFault
-from adeye.spec.faults.switch import Late
+from adeye.spec.concept import budgets_of
+from adeye.spec.expression import Expression, may_hold, to_program
+from adeye.spec.fault import Late
 from adeye.spec.load import load_architecture, shipped
 from adeye.spec.plausible import BOUNDS, implausible
 from adeye.spec.quantity import require_dimension
-from adeye.sweep.axes import default_values
+from adeye.spec.sensor_faults import SensorFault
+from adeye.sweep.axes import AxisReader, default_values
 from adeye.sweep.case import content_digest
-from adeye.sweep.columns import World
+from adeye.sweep.expand import World
 from adeye.units import Dimension, parse_quantity
-from adeye.world.check import check_scenario, check_worlds, parameters_used
-from adeye.world.triggers import trigger_variables
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from adeye.campaign.parts import Parts
     from adeye.signals import Floats
+    from adeye.simulate.world.check import Finding
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept
+    from adeye.spec.document import Loc
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
-    from adeye.spec.misplaced import Loc
     from adeye.spec.odd import ScenarioUse
     from adeye.spec.plausible import Implausible
+    from adeye.spec.quantity import Record
     from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.axes import Kind
     from adeye.sweep.expand import Expansion
-    from adeye.sweep.sections import Section
-    from adeye.sweep.shared import Shared
-    from adeye.world.check import Finding
+    from adeye.sweep.groups import Group, Section, Shared
+
+# --- Who wrote a value of a file that an ODD varies: the place in the ODD, if the ODD did ---------
+
+Path = tuple[str, ...]
+
+
+def author(
+    files: OddFiles, group: Group, record: Record, path: Path, kind: Kind = "scenario"
+) -> SourceLocation | None:
+    """Find the axis or fixed value of an ODD behind a value of a scenario or another file.
+
+    It is the one that wrote the value or a part above it; else one whose parameter the formula
+    there uses; else one that wrote into the same section, because what is wrong may be wrong
+    together. Of several the last in the ODD.
+
+    Args:
+        files: The ODD and everything it names.
+        group: Whose points are looked at.
+        record: With what the ODD writes into it.
+        path: Dotted path of the value below the record, as the sweep writes it.
+        kind: Of the record.
+
+    Returns:
+        None if the ODD has no part in it.
+    """
+    written = [*_written(files, group, kind)]
+    formula = _at(record, path)
+    names = formula.names if isinstance(formula, Expression) else frozenset()
+    wrote = [where for _, own, where in written if own and path[: len(own)] == own]
+    used = [where for name, own, where in written if not own and name in names]
+    beside = [where for _, own, where in written if own and path[:1] == own[:1]]
+    return next((found[-1] for found in (wrote, used, beside) if found), None)
+
+
+def _written(files: OddFiles, group: Group, of: Kind) -> Iterator[tuple[str, Path, SourceLocation]]:
+    """List name, path (empty for a parameter) and place of what the ODD gives a record."""
+    reader = AxisReader(files, group.use.name, group.scenario)
+    number = files.odd.spec.scenarios.index(group.use)
+    for name in group.use.parameters:
+        where = files.odd.locate(("scenarios", number, "parameters", name))
+        kind, path = reader.resolve(name, where)
+        if kind in {"parameter", of}:
+            yield name, path, where
+    for axis in group.axes:
+        if axis.kind in {"parameter", of}:
+            yield axis.name, axis.path, axis.where
+
+
+def _at(record: Any, path: Path) -> Any:
+    """Return what a record has at a dotted path; None if there is no such thing."""
+    for part in path:
+        children = record if isinstance(record, Mapping) else getattr(record, "__dict__", {})
+        if part not in children:
+            return None
+        record = children[part]
+    return record
+
+
+# --- Check what a plan would simulate before anything runs: formulas, onsets, values, plug-ins ----
 
 BATCH = 1_024
 FASTEST = parse_quantity(BOUNDS["rate"][1], Dimension.FREQUENCY)

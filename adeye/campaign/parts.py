@@ -1,38 +1,59 @@
-"""Plug-ins and monitors of an architecture, loaded and checked at plan time."""
+"""Plug-ins and monitors of an architecture, loaded and checked at plan time.
+
+A result names the code that it was executed with by the hash that the plan took. What is executed
+is read when a block begins, and a channel may read its files at any tick, so a result counts only
+if everything is still as planned after its block.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from importlib.machinery import PathFinder
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
-from adeye.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
-from adeye.channels.factory import make_channel, plugin_channel
-from adeye.channels.policy.channel import load_policy
-from adeye.channels.process import command_files, find_program
-from adeye.errors import SpecError
-from adeye.registry import (
+from adeye.errors import IntegrityError, SpecError, UsageError
+from adeye.judge.metrics import METRICS, register_metric
+from adeye.plugins import (
     Loc,
     Part,
     ReadFile,
+    files_digest,
     load_part,
+    package_files,
     plugins_digest,
     read_file,
     require,
+    source_digest,
+    source_files,
     validate_parameters,
 )
+from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
+from adeye.simulate.channels.factory import make_channel, plugin_channel
+from adeye.simulate.channels.policy import load_policy
+from adeye.simulate.channels.process.channel import command_files, find_program
 from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
+from adeye.store.plugin_metrics import is_free
+from adeye.supervision import guest
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
+    from collections.abc import Iterator, Sequence
 
-    from adeye.ports import ControlChannel
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.judge.metrics.registry import Measure
+    from adeye.judge.series import TraceSeries
+    from adeye.ports import ControlChannel, MetricColumn
     from adeye.spec.architecture import Architecture
-    from adeye.spec.load import Loaded
+    from adeye.spec.load import Loaded, OddFiles
+
+# --- Plug-ins and monitors of an architecture, loaded and checked at plan time --------------------
 
 
 @dataclass(frozen=True)
@@ -201,3 +222,279 @@ def _plugin(
             where=loaded.locate((*loc, "parameters", *place)),
         )
     return part
+
+
+# --- Plug-ins without importing them: what packages offer, and what an ODD names, with code
+# hashes.
+
+GROUP: Final = "adeye."
+"""Beginning of the groups of entry points that packages offer parts in, such as
+``adeye.channels``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offered:
+    """A part that an installed package offers; nothing uses it until a file names ``source``.
+
+    Attributes:
+        name: As the package calls it.
+        kind: What of: the group behind ``adeye.``.
+        package: The distribution.
+        version: Of the distribution.
+        source: ``module:Class``, as an ODD or architecture would name it.
+    """
+
+    name: str
+    kind: str
+    package: str
+    version: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A part that an ODD or one of its architectures names.
+
+    Attributes:
+        source: ``module:Class`` or ``./file.py:Class``, as written.
+        kind: channel, sensor, policy or metric.
+        owner: The file that names it, as the user wrote its path.
+        digest: sha256 of the file, or of all files of the package; empty if it is not found.
+    """
+
+    source: str
+    kind: str
+    owner: str
+    digest: str
+
+
+def offered() -> tuple[Offered, ...]:
+    """List what installed packages offer, from their metadata alone."""
+    found = {
+        Offered(
+            item.name,
+            item.group.removeprefix(GROUP),
+            item.dist.name if item.dist is not None else "",
+            item.dist.version if item.dist is not None else "",
+            item.value,
+        )
+        for group in entry_points().groups
+        if group.startswith(GROUP)
+        for item in entry_points(group=group)
+    }
+    return tuple(sorted(found, key=lambda item: (item.kind, item.name, item.source)))
+
+
+def named(files: OddFiles) -> tuple[Named, ...]:
+    """List the plug-ins that an ODD and its architectures name; none is imported."""
+    found = {
+        Named(source, kind, str(owner), _digest(source, owner.parent))
+        for owner, kind, source in _sources(files)
+    }
+    return tuple(sorted(found, key=lambda item: (item.owner, item.kind, item.source)))
+
+
+def _sources(files: OddFiles) -> Iterator[tuple[Path, str, str]]:
+    for source in files.odd.spec.plugins:
+        yield files.odd.path, "metric", source
+    for loaded in files.architectures.values():
+        for sensor in loaded.spec.sensors.values():
+            if isinstance(sensor, PluginSensor):
+                yield loaded.path, "sensor", sensor.kind
+        for channel in loaded.spec.channels.values():
+            if isinstance(channel, PluginChannel):
+                yield loaded.path, "channel", channel.kind
+            if isinstance(channel, PolicyChannel):
+                yield loaded.path, "policy", channel.parameters.policy
+
+
+def _digest(source: str, folder: Path) -> str:
+    """Hash the code behind a name as ``registry`` does when it loads it."""
+    module = source.rpartition(":")[0]
+    try:
+        if module.endswith(".py"):
+            return hashlib.sha256((folder / module).resolve().read_bytes()).hexdigest()
+        # The finder of files only looks; import_module would execute the package.
+        spec = PathFinder.find_spec(module.partition(".")[0])
+        if spec is None:
+            return ""
+        folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+        origin = Path(spec.origin or "")
+        return files_digest(package_files(folders) if folders else [(origin.name, origin)])
+    except (OSError, ValueError):
+        return ""
+
+
+# --- Metrics from outside the package: loaded as the ODD lists them, in every process -------------
+
+_REGISTERED: Final[dict[str, tuple[str, str]]] = {}
+"""Name of the plug-in and digest of its source behind each column that is not built in."""
+
+
+def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
+    """Register the metrics of an ODD, and those of no other ODD.
+
+    The uid of each gets the digest of its source, so that a verdict on it is of this very code.
+
+    Args:
+        names: Entry points, ``module:Class`` or ``./file.py:Class``.
+        folder: Folder of the ODD's file.
+
+    Returns:
+        What was loaded.
+
+    Raises:
+        SpecError: There is no such class, or it is no metric.
+        UsageError: It lacks an attribute, has one that is not allowed, or its column is taken.
+    """
+    parts = tuple(load_part(name, folder) for name in names)
+    wanted = {(part.name, part.source_digest) for part in parts}
+    for column in [key for key, owner in _REGISTERED.items() if owner not in wanted]:
+        del METRICS[column]
+        del _REGISTERED[column]
+    for part in parts:
+        owner = (part.name, part.source_digest)
+        if owner in _REGISTERED.values():
+            continue
+        require(part, "metric", ("compute",))
+        before = set(METRICS)
+        with guest(part.name, "metric"):
+            register_metric(part.obj)
+        for column in set(METRICS) - before:
+            found = METRICS[column]
+            if not is_free(column):
+                del METRICS[column]
+                raise UsageError(
+                    f"metric {found.uid}: column {column!r} is a word of SQL or of the database",
+                    remedy="Give it a name of its own with its unit, such as top_speed_mps.",
+                )
+            uid = f"{found.uid}#{part.source_digest[:12]}"
+            measure = _visiting(part.name, found.measure)
+            METRICS[column] = replace(found, uid=uid, measure=measure, plugin=part.name)
+            _REGISTERED[column] = owner
+    return parts
+
+
+def _visiting(name: str, measure: Measure) -> Measure:
+    """Say who works while a metric is computed."""
+
+    def visit(series: TraceSeries) -> MetricColumn:
+        with guest(name):
+            return measure(series)
+
+    return visit
+
+
+def plugin_of(column: str) -> str | None:
+    """Name the plug-in that a metric comes from; None for a built-in one."""
+    owner = _REGISTERED.get(column)
+    return None if owner is None else owner[0]
+
+
+# --- Notice that code or a file of a plug-in is changed on disk while a campaign runs -------------
+
+_Signature = tuple[tuple[str, int, int, int, int], ...]
+"""Of each file: path, inode, size, and when content and entry were last written [ns]."""
+
+_GONE: Final = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A plug-in or a file that one reads, as the plan found it.
+
+    Attributes:
+        name: As the user wrote it.
+        user: Who names it: an architecture, or the ODD.
+        folder: Folder of the file that names it.
+        digest: Hash when the campaign was planned.
+        path: Of a file that a plug-in reads; None for code.
+    """
+
+    name: str
+    user: str
+    folder: Path
+    digest: str
+    path: Path | None = None
+
+    def paths(self) -> list[Path]:
+        """List the files behind it."""
+        if self.path is not None:
+            return [self.path]
+        try:
+            return [path for _, path in source_files(self.name, self.folder)]
+        except SpecError:  # the module's file has gone
+            return []
+
+    def is_as_planned(self) -> bool:
+        """Hash it again and compare."""
+        try:
+            if self.path is None:
+                return source_digest(self.name, self.folder) == self.digest
+            with self.path.open("rb") as stream:
+                return hashlib.file_digest(stream, "sha256").hexdigest() == self.digest
+        except (OSError, SpecError):
+            return False
+
+
+class Unchanged:
+    """Compares plug-ins and the files that they read with what the plan found.
+
+    A file is hashed again only if the system says that it was written, so that asking after each
+    block costs next to nothing.
+    """
+
+    def __init__(self, plan: CampaignPlan | Iterable[Source]) -> None:
+        """Take down what a plan found, or was told to have found; nothing is compared yet."""
+        found = plan if isinstance(plan, Iterable) else sources(plan)
+        self._seen: dict[Source, _Signature | None] = dict.fromkeys(found)
+
+    def check(self) -> None:
+        """Compare.
+
+        Raises:
+            IntegrityError: A file is not as planned.
+        """
+        for source, before in self._seen.items():
+            # Taken before the hash: what is written between is noticed by the next comparison.
+            now = _signature(source)
+            if now == before:
+                continue
+            if not source.is_as_planned():
+                raise IntegrityError(
+                    f"{source.name}, which {source.user} names, was changed after the campaign was "
+                    f"planned{_written(before, now)}. Results since the last block that was saved "
+                    "are thrown away; run again to go on with what is there now."
+                )
+            self._seen[source] = now
+
+
+def sources(plan: CampaignPlan) -> Iterator[Source]:
+    """List the plug-ins of a plan and the files that they read."""
+    for name, parts in plan.parts.items():
+        user = f"architecture {name}"
+        for part in parts.plugins:
+            yield Source(part.name, user, plan.folders[name], part.source_digest)
+        for file in parts.files:
+            yield Source(file.name, user, plan.folders[name], file.digest, file.path)
+        for part in parts.metrics:
+            yield Source(part.name, "the ODD", plan.path.parent, part.source_digest)
+
+
+def _signature(source: Source) -> _Signature:
+    found = []
+    for path in source.paths():
+        try:
+            told = path.stat()
+        except OSError:
+            found.append((str(path), _GONE, _GONE, _GONE, _GONE))
+        else:
+            found.append((str(path), told.st_ino, told.st_size, told.st_mtime_ns, told.st_ctime_ns))
+    return tuple(found)
+
+
+def _written(before: _Signature | None, now: _Signature) -> str:
+    """Name the files that were written: of a package only those of which that is known."""
+    known = before or (now if len(now) > 1 else ())
+    changed = sorted({item[0] for item in set(now) ^ set(known)})
+    return f": {', '.join(changed)}" if changed else ""

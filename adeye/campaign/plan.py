@@ -1,11 +1,20 @@
-"""Plan a campaign: load, check everything that can be checked, count; nothing is executed."""
+"""Plan a campaign: load, check everything that can be checked, count; nothing is executed.
+
+Nothing is taken from the environment but the name of the user: it may hold secrets.
+"""
 
 from __future__ import annotations
 
+import getpass
+import platform
+import subprocess
+from collections import defaultdict
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
+from importlib.metadata import PackageNotFoundError, version
+from itertools import chain, groupby, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.check import (
     check_cases,
@@ -17,34 +26,357 @@ from adeye.campaign.check import (
     same_architectures,
     same_scenarios,
 )
-from adeye.campaign.content import FOLDERS, Contents
-from adeye.campaign.factors import axes_text, design_counts
-from adeye.campaign.metrics import use_plugin_metrics
-from adeye.campaign.parts import Parts, load_parts
-from adeye.campaign.provenance import provenance
-from adeye.campaign.sample import Sample, check_half_step, choose, judged_with
+from adeye.campaign.parts import Parts, load_parts, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
-from adeye.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
-from adeye.errors import InputError, SpecError
-from adeye.evaluation.requirements import CheckedRequirement, JudgedPlan, check_requirements
-from adeye.spec.faults.idle import idle_faults
+from adeye.errors import InputError, IntegrityError, SpecError
+from adeye.judge.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.judge.uncertainty import judged_digest
+from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
+from adeye.spec.architecture import Architecture
+from adeye.spec.fault import FAULT, idle_faults
 from adeye.spec.load import OddFiles, load_odd
-from adeye.store.planned import PlannedCases
-from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
+from adeye.spec.odd import Attributes, Distribution
+from adeye.spec.quantity import SI, Record
+from adeye.spec.scenario import LogicalScenario
+from adeye.store.block import PlannedCases
+from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
+from adeye.store.write.content import FOLDER
 from adeye.sweep.axes import quantity_or_text
-from adeye.sweep.declared import data_digests
-from adeye.sweep.expand import Expansion, expand
-from adeye.sweep.sequence import LazyCases
-from adeye.sweep.structure import structure_key
+from adeye.sweep.case import AuthorityOverride, TestCase, structure_key
+from adeye.sweep.design import axis_words
+from adeye.sweep.distributions import data_digests
+from adeye.sweep.expand import Expansion, LazyCases, expand
+from adeye.sweep.groups import NO_FAULT, check_rates, check_times
 from adeye.units import Dimension
+from adeye.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from adeye.registry import Part
+    from adeye.plugins import Part
     from adeye.signals import SignalType
-    from adeye.spec.faults.idle import Injected
-    from adeye.sweep.case import TestCase
+    from adeye.spec.fault import Injected
+    from adeye.spec.odd import Odd
+    from adeye.store.records import StoredCase
+    from adeye.sweep.design import Points
+
+# --- Which runs are executed with half the step, too, and which verdicts they are for -------------
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The runs of one scenario and architecture that are executed with half the step too.
+
+    Attributes:
+        scenario: Id in the ODD.
+        architecture: Id.
+        ordinals: Of the test cases, in the order of their situations' digests.
+        results: Result digests of the test cases.
+    """
+
+    scenario: str
+    architecture: str
+    ordinals: tuple[int, ...]
+    results: tuple[str, ...]
+
+
+def choose(
+    expansion: Expansion, engines: Mapping[str, EngineKey], situations: int
+) -> tuple[Sample, ...]:
+    """Choose the sample of each scenario and architecture.
+
+    A situation is in it without a fault and with one of its fault entries, as far as it has them.
+
+    Args:
+        expansion: The test cases.
+        engines: Engine by architecture id.
+        situations: How many are chosen, or all if there are fewer.
+    """
+    found: dict[tuple[str, str], list[tuple[str, bool, str, int]]] = defaultdict(list)
+    for section in expansion.sections:
+        has_fault = section.group.entry != NO_FAULT
+        for columns in expansion.columns(section.first, section.end):
+            key = columns.shared.scenario_id, columns.shared.architecture.architecture
+            ordinals = range(columns.first, columns.first + len(columns))
+            found[key] += [
+                (situation, has_fault, case, ordinal)
+                for situation, case, ordinal in zip(
+                    columns.situation_digest, columns.digest, ordinals, strict=True
+                )
+            ]
+    samples: list[Sample] = []
+    for (scenario, architecture), cases in found.items():
+        # Of one situation there are as many test cases as fault entries, times what the sweep
+        # varies in an architecture.
+        alike = groupby(sorted(cases), key=lambda item: item[0])
+        several = (list(items) for _, items in islice(alike, situations))
+        chosen = [next(kind) for items in several for _, kind in groupby(items, lambda at: at[1])]
+        results = engines[architecture].result_digests([case for *_, case, _ in chosen])
+        of_plan = tuple(ordinal for *_, ordinal in chosen)
+        samples.append(Sample(scenario, architecture, of_plan, tuple(results)))
+    return tuple(samples)
+
+
+def check_half_step(files: OddFiles) -> None:
+    """Refuse an ODD whose clock cannot tick twice as fast.
+
+    Raises:
+        SpecError: A time has too many ticks then.
+    """
+    half = files.odd.spec.step / 2.0
+    try:
+        for architecture in files.architectures.values():
+            check_rates(architecture.spec, half)
+        for scenario in files.scenarios.values():
+            check_times(scenario.spec, half)
+    except SpecError as error:
+        raise SpecError(
+            f"uncertainty asks for runs with half the step, {half:g} s; {error.message}",
+            where=files.odd.locate(("uncertainty",)),
+            remedy=error.remedy,
+        ) from error
+
+
+def judged_with(
+    requirement: CheckedRequirement, samples: Sequence[Sample]
+) -> dict[tuple[str, str], str]:
+    """Give the digest that verdicts with the uncertainty have, by architecture and scenario."""
+    return {
+        (sample.architecture, sample.scenario): judged_digest(requirement.digest, sample.results)
+        for sample in samples
+        if concerns(requirement, sample)
+    }
+
+
+def concerns(requirement: CheckedRequirement, sample: Sample) -> bool:
+    """Whether an FSR is judged on the scenario and architecture of a sample."""
+    named = requirement.requirement.scenarios
+    is_applicable = sample.architecture not in requirement.not_applicable
+    return is_applicable and (not named or sample.scenario in named)
+
+
+# --- How the test cases of a scenario were counted, as it is stored with a campaign ---------------
+
+
+def axes_text(odd: Odd, scenario: str) -> dict[str, str]:
+    """Write the axes of a scenario with their levels or distributions.
+
+    Args:
+        odd: The ODD.
+        scenario: Id of the scenario in it.
+    """
+    use = next(item for item in odd.scenarios if item.name == scenario)
+    axes: dict[str, str] = {}
+    for name, axis in use.sweep.parameters.items():
+        if isinstance(axis, tuple):
+            axes[name] = ", ".join(map(str, axis))
+        elif isinstance(axis, Distribution):
+            axes[name] = axis_words(axis.model_dump(mode="json"))
+        else:
+            axes[name] = f"{axis.start} to {axis.to}, step {axis.step}"
+    for point in use.sweep.points:
+        for name, value in point.items():
+            axes[name] = f"{axes[name]}, {value}" if name in axes else str(value)
+    return axes
+
+
+def design_counts(points: Points) -> dict[str, int]:
+    """Count what a design looked at for its points, for what may be said about them."""
+    if points.drawn is not None:
+        return {"drawn": points.drawn, "kept": points.count}
+    tuples = points.tuples
+    if tuples is None:
+        return {}
+    return {
+        "strength": tuples.strength,
+        "tuples": tuples.total,
+        "feasible_tuples": tuples.feasible,
+    }
+
+
+# --- Where a campaign comes from: tool, packages, machine and processor, git state, who -----------
+
+_PROCESSORS: Final = Path("/proc/cpuinfo")
+
+PACKAGES: Final = (
+    "alembic", "gymnasium", "highway-env", "jinja2", "llvmlite", "numba", "numpy", "pandas",
+    "pydantic", "pyyaml", "rich", "scipy", "sqlalchemy", "typer",
+)  # fmt: skip
+"""What adeye depends on, and what compiles its kernels."""
+# A repository may name a program that watches its files; looking at it starts none.
+_QUIET = ("-c", "core.fsmonitor=false", "--no-optional-locks")
+
+
+def provenance(odd_path: Path) -> dict[str, Any]:
+    """Collect what a reader needs to trust or repeat a campaign.
+
+    Args:
+        odd_path: The ODD's file, whose git state is noted.
+    """
+    return {
+        "adeye": __version__,
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "host": platform.node(),
+        "libm": " ".join(platform.libc_ver()).strip(),
+        "cpu": processor(),
+        "packages": {name: _version(name) for name in PACKAGES},
+        "git": git_state(odd_path.resolve().parent),
+        "odd_path": odd_path.as_posix(),
+        "who": _user(),
+    }
+
+
+@cache
+def processor() -> dict[str, Any]:
+    """Name, kind and features of the processor, as the compiler of the kernels sees them."""
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features()
+    return {
+        "name": _model() or platform.processor() or platform.machine(),
+        "kind": llvm.get_host_cpu_name(),
+        "features": sorted(name for name, is_there in features.items() if is_there),
+    }
+
+
+def _model() -> str:
+    try:
+        lines = _PROCESSORS.read_text("utf-8", "replace").splitlines()
+    except OSError:
+        return ""
+    found = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(found, "")
+
+
+def git_state(folder: Path) -> dict[str, Any]:
+    """Commit of the repository that a folder is in and whether it has changes; empty if none."""
+    commit = _git(folder, "rev-parse", "HEAD")
+    if not commit:
+        return {}
+    return {"commit": commit, "is_dirty": bool(_git(folder, "status", "--porcelain"))}
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    try:
+        done = subprocess.run(  # noqa: S603 - no shell, our own words
+            ["git", *_QUIET, "-C", str(folder), *arguments],  # noqa: S607 - the user's own git
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return ""
+
+
+# --- Test cases as stored content and back: what makes a run reproducible from the database alone -
+
+FOLDERS: Final = "plugin_folders"
+"""Key of a campaign's provenance: folder of each architecture's file, which names its plug-ins.
+
+Not in what is stored of the architecture: its digest would hang on where the files are.
+"""
+
+
+class Contents:
+    """Makes one content record for each scenario or architecture record of a plan."""
+
+    def __init__(self) -> None:
+        self._made: dict[int, tuple[Record, ContentRecord]] = {}
+
+    def scenario(self, scenario: LogicalScenario) -> ContentRecord:
+        """Describe a scenario, overrides applied."""
+        version = scenario.provenance.version
+        return self._of(scenario, scenario.scenario, version)
+
+    def architecture(self, architecture: Architecture) -> ContentRecord:
+        """Describe an architecture, overrides applied."""
+        return self._of(architecture, architecture.architecture, "")
+
+    def _of(self, record: Record, name: str, version: str) -> ContentRecord:
+        known = self._made.get(id(record))
+        if known is None or known[0] is not record:
+            known = (record, ContentRecord(name, version, record.model_dump(mode="json")))
+            self._made[id(record)] = known
+        return known[1]
+
+
+def recreate(
+    stored: StoredCase, scenario_id: str, odd: Mapping[str, Any], *, inside_odd: bool
+) -> TestCase:
+    """Make a test case from what the database holds.
+
+    Args:
+        stored: The test case.
+        scenario_id: Id of the scenario in the ODD.
+        odd: Stored content of the ODD.
+        inside_odd: Whether its planned attributes lie inside the ODD.
+
+    Raises:
+        IntegrityError: What comes out has another digest than what went in.
+    """
+    architecture = {name: value for name, value in stored.architecture.items() if name != FOLDER}
+    fork = stored.fork
+    case = TestCase(
+        scenario_id=scenario_id,
+        scenario=LogicalScenario.model_validate(stored.scenario, context=SI),
+        parameters=dict(stored.parameters),
+        architecture=Architecture.model_validate(architecture, context=SI),
+        faults=tuple(FAULT.validate_python(fault, context=SI) for fault in stored.faults),
+        fault_entry=stored.fault_entry,
+        replicate=stored.replicate,
+        seed=stored.seed,
+        step=stored.step_s,
+        point={},
+        inside_odd=inside_odd,
+        attributes=Attributes.model_validate(odd["attributes"], context=SI),
+        override=None if fork is None else AuthorityOverride(fork.from_tick, fork.authority),
+    )
+    if case.digest != stored.test_case:
+        raise IntegrityError(
+            f"test case {stored.test_case[:12]} does not come out of the database as it went in"
+        )
+    return case
+
+
+def folder_of_plugins(
+    stored: StoredCase, provenances: Iterable[Mapping[str, Any]], architecture: str
+) -> Path:
+    """Find the folder of the file that names the plug-ins of a test case.
+
+    Args:
+        stored: The test case; it tells where the folder was if an older release stored it.
+        provenances: Where the campaign was planned and executed; the first folder counts that is
+            there, else the first.
+        architecture: Id of the architecture.
+    """
+    told = (item.get(FOLDERS, {}).get(architecture) for item in provenances)
+    first: Path | None = None
+    for name in chain((stored.architecture.get(FOLDER),), told):
+        if name is not None:
+            first = first or Path(name)
+            if Path(name).is_dir():
+                return Path(name)
+    return first or Path()
+
+
+# --- Plan a campaign: load, check everything that can be checked, count; nothing is executed ------
 
 SUFFIXES = {
     Dimension.LENGTH: "m",

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.campaign.executors import Processes
-from adeye.campaign.runner import Progress
+from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
-from adeye.engine import run as run_batch
 from adeye.errors import PlatformError
-from adeye.kernel.clock import tick_times
 from adeye.kernel.jit import mark_cache_warm
+from adeye.kernel.relation import tick_times
+from adeye.simulate.engine import run as run_batch
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:

@@ -2,37 +2,50 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import platform
 import threading
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.campaign.basis import basis_block
-from adeye.campaign.happenings import happenings
-from adeye.campaign.keeping import keep_traces
-from adeye.campaign.metrics import plugin_of, use_plugin_metrics
-from adeye.engine import run as run_batch
+from adeye.campaign.events import happenings
+from adeye.campaign.parts import plugin_of, use_plugin_metrics
+from adeye.campaign.traces import keep_traces
 from adeye.errors import AdeyeError, PluginError
-from adeye.evaluation.judge import Evaluation, evaluate_trace
-from adeye.evaluation.metrics.statuses import status_codes
-from adeye.evaluation.outcome import END_REASONS
-from adeye.evaluation.requirements import (
+from adeye.judge.evaluate import Evaluation, evaluate_trace
+from adeye.judge.extremes import EXTREME, SAMPLES, Extremes
+from adeye.judge.metrics import METRICS
+from adeye.judge.metrics.registry import status_codes
+from adeye.judge.outcome import END_REASONS
+from adeye.judge.requirements import (
+    JUDGE_VERSION,
     CheckedRequirement,
     compile_requirement,
     requirement_digest,
 )
-from adeye.evaluation.source import TraceSignals
+from adeye.judge.trace_signals import TraceSignals
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
-from adeye.recorder import Memory
+from adeye.kernel.relation import tick_times
+from adeye.simulate.engine import run as run_batch
+from adeye.simulate.recorder import Memory
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.sensors import model_name
-from adeye.store.block import JudgedBlock, MetricBlock, PluginBlock, RunBlock, VerdictBlock
-from adeye.store.columns import Dictionary, Texts
+from adeye.store.block import (
+    BasisBlock,
+    ExtremeBlock,
+    JudgedBlock,
+    MetricBlock,
+    PluginBlock,
+    RunBlock,
+    VerdictBlock,
+)
+from adeye.store.encoding import Dictionary, Texts
 from adeye.store.tables import METRIC_IDS
 from adeye.supervision import is_asked
 
@@ -40,17 +53,113 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from adeye.campaign.keeping import Keep
-    from adeye.evaluation.judgement import JudgementColumns
-    from adeye.evaluation.uncertainty import NumericUncertainty
+    from adeye.campaign.traces import Keep
+    from adeye.judge.evaluate import JudgementColumns
+    from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.architecture import Architecture
     from adeye.spec.channels import Channel
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
-    from adeye.store.rows import EngineKey
+    from adeye.store.records import EngineKey
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
 
+# --- Between what judging finds in traces and what the database keeps of it to judge again --------
+
+
+def basis_block(evaluation: Evaluation, files: Sequence[tuple[str, int] | None] = ()) -> BasisBlock:
+    """Describe what judging the runs of a batch again depends on.
+
+    Args:
+        evaluation: Of the batch.
+        files: Where its traces are kept; empty for nowhere.
+    """
+    frame = evaluation.frame
+    parts = list(evaluation.extremes.items())
+    counts = [len(item.run) for _, item in parts]
+    run, row, value, actor = (
+        np.concatenate([getattr(item, name) for _, item in parts])
+        if parts
+        else np.zeros((0, SAMPLES)[: 1 if name == "run" else 2], dtype=np.int64)
+        for name in ("run", "row", "value", "actor")
+    )
+    names = Dictionary((*frame.objects, None))
+    return BasisBlock(
+        version=JUDGE_VERSION,
+        uids={name: METRICS[name].uid for name in evaluation.metrics},
+        by_contact=frame.by_contact,
+        invalid=Texts.of(frame.invalid),
+        extremes=ExtremeBlock(
+            run=run,
+            measure=Texts(
+                np.repeat(np.arange(len(parts)), counts), Dictionary([name for name, _ in parts])
+            ),
+            value=value[:, EXTREME].astype(np.float64),
+            time_s=np.where(
+                row[:, EXTREME] >= 0, tick_times(row[:, EXTREME], frame.step_s), np.nan
+            ),
+            actor=Texts(actor[:, EXTREME], names),
+            samples=Texts.of(
+                [text for _, item in parts for text in _samples_texts(item, frame.objects)]
+            ),
+        ),
+        files=tuple(files),
+    )
+
+
+def _samples_texts(found: Extremes, objects: Sequence[str]) -> list[str]:
+    """Write the samples of each run as JSON: row, status, value and actor of each, and the end."""
+    texts: list[str] = []
+    columns = (found.row, found.status, found.value, found.actor)
+    for rows, statuses, values, actors, is_cut in zip(
+        *(column.tolist() for column in columns), found.is_cut.tolist(), strict=True
+    ):
+        samples = [
+            None
+            if row < 0
+            else [
+                row,
+                status,
+                None if math.isnan(value) else value,
+                objects[actor] if actor >= 0 else None,
+            ]
+            for row, status, value, actor in zip(rows, statuses, values, actors, strict=True)
+        ]
+        texts.append(json.dumps([samples, is_cut], ensure_ascii=False, separators=(",", ":")))
+    return texts
+
+
+def extremes_of(stored: Sequence[Any], objects: dict[str, int]) -> Extremes:
+    """Read the samples of runs.
+
+    Args:
+        stored: Of each run, as parsed JSON.
+        objects: Numbers of objects by name; unknown names are added.
+    """
+    row = np.full((len(stored), SAMPLES), -1, dtype=np.int64)
+    status = np.zeros((len(stored), SAMPLES), dtype=np.int64)
+    value = np.full((len(stored), SAMPLES), np.nan)
+    actor = np.full((len(stored), SAMPLES), -1, dtype=np.int64)
+    for run, (samples, _) in enumerate(stored):
+        for place, sample in enumerate(samples):
+            if sample is None:
+                continue
+            row[run, place], status[run, place] = sample[0], sample[1]
+            if sample[2] is not None:
+                value[run, place] = sample[2]
+            if sample[3] is not None:
+                actor[run, place] = objects.setdefault(sample[3], len(objects))
+    return Extremes(
+        run=np.arange(len(stored)),
+        row=row,
+        value=value,
+        status=status,
+        actor=actor,
+        is_cut=np.array([item[1] for item in stored], dtype=np.bool_),
+    )
+
+
+# --- The work of one block: run the closed loop, measure, judge, and describe it for the database -
 
 SEEN: Final = "first_detection_distance_m"
 """Metric whose object is the one that matters when it is seen."""

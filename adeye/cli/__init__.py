@@ -1,5 +1,5 @@
 """The command line: ``adeye VERB``; each verb parses, calls one function and prints."""
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 
 __all__ = ["main"]

@@ -2,17 +2,143 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.datasette import metadata
-from adeye.cli.options import Db, Json, RunId, add
-from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, talk
+from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew
+from adeye.cli.output import (
+    clean,
+    emit,
+    emit_document,
+    emit_fields,
+    emit_json,
+    emit_table,
+    talk,
+    wrote,
+)
 
 if TYPE_CHECKING:
-    from adeye.store.roots import Root
+    from adeye.store.evidence.roots import Root
+
+# --- ``db metadata``: what datasette needs to show a database: titles, units, saved queries -------
+
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        envvar="ADEYE_OUTPUT",
+        callback=named,
+        help="File to write, such as metadata.json; default: standard output.",
+    ),
+]
+
+_VIEWS: Final = {
+    "v_architecture_pairs": "two architectures in the same situation with the same fault",
+    "v_campaigns": "one row a campaign; recency is 1 for the one that was planned last",
+    "v_case_counts": "planned test cases and results by scenario, architecture, side of the ODD",
+    "v_check": "one row a finding of 'adeye check'",
+    "v_coverage": "test cases planned, done and exercising an FSR, by fault entry",
+    "v_element_causes": "what an element can fail by",
+    "v_faults": "one row a run with a fault that 'adeye faults' looked at: class and times",
+    "v_forks": "one row a fork of a run: who acts from when on, what that told",
+    "v_fsr_causes": "what the elements that an FSR is allocated to can fail by",
+    "v_fsr_goals": "goals of an FSR, with its time budgets",
+    "v_fsr_status": "one row an FSR, architecture and scenario: runs by verdict, folded verdict",
+    "v_gate": "one row a mandatory FSR and architecture: the folded verdict behind the exit code",
+    "v_goal_asil": "the highest ASIL that a safety goal calls for, 0 for QM to 4 for D",
+    "v_goal_events": "hazardous events of a safety goal",
+    "v_hazard_asil": "the ASIL that follows from the classes of a hazardous event",
+    "v_preventability": "one row a run and the drive of a reference driver in its situation",
+    "v_runs": "one row a run: parameters and verdicts in JSON, outcome, metrics",
+    "v_timeline": "one row an event of a run",
+    "v_uncertainty": "what half the step changes, and the numeric uncertainty that follows",
+    "v_verdicts": "one row a run and FSR; NOT_RUN where there is no result",
+}
+
+
+def metadata(db: Db = None, *, output: Output = None) -> None:
+    """Write the metadata for datasette: what views are, units of columns, saved queries.
+
+    Then 'datasette adeye.db --metadata metadata.json' shows the database in a browser.
+    """
+    from adeye.outputs import write_atomically
+
+    text = json.dumps(document(db), indent=1, ensure_ascii=False)
+    if output is None:
+        emit_document(text)
+        return
+    write_atomically(f"{text}\n".encode(), output)
+    wrote(output)
+
+
+def document(db: str | None) -> dict[str, Any]:
+    """Describe a database in the form of datasette's ``metadata.json``.
+
+    Raises:
+        InputError: There is no such database, or it is on a server.
+        PlatformError: It cannot be read.
+    """
+    from adeye.cli.queries import SAVED
+    from adeye.errors import UsageError
+    from adeye.store.location import locate
+    from adeye.store.read.query import run_query
+    from adeye.store.views import PREFIX
+
+    path = locate(db).path
+    if path is None:
+        raise UsageError(
+            "datasette shows files of SQLite, and this database is on a server",
+            remedy="Name a file with --db.",
+        )
+    views = run_query(db, "SELECT name FROM sqlite_master WHERE type = 'view' ORDER BY name").rows
+    tables: dict[str, Any] = {}
+    for (view,) in views:
+        # The name is that of a view of ours, or one that somebody made: it is quoted either way.
+        quoted = '"' + view.replace('"', '""') + '"'
+        columns = run_query(db, f"SELECT * FROM {quoted} LIMIT 0").columns  # noqa: S608
+        text = _VIEWS.get(view, "")
+        if not text and view.startswith(PREFIX):
+            text = "v_runs of one scenario, with one typed column for each parameter"
+        if not text and view.startswith("v_check_"):
+            text = "findings of one rule of 'adeye check'"
+        tables[view] = {"description": text, "columns": _columns(columns)}
+    queries = {
+        name: {"title": name, "description": item.text, "sql": item.sql}
+        for name, item in SAVED.items()
+    }
+    return {
+        "title": "adeye",
+        "description": "Results of adeye. Columns are in SI; the views are the stable interface. "
+        "The canned queries are about the latest campaign.",
+        "databases": {path.stem: {"tables": tables, "queries": queries}},
+    }
+
+
+def _columns(names: tuple[str, ...]) -> dict[str, str]:
+    """Say what columns mean and which unit they have, where there is something to say."""
+    from adeye.store.read.export import TABLES, metric_columns, unit_of
+
+    known = {item.name: item for table in TABLES.values() for item in table.columns}
+    known |= {item.name: item for item in metric_columns()}
+    described: dict[str, str] = {}
+    for name in names:
+        item = known.get(name)
+        unit = unit_of(name) if item is None else item.unit
+        text = "" if item is None else item.text
+        said = " ".join(part for part in (text, f"[{unit}]" if unit else "") if part)
+        if said:
+            described[name] = said
+    return described
+
+
+# --- ``db upgrade|info|verify|merge|copy|metadata|grant``; ``db prove|withdraw``: runs as
+# evidence.
 
 _INTEGRITY = 4
 
@@ -103,7 +229,7 @@ def verify(db: Db = None, json: Json = False) -> None:
 
     Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
     """
-    from adeye.campaign.artefacts import altered_files, left_files
+    from adeye.campaign.traces import altered_files, left_files
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
@@ -212,10 +338,10 @@ def merge(
     Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
     5 database or disk.
     """
-    from adeye.store.kept_files import folder_of
+    from adeye.store.evidence.roots import folder_of
     from adeye.store.location import locate
-    from adeye.store.merging import origin_of, require_source
     from adeye.store.repository import Repository
+    from adeye.store.write.merge import origin_of, require_source
 
     merged = []
     place = locate(into)
@@ -273,7 +399,7 @@ def copy(
     Exit codes: 0 copied, 2 no such campaign, or the new database has some already, 4 something was
     altered or is missing, 5 database or disk.
     """
-    from adeye.campaign.artefacts import copy_campaigns
+    from adeye.campaign.traces import copy_campaigns
     from adeye.store.location import locate
     from adeye.store.repository import Repository
 
@@ -302,8 +428,8 @@ def grant(
     """
     from adeye.errors import UsageError
     from adeye.store.location import locate
-    from adeye.store.server_query import READER
-    from adeye.store.server_query import grant as grant_reading
+    from adeye.store.read.query import READER
+    from adeye.store.read.query import grant as grant_reading
 
     location = locate(db)
     if not location.is_server:
@@ -339,3 +465,184 @@ add(
     "adeye db copy --campaign 3 --to keep.db",
     "adeye db copy --campaign 3f9c2a --campaign 7 --to release.db --db team.db",
 )
+
+
+# --- ``manifest write|verify|keygen``: what a report rests on, with hashes and a signature --------
+
+SIGNATURE = ".sig"
+
+manifest_app = typer.Typer(
+    help="Sign the evidence of a campaign, and check what was signed.", no_args_is_help=True
+)
+
+_Files = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--file",
+        metavar="FILE",
+        envvar="ADEYE_MANIFEST_FILE",
+        help="Report or other file to name; may be repeated.",
+    ),
+]
+_Manifest = Annotated[Path, typer.Argument(metavar="MANIFEST", help="File of the manifest.")]
+
+
+def write(
+    campaign: CampaignId = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            envvar="ADEYE_MANIFEST_OUTPUT",
+            callback=named_anew,
+            help="The manifest.",
+        ),
+    ] = Path("manifest.json"),
+    file: _Files = None,
+    sign: Annotated[
+        Path | None,
+        typer.Option(
+            "--sign",
+            metavar="KEYFILE",
+            envvar="ADEYE_SIGNING_KEY",
+            help="Private Ed25519 key in PEM; signs into FILE.sig.",
+        ),
+    ] = None,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Write the manifest of a complete campaign: its Merkle root, and hashes of rows and files."""
+    from adeye.outputs import guarded, write_atomically
+    from adeye.report.formats.manifest import fingerprint, make_manifest
+    from adeye.report.formats.manifest import sign as signed
+    from adeye.store.repository import Repository
+
+    signature_path = output.with_name(output.name + SIGNATURE)
+    name = f"{SIGNATURE} of --output"
+    with guarded({name: None if sign is None else signature_path}, renewed=name):
+        with Repository.open(db, create=False) as repository:
+            chosen = repository.find_campaign(campaign)
+            content = make_manifest(repository, chosen, file or (), output.parent)
+        # Signed first: a key that cannot be used leaves nothing behind.
+        signature = None if sign is None else signed(content, sign)
+        write_atomically(content, output)
+        if signature is not None:
+            write_atomically(signature, signature_path)
+    if json:
+        told = None if signature is None else str(signature_path)
+        shown = {"campaign": chosen.id, "manifest": str(output), "signature": told}
+        emit_json("manifest-write", {**shown, "sha256": fingerprint(content)})
+        return
+    emit(clean(f"{output}: sha256 {fingerprint(content)}"))
+    if signature is not None:
+        emit(clean(f"{signature_path}: signed"))
+
+
+def verify_manifest(
+    manifest: _Manifest,
+    key: Annotated[
+        Path | None,
+        typer.Option(
+            "--key",
+            metavar="KEYFILE",
+            envvar="ADEYE_PUBLIC_KEY",
+            help="Public Ed25519 key of the signer, in PEM.",
+        ),
+    ] = None,
+    unsigned: Annotated[
+        bool,
+        typer.Option(
+            "--unsigned", envvar="ADEYE_UNSIGNED", help="Check the hashes without a signature."
+        ),
+    ] = False,
+    files_only: Annotated[
+        bool,
+        typer.Option(
+            "--files-only",
+            envvar="ADEYE_FILES_ONLY",
+            help="Look at the named files, not at a database.",
+        ),
+    ] = False,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Check that manifest, files, rows and traces are those that were signed.
+
+    Exit codes: 0 they are, 4 something differs or the signature is not that of the key.
+    """
+    from contextlib import ExitStack
+
+    from adeye.errors import UsageError
+    from adeye.report.formats.manifest import differing, fingerprint, read_manifest, require_signed
+    from adeye.store.repository import Repository
+
+    if (key is None) != unsigned:
+        raise UsageError(
+            "manifest verify: needs either --key or --unsigned",
+            remedy="Name the public key of the signer.",
+        )
+    content, document = read_manifest(manifest)
+    signature = manifest.with_name(manifest.name + SIGNATURE)
+    signer = None if key is None else require_signed(content, signature, key)
+    with ExitStack() as opened:
+        repository = None
+        if not files_only:
+            repository = opened.enter_context(Repository.open(db, create=False))
+        found = tuple(differing(document, manifest.parent, repository))
+    if json:
+        told = {"campaign": document["campaign"], "root": document["root"], "signer": signer}
+        emit_json("manifest-verify", {**told, "sha256": fingerprint(content), "findings": found})
+    else:
+        for line in found:
+            emit(clean(line))
+        if not found:
+            by = "unsigned" if signer is None else f"signed with key {signer[:16]}"
+            emit(clean(f"{manifest}: everything is as it says, {by}."))
+    if found:
+        talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
+        raise typer.Exit(_INTEGRITY)
+
+
+def keygen(
+    private: Annotated[
+        Path,
+        typer.Option(
+            "--private",
+            metavar="FILE",
+            envvar="ADEYE_KEYGEN_PRIVATE",
+            callback=named,
+            help="Private key.",
+        ),
+    ] = Path("adeye-signing.pem"),
+    public: Annotated[
+        Path,
+        typer.Option(
+            "--public",
+            metavar="FILE",
+            envvar="ADEYE_KEYGEN_PUBLIC",
+            callback=named,
+            help="Public key.",
+        ),
+    ] = Path("adeye-signing.pub.pem"),
+) -> None:
+    """Make a pair of Ed25519 keys in PEM; keep the private one away from the repository."""
+    from adeye.report.formats.manifest import write_keys
+
+    emit(clean(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}"))
+
+
+add(
+    manifest_app,
+    write,
+    "adeye manifest write --file report.html",
+    "adeye manifest write -o out/manifest.json --file out/report.html --sign signing.pem",
+)
+add(
+    manifest_app,
+    verify_manifest,
+    "adeye manifest verify manifest.json --key signing.pub.pem",
+    "adeye manifest verify manifest.json --unsigned --files-only",
+)
+add(manifest_app, keygen, "adeye manifest keygen --private signing.pem --public signing.pub.pem")

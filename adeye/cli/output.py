@@ -11,19 +11,187 @@ import os
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
-from adeye.cli.apart import results
-from adeye.cli.narrow import stacked, widths_of
-from adeye.report.cells import clean as clean
-from adeye.report.cells import csv_cell
+from adeye.outputs import laid
+from adeye.report.words import clean as clean
+from adeye.report.words import csv_cell
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rich.text import Text
 
-    from adeye.evaluation.verdict import Verdict
+    from adeye.judge.verdict import Verdict
+
+# --- How a table fits a terminal: how wide its columns are, and what it is where they do not fit --
+
+BREAKABLE: Final = 14
+"""Longer words of texts may be broken; numbers and headers never are. Our choice."""
+_INDENT: Final = "  "
+
+
+def widths_of(
+    headers: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    right: Collection[str],
+    available: int,
+) -> list[int] | None:
+    """Choose how wide each column is, so that no short word is broken.
+
+    Args:
+        headers: Names of the columns.
+        rows: Cells as they are shown.
+        right: Headers of columns of numbers.
+        available: Columns of the terminal that all of them may take together.
+
+    Returns:
+        Widths, as wide as their cells if all fit; None if even the least do not fit.
+
+    >>> widths_of(("a", "Number"), [("one two", "1")], ("Number",), 20)
+    [7, 6]
+    >>> widths_of(("a", "Number"), [("one two", "1")], ("Number",), 10)
+    [4, 6]
+    >>> widths_of(("a", "Number"), [("one two", "1")], ("Number",), 8)
+    """
+    columns = list(zip(*rows, strict=True)) if rows else [()] * len(headers)
+    wide = [max(map(len, (header, *cells))) for header, cells in zip(headers, columns, strict=True)]
+    least = [
+        max(_longest_word(header), *(_least(cell, header in right) for cell in cells), 1)
+        for header, cells in zip(headers, columns, strict=True)
+    ]
+    if sum(wide) <= available:
+        return wide
+    if sum(least) > available:
+        return None
+    room = available - sum(least)
+    whole = [
+        max(width, *map(_longest_word, cells), 1)
+        for width, cells in zip(least, columns, strict=True)
+    ]
+    # First whole words, where little is missing; then lines, where much is.
+    for place in sorted(range(len(least)), key=lambda place: whole[place] - least[place]):
+        given = min(room, whole[place] - least[place])
+        least[place] += given
+        room -= given
+    for _ in range(room):
+        lacks = [full - width for full, width in zip(wide, least, strict=True)]
+        least[lacks.index(max(lacks))] += 1
+    return least
+
+
+def _least(cell: str, is_number: bool) -> int:
+    return len(cell) if is_number else min(BREAKABLE, _longest_word(cell))
+
+
+def _longest_word(text: str) -> int:
+    return max(map(len, text.split()), default=0)
+
+
+def stacked(
+    headers: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    right: Collection[str],
+    available: int,
+) -> Iterator[str]:
+    r"""Write each row as a heading and, below it, names and values, for a narrow terminal.
+
+    The heading is what stands before the first number, of a table without numbers its first cell.
+
+    >>> print("\n".join(stacked(("a", "b", "n"), [("x", "y", "1")], ("n",), 20)))
+    x, y
+      n: 1
+    """
+    first = next((place for place, header in enumerate(headers) if header in right), 1)
+    lead = max(1, first)
+    for row in rows:
+        yield ", ".join(cell for cell in row[:lead] if cell)
+        line = ""
+        for header, cell in zip(headers[lead:], row[lead:], strict=True):
+            part = f"{header}: {cell}"
+            if line and len(_INDENT) + len(line) + len(part) + 2 > available:
+                yield f"{_INDENT}{line},"
+                line = part
+            else:
+                line = f"{line}, {part}" if line else part
+        if line:
+            yield f"{_INDENT}{line}"
+
+
+# --- Standard output kept for results: what code from outside prints goes to standard error -------
+
+_STDOUT: Final = 1
+_apart: list[TextIO] = []
+
+
+def results() -> TextIO | None:
+    """Return the stream that results are written to."""
+    return _apart[-1] if _apart else sys.stdout
+
+
+class _Shared(io.TextIOWrapper):
+    """A stream of all code from outside: who closes it leaves it to the others."""
+
+    def close(self) -> None:
+        """Write what is still to be written."""
+        self.flush()
+
+
+@contextmanager
+def results_apart() -> Iterator[None]:
+    """Give results a stream of their own, and lay standard output onto standard error.
+
+    A plug-in that prints, or a library below it, cannot get between the lines of a document; nor
+    can one that closes its output. Worker processes inherit what is laid here. Where the streams
+    are no files, as in a notebook, nothing changes.
+    """
+    normal = sys.stdout
+    if _apart or normal is None or sys.stderr is None:
+        yield
+        return
+    try:
+        error, outputs = sys.stderr.fileno(), {normal.fileno(), _STDOUT}
+        normal.flush()
+        kept = {output: os.dup(output) for output in outputs}
+    except (OSError, ValueError):
+        yield
+        return
+    own = os.dup(kept[normal.fileno()])
+    with open(own, "w", encoding=normal.encoding, errors=normal.errors) as stream:  # noqa: PTH123 - a descriptor
+        _apart.append(stream)
+        for output in outputs:
+            os.dup2(error, output)
+        laid.update(dict.fromkeys(outputs, own))
+        printed = open(os.dup(error), "wb")  # noqa: PTH123, SIM115 - a descriptor
+        sys.stdout = _Shared(printed, normal.encoding, normal.errors, line_buffering=True)
+        try:
+            yield
+        finally:
+            sys.stdout = normal
+            printed.close()
+            laid.clear()
+            _apart.pop()
+            # One that was closed meanwhile may be somebody else's by now.
+            with suppress(OSError, ValueError):
+                normal.flush()
+            for output, before in kept.items():
+                if _is_same(output, error):
+                    os.dup2(before, output)
+                os.close(before)
+
+
+def _is_same(one: int, other: int) -> bool:
+    """Tell whether two descriptors are of one file."""
+    with suppress(OSError):
+        return os.path.samestat(os.fstat(one), os.fstat(other))
+    return False
+
+
+# --- What the verbs print: results to standard output, talk to standard error, names made
+# harmless.
 
 NONE: Final = "\N{EN DASH}"
 """Shown where there is no value."""
@@ -227,7 +395,7 @@ def verdict_cell(verdict: Verdict | None) -> Text:
     """Write a verdict with its sign, so that none is told by colour alone."""
     from rich.text import Text
 
-    from adeye.evaluation.verdict import Verdict
+    from adeye.judge.verdict import Verdict
     from adeye.report.words import SYMBOLS, verdict_word
 
     styles = {Verdict.PASS: "green", Verdict.FAIL: "bold red", None: "dim"}

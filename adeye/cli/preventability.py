@@ -2,20 +2,273 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import Db, Json, Quiet
-from adeye.cli.output import clean, emit, emit_json, emit_table, plain, short
+from adeye.cli.options import Db, Json, Quiet, named, write_rows
+from adeye.cli.output import clean, emit, emit_json, emit_table, plain, short, talk, wrote
 from adeye.cli.progress import watching
-from adeye.cli.reference import EditionName, names_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from adeye.campaign.preventability import Preventability
-    from adeye.evaluation.preventability import Cell
+    from adeye.analysis.reference_cases import Floats, Question
+    from adeye.campaign.studies.preventability import Preventability
+    from adeye.judge.preventability import Cell
+
+# --- ``reference``: which scenes of a CSV file the reference drivers of UN R157 master ------------
+
+CasesFile = Annotated[
+    Path, typer.Argument(metavar="CASES", help="CSV file with a header and one scene per row.")
+]
+ReferenceModels = Annotated[
+    str,
+    typer.Option(
+        "--models",
+        metavar="NAMES",
+        envvar="ADEYE_MODELS",
+        help="Reference drivers, with commas between: cc, fsm, rss, reg157.",
+    ),
+]
+EditionName = Annotated[
+    str,
+    typer.Option(
+        "--edition",
+        metavar="NAME",
+        envvar="ADEYE_EDITION",
+        help="Rules: r157, r157-01, eu-2022-1426 or eu-2022-1426-standing.",
+    ),
+]
+VariantNames = Annotated[
+    str,
+    typer.Option(
+        "--variant",
+        metavar="NAMES",
+        envvar="ADEYE_REFERENCE_VARIANT",
+        help="Differences of code to the text, with commas between; jrc, esmini: all of one.",
+    ),
+]
+SceneName = Annotated[
+    str,
+    typer.Option(
+        "--scene",
+        metavar="KIND",
+        envvar="ADEYE_SCENE",
+        help="What the rows are: cut_in, cut_out or deceleration.",
+    ),
+]
+Step = Annotated[
+    float,
+    typer.Option(
+        "--step", metavar="SECONDS", envvar="ADEYE_STEP", help="Length of a tick, 0.001 to 0.1 s."
+    ),
+]
+Integrator = Annotated[
+    str,
+    typer.Option(
+        "--integrator",
+        metavar="NAME",
+        envvar="ADEYE_INTEGRATOR",
+        help="exact, or semi-implicit as in the published code.",
+    ),
+]
+OutputFile = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        envvar="ADEYE_OUTPUT",
+        callback=named,
+        help="Write one row per scene with contact and impact speed of each model.",
+    ),
+]
+
+
+@dataclass
+class _Progress:
+    """Scenes driven so far."""
+
+    total: int
+    phase: str = "driving scenes"
+    done: int = 0
+    failures: int = 0
+
+
+def reference(
+    cases: CasesFile,
+    *,
+    models: ReferenceModels = "cc,fsm,rss,reg157",
+    edition: EditionName = "r157-01",
+    variant: VariantNames = "",
+    scene: SceneName = "cut_in",
+    step: Step = 0.01,
+    integrator: Integrator = "exact",
+    output: OutputFile = None,
+    json: Json = False,
+) -> None:
+    """Let the reference drivers of UN R157 drive scenes, without a campaign.
+
+    Cut-in, cut-out and braking lead, in closed form or tick by tick: for each scene and driver
+    whether there is a contact, at what speed, and the least gap. A benchmark, not a proof: that a
+    model avoids a contact does not tell that a driver would.
+    """
+    from adeye.analysis.reference_cases import (
+        Question,
+        answers,
+        check_question,
+        drive,
+        obligations,
+        read,
+    )
+
+    question = Question(
+        scene=scene,
+        models=names_in(models),
+        edition=edition,
+        variant=names_in(variant),
+        step=step,
+        integrator=integrator,
+    )
+    check_question(question)
+    rows, scenes = read(cases, scene)
+    header = [] if output is None else [*rows[0], *answers(cases, rows[0], question)]
+    progress = _Progress(len(scenes) * len(question.models))
+    results: dict[str, Floats] = {}
+    with watching() as report:
+
+        def told(count: int) -> None:
+            progress.done += count
+            report(progress)
+
+        for model in question.models:
+            results[model] = drive(scenes, question, model, threads=os.cpu_count() or 1, told=told)
+    duty = obligations(scenes, edition) if scene == "cut_in" else None
+    _warn(scenes, edition)
+    if output is not None:
+        _write(output, header, rows, results, duty)
+        wrote(output)
+    if json:
+        emit_json("reference", _document(question, results, duty))
+    else:
+        _print_reference(question, results, duty)
+
+
+def names_in(text: str) -> tuple[str, ...]:
+    """Return the names between the commas, each once."""
+    return tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+def _warn(scenes: Floats, edition: str) -> None:
+    from adeye.kernel.reference_drivers.parameters import EDITIONS, S_EGO_SPEED
+
+    rules = EDITIONS[edition]
+    count = int((scenes[:, S_EGO_SPEED] > rules.highest_speed * (1.0 + 1e-9)).sum())
+    if count:
+        limit = rules.highest_speed * 3.6
+        talk(f"{count} of {len(scenes)} scenes are faster than {limit:.0f} km/h, beyond {edition}")
+
+
+def _word(value: float) -> str:
+    """Return what a mark of 1, 0 or NaN says."""
+    return "undecided" if value != value else ("yes" if value else "no")  # noqa: PLR0124 - NaN
+
+
+def _cells(result: Sequence[float]) -> list[str]:
+    contact, speed, gap, braking = (float(value) for value in result)
+    return [
+        _word(contact),
+        "" if speed != speed else f"{speed:.6g}",  # noqa: PLR0124 - NaN
+        "" if gap == float("inf") else f"{gap:.6g}",
+        "" if braking != braking else f"{braking:.6g}",  # noqa: PLR0124 - NaN
+    ]
+
+
+def _write(
+    path: Path,
+    header: Sequence[str],
+    rows: Sequence[Mapping[str, str]],
+    results: Mapping[str, Floats],
+    duty: Floats | None,
+) -> None:
+    lines = []
+    for k, row in enumerate(rows):
+        line = [*row.values()]
+        for result in results.values():
+            line += _cells(result[k])
+        lines.append(line if duty is None else [*line, _word(duty[k])])
+    write_rows(header, lines, path)
+
+
+def _counts(results: Mapping[str, Floats], duty: Floats | None) -> list[dict[str, Any]]:
+    counts = []
+    for model, result in results.items():
+        contact = result[:, 0] == 1.0
+        counts.append(
+            {
+                "model": model,
+                "scenes": len(result),
+                "contacts": int(contact.sum()),
+                "undecided": int((result[:, 0] != result[:, 0]).sum()),
+                "must_be_avoided": None if duty is None else int((duty == 1.0).sum()),
+                "contacts_against_the_rule": (
+                    None if duty is None else int((contact & (duty == 1.0)).sum())
+                ),
+            }
+        )
+    return counts
+
+
+def _document(
+    question: Question, results: Mapping[str, Floats], duty: Floats | None
+) -> dict[str, Any]:
+    marks = {1.0: True, 0.0: False}
+    cases = []
+    for k in range(len(next(iter(results.values())))):
+        case: dict[str, Any] = {
+            model: {
+                "contact": marks.get(float(result[k, 0])),
+                "impact_speed_mps": float(result[k, 1]),
+                "min_gap_m": float(result[k, 2]),
+                "braking_time_s": float(result[k, 3]),
+            }
+            for model, result in results.items()
+        }
+        if duty is not None:
+            case["must_be_avoided"] = marks.get(float(duty[k]))
+        cases.append(case)
+    return {
+        "scene": question.scene,
+        "edition": question.edition,
+        "variant": list(question.variant),
+        "step_s": question.step,
+        "integrator": question.integrator,
+        "models": _counts(results, duty),
+        "cases": cases,
+    }
+
+
+def _print_reference(
+    question: Question, results: Mapping[str, Floats], duty: Floats | None
+) -> None:
+    counts = _counts(results, duty)
+    names = [name for name in counts[0] if counts[0][name] is not None]
+    headers = [name.replace("_", " ") for name in names]
+    emit_table(
+        headers,
+        [[count[name] for name in names] for count in counts],
+        title=f"{question.scene} by {question.edition}"
+        + (f", {', '.join(question.variant)}" if question.variant else ""),
+        right=headers[1:],
+    )
+    emit("A benchmark, not a proof: what no model masters may still be avoidable.")
+
+
+# --- ``preventability``: would a reference driver have avoided what the architecture did not? -----
 
 SHOWN: Final = 20
 """Findings that are listed; JSON has all."""
@@ -97,7 +350,7 @@ def preventability(
     Exit codes: 0 done, also with findings; 2 no such run, campaign, model or edition; 4 a result
     contradicts the database.
     """
-    from adeye.campaign.preventability import prevent
+    from adeye.campaign.studies.preventability import prevent
     from adeye.units import Dimension, parse_quantity
 
     limit = None if threshold is None else parse_quantity(threshold, Dimension.ACCELERATION)
@@ -115,10 +368,10 @@ def preventability(
     if json:
         emit_json("preventability", {"edition": edition, **plain(found)})
         return
-    _print(found)
+    _print_preventability(found)
 
 
-def _print(found: Preventability) -> None:
+def _print_preventability(found: Preventability) -> None:
     for model, count in found.looked_at.items():
         what = f" (contact, or more than {found.threshold_mps2[model]:.2f} m/s² required)"
         emit(

@@ -11,8 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.completion import complete_campaigns, complete_queries
-from adeye.cli.options import Db, Json
+from adeye.cli.options import (
+    CampaignId,
+    Db,
+    Json,
+    complete_campaigns,
+    complete_queries,
+    named,
+    named_place,
+)
 from adeye.cli.output import (
     clean,
     csv_text,
@@ -25,10 +32,12 @@ from adeye.cli.output import (
     talk,
     wrote,
 )
-from adeye.cli.writing import named
 
 if TYPE_CHECKING:
-    from adeye.store.query import QueryResult
+    from adeye.report.formats.tables import Written
+    from adeye.store.read.query import QueryResult
+
+# --- ``query``: one SELECT over the views, read-only and bounded, or a saved one by its name ------
 
 _NAME: Final = re.compile(r"[\w-]+")
 _ROWS: Final = 10_000
@@ -127,7 +136,7 @@ def query(
     if list_saved or sql is None:
         _list(wanted, output)
         return
-    from adeye.store.query import run_query
+    from adeye.store.read.query import run_query
 
     about = _about(db, campaign)
     statement = _statement(sql, about)
@@ -203,7 +212,7 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
 def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
     """Say why a saved query has no rows, if that is for want of what it asks about."""
     from adeye.cli.queries import SAVED
-    from adeye.store.query import run_query
+    from adeye.store.read.query import run_query
 
     saved = SAVED.get(sql)
     if saved is None:
@@ -257,7 +266,7 @@ def _document(result: QueryResult) -> dict[str, Any]:
 def _save(result: QueryResult, wanted: Format, output: Path) -> None:
     """Write rows to a file, as a whole or not at all."""
     from adeye.outputs import replacing, write_atomically
-    from adeye.report.table_files import open_table, typed_columns
+    from adeye.report.formats.tables import open_table, typed_columns
 
     if wanted is Format.json:
         text = json_text("query", _document(result))
@@ -289,3 +298,103 @@ def _distinct(columns: tuple[str, ...]) -> list[str]:
             name = f"{column}_{number}"
         names.append(name)
     return names
+
+
+# --- ``export``: a campaign as typed tables for DuckDB, pandas and others, in files of their kind -
+
+
+class FileFormat(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a StrEnum
+    """Form of files."""
+
+    parquet = "parquet"
+    csv = "csv"
+    jsonl = "jsonl"
+
+
+class Table(str, Enum):  # noqa: UP042 - see above
+    """What is exported."""
+
+    runs = "runs"
+    verdicts = "verdicts"
+    events = "events"
+    fsr_status = "fsr_status"
+
+
+ExportOutput = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FOLDER|FILE",
+        envvar="ADEYE_OUTPUT",
+        callback=named_place,
+        help="Folder for a file per table, or one file in .parquet, .csv or .jsonl.",
+    ),
+]
+ExportFormat = Annotated[
+    FileFormat | None,
+    typer.Option(
+        "--format",
+        "-f",
+        envvar="ADEYE_EXPORT_FORMAT",
+        help="Form of the files; default: how FILE ends, parquet for a folder.",
+    ),
+]
+Tables = Annotated[
+    list[Table] | None,
+    typer.Option(
+        "--table",
+        "-t",
+        envvar="ADEYE_TABLE",
+        help="What to export, may be repeated; default: all into a folder, runs into a file.",
+    ),
+]
+WithProvenance = Annotated[
+    bool,
+    typer.Option(
+        "--with-provenance",
+        envvar="ADEYE_WITH_PROVENANCE",
+        help="Also write when runs were executed, and where the campaign comes from.",
+    ),
+]
+
+
+def export(
+    output: ExportOutput,
+    campaign: CampaignId = None,
+    *,
+    db: Db = None,
+    format: ExportFormat = None,
+    table: Tables = None,
+    with_provenance: WithProvenance = False,
+) -> None:
+    """Write a campaign as typed tables: runs, verdicts, events, status of the FSRs.
+
+    Columns are those of the views v_runs, v_verdicts, v_timeline and v_fsr_status; in runs,
+    parameters and verdicts are columns of their own. Parquet carries the unit and the meaning of
+    each column and needs adeye[columnar]. The same campaign gives the same files, also from
+    another database, unless --with-provenance adds what differs. Everything is written or nothing.
+    """
+    from adeye.report.formats.tables import export_campaign
+
+    written = export_campaign(
+        db,
+        campaign,
+        output,
+        file_format=None if format is None else format.value,
+        tables=[item.value for item in table or ()],
+        with_provenance=with_provenance,
+    )
+    wrote(output)
+    _tell(written)
+
+
+def _tell(written: Written) -> None:
+    rows = ", ".join(f"{count:,} {name}" for name, count in written.rows.items())
+    talk(f"campaign {clean(written.campaign[:10])}: {rows}")
+    missing = written.planned - written.done
+    if missing:
+        talk(
+            f"note: {missing:,} of {written.planned:,} test cases have no result: they are "
+            "NOT_RUN in verdicts, and not in runs."
+        )

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
-from adeye.cli.interruption import asking
 from adeye.cli.options import (
     Backend,
+    Budget,
     CampaignId,
     Db,
+    Deadline,
     ExecutorName,
     Json,
     JunitFile,
+    KeywordOption,
+    LastFailed,
+    Maxfail,
     OddFile,
     OutputFile,
     Quiet,
@@ -25,33 +32,180 @@ from adeye.cli.options import (
     ReportJsonFile,
     SarifReport,
     Scheduler,
+    ShardOption,
     Threads,
     Variant,
     Workers,
-)
-from adeye.cli.outcome import document, print_summary
-from adeye.cli.output import clean, emit_json, talk, wrote
-from adeye.cli.progress import reporting
-from adeye.cli.session import (
-    Budget,
-    Deadline,
-    KeywordOption,
-    LastFailed,
-    Maxfail,
-    ShardOption,
     make_session,
+    named,
 )
-from adeye.cli.writing import named
+from adeye.cli.output import (
+    NONE,
+    clean,
+    emit,
+    emit_json,
+    emit_table,
+    short,
+    talk,
+    verdict_cell,
+    width,
+    wrote,
+)
+from adeye.cli.progress import asking, duration, reporting
 from adeye.errors import ASKED_TO_END
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adeye.campaign.executor_names import NamedExecutor
-    from adeye.campaign.keeping import Wanted
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.session import Session
-    from adeye.campaign.summary import CampaignSummary
+    from adeye.campaign.remote import NamedExecutor
+    from adeye.campaign.run import Session
+    from adeye.campaign.summary import CampaignSummary, VerdictLine
+    from adeye.campaign.traces import Wanted
+
+# --- The table of verdicts that a campaign ends with, the worst first -----------------------------
+
+WORST_FIRST: Final = (
+    "FAIL",
+    "ERROR",
+    "INVALID",
+    "INCONCLUSIVE",
+    "NOT_RUN",
+    "VACUOUS",
+    "PASS",
+    None,
+)
+_SHOWN_TEXT: Final = 60
+_WIDE: Final = 145
+
+
+def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
+    """Sort verdicts: architectures of the gate first, what is mandatory, then the worst."""
+
+    def place(line: VerdictLine) -> tuple[Any, ...]:
+        verdict = None if line.verdict is None else str(line.verdict)
+        rank = WORST_FIRST.index(verdict)
+        return not line.is_gate, line.architecture, not line.mandatory, rank, line.fsr
+
+    return sorted(lines, key=place)
+
+
+def margin_text(line: VerdictLine) -> str:
+    """Write the margin of the worst run with its unit."""
+    from adeye.report.words import quantity
+
+    if line.margin is None or not math.isfinite(line.margin):
+        return NONE
+    return quantity(line.margin, line.unit or "1", signed=True)
+
+
+def print_verdicts(summary: CampaignSummary) -> None:
+    """Print the verdict of every FSR for every architecture, and how to see the worst run."""
+    lines = ordered(summary.verdicts)
+    for (name, is_gate), group in groupby(lines, lambda line: (line.architecture, line.is_gate)):
+        emit(f"\n{clean(name)}{' (gate)' if is_gate else ''}")
+        _print_architecture(list(group))
+    shown = next((line for line in lines if line.worst_run and str(line.verdict) == "FAIL"), None)
+    if shown is not None:
+        emit(
+            f"\nSee why {clean(shown.architecture)} fails {clean(shown.fsr)}:\n"
+            f"  adeye show {short(shown.worst_run)}\n"
+            f"  adeye replay {short(shown.worst_run)} --html replay.html"
+        )
+
+
+def _print_architecture(lines: Sequence[VerdictLine]) -> None:
+    # On a narrow screen the text would push everything else out of shape.
+    has_texts = width() >= _WIDE
+    headers = ["FSR", "ASIL", "Verdict", "Exercised", "Worst margin", "Worst run"]
+    rows = [
+        [
+            line.fsr + ("" if line.mandatory else " opt."),
+            line.asil,
+            verdict_cell(line.verdict),
+            line.exercised_text,
+            margin_text(line),
+            short(line.worst_run),
+            *([_cut(line.text)] if has_texts else []),
+        ]
+        for line in lines
+    ]
+    headers += ["Requirement"] if has_texts else []
+    emit_table(headers, rows, right=("Exercised", "Worst margin"))
+
+
+def _cut(text: str) -> str:
+    line = clean(" ".join(text.split()))
+    return line if len(line) <= _SHOWN_TEXT else f"{line[: _SHOWN_TEXT - 1]}…"
+
+
+# --- What came out of a campaign, for people and as JSON ------------------------------------------
+
+_WAYS: Final = {
+    "metric": "metric rows",
+    "samples": "kept extremes",
+    "trace": "kept traces",
+    "invalid": "being invalid",
+    "verdict": "verdicts without numeric uncertainty",
+}
+"""What told a verdict, in words, by the word of ``campaign.rejudging``."""
+
+
+def print_summary(summary: CampaignSummary) -> None:
+    """Print the verdicts, what was executed, and what the exit code means."""
+    print_verdicts(summary)
+    emit(f"\n{executed_text(summary)}")
+    emit(clean(summary.message, lines=True))
+
+
+def executed_text(summary: CampaignSummary) -> str:
+    """Say how much was executed and how much was there already."""
+    again = f" {rejudged_text(summary)}" if summary.judged or summary.to_replay else ""
+    if summary.planned > 0 and summary.executed == 0 and summary.reused == summary.planned:
+        twins = f" but {summary.twins:,} twins with half the step" if summary.twins else ""
+        nothing = "nothing new" if summary.replayed else "nothing"
+        return f"Executed {nothing}{twins}, all {summary.planned:,} results were there.{again}"
+    executed = f"Executed {summary.executed:,} of {summary.planned:,} test cases"
+    twins = f" and {summary.twins:,} twins with half the step" if summary.twins else ""
+    others = f"; {summary.elsewhere:,} by other runners" if summary.elsewhere else ""
+    return f"{executed}{twins}{others}; {summary.reused:,} reused.{again}"
+
+
+def rejudged_text(summary: CampaignSummary) -> str:
+    """Say what results were judged again from."""
+    wanted = summary.judged + summary.to_replay
+    ways = ", ".join(
+        f"{summary.ways[way]:,} from {text}" for way, text in _WAYS.items() if way in summary.ways
+    )
+    judged = f"Re-judged {summary.judged:,} of {wanted:,} results"
+    return f"{judged}{f' ({ways})' if ways else ''}; {summary.replayed:,} executed again for it."
+
+
+def document(summary: CampaignSummary) -> dict[str, object]:
+    """Describe a campaign as JSON."""
+    return {
+        "campaign": summary.campaign,
+        "planned": summary.planned,
+        "executed": summary.executed,
+        "judged": summary.judged,
+        "reused": summary.reused,
+        **({"executed_by_others": summary.elsewhere} if summary.elsewhere else {}),
+        **({"twins": summary.twins} if summary.twins else {}),
+        "selected": summary.planned if summary.selected is None else summary.selected,
+        "remaining": summary.to_execute,
+        "replayed": summary.replayed,
+        "to_replay": summary.to_replay,
+        "rejudged_from": dict(summary.ways),
+        "exit_code": int(summary.exit_code),
+        "message": summary.message,
+        "contacts": dict(summary.contacts),
+        "channel_failures": summary.channel_failures,
+        "never_began": summary.never_began,
+        "verdicts": ordered(summary.verdicts),
+    }
+
+
+# --- ``run`` and ``report``: execute a campaign, judge it, write its reports ----------------------
 
 Files = dict[str, Path | None]
 """Where the HTML page, the JUnit XML, the JSON and what is for other tools go, by form."""
@@ -150,8 +304,8 @@ def run(
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
     """
-    from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.plan import make_plan
+    from adeye.campaign.remote import asked_executor
     from adeye.kernel.jit import is_cache_warm
 
     asked = asked_executor(executor, threads, workers, scheduler)
@@ -281,7 +435,7 @@ def parallel(
     Raises:
         UsageError: Both are asked for.
     """
-    from adeye.campaign.executor_names import PROCESSES, THREADS, asked_executor
+    from adeye.campaign.remote import PROCESSES, THREADS, asked_executor
 
     asked_executor(executor, threads, workers, None)
     if workers is not None or executor == PROCESSES:
@@ -309,7 +463,7 @@ def _execute(
     *,
     quiet: bool,
 ) -> CampaignSummary:
-    from adeye.campaign.runner import run_campaign
+    from adeye.campaign.run import run_campaign
     from adeye.campaign.warmup import compile_aside
     from adeye.kernel.jit import is_cache_warm
 
@@ -335,7 +489,7 @@ def _execute(
 def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, quiet: bool) -> int:
     """Write the reports; a failure to do so takes its place among the reasons of the exit code."""
     from adeye.errors import AdeyeError
-    from adeye.evaluation.verdict import ExitCode, exit_code
+    from adeye.judge.verdict import ExitCode, exit_code
 
     if not any(files.values()):
         return int(summary.exit_code)
@@ -379,3 +533,129 @@ def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> st
     ]
     command = f"adeye run {shlex.quote(str(odd))}{option(db)} {shlex.join(given)}".strip()
     return clean(f"Interrupted. Results so far are kept; go on with: {command}")
+
+
+# --- ``judge``: judge results again after a threshold, a formula or an FSR has changed ------------
+
+Replay = Annotated[
+    bool,
+    typer.Option(
+        "--replay",
+        envvar="ADEYE_REPLAY",
+        help="Execute those runs again of which too little is kept; each must come out with the "
+        "trace that it had.",
+    ),
+]
+
+
+def judge(
+    odd: OddFile,
+    *,
+    replay: Replay = False,
+    threads: Threads = None,
+    workers: Workers = None,
+    db: Db = None,
+    backend: Backend = "batch",
+    variant: Variant = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Judge the results that are there as the ODD and its concept ask for now; execute nothing new.
+
+    Verdicts come from the rows of metrics, from kept extremes and from kept traces. Where these
+    cannot tell, the run is counted and stays NOT_RUN until --replay executes it again.
+
+    Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 a run did not
+    come out as it was recorded, 5 database or disk.
+    """
+    from adeye.campaign.plan import make_plan
+    from adeye.campaign.run import judge_campaign
+
+    plan = make_plan(odd, backend=backend, variant=variant)
+    lanes = parallel(plan, threads, workers)
+    if not quiet:
+        for notice in plan.notices:
+            talk(clean(f"note: {notice}", lines=True))
+    with reporting(f"{plan.expansion.count:,} test cases", quiet=quiet) as progress:
+        summary = judge_campaign(
+            plan,
+            db=db,
+            replay=replay,
+            workers=lanes.count if lanes.kind == "worker" else 1,
+            threads=lanes.count if lanes.kind == "thread" else 1,
+            progress=progress,
+        )
+    if json:
+        emit_json("judge", {**document(summary), "to_execute": summary.to_execute})
+    else:
+        print_verdicts(summary)
+        emit(f"\n{_text(summary, odd, db)}")
+        emit(clean(summary.message, lines=True))
+    raise typer.Exit(int(summary.exit_code))
+
+
+def _text(summary: CampaignSummary, odd: Path, db: str | None) -> str:
+    """Say what was judged, and what it takes to judge the rest."""
+    from adeye.store.location import option
+
+    lines = []
+    if summary.judged or summary.to_replay:
+        lines.append(rejudged_text(summary))
+    else:
+        lines.append(f"All {summary.reused:,} results were judged already; 0 executed.")
+    name = f"{shlex.quote(str(odd))}{option(db)}"
+    if summary.to_replay:
+        lines.append(
+            f"{_count(summary.to_replay, 'run needs', 'runs need')} a replay: "
+            f"adeye judge {name} --replay"
+        )
+    if summary.to_execute:
+        lines.append(
+            f"{_count(summary.to_execute, 'test case has', 'test cases have')} no result: "
+            f"adeye run {name}"
+        )
+    return clean("\n".join(lines), lines=True)
+
+
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number:,} {one if number == 1 else many}"
+
+
+# --- ``warmup``: compile now what the first run would otherwise compile ---------------------------
+
+SHIPPED: Final = ("motorway_chauffeur.yaml", "urban_pedestrian_rain.yaml")
+"""ODDs of the package whose kernels are compiled where none is named."""
+
+OddFiles = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="[ODD]...", help="ODD files; by default those that come with adeye."),
+]
+
+
+def warmup(
+    odds: OddFiles = None,
+    backend: Backend = "batch",
+    variant: Variant = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Compile the kernels that ODDs need, and keep the machine code for every later run.
+
+    One test case of each structure is executed and judged; its results are thrown away. Useful in
+    the build of a container image and before a demonstration.
+    """
+    from adeye.campaign.plan import make_plan
+    from adeye.campaign.warmup import warm_up
+    from adeye.kernel.jit import cache_directory
+    from adeye.spec.load import shipped
+
+    taken = 0.0
+    files = odds or [shipped("odd") / name for name in SHIPPED]
+    for odd in files:
+        plan = make_plan(odd, backend=backend, variant=variant)
+        with reporting(f"compile for {odd.name}", quiet=quiet) as progress:
+            taken += warm_up(plan, progress)
+    if json:
+        emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
+    else:
+        emit(clean(f"Compiled in {duration(taken)}, kept in {cache_directory()}"))

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from adeye.cli.catalogue import catalogue_files, catalogue_folder
-from adeye.cli.completion import complete_scenarios
-from adeye.cli.options import Catalogue, Json, add
+from adeye.cli.options import Catalogue, Json, add, complete_scenarios
 from adeye.cli.output import (
     clean,
     emit,
@@ -21,6 +19,7 @@ from adeye.cli.output import (
     listed,
     talk,
 )
+from adeye.spec.load import catalogue_files, catalogue_folder
 
 if TYPE_CHECKING:
     from adeye.errors import InputError
@@ -119,8 +118,8 @@ def _scenarios_of(path: Path) -> Iterable[Path]:
 def _findings(path: Path) -> Iterator[InputError]:
     from adeye.campaign.check import check_defaults
     from adeye.errors import InputError, SpecError
+    from adeye.simulate.world.check import check_purpose, check_scenario
     from adeye.spec.load import load_scenario
-    from adeye.world.check import check_purpose, check_scenario
 
     try:
         loaded = load_scenario(path)

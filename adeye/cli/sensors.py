@@ -2,23 +2,278 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import Json
-from adeye.cli.output import emit_json, wrote
-from adeye.cli.suites import print_suites
-from adeye.cli.writing import named_page
+from adeye.cli.options import Json, named_page
+from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, wrote
+from adeye.report.words import KMH, forward_text, left_speed, metres, percent, speed_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.evaluation.suite.conditions import Condition
-    from adeye.evaluation.suite.results import Suite
+    from adeye.analysis.suite.conditions import Condition
+    from adeye.analysis.suite.geometry import Zone
+    from adeye.analysis.suite.records import BlindSpot, Removal, SpeedRange, Suite, ZoneCoverage
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
+
+# --- The tables that ``sensors`` prints, architectures side by side -------------------------------
+
+_STOPPED: Final = "stopped_car"
+_DIRECTIONS: Final = {
+    0: "ahead",
+    45: "ahead left",
+    90: "left",
+    135: "behind left",
+    180: "behind",
+    -135: "behind right",
+    -90: "right",
+    -45: "ahead right",
+}
+
+
+def print_suites(suites: Sequence[Suite]) -> None:
+    """Print what the analysis of several suites says, the short answer first.
+
+    Args:
+        suites: At least one, all for the same conditions.
+    """
+    _overview(suites)
+    _speeds(suites)
+    _slack(suites)
+    _coverage(suites)
+    _coverage_by_condition(suites)
+    _blind(suites)
+    _bearings(suites)
+    _removals(suites)
+    _footnotes(suites)
+
+
+def _overview(suites: Sequence[Suite]) -> None:
+    names = _names(suites)
+    rows = []
+    for suite in suites:
+        kinds = Counter(sensor.kind for sensor in suite.sensors)
+        rows.append(
+            [
+                suite.architecture,
+                listed(f"{count} {kind}" for kind, count in kinds.items()),
+                f"{suite.sensor_cost:g}",
+                "/".join(left_speed(suite.whole.all_cases_mps[name]) for name in names),
+                suite.critical or NONE,
+            ]
+        )
+    speed = f"km/h in {'/'.join(names)}"
+    headers = ("Architecture", "Sensors", "Cost", speed, "Critical")
+    emit_table(headers, rows, right=("Cost",))
+
+
+def _names(suites: Sequence[Suite]) -> list[str]:
+    return [condition.id for condition in suites[0].conditions]
+
+
+def _speeds(suites: Sequence[Suite]) -> None:
+    rows: list[list[object]] = []
+    ends: list[int] = []
+    odd_speed = suites[0].odd_speed_mps
+    for condition in suites[0].conditions:
+        shown = condition.id
+        for case in dict.fromkeys(item.case for item in suites[0].speeds):
+            found = [_speed_at(suite, condition.id, case) for suite in suites]
+            rows.append(
+                [shown, case.replace("_", " "), *(speed_text(one, odd_speed) for one in found)]
+            )
+            shown = ""
+        forward = [
+            next(item for item in suite.forward if item.condition == condition.id)
+            for suite in suites
+        ]
+        rows.append(["", "UN R157 range", *map(forward_text, forward)])
+        ends.append(len(rows) - 1)
+    title = "Highest speed [km/h] that range allows, and by which sensor"
+    if odd_speed is not None:
+        title += f"; ! below the ODD's {odd_speed * KMH:g} km/h"
+    headers = ("Condition", "Case", *(suite.architecture for suite in suites))
+    emit_table(headers, rows, title=title, sections=ends)
+
+
+def _speed_at(suite: Suite, condition: str, case: str) -> SpeedRange:
+    return next(item for item in suite.speeds if item.condition == condition and item.case == case)
+
+
+def _slack(suites: Sequence[Suite]) -> None:
+    speeds = sorted({item.speed_mps for item in suites[0].slacks})
+    rows: list[list[object]] = []
+    ends: list[int] = []
+    for suite in suites:
+        for number, condition in enumerate(suite.conditions):
+            values = {
+                item.speed_mps: item.slack_m
+                for item in suite.slacks
+                if item.condition == condition.id and item.case == _STOPPED
+            }
+            name = suite.architecture if number == 0 else ""
+            rows.append([name, condition.id, *(metres(values[speed]) for speed in speeds)])
+        ends.append(len(rows) - 1)
+    headers = [f"{speed * KMH:.0f}" for speed in speeds]
+    emit_table(
+        ("Architecture", "Condition", *headers),
+        rows,
+        title="Range to spare [m] before a stopped car, by speed [km/h]",
+        right=headers,
+        sections=ends,
+    )
+
+
+def _coverage(suites: Sequence[Suite]) -> None:
+    reference = _names(suites)[0]
+    rows = [
+        [zone.id, zone.target, *(_shares(_cover(suite, zone, reference)) for suite in suites)]
+        for zone in suites[0].zones
+    ]
+    emit_table(
+        ("Zone", "For a", *(suite.architecture for suite in suites)),
+        rows,
+        title=f"Coverage in {reference}: % of the zone seen by 1/2/3 sensors | by 2 kinds",
+        right=[suite.architecture for suite in suites],
+    )
+
+
+def _cover(suite: Suite, zone: Zone, condition: str) -> ZoneCoverage:
+    key = (zone.id, zone.target, condition)
+    return next(item for item in suite.coverage if (item.zone, item.target, item.condition) == key)
+
+
+def _shares(item: ZoneCoverage) -> str:
+    counts = (item.seen_by_1, item.seen_by_2, item.seen_by_3)
+    return f"{'/'.join(map(percent, counts))} | {percent(item.seen_by_2_kinds)}"
+
+
+def _coverage_by_condition(suites: Sequence[Suite]) -> None:
+    names = _names(suites)
+    rows = [
+        [
+            zone.id,
+            *(
+                "/".join(percent(_cover(suite, zone, name).seen_by_1) for name in names)
+                for suite in suites
+            ),
+        ]
+        for zone in suites[0].zones
+    ]
+    emit_table(
+        ("Zone", *(suite.architecture for suite in suites)),
+        rows,
+        title=f"Coverage by any sensor in {'/'.join(names)} [%]",
+        right=[suite.architecture for suite in suites],
+    )
+
+
+def _blind(suites: Sequence[Suite]) -> None:
+    reference = suites[0].conditions[0].id
+    rows = []
+    for zone in suites[0].zones:
+        spots = [
+            [
+                item
+                for item in suite.blind_spots
+                if (item.zone, item.target, item.condition) == (zone.id, zone.target, reference)
+            ]
+            for suite in suites
+        ]
+        if any(spots):
+            rows.append([zone.id, *map(_spot, spots)])
+    if not rows:
+        emit("\nNo blind spot in any zone.")
+        return
+    emit_table(
+        ("Zone", *(suite.architecture for suite in suites)),
+        rows,
+        title=f"Blind spots in {reference}: area, largest circle, largest road user hidden whole",
+        right=[suite.architecture for suite in suites],
+    )
+
+
+def _spot(found: Sequence[BlindSpot]) -> str:
+    if not found:
+        return NONE
+    spot = found[0]
+    return f"{spot.area_m2:.1f} m², {spot.circle_m:.1f} m, {spot.hides or 'nobody'}"
+
+
+def _bearings(suites: Sequence[Suite]) -> None:
+    reference = suites[0].conditions[0].id
+    rows = []
+    for degrees, name in _DIRECTIONS.items():
+        cells = []
+        for suite in suites:
+            found = next(
+                item
+                for item in suite.bearings
+                if item.condition == reference and round(math.degrees(item.bearing_rad)) == degrees
+            )
+            blind = NONE if found.blind_from_m is None else f"{found.blind_from_m:.1f}"
+            cells.append(f"{blind} / {found.seen_until_m:.1f}")
+        rows.append([name, *cells])
+    emit_table(
+        ("Direction", *(suite.architecture for suite in suites)),
+        rows,
+        title=f"Nearest blind / farthest seen place [m] from the body in {reference}, for a car",
+        right=[suite.architecture for suite in suites],
+    )
+
+
+def _removals(suites: Sequence[Suite]) -> None:
+    names = _names(suites)
+    rows: list[list[object]] = []
+    sections: list[int] = []
+    for suite in suites:
+        rows.append([f"{suite.architecture}, whole", *_left(suite.whole, names)])
+        for item in suite.removals:
+            gone = item.what
+            if item.kind != "sensor":
+                plural = "" if len(item.sensors) == 1 else "s"
+                gone = f"{item.what} ({item.kind}, {len(item.sensors)} sensor{plural})"
+            elif item.what == suite.critical:
+                gone = f"{item.what} (critical)"
+            rows.append([f"  {gone}", *_left(item, names)])
+        sections.append(len(rows) - 1)
+    headers = ("km/h, all cases", "% of lane ahead", "% of all zones")
+    emit_table(
+        ("Without", *headers),
+        rows,
+        title=f"Loss of parts: what is left in {'/'.join(names)}",
+        right=headers,
+        sections=sections,
+    )
+
+
+def _left(item: Removal, names: Sequence[str]) -> tuple[str, str, str]:
+    return (
+        "/".join(left_speed(item.all_cases_mps[name]) for name in names),
+        "/".join(percent(item.front_seen[name]) for name in names),
+        "/".join(percent(item.seen[name]) for name in names),
+    )
+
+
+def _footnotes(suites: Sequence[Suite]) -> None:
+    emit("\nConditions: " + "; ".join(f"{item.id}: {item.text}" for item in suites[0].conditions))
+    left_out: dict[str, list[str]] = {}
+    for suite in suites:
+        for item in suite.not_analysed:
+            left_out.setdefault(item.why, []).append(f"{suite.architecture}.{item.id}")
+    for why, names in left_out.items():
+        emit(clean(f"Not analysed ({why}): {listed(names)}."))
+    for note in dict.fromkeys(note for suite in suites for note in suite.notes):
+        emit(clean(f"- {note}"))
+
+
+# --- ``sensors``: what the suites of architectures see and how fast that lets the ego go ----------
 
 ArchitectureFiles = Annotated[
     list[Path] | None,
@@ -61,9 +316,9 @@ def sensors(
     highest speed that is left in rain and at night, the forward range that UN R157 asks for, and
     what remains when a sensor fails.
     """
+    from adeye.analysis.suite.analyse import analyse
+    from adeye.analysis.suite.conditions import DEFAULTS, conditions_of
     from adeye.errors import UsageError
-    from adeye.evaluation.suite.analysis import analyse
-    from adeye.evaluation.suite.conditions import DEFAULTS, conditions_of
     from adeye.spec.load import load_architecture, load_odd
 
     files = load_odd(odd) if odd is not None else None
@@ -118,7 +373,7 @@ def _resources(files: OddFiles | None) -> Mapping[str, Sequence[str]]:
 
 
 def _write(suites: Sequence[Suite], files: OddFiles | None, path: Path) -> None:
-    from adeye.report.suite_page import write_suites
+    from adeye.report.page.html import write_suites
 
     write_suites(suites, path, title="" if files is None else files.odd.spec.title)
     wrote(path)

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adeye.cli.options import Json
+from adeye.cli.options import Json, named, write_rows
 from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
-from adeye.cli.writing import named, write_rows
 from adeye.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from adeye.evaluation.judged_table import JudgedTable
-    from adeye.evaluation.judgement import Judgement
+    from adeye.judge.evaluate import Judgement
+    from adeye.judge.stl.table import JudgedTable
 
 Formula = Annotated[
     str,
@@ -110,9 +109,8 @@ def stl(  # noqa: PLR0917 - options
     Exit codes: 0 it holds, 1 it is violated, 2 wrong input, 3 it is open, vacuous, or reads an
     empty cell.
     """
-    from adeye.evaluation.judged_table import Reading, judge_table
-    from adeye.evaluation.stl.table import read_table
-    from adeye.evaluation.verdict import exit_of_verdict
+    from adeye.judge.stl.table import Reading, judge_table, read_table
+    from adeye.judge.verdict import exit_of_verdict
 
     declared = _pairs("--words", words)
     reading = Reading(
@@ -168,7 +166,7 @@ def _shown(found: JudgedTable) -> dict[str, object]:
 
 def _gap(item: Judgement) -> float | None:
     """Give value less threshold; None where nothing was tried, so that nothing was kept either."""
-    from adeye.evaluation.verdict import Verdict
+    from adeye.judge.verdict import Verdict
 
     return None if item.verdict is Verdict.VACUOUS else item.margin
 

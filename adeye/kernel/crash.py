@@ -17,20 +17,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel.drivers import MANY, decide
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.neighbours import (
-    COSINE,
-    CRASHED,
-    FIXED,
-    ORDER_X,
-    ROLE,
-    SINUS,
-    SPEED,
-    X,
-    Y,
-)
-from adeye.kernel.steering import (
+from adeye.kernel.traffic.drivers import MANY, decide
+from adeye.kernel.traffic.network import COSINE, CRASHED, FIXED, ORDER_X, ROLE, SINUS, SPEED, X, Y
+from adeye.kernel.traffic.steering import (
     decide_fast,
     locate_drivers,
     move_fast,

@@ -4,40 +4,197 @@ The rear vehicle (or the ego) follows the front vehicle (or the lead) at a bumpe
 closing speed is rear minus front [m/s]. Accelerations are positive when speeding up, decelerations
 are magnitudes. Infinity means "no conflict" for a time and "not possible" for a demand. NaN in, NaN
 out. One formula serves the monitor that decides and the metric that judges.
+
+Source:
+    Shalev-Shwartz, Shammah, Shashua (2017), "On a formal model of safe and scalable self-driving
+    cars"; beside others, and where speeds or distances are limited, as the ad-rss library 5.0 does.
+
+As in ``criticality``: gaps bumper to bumper, decelerations as magnitudes, infinity for what cannot
+be reached. NaN in, NaN out.
 """
 
 from __future__ import annotations
 
 import math
 
+from adeye.kernel.elementary import exp
 from adeye.kernel.jit import compiled
-from adeye.kernel.rss import (
-    rss_lateral_distance,
-    rss_longitudinal_distance,
-    rss_opposite_distance,
-)
 
-__all__ = [
-    "brake_threat_number",
-    "deceleration_rate_to_avoid_crash",
-    "enhanced_time_to_collision",
-    "modified_time_to_collision",
-    "ramped_stopping_distance",
-    "required_deceleration",
-    "rss_lateral_distance",
-    "rss_longitudinal_distance",
-    "rss_opposite_distance",
-    "stopping_distance",
-    "time_gap",
-    "time_headway",
-    "time_to_collision",
-]
+# --- Safe distances of responsibility-sensitive safety (RSS): behind, towards and beside others ---
 
 
 @compiled
 def _positive_part(value: float) -> float:
     """Return the value, 0 for a negative one, NaN for NaN."""
     return 0.0 if value < 0.0 else value
+
+
+@compiled
+def rss_longitudinal_distance(
+    rear_speed: float,
+    front_speed: float,
+    response_time: float,
+    acceleration: float,
+    least_braking: float,
+    most_braking: float,
+    least_distance: float = 0.0,
+    fastest: float = math.inf,
+) -> float:
+    """Return the safe distance behind a vehicle that goes the same way [m].
+
+    The rear vehicle accelerates through its response time and then brakes at least so much, while
+    the front vehicle brakes at most so much.
+
+    Args:
+        rear_speed: >= 0 [m/s].
+        front_speed: >= 0 [m/s].
+        response_time: [s].
+        acceleration: Largest of the rear vehicle while it responds [m/s^2].
+        least_braking: Of the rear vehicle, > 0 [m/s^2].
+        most_braking: Of the front vehicle, > 0 [m/s^2].
+        least_distance: Kept in addition, whatever the speeds [m].
+        fastest: Speed up to which the rear vehicle accelerates while it responds; one that is
+            faster keeps its speed [m/s].
+
+    Source:
+        Definition 1 and lemma 2; ad-rss 5.0, ``min_longitudinal_safety_distance`` and
+        ``max_speed_on_acceleration``.
+    """
+    if math.isnan(least_braking + most_braking + least_distance + fastest):
+        return math.nan
+    if least_braking <= 0.0:
+        return math.inf
+    reached = rear_speed + response_time * acceleration
+    distance = response_time * (rear_speed + 0.5 * acceleration * response_time)
+    if reached > fastest:
+        reached = max(rear_speed, fastest)
+        grown = (reached - rear_speed) / acceleration if acceleration > 0.0 else 0.0
+        distance = 0.5 * (rear_speed + reached) * grown + reached * (response_time - grown)
+    distance += reached * reached / (2.0 * least_braking)
+    if most_braking > 0.0:
+        distance -= front_speed * front_speed / (2.0 * most_braking)
+    elif front_speed > 0.0:
+        return least_distance
+    return _positive_part(distance) + least_distance
+
+
+@compiled
+def rss_opposite_distance(
+    speed: float,
+    oncoming_speed: float,
+    response_time: float,
+    acceleration: float,
+    correct_braking: float,
+    oncoming_braking: float,
+    least_distance: float = 0.0,
+    fastest: float = math.inf,
+) -> float:
+    """Return the safe distance to oncoming traffic: both ways to standstill [m].
+
+    Args:
+        speed: Of the vehicle in its correct lane, >= 0 [m/s].
+        oncoming_speed: Magnitude, >= 0 [m/s].
+        response_time: Of both [s].
+        acceleration: Largest of both while they respond [m/s^2].
+        correct_braking: Least braking of the vehicle in its correct lane [m/s^2].
+        oncoming_braking: Least braking of the other [m/s^2].
+        least_distance: Kept in addition, once for both [m].
+        fastest: Speed up to which each accelerates while it responds [m/s].
+
+    Source:
+        Definition 2; ad-rss 5.0 as for ``rss_longitudinal_distance``.
+    """
+    own = rss_longitudinal_distance(
+        speed, 0.0, response_time, acceleration, correct_braking, 1.0, least_distance, fastest
+    )
+    other = rss_longitudinal_distance(
+        oncoming_speed, 0.0, response_time, acceleration, oncoming_braking, 1.0, 0.0, fastest
+    )
+    return own + other
+
+
+@compiled
+def rss_lateral_distance(
+    speed_1: float,
+    speed_2: float,
+    response_time_1: float,
+    response_time_2: float,
+    acceleration: float,
+    braking: float,
+    fluctuation: float,
+) -> float:
+    """Return the safe distance beside each other [m].
+
+    Who still moves away after its response has no way of braking to be kept free, and two that
+    move apart for long enough need no distance at all.
+
+    Args:
+        speed_1: Lateral speed of the one towards the other, positive in that direction [m/s].
+        speed_2: Lateral speed of the other, positive in the same direction (away) [m/s].
+        response_time_1: [s].
+        response_time_2: [s].
+        acceleration: Largest lateral acceleration towards each other while they respond [m/s^2].
+        braking: Least lateral braking afterwards, > 0 [m/s^2].
+        fluctuation: Margin for swaying in the lane [m].
+
+    Source:
+        Definition 6 with a response time each, as ``calculateSafeLateralDistance`` of ad-rss 5.0
+        reads it.
+    """
+    if math.isnan(braking):
+        return math.nan
+    if braking <= 0.0:
+        return math.inf
+    reached_1 = speed_1 + response_time_1 * acceleration
+    reached_2 = speed_2 - response_time_2 * acceleration
+    way_1 = 0.5 * (speed_1 + reached_1) * response_time_1
+    way_2 = 0.5 * (speed_2 + reached_2) * response_time_2
+    if reached_1 > 0.0:
+        way_1 += reached_1 * reached_1 / (2.0 * braking)
+    if reached_2 < 0.0:
+        way_2 -= reached_2 * reached_2 / (2.0 * braking)
+    return _positive_part(fluctuation + (way_1 - way_2))
+
+
+@compiled
+def rss_lateral_distance_printed(
+    speed_1: float,
+    speed_2: float,
+    response_time_1: float,
+    response_time_2: float,
+    acceleration: float,
+    braking: float,
+    fluctuation: float,
+) -> float:
+    """Return the safe distance beside each other as the definition is printed [m].
+
+    Braking terms keep their sign when a vehicle moves away, and the margin is always kept: it asks
+    for more than ``rss_lateral_distance`` where somebody moves away, never for less.
+
+    Args:
+        speed_1: As there [m/s].
+        speed_2: As there [m/s].
+        response_time_1: [s].
+        response_time_2: [s].
+        acceleration: As there [m/s^2].
+        braking: As there [m/s^2].
+        fluctuation: As there [m].
+
+    Source:
+        Definition 6, with a response time each.
+    """
+    if math.isnan(braking):
+        return math.nan
+    if braking <= 0.0:
+        return math.inf
+    reached_1 = speed_1 + response_time_1 * acceleration
+    reached_2 = speed_2 - response_time_2 * acceleration
+    way_1 = 0.5 * (speed_1 + reached_1) * response_time_1 + reached_1 * reached_1 / (2.0 * braking)
+    way_2 = 0.5 * (speed_2 + reached_2) * response_time_2 - reached_2 * reached_2 / (2.0 * braking)
+    return fluctuation + _positive_part(way_1 - way_2)
+
+
+# --- Criticality of one following or passing situation, in closed form ----------------------------
 
 
 @compiled
@@ -352,3 +509,206 @@ def ramped_stopping_distance(
         return way
     speed -= time * (coasting + 0.5 * jerk * time)
     return way + speed * speed / (2.0 * deceleration)
+
+
+# --- Margins of following with assumptions on how both brake, and how grave a collision is --------
+
+_ROOT_HALF = 0.70710678118654752440
+_TWO_OVER_ROOT_PI = 1.12837916709551257390
+
+
+@compiled
+def modified_deceleration_rate(gap: float, closing_speed: float, response_time: float) -> float:
+    """Return the deceleration to avoid a crash with braking that begins late [m/s^2].
+
+    Args:
+        gap: [m].
+        closing_speed: Rear minus front speed; the front vehicle keeps its speed [m/s].
+        response_time: Time before the braking begins [s].
+
+    Returns:
+        ``closing_speed / (2 (ttc - response_time))``; 0 where the gap does not close, infinity
+        where it is used up before the braking begins.
+
+    Source:
+        Fu and Sayed (2021), "Comparison of threshold determination methods for the deceleration
+        rate to avoid a crash (DRAC)-based crash estimation".
+    """
+    if math.isnan(gap + closing_speed + response_time):
+        return math.nan
+    if closing_speed <= 0.0:
+        return 0.0
+    left = time_to_collision(gap, closing_speed) - response_time
+    return closing_speed / (2.0 * left) if left > 0.0 else math.inf
+
+
+@compiled
+def deceleration_to_safety_time(
+    gap: float, closing_speed: float, front_speed: float, safety_time: float
+) -> float:
+    """Return the deceleration that keeps a time gap behind the front vehicle [m/s^2].
+
+    Args:
+        gap: [m].
+        closing_speed: Rear minus front speed [m/s].
+        front_speed: Constant [m/s].
+        safety_time: What is left between both in the end [s]; with 0 it is the deceleration rate to
+            avoid a crash.
+
+    Returns:
+        ``closing_speed**2 / (2 (gap - front_speed safety_time))``; 0 where the gap does not close,
+        infinity where the time gap is lost already.
+
+    Source:
+        Hupfer (1997), "Deceleration to safety time (DST) - a useful figure to evaluate traffic
+        safety?".
+    """
+    if math.isnan(gap + closing_speed + front_speed + safety_time):
+        return math.nan
+    if closing_speed <= 0.0:
+        return 0.0
+    room = gap - front_speed * safety_time
+    return closing_speed * closing_speed / (2.0 * room) if room > 0.0 else math.inf
+
+
+@compiled
+def margin_to_collision(gap: float, speed: float, front_speed: float, braking: float) -> float:
+    """Return the room over the way to standstill, if both brake at once and equally.
+
+    Args:
+        gap: [m].
+        speed: Of the rear vehicle [m/s].
+        front_speed: Of the front vehicle; one that comes towards the rear one (< 0) uses room up
+            [m/s].
+        braking: Of both, > 0 [m/s^2].
+
+    Returns:
+        ``(gap + v_f**2 / 2b) / (v_r**2 / 2b)``, at least 0; below 1 they collide; infinity at
+        standstill.
+
+    Source:
+        Kitajima, Marumo, Hiraoka, Itoh (2009), "Comparison of evaluation indices concerning
+        estimation of driver's risk perception".
+    """
+    if math.isnan(gap + speed + front_speed + braking):
+        return math.nan
+    if speed <= 0.0:
+        return math.inf
+    room = 2.0 * braking * gap + front_speed * abs(front_speed)
+    return 0.0 if room < 0.0 else room / (speed * speed)
+
+
+@compiled
+def proportion_of_stopping_distance(gap: float, speed: float, braking: float) -> float:
+    """Return the distance to the conflict over the least way to standstill; below 1 it is too late.
+
+    Args:
+        gap: Distance to where the conflict is [m].
+        speed: [m/s].
+        braking: Largest, > 0 [m/s^2].
+
+    Returns:
+        ``gap / (speed**2 / (2 braking))``; infinity at standstill.
+
+    Source:
+        Allen, Shin, Cooper (1978), "Analysis of traffic conflicts and collisions".
+    """
+    if math.isnan(gap + speed + braking):
+        return math.nan
+    if gap <= 0.0:
+        return 0.0
+    return 2.0 * braking * gap / (speed * speed) if speed > 0.0 else math.inf
+
+
+@compiled
+def safe_distance_ratio(gap: float, safe_distance: float) -> float:
+    """Return the gap over the safe distance; below 1 it is not kept, infinity where none is asked.
+
+    Source:
+        Shalev-Shwartz, Shammah, Shashua (2017), "On a formal model of safe and scalable
+        self-driving cars", definition 1 for the distance.
+    """
+    if math.isnan(gap + safe_distance):
+        return math.nan
+    return gap / safe_distance if safe_distance > 0.0 else math.inf
+
+
+@compiled
+def normal_share(x: float) -> float:
+    """Return the share of a standard normal distribution below x, to 1e-15.
+
+    By the series of the error function, all of whose terms have the same sign.
+    """
+    if math.isnan(x):
+        return math.nan
+    if x > 8.3:
+        return 1.0
+    if x < -8.3:
+        return 0.0
+    z = x * _ROOT_HALF
+    term = z
+    total = z
+    for number in range(1, 200):
+        term *= 2.0 * z * z / (2.0 * number + 1.0)
+        total += term
+        if abs(term) <= 1e-17 * abs(total):
+            break
+    return 0.5 + 0.5 * _TWO_OVER_ROOT_PI * exp(-z * z) * total
+
+
+@compiled
+def crash_probability(
+    needed: float, mean: float, deviation: float, least: float, most: float
+) -> float:
+    """Return the probability that a deceleration is more than the vehicle can brake.
+
+    Args:
+        needed: Deceleration [m/s^2].
+        mean: Of the normally distributed largest deceleration [m/s^2].
+        deviation: Its standard deviation, > 0 [m/s^2].
+        least: Where the distribution is cut off [m/s^2].
+        most: [m/s^2].
+
+    Source:
+        Cunto and Saccomanno (2008), "Calibration and validation of simulated vehicle safety
+        performance at signalized intersections", crash potential index.
+    """
+    if math.isnan(needed + mean + deviation + least + most):
+        return math.nan
+    if needed <= least:
+        return 0.0
+    if needed >= most:
+        return 1.0
+    low = normal_share((least - mean) / deviation)
+    high = normal_share((most - mean) / deviation)
+    return (normal_share((needed - mean) / deviation) - low) / (high - low)
+
+
+@compiled
+def speed_change(own_mass: float, other_mass: float, relative_speed: float) -> float:
+    """Return by how much a collision changes the speed of one body, if both go on as one [m/s].
+
+    Args:
+        own_mass: [kg].
+        other_mass: [kg]; infinity for what does not move.
+        relative_speed: Size of the relative velocity at contact [m/s].
+
+    Source:
+        Shelby (2011), "Delta-V as a measure of traffic conflict severity".
+    """
+    if other_mass == math.inf:
+        return relative_speed
+    return other_mass / (own_mass + other_mass) * relative_speed
+
+
+@compiled
+def fatality_probability(change: float) -> float:
+    """Return the probability that an occupant dies of a change of speed [m/s], at most 1.
+
+    Source:
+        Joksch (1993), "Velocity change and fatality risk in a crash: a rule of thumb":
+        ``(change / 71 mph)**4``.
+    """
+    share = change / 31.74
+    share *= share
+    return min(1.0, share * share) if not math.isnan(change) else math.nan

@@ -18,22 +18,7 @@ import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
 
-__all__ = [
-    "asin",
-    "atan",
-    "atan2",
-    "cos",
-    "exp",
-    "log",
-    "log_of_parts",
-    "near_power",
-    "power",
-    "sin",
-    "sin_cos",
-    "sin_cos_of_rest",
-    "sin_cos_of_small",
-    "tan",
-]
+# --- Elementary functions with the same bits on every processor -----------------------------------
 
 #: Largest angle [rad] whose reduction is exact; beyond it the circular functions return NaN.
 LARGEST_ANGLE = 1.6e6
@@ -398,3 +383,46 @@ def power(base: float, exponent: float) -> float:
     if base == 0.0:
         return 0.0 if exponent > 0.0 else np.inf
     return exp(exponent * log(base))
+
+
+# --- Elementary functions without a jump, so that loops over many numbers are vectorised ----------
+
+_MANTISSA = 0xFFFFFFFFFFFFF
+_HALF_BITS = 0x3FE0000000000000
+
+
+@inlined
+def log_of_fraction(x: float) -> float:
+    """Return ``elementary.log`` of a number in (0, 1), bit for bit."""
+    bits = np.float64(x).view(np.int64)
+    mantissa = np.int64((bits & _MANTISSA) | _HALF_BITS).view(np.float64)
+    is_low = mantissa < _ROOT_HALF
+    power = (bits >> 52) - (1023 if is_low else 1022)
+    return log_of_parts(2.0 * mantissa if is_low else mantissa, float(power))
+
+
+@inlined
+def sin_cos_of_turn(angle: float) -> tuple[float, float]:
+    """Return ``elementary.sin_cos`` of an angle in (0, 2 pi), bit for bit."""
+    turns = int(angle * QUARTERS_PER_RADIAN + 0.5)
+    s, c = sin_cos_of_rest(angle, float(turns))
+    is_odd = turns & 1 != 0
+    # Negative in quadrants 2 and 3, and in 1 and 2.
+    sine = (1.0 - float(turns & 2)) * (c if is_odd else s)
+    return sine, (1.0 - float((turns + 1) & 2)) * (s if is_odd else c)
+
+
+@inlined
+def sin_cos_of_any(angle: float) -> tuple[float, float]:
+    """Return ``elementary.sin_cos`` of an angle [rad], bit for bit."""
+    is_known = abs(angle) <= LARGEST_ANGLE
+    turned = angle if is_known else 0.0
+    turns = np.floor(turned * QUARTERS_PER_RADIAN + 0.5)
+    s, c = sin_cos_of_rest(turned, turns)
+    quadrant = turns - 4.0 * np.floor(0.25 * turns)
+    is_odd = (quadrant == 1.0) | (quadrant == 3.0)
+    sine, cosine = (c if is_odd else s), (s if is_odd else c)
+    sine = -sine if quadrant >= 2.0 else sine
+    cosine = -cosine if (quadrant == 1.0) | (quadrant == 2.0) else cosine
+    sine = angle if angle == 0.0 else sine
+    return (sine if is_known else math.nan), (cosine if is_known else math.nan)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos, tan
-from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.prediction import (
+from adeye.kernel.profiles import (
     MIN_LATERAL_SPEED,
     OBJECT_COSINE,
     OBJECT_D,
@@ -30,9 +30,8 @@ from adeye.kernel.prediction import (
     WAY_S,
     predict_body,
 )
-from adeye.kernel.refuges import depth_at, refuge_depth
-from adeye.kernel.road import lane_of, local, position
-from adeye.kernel.stop_rating import RULE_REFUGE, place_kind, rate_footprint
+from adeye.kernel.road import depth_at, lane_of, local, position, refuge_depth
+from adeye.kernel.stops import RULE_REFUGE, place_kind, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

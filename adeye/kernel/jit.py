@@ -50,7 +50,7 @@ def source_digest() -> str:
     digest.update(f"python {platform.python_version()}\n".encode())
     for path in sorted(package.rglob("*.py")):
         content = path.read_bytes()
-        if b"kernel.jit" in content or path.parent.name == "kernel":
+        if b"kernel.jit" in content or "kernel" in path.relative_to(package).parts:
             name = path.relative_to(package).as_posix()
             digest.update(f"{name} {len(content)}\n".encode())
             digest.update(content)

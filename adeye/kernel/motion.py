@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, log, sin_cos, tan
-from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled, inlined
 
 __all__ = [

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.kernel.branchless import log_of_fraction, sin_cos_of_turn
+from adeye.kernel.elementary import log_of_fraction, sin_cos_of_turn
 from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:

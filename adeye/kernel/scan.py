@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos
-from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.sight import COSINE, DX, DY, SINE
 

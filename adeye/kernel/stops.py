@@ -3,6 +3,13 @@
 A stop is a path along the road and a profile of the speed along it. Which of them can be had
 depends on the road and on limits of the lateral movement; who is in the way is for the caller to
 ask.
+
+The worst cell under a body counts. The planner of safe stops, the evaluation of a trace and the
+picture of the grid map all call these functions, so they cannot disagree.
+
+Path and profile depend on each other here. The profile goes on at the present speed until the
+deceleration of its level just brings the ego to its place; the path leaves the lane as late as the
+lateral limits allow at the speeds that the profile then has.
 """
 
 from __future__ import annotations
@@ -24,20 +31,227 @@ from adeye.kernel.profiles import (
     PATH_TARGET,
     PEAK,
     PROFILE_ACCELERATION,
+    PROFILE_ROW,
     PROFILE_S,
     PROFILE_SPEED,
     at_path,
     fill_profile,
     lay_path,
 )
-from adeye.kernel.refuges import body_edge
-from adeye.kernel.stop_rating import rate_footprint
+from adeye.kernel.road import NO_REFUGE, REST_AREA, body_edge, is_in_refuge, lane_of, refuge_depth
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+# --- How safe a place is to stand in: an ordinal scale, cell by cell ------------------------------
+
+SCALE: Final = (
+    "refuge or parking place",
+    "hard shoulder",
+    "free verge",
+    "slow lane with sight distance",
+    "slow lane",
+    "fast lane",
+    "curve, crest, tunnel, bridge, ramp or junction",
+    "obstructing",
+    "contact",
+)
+"""The scale in words, from the safest place to contact. Our choice."""
+
+CONTACT: Final = 8.0
+"""Rating of a place that is occupied."""
+
+# Kinds of places that a road of this kind has, in the order of the table of rules.
+(
+    RULE_REFUGE,
+    RULE_SHOULDER,
+    RULE_VERGE,
+    RULE_SLOW_LANE_IN_SIGHT,
+    RULE_SLOW_LANE,
+    RULE_FAST_LANE,
+    RULE_CURVE,
+    RULE_OFF_ROAD,
+) = range(8)
+RULES: Final = 8
+
+RULE_NAMES: Final = (
+    "refuge",
+    "hard_shoulder",
+    "verge",
+    "slow_lane_in_sight",
+    "slow_lane",
+    "fast_lane",
+    "curve",
+    "off_road",
+)
+"""Names of these kinds."""
+
+DEFAULT_RULES: Final = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+"""What each is rated. Ground beside lanes and shoulder of which the map says nothing is not taken
+for a free verge."""
+
+CELL: Final = 0.5
+"""Largest edge of a cell [m]."""
+
+_CALM: Final = (1.0, 4.0)
+_BRISK: Final = (0.5, 5.0)
+"""Reaction time [s] and deceleration [m/s²] of who comes from behind: one who need not hurry, one
+who must. Our choice."""
+
+
+@inlined
+def stopping_distance(speed: float, reaction: float, deceleration: float) -> float:
+    """Return the way from seeing something to standstill [m]."""
+    return speed * reaction + speed * speed / (2.0 * deceleration)
+
+
+@inlined
+def sight_distance(curvature: float, inside: float) -> float:
+    """Return how far a driver sees along a curve if the view ends at the inner edge of the road.
+
+    Args:
+        curvature: Of the driver's line [1/m].
+        inside: From this line to the edge on the inside of the curve [m].
+
+    Returns:
+        Along the line [m], infinity on a straight.
+
+    Source:
+        AASHTO (2018), "A Policy on Geometric Design of Highways and Streets", horizontal sightline
+        offset, for small angles: offset = distance² / (8 radius).
+    """
+    bend = abs(curvature)
+    return math.sqrt(8.0 * max(0.0, inside) / bend) if bend > 0.0 else math.inf
+
+
+@inlined
+def curvature_at(segments: Floats, s: float) -> float:
+    """Return the curvature of a reference line [1/m].
+
+    Args:
+        segments: (K, 5), see ``kernel.road``.
+        s: Along it [m].
+    """
+    last = segments.shape[0] - 1
+    k = 0
+    while k < last and s > segments[k, 3]:
+        s -= segments[k, 3]
+        k += 1
+    return float(segments[k, 4])
+
+
+@inlined
+def place_kind(
+    curvature: float,
+    d: float,
+    lane_width: float,
+    lanes: int,
+    shoulder: float,
+    depth: float,
+    verge: float,
+    speed_limit: float,
+) -> int:
+    """Return what kind of place a cell is, an index into the rules.
+
+    Args:
+        curvature: Of the reference line there [1/m].
+        d: From the right edge to the left [m].
+        lane_width: [m].
+        lanes: How many there are.
+        shoulder: Width beside the right edge [m].
+        depth: How far a refuge reaches beyond the shoulder there [m].
+        verge: Width of free ground beside the shoulder [m].
+        speed_limit: Of who comes from behind [m/s].
+    """
+    if not -shoulder - max(depth, verge) <= d <= lanes * lane_width:
+        return RULE_OFF_ROAD
+    if d < -shoulder:
+        return RULE_REFUGE if d >= -shoulder - depth else RULE_VERGE
+    if d < 0.0:
+        return RULE_SHOULDER
+    return _lane_kind(curvature, d, lane_width, lanes, shoulder, speed_limit)
+
+
+@inlined
+def _lane_kind(
+    curvature: float, d: float, lane_width: float, lanes: int, shoulder: float, speed_limit: float
+) -> int:
+    """Return what kind of place a cell in a lane is; see ``place_kind``."""
+    lane = max(0, lane_of(d, lane_width, lanes))
+    middle = (lane + 0.5) * lane_width
+    inside = lanes * lane_width - middle if curvature > 0.0 else middle + shoulder
+    sight = sight_distance(curvature, inside)
+    if sight < stopping_distance(speed_limit, _BRISK[0], _BRISK[1]):
+        return RULE_CURVE
+    if lane > 0:
+        return RULE_FAST_LANE
+    if sight < stopping_distance(speed_limit, _CALM[0], _CALM[1]):
+        return RULE_SLOW_LANE
+    return RULE_SLOW_LANE_IN_SIGHT
+
+
+@compiled
+def rate_footprint(
+    rules: Floats,
+    segments: Floats,
+    refuges: Floats,
+    s: float,
+    d: float,
+    slope: float,
+    length: float,
+    width: float,
+    lane_width: float,
+    lanes: int,
+    shoulder: float,
+    verge: float,
+    speed_limit: float,
+) -> float:
+    """Return the rating of standing somewhere: that of the worst cell under the body.
+
+    Road coordinates are taken as straight over the length of the body.
+
+    Args:
+        rules: (RULES,) rating of each kind of place.
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        s: Of the centre of the body along the road [m].
+        d: From the right edge to the left [m].
+        slope: Tangent of the heading against the road's.
+        length: Of the body [m].
+        width: [m].
+        lane_width: [m].
+        lanes: How many there are.
+        shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
+        speed_limit: [m/s].
+    """
+    along, across = math.ceil(length / CELL), math.ceil(width / CELL)
+    cosine = 1.0 / math.sqrt(1.0 + slope * slope)
+    sine = slope * cosine
+    worst = 0.0
+    for i in range(along + 1):
+        x = length * (i / along - 0.5)
+        for j in range(across + 1):
+            y = width * (j / across - 0.5)
+            place = s + cosine * x - sine * y
+            kind = place_kind(
+                curvature_at(segments, place),
+                d + sine * x + cosine * y,
+                lane_width,
+                lanes,
+                shoulder,
+                refuge_depth(refuges, place),
+                verge,
+                speed_limit,
+            )
+            worst = max(worst, rules[kind])
+    return worst
+
+
+# --- The library of safe stops: lateral paths and decelerations to standstill, in closed form -----
 
 # Lateral paths.
 (
@@ -357,3 +571,231 @@ def rate_stop(
         record["verge"],
         record["speed_limit"],
     )
+
+
+# --- Stops in parking bays and rest areas: drive on in the lane, enter, stand in the middle -------
+
+# Columns of a refuge, as `signals.REFUGE_COLUMNS`.
+_KIND, _S, _LENGTH, _DEPTH = range(4)
+
+# Places that a stop may be asked for, each among those before it.
+(
+    ANYWHERE,
+    ROADSIDE,  # shoulder, parking bay or rest area
+    ONLY_REST_AREA,
+) = range(3)
+
+ROOM_ALONG: Final = 2.0
+"""Between the body and the ends of the full depth [m]. Our choice."""
+
+ROOM_BESIDE: Final = 1.5
+"""Between the body and the shoulder, where the refuge is deep enough for as much on the other side
+[m]. Our choice."""
+
+ASTRAY: Final = 0.5
+"""From the centre of the lane: who is farther off does not drive on along it before it leaves it
+[m]. Our choice."""
+
+CRAWL: Final = 1.0
+"""Speed below which a stop that was begun is finished where it ends [m/s]. Our choice."""
+
+
+@compiled
+def lay_refuge_stops(
+    record: Any,
+    refuges: Floats,
+    places: int,
+    here: tuple[float, float, float, float],
+    start: tuple[float, float, float, float],
+    wait: float,
+    center: float,
+    kept: int,
+    driven: Floats,
+    paths: Floats,
+    profiles: Floats,
+) -> None:
+    """Lay path and profile of each level into the first refuge that can be had.
+
+    Args:
+        record: Has the body, ``lane_width``, ``lanes``, ``shoulder``, ``verge``,
+            ``max_curvature``, ``acceleration_lag`` and the two decelerations.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        places: ``ONLY_REST_AREA`` leaves parking bays out.
+        here: s, d, speed and acceleration of the ego now.
+        start: s, d, slope and bend where a path would begin, after the wait.
+        wait: Time before a stop begins [s].
+        center: Centre of the ego's lane [m].
+        kept: Level of the stop in a refuge that is being driven, -1 for none.
+        driven: (PATH_ROW,) its path.
+        paths: (LAID_PATHS, PATH_ROW) out, those of the refuge only.
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out, those of the refuge only; the
+            others are filled.
+    """
+    for level in range(STOP_LEVELS):
+        stop = REFUGE * STOP_LEVELS + level
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
+        path[PATH_EXISTS] = 0.0
+        at_once = profiles[level]
+        if stands_at(at_once) == STOP_SAMPLES:
+            continue
+        for row in range(refuges.shape[0]):
+            refuge = refuges[row]
+            if places == ONLY_REST_AREA and refuge[_KIND] != REST_AREA:
+                continue
+            for sample in range(STOP_SAMPLES):
+                for item in range(PROFILE_ROW):
+                    profile[sample, item] = at_once[sample, item]
+            if _enters(
+                record,
+                refuge,
+                refuges,
+                here,
+                start,
+                wait,
+                center,
+                kept == level,
+                driven,
+                level,
+                path,
+                profile,
+            ):
+                path[PATH_EXISTS], path[PATH_LANE] = 1.0, math.nan
+                break
+
+
+@compiled
+def _enters(
+    record: Any,
+    refuge: Floats,
+    refuges: Floats,
+    here: tuple[float, float, float, float],
+    start: tuple[float, float, float, float],
+    wait: float,
+    center: float,
+    is_kept: bool,  # noqa: FBT001 - a kernel
+    driven: Floats,
+    level: int,
+    path: Floats,
+    profile: Floats,
+) -> bool:
+    """Lay path and profile of a level into one refuge; tell whether it can be had.
+
+    ``profile`` holds that of braking at once.
+    """
+    first, last = standing_room(record, refuge)
+    target, middle = refuge_target(record, refuge), 0.5 * (first + last)
+    soonest = here[0] + profile[STOP_SAMPLES - 1, PROFILE_S]
+    # The brakes may miss a place by part of the room that was left for it.
+    farthest = last + 0.5 * ROOM_ALONG if is_kept else last
+    if first > last or refuge[_DEPTH] < record["width"] or soonest > farthest:
+        return False
+    begun = driven[PATH_START] + driven[PATH_LENGTH]
+    if is_kept and first <= begun <= last:
+        brakes = here[3] < -0.5 * stop_level(record, level) or here[2] < CRAWL
+        if not (brakes and soonest >= first):
+            _drive_on(record, here, wait, level, max(begun, soonest), profile)
+        if driven[PATH_START] > start[0]:
+            lay_path(path, driven[PATH_START], center, 0.0, 0.0, target, driven[PATH_LENGTH])
+        else:
+            rest = max(0.0, begun - start[0])
+            lay_path(path, start[0], start[1], start[2], start[3], target, rest)
+        return stands_at(profile) < STOP_SAMPLES
+    # In its middle; nearer where there is no time for it, farther where there is no way to turn in.
+    spare = STOP_INTERVAL * (STOP_SAMPLES - 2.0 - stands_at(profile))
+    last = min(last, soonest + here[2] * spare)
+    if last < first:
+        return False
+    for end in (min(last, max(middle, soonest)), last):
+        _drive_on(record, here, wait, level, end, profile)
+        if stands_at(profile) == STOP_SAMPLES:
+            return False
+        length = entry_length(record, here[2], stop_level(record, level), target - center)
+        if end - length <= start[0] or abs(start[1] - center) > ASTRAY:
+            lay_path(path, start[0], start[1], start[2], start[3], target, end - start[0])
+        else:
+            lay_path(path, end - length, center, 0.0, 0.0, target, length)
+        if fits_limits(record, refuges, path, here[0] - path[PATH_START], profile, here[1]):
+            return True
+    return False
+
+
+@inlined
+def standing_room(record: Any, refuge: Floats) -> tuple[float, float]:
+    """Return the first and the last s at which the body stands within the full depth [m]."""
+    room = 0.5 * record["length"] + ROOM_ALONG
+    return refuge[_S] + room, refuge[_S] + refuge[_LENGTH] - room
+
+
+@inlined
+def refuge_target(record: Any, refuge: Floats) -> float:
+    """Return the lateral place of a body that stands in a refuge [m]: in its middle, or nearer."""
+    return -record["shoulder"] - min(0.5 * refuge[_DEPTH], 0.5 * record["width"] + ROOM_BESIDE)
+
+
+@inlined
+def entry_length(record: Any, speed: float, deceleration: float, height: float) -> float:
+    """Return the length of the shortest path that ends at standstill within the lateral limits [m].
+
+    The limits bind at its start, where the speed is ``min(speed, sqrt(2 deceleration length))`` and
+    the length must be that speed times a time.
+
+    Args:
+        record: Has ``max_curvature`` of the vehicle [1/m].
+        speed: Before the ego brakes [m/s].
+        deceleration: To standstill at its end [m/s²].
+        height: How far aside it leads [m].
+    """
+    high = abs(height)
+    wide = math.sqrt(PEAK * high / (LATERAL_SHARE * LATERAL_ACCELERATION))
+    time = max(wide, power(JERK_PEAK * high / (LATERAL_SHARE * LATERAL_JERK), 1.0 / 3.0))
+    tight = math.sqrt(PEAK * high / (LATERAL_SHARE * record["max_curvature"]))
+    return max(tight, time * min(speed, 2.0 * deceleration * time))
+
+
+@inlined
+def _drive_on(
+    record: Any,
+    here: tuple[float, float, float, float],
+    wait: float,
+    level: int,
+    end: float,
+    profile: Floats,
+) -> None:
+    """Fill a profile (STOP_SAMPLES, PROFILE_ROW) that stands at an s, if it has the way for it.
+
+    The present acceleration is taken to end at once, for the change of speed that it leaves.
+    """
+    wanted, jerk, lag = stop_level(record, level), stop_jerk(level), record["acceleration_lag"]
+    speed = max(0.0, here[2] + 0.5 * here[3] * abs(here[3]) / ONSET_JERK)
+    fill_stop(speed, 0.0, wanted, jerk, lag, profile)
+    spare = end - here[0] - profile[STOP_SAMPLES - 1, PROFILE_S]
+    later = max(wait, spare / speed) if speed > 0.0 else wait
+    fill_stop(speed, 0.0, wanted, jerk, later + lag, profile)
+
+
+@inlined
+def refuge_of(record: Any, refuges: Floats, s: float, path: Floats, profile: Floats) -> int:
+    """Return the kind of the refuge that the body wholly stands in after a stop, or ``NO_REFUGE``.
+
+    Args:
+        record: Has the body of the ego and ``shoulder``.
+        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        s: Of the ego now [m].
+        path: (PATH_ROW,).
+        profile: (STOP_SAMPLES, PROFILE_ROW).
+    """
+    end = s + profile[STOP_SAMPLES - 1, PROFILE_S]
+    d, slope, _ = at_path(path, end - path[PATH_START])
+    kind = NO_REFUGE
+    for row in range(refuges.shape[0]):
+        if is_in_refuge(
+            refuges[row],
+            end,
+            d,
+            slope,
+            record["length"],
+            record["width"],
+            record["shoulder"],
+        ):
+            kind = int(refuges[row, _KIND])
+    return kind

@@ -11,56 +11,57 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.judge.verdict import Outcome, Verdict
 from adeye.report.assessment import assessment_of
-from adeye.report.compare import overview
-from adeye.report.contents import (
+from adeye.report.claims import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
+from adeye.report.comparison.compare import overview
+from adeye.report.concept import (
     CampaignContent,
     architectures_of,
     assumptions_of,
     attributes_of,
+    decompositions_of,
     dependencies_of,
+    dependent_failures_of,
     elements_of,
     factors_of,
+    findings_of,
     fsr_of,
     goals_of,
     hazards_of,
+    places_of,
     scenarios_of,
     suites_of,
     today,
     waivers_of,
 )
 from adeye.report.credibility import determinism, read_result
-from adeye.report.dead import dead_axes
-from adeye.report.designs import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
-from adeye.report.evidence import evidence_of
+from adeye.report.evidence import evidence_of, step_statements
 from adeye.report.faults import fault_evidence
-from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
-from adeye.report.model import Cell, Report, WorstCase
-from adeye.report.open_points import open_points_of
-from adeye.report.parts import Label
-from adeye.report.places import places_of
-from adeye.report.recorded import binding_of, margin_of
-from adeye.report.replay import Replay
-from adeye.report.spread import summarise
-from adeye.report.step import step_statements
-from adeye.report.verification import realisations_of, verification_of
+from adeye.report.metrics import dead_axes, summarise
+from adeye.report.model.part import Label
+from adeye.report.model.report import Cell, Report, WorstCase
+from adeye.report.page.replay import Replay
+from adeye.report.verification import (
+    binding_of,
+    margin_of,
+    open_points_of,
+    realisations_of,
+    verification_of,
+)
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
-from adeye.store.blocking import channel_failures
-from adeye.store.check_views import RULES
-from adeye.store.checking import PLAN_RULES, check_campaign
 from adeye.store.location import option
-from adeye.store.totals import Total, gate_code, totals
-from adeye.sweep.present import named_values
+from adeye.store.read.checking import PLAN_RULES, check_campaign
+from adeye.store.read.totals import Total, channel_failures, gate_code, totals
+from adeye.store.rules import RULES
+from adeye.sweep.axes import named_values
 
 if TYPE_CHECKING:
-    from adeye.report.assessment_parts import Assessment
-    from adeye.report.fault_parts import FaultEvidence
-    from adeye.store.figures import Figures
+    from adeye.report.model.assessment import Assessment, FaultEvidence
+    from adeye.store.read.bulk import Figures
+    from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
     from adeye.store.repository import Repository
-    from adeye.store.rows import VerdictRecord
-    from adeye.store.stored import CampaignInfo, FsrStatus, RunRef
 
 SHORT = 12
 """Characters of a result digest that commands and tables show."""

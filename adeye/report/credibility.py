@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import ValidationError
 
 from adeye.outputs import write_atomically
-from adeye.report.parts import Count, Part
+from adeye.report.model.part import Count, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

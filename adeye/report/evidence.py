@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from adeye.report.claims import claims_of
-from adeye.report.evidence_parts import (
+from adeye.report.model.evidence import (
     AttributeCoverage,
     BinCoverage,
     Exclusion,
@@ -18,17 +18,19 @@ from adeye.report.evidence_parts import (
     StepUncertainty,
     UncoveredPair,
 )
-from adeye.store.covered import coverage_of_runs, declared_attributes, executed_runs
-from adeye.sweep.bins import bins_of
+from adeye.store.read.bulk import coverage_of_runs, declared_attributes, executed_runs
+from adeye.sweep.coverage import bins_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from adeye.store.halving import UncertaintyRecord
+    from adeye.judge.uncertainty import Difference
+    from adeye.store.records import CampaignInfo
     from adeye.store.repository import Repository
-    from adeye.store.stored import CampaignInfo
-    from adeye.sweep.bins import Bin
-    from adeye.sweep.coverage import Combination
+    from adeye.store.write.half_steps import UncertaintyRecord
+    from adeye.sweep.coverage import Bin, Combination
+
+# --- What a report says beyond its verdicts: bounds, coverage of the ODD, uncertainty of the step -
 
 MAX_COUNTED: Final = 100_000
 """Test cases up to which a report counts what they cover (1 s, and memory for each)."""
@@ -172,4 +174,36 @@ def step_uncertainty_of(
         situations=None if asked is None else int(asked["situations"]),
         lines=tuple(sorted(lines, key=lambda line: line.kind != "fsr")),
         command=command,
+    )
+
+
+# --- What a report says of the step: how far its halving moves margins, and what that means -------
+
+
+def step_statements(found: Sequence[Difference]) -> tuple[str, ...]:
+    """Say what halving the step changes in the margins; nothing where nobody asked.
+
+    Args:
+        found: Of every scenario and architecture; those of metrics are left out.
+    """
+    margins = [item for item in found if item.kind == "fsr"]
+    if not margins:
+        return ()
+    least = [item for item in margins if item.uncertainty is not None]
+    worst: dict[tuple[str, str], float] = {}
+    for item in least:
+        key = item.name, item.unit
+        worst[key] = max(worst.get(key, 0.0), item.uncertainty or 0.0)
+    largest = ", ".join(
+        f"{name} {value:.3g} {unit if unit != '1' else ''}".rstrip()
+        for (name, unit), value in sorted(worst.items())
+    )
+    differing = sum(item.differing for item in margins)
+    return (
+        "Numeric uncertainty: the 95th percentile of what half the step changes in a margin; a "
+        "margin that holds by less is INCONCLUSIVE. Known for "
+        f"{len(least)} of {len(margins)} margins of an FSR in a scenario and architecture"
+        + (f", at most {largest}" if largest else "")
+        + f". The others have too few pairs with two values and are judged without. {differing} "
+        "verdicts of the sample change with the step; `adeye uncertainty` lists all.",
     )

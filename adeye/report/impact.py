@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adeye.report.findings import deciding
-from adeye.report.impact_parts import Change, Impact, StaleFiles
+from adeye.report.gate.baseline import deciding
+from adeye.report.model.evidence import Change, Impact, StaleFiles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from adeye.report.findings import Finding
-    from adeye.report.gating import GateResult
+    from adeye.report.gate.baseline import Finding
+    from adeye.report.gate.decide import GateResult
 
 
 def impact_of(

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.evaluation.injections import grouped, worst_of
-from adeye.evaluation.verdict import Verdict
-from adeye.report.assessment_parts import BudgetTiming, FaultTiming, GoalTiming, Timing
+from adeye.judge.timeline import grouped, worst_of
+from adeye.judge.verdict import Verdict
+from adeye.report.model.assessment import BudgetTiming, FaultTiming, GoalTiming, Timing
 from adeye.report.words import counted
-from adeye.spec.budget import budgets_of
+from adeye.spec.concept import budgets_of
 from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
-    from adeye.evaluation.injections import Injection
+    from adeye.judge.timeline import Injection
     from adeye.spec.concept import Concept, Requirement, SafetyGoal
-    from adeye.store.figures import Figures
+    from adeye.store.read.bulk import Figures
 
     Groups = Mapping[tuple[str, str, str], Sequence[Injection]]
     Replay = Callable[[str], str]

@@ -1,16 +1,23 @@
-"""Numbers, verdicts and findings as people read them."""
+r"""Numbers, verdicts and findings as people read them.
+
+>>> clean("cut\x1b[31m_in"), csv_cell("=HYPERLINK(1)"), csv_cell("-1.5")
+('cut[31m_in', "'=HYPERLINK(1)", '-1.5')
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 
 if TYPE_CHECKING:
-    from adeye.report.model import Cell, WorstCase
-    from adeye.report.parts import Binding
+    from adeye.analysis.suite.records import ForwardRange, SpeedRange
+    from adeye.report.model.part import Binding
+    from adeye.report.model.report import Cell, WorstCase
+
+# --- Numbers, verdicts and findings as people read them -------------------------------------------
 
 MINUS: Final = "\N{MINUS SIGN}"
 DASH: Final = "\N{EN DASH}"
@@ -149,3 +156,120 @@ def binding_sentence(binding: Binding) -> str:
     if binding.value is not None and binding.note:
         text += f" ({binding.note})"
     return text
+
+
+# --- Text that others wrote, made harmless for whatever shows it: a terminal, a spreadsheet -------
+
+# C0 and C1 controls, DEL, and the marks that turn the direction of text around.
+_CONTROL: Final = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_CONTROL_BUT_LINES: Final = re.compile(
+    "[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"
+)
+# Signs that begin a formula, also in their full width; blanks before them do not help.
+_FORMULA: Final = re.compile(r"\s*[=+\-@\uff1d\uff0b\uff0d\uff20].")
+_NUMBER: Final = re.compile(r"\s*[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*")
+
+
+def clean(text: object, *, lines: bool = False) -> str:
+    r"""Remove what a terminal would obey instead of show.
+
+    Args:
+        text: Whatever somebody wrote into a file or the database.
+        lines: Whether line breaks stay.
+
+    >>> clean("cut\x1b[31m_in")
+    'cut[31m_in'
+    """
+    pattern = _CONTROL_BUT_LINES if lines else _CONTROL
+    return pattern.sub(lambda match: " " if match[0] in "\t\n" else "", str(text))
+
+
+def csv_cell(value: Any) -> Any:
+    """Make a cell of a CSV file that neither a terminal nor a spreadsheet obeys.
+
+    Text loses control characters; what a spreadsheet would take for a formula gets an apostrophe
+    in front, which it shows as text. Numbers stay as they are, also written ones, and truth values
+    are ``true`` and ``false``.
+
+    Args:
+        value: Text, a number, a truth value, None; anything else is written as text.
+
+    >>> csv_cell("@sum"), csv_cell("+3.5"), csv_cell(-2.0), csv_cell(True), csv_cell(None)
+    ("'@sum", '+3.5', -2.0, 'true', None)
+    """
+    if value is None or isinstance(value, int | float):
+        return str(value).lower() if isinstance(value, bool) else value
+    text = clean(value.hex() if isinstance(value, bytes) else value)
+    if _FORMULA.match(text) and not _NUMBER.fullmatch(text):
+        return f"'{text}"
+    return text
+
+
+# --- Speeds, shares and ranges of a suite as people read them; rounding never flatters ------------
+
+KMH: Final = 3.6
+_SLOWEST_SAID: Final = 10.5
+"""Speeds [km/h] from which the lowest one is worth a word; the search begins at 10."""
+
+
+def kmh(speed: float) -> str:
+    """Write a speed in whole km/h, rounded down: what is promised must hold.
+
+    >>> kmh(27.7)
+    '99'
+    """
+    return f"{math.floor(speed * KMH + 1e-6)}"
+
+
+def percent(share: float) -> str:
+    """Write a share in whole percent; only all is 100, and only nothing is 0.
+
+    >>> percent(0.9999), percent(1.0), percent(0.001), percent(0.0)
+    ('99', '100', '1', '0')
+    """
+    if 0.0 < share < 0.01:
+        return "1"
+    return f"{math.floor(100.0 * share + 1e-9)}"
+
+
+def metres(value: float | None) -> str:
+    """Write range to spare in whole metres, rounded down.
+
+    >>> metres(12.7), metres(-0.2) == f"{MINUS}1", metres(None) == DASH
+    ('+12', True, True)
+    """
+    if value is None:
+        return DASH
+    whole = math.floor(value + 1e-6)
+    return f"{MINUS}{-whole}" if whole < 0 else f"+{whole}"
+
+
+def left_speed(speed: float | None) -> str:
+    """Write a speed that is left, ``none`` for none."""
+    return "none" if speed is None else kmh(speed)
+
+
+def speed_text(found: SpeedRange, odd_speed: float | None) -> str:
+    """Write the highest speed with the sensor that it rests on; ``!`` is below the ODD's.
+
+    Args:
+        found: Speeds that a suite supports.
+        odd_speed: Highest of the ODD, if there is one [m/s].
+    """
+    if found.highest_mps is None or found.lowest_mps is None:
+        return "none" if odd_speed is None else "none !"
+    text = f"> {kmh(found.highest_mps)}" if found.is_limit else kmh(found.highest_mps)
+    if odd_speed is not None and found.highest_mps < odd_speed:
+        text += " !"
+    if found.lowest_mps * KMH > _SLOWEST_SAID:
+        text += f" (from {math.ceil(found.lowest_mps * KMH - 1e-6)})"
+    return f"{text} {found.sensor}"
+
+
+def forward_text(found: ForwardRange) -> str:
+    """Write the speed that UN R157 allows for a forward range; ``!`` is below the ODD's."""
+    if not found.sensor:
+        return "none" if found.needed_m is None else "none !"
+    limit = "< 60" if found.speed_mps is None else kmh(found.speed_mps)
+    is_short = found.needed_m is not None and found.range_m < found.needed_m
+    return f"{limit}{' !' if is_short else ''} by {math.floor(found.range_m)} m"

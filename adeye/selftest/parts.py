@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from adeye import ports
-from adeye.channels.scalar import ScalarCommand, ScalarContext, ScalarObservation
 from adeye.kernel.elementary import sin_cos
 from adeye.ports import MetricColumn
-from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.simulate.channels.scalar import ScalarCommand, ScalarContext, ScalarObservation
+from adeye.simulate.sensors.delivery import Delivery, no_measurement
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Measurement, Scene

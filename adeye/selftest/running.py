@@ -10,17 +10,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from adeye.campaign.metrics import use_plugin_metrics
-from adeye.engine import NUMERICS_VERSION
+from adeye.campaign.parts import use_plugin_metrics
 from adeye.errors import AdeyeError, UsageError, suggest
-from adeye.evaluation.statistics import clopper_pearson
+from adeye.judge.statistics import clopper_pearson
 from adeye.report.credibility import SelfTestResult
-from adeye.selftest.bench import Bench, Seen
-from adeye.selftest.driving import CHANNELS, MONITORS, SENSORS, SWITCHES
-from adeye.selftest.keeping import DATABASE, REPORT
-from adeye.selftest.masters import GROUPS, Master, is_good
-from adeye.selftest.measuring import METRICS
-from adeye.selftest.reading import FILES, THRESHOLDS
+from adeye.selftest.bench import GROUPS, Bench, Master, Seen, is_good
+from adeye.selftest.inputs import FILES, METRICS, THRESHOLDS
+from adeye.selftest.runs import CHANNELS, DATABASE, MONITORS, REPORT, SENSORS, SWITCHES
+from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.supervision import is_asked
 from adeye.version import __version__
 

@@ -8,17 +8,9 @@ from pydantic import Field, model_validator
 
 from adeye.errors import suggest
 from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
-from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.document import Loc, misplaced, repeated
 from adeye.spec.plausible import FileRecord, Limits
-from adeye.spec.quantity import (
-    Angle,
-    AngularRate,
-    ById,
-    Identifier,
-    Number,
-    Record,
-    Text,
-)
+from adeye.spec.quantity import Angle, AngularRate, ById, Identifier, Number, Record, Text
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.supervisor import PositiveAcceleration
 from adeye.spec.switch import Switch

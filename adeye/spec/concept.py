@@ -2,13 +2,25 @@
 
 The ASIL of a hazardous event is derived from severity, exposure and controllability
 (ISO 26262-3:2018, table 4) and never typed in; a safety goal has the highest of its events.
+
+A requirement that came of a decomposition keeps the ASIL of its safety goal in brackets: ``B(D)``.
+
+An element depends on its resources, its software and its supplier, on every element that provides
+what it consumes, and on all that those depend on. The store follows these relations to see whether
+two elements are independent.
+
+Two children take the place of a requirement, each with a lower ASIL of its own (ISO 26262-9:2018,
+clause 5). The scheme follows from the children's ASIL and has to be one of the table; that their
+elements are independent is checked in the database, where the relations of elements are followed.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import (
     BeforeValidator,
@@ -20,13 +32,7 @@ from pydantic import (
 )
 
 from adeye.errors import UnitError, suggest
-from adeye.spec.asil import ASIL_ORDER as ASIL_ORDER
-from adeye.spec.asil import Asil, RequirementAsil
-from adeye.spec.asil import determine_asil as determine_asil
-from adeye.spec.decomposition import Decomposition, DependentFailure, reference_problems
-from adeye.spec.elements import Element as Element
-from adeye.spec.elements import unprovided
-from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.document import Loc, misplaced, repeated
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     IDENTIFIER,
@@ -41,6 +47,379 @@ from adeye.spec.quantity import (
     Text,
 )
 from adeye.units import read_quantity, shown, si_unit
+
+# --- ASIL: its determination for a hazardous event, and its decomposition over two requirements ---
+
+Asil = Literal["QM", "A", "B", "C", "D"]
+ASIL_ORDER: tuple[Asil, ...] = ("QM", "A", "B", "C", "D")
+
+RequirementAsil = Literal[
+    "QM", "A", "B", "C", "D",
+    "QM(A)", "A(A)",
+    "QM(B)", "A(B)", "B(B)",
+    "QM(C)", "A(C)", "B(C)", "C(C)",
+    "QM(D)", "A(D)", "B(D)", "C(D)", "D(D)",
+]  # fmt: skip
+"""ASIL of a requirement: whole, or what a decomposition left of that of the goal in brackets."""
+
+CHILDREN: Final = 2
+"""Requirements that one step of a decomposition gives."""
+
+
+def determine_asil(severity: str, exposure: str, controllability: str) -> Asil | None:
+    """Derive the ASIL of a hazardous event.
+
+    Args:
+        severity: ``S0`` to ``S3``.
+        exposure: ``E0`` to ``E4``.
+        controllability: ``C0`` to ``C3``.
+
+    Returns:
+        The ASIL, or None where a class is 0 and no ASIL is assigned.
+
+    Raises:
+        ValueError: A class is unknown; it is never taken for QM.
+
+    Source:
+        ISO 26262-3:2018, table 4, as quoted in public secondary sources.
+
+    >>> determine_asil("S3", "E4", "C3")
+    'D'
+    >>> determine_asil("S1", "E2", "C3")
+    'QM'
+    """
+    limits = (("S", 3, severity), ("E", 4, exposure), ("C", 3, controllability))
+    total = 0
+    unassigned = False
+    for letter, top, text in limits:
+        if text not in {f"{letter}{value}" for value in range(top + 1)}:
+            msg = f"{text!r} is not one of {letter}0 to {letter}{top}"
+            raise ValueError(msg)
+        unassigned = unassigned or text[1] == "0"
+        total += int(text[1])
+    if unassigned:
+        return None
+    return ASIL_ORDER[max(0, total - 6)]
+
+
+def own_asil(asil: str) -> Asil:
+    """Return what a requirement itself has to meet.
+
+    Raises:
+        ValueError: There is no such ASIL.
+
+    >>> own_asil("B(D)")
+    'B'
+    """
+    return ASIL_ORDER[rank(asil)]
+
+
+def goal_of(asil: str) -> str:
+    """Return the ASIL of the goal that a decomposed requirement names; empty for a whole one.
+
+    >>> goal_of("B(D)"), goal_of("B")
+    ('D', '')
+    """
+    return asil.partition("(")[2].removesuffix(")")
+
+
+def rank(asil: str) -> int:
+    """Count an ASIL from 0 for QM to 4 for D; what stands in brackets does not count.
+
+    Raises:
+        ValueError: There is no such ASIL.
+
+    >>> rank("QM(D)"), rank("D")
+    (0, 4)
+    """
+    letters: tuple[str, ...] = ASIL_ORDER
+    return letters.index(asil.partition("(")[0])
+
+
+def schemes(parent: str) -> tuple[tuple[Asil, Asil], ...]:
+    """List the pairs into which an ASIL may be decomposed in one step.
+
+    Counting from QM as 0 to D as 4, the two children sum up to the parent. QM is not decomposed.
+
+    Args:
+        parent: ASIL of the requirement that is decomposed; brackets do not count.
+
+    Source:
+        ISO 26262-9:2018, clause 5, as quoted in public secondary sources.
+
+    >>> schemes("C")
+    (('B', 'A'), ('C', 'QM'))
+    """
+    top = rank(parent)
+    pairs = combinations_with_replacement(range(top + 1), CHILDREN)
+    found = [(high, low) for low, high in pairs if low + high == top and top > 0]
+    return tuple((ASIL_ORDER[high], ASIL_ORDER[low]) for high, low in sorted(found))
+
+
+def scheme_text(children: tuple[str, ...], goal: str) -> str:
+    """Write a decomposition as it is read, the higher ASIL first.
+
+    >>> scheme_text(("A", "C(D)"), "D")
+    'C(D) + A(D)'
+    """
+    ordered = sorted(children, key=rank, reverse=True)
+    return " + ".join(f"{own_asil(child)}({goal})" for child in ordered)
+
+
+# --- Elements of the preliminary architectural assumptions (PAA), and what they depend on ---------
+
+ElementKind = Literal[
+    "sensor",
+    "perception",
+    "planner",
+    "arbiter",
+    "actuator",
+    "network",
+    "compute",
+    "power",
+    "human",
+    "external",
+    "other",
+]
+
+
+class Element(GrownRecord):
+    """An element of the preliminary architectural assumptions (PAA)."""
+
+    later: ClassVar[tuple[str, ...]] = ("supplier", "software", "provides", "consumes")
+
+    id: Identifier
+    kind: ElementKind
+    text: Text
+    asil_capability: Asil
+    legacy: bool = False
+    resources: Many[str] = ()
+    """Power, computers, clocks, buses, mountings; one that is an element has its own."""
+    supplier: Text | None = None
+    software: Many[Text] = ()
+    """Code that it is made of and others may be made of, too: libraries, compilers, models."""
+    provides: Many[Text] = ()
+    consumes: Many[Text] = ()
+    """What it needs of what others provide."""
+
+    @property
+    def relations(self) -> tuple[tuple[str, str], ...]:
+        """What it has and needs, as kind and name, each once."""
+        found = [("supplier", self.supplier)] if self.supplier else []
+        for kind, names in (
+            ("resource", self.resources),
+            ("software", self.software),
+            ("provides", self.provides),
+            ("consumes", self.consumes),
+        ):
+            found += [(kind, name) for name in names]
+        return tuple(dict.fromkeys(found))
+
+
+CAUSES: Final = ("resource", "software", "supplier")
+"""Kinds of relations to something that can fail, or be wrong, for several elements at once."""
+
+
+def causes(elements: Iterable[Element]) -> tuple[str, ...]:
+    """List what several elements can fail by: themselves, resources, software and suppliers."""
+    found: dict[str, None] = {}
+    for element in elements:
+        found[element.id] = None
+        found |= {name: None for kind, name in element.relations if kind in CAUSES}
+    return tuple(found)
+
+
+def unprovided(elements: Iterable[Element]) -> Iterator[tuple[Loc, str]]:
+    """Find what is consumed and provided by nobody.
+
+    Args:
+        elements: All of a concept.
+
+    Yields:
+        Place below the concept, and what is wrong.
+    """
+    known = tuple(elements)
+    provided = sorted({name for element in known for name in element.provides})
+    for number, element in enumerate(known):
+        for at, name in enumerate(element.consumes):
+            if name not in provided:
+                allowed = f"Provided are {', '.join(provided)}" if provided else "Nothing is"
+                yield (
+                    ("elements", number, "consumes", at),
+                    f"nobody provides {name!r}. {allowed}",
+                )
+
+
+# --- Decomposition of requirements over independent elements, and what argues for independence ----
+
+Problem = tuple[Loc, str]
+
+
+class Decomposition(Record):
+    """Two requirements that together stand for one, on elements that are independent."""
+
+    requirement: Reference
+    """The one that is decomposed."""
+    into: Annotated[Many[Reference], Field(min_length=CHILDREN, max_length=CHILDREN)]
+    """Its children; more of them in further steps."""
+    independence: Text
+    """Why one cannot fail with the other."""
+    dfa: Many[Reference] = ()
+    """Dependent-failure records that cover what their elements share."""
+
+
+class DependentFailure(Record):
+    """A record of the dependent-failure analysis (DFA): why something shared is no common cause."""
+
+    id: Reference
+    covers: Annotated[Many[Text], Field(min_length=1)]
+    """Resources, software, suppliers and elements that it argues about."""
+    argument: Text
+    owner: Text
+    valid_until: Date
+
+
+def parents(concept: Concept) -> dict[str, str]:
+    """Return the decomposed requirement by each of its children."""
+    return {child: item.requirement for item in concept.decompositions for child in item.into}
+
+
+def scheme(concept: Concept, item: Decomposition) -> str:
+    """Write the scheme that the children of a decomposition make."""
+    known = {requirement.id: requirement for requirement in concept.requirements}
+    children = tuple(known[child].asil for child in item.into)
+    return scheme_text(children, _goal_asil(concept, known[item.requirement]))
+
+
+def reference_problems(concept: Concept) -> Iterator[Problem]:
+    """Find decompositions and dependent-failure records that name what is not there.
+
+    Yields:
+        Place below the concept; what is wrong and what is allowed.
+    """
+    yield from _references(concept, {item.id: item for item in concept.requirements})
+
+
+def asil_problems(concept: Concept) -> Iterator[Problem]:
+    """Find decompositions that are none, and requirements that lost the ASIL of a goal.
+
+    Args:
+        concept: Its references resolve.
+
+    Yields:
+        Place below the concept; what is wrong and what is allowed.
+    """
+    known = {item.id: item for item in concept.requirements}
+    for number, item in enumerate(concept.decompositions):
+        yield from _step(concept, known, number, item)
+    of = parents(concept)
+    for number, requirement in enumerate(concept.requirements):
+        yield from _lost(concept, known, of, number, requirement)
+
+
+def _references(concept: Concept, known: Mapping[str, Requirement]) -> Iterator[Problem]:
+    decomposed = [item.requirement for item in concept.decompositions]
+    for number in repeated(decomposed):
+        text = (
+            f"{decomposed[number]!r} is decomposed twice. Decompose its children in further steps"
+        )
+        yield ("decompositions", number, "requirement"), text
+    records = [record.id for record in concept.dependent_failures]
+    for number in repeated(records):
+        yield ("dependent_failures", number, "id"), f"{records[number]!r} is defined twice"
+    of: dict[str, str] = {}
+    for number, item in enumerate(concept.decompositions):
+        loc: Loc = ("decompositions", number)
+        yield from _unknown_part((*loc, "requirement"), (item.requirement,), known, "requirement")
+        yield from _unknown_part((*loc, "into"), item.into, known, "requirement")
+        yield from _unknown_part((*loc, "dfa"), item.dfa, records, "record in dependent_failures")
+        for at, child in enumerate(item.into):
+            if child in of:
+                yield (*loc, "into", at), f"{child!r} is a child of {of[child]!r} already"
+            of[child] = item.requirement
+            if _is_above(child, item.requirement, of):
+                yield (*loc, "into", at), f"{child!r} is decomposed into itself"
+    shared = causes(concept.elements)
+    for number, record in enumerate(concept.dependent_failures):
+        place: Loc = ("dependent_failures", number, "covers")
+        yield from _unknown_part(
+            place, record.covers, shared, "resource, software, supplier or element"
+        )
+
+
+def _is_above(name: str, start: str, of: Mapping[str, str]) -> bool:
+    seen: set[str] = set()
+    current: str | None = start
+    while current is not None and current not in seen:
+        if current == name:
+            return True
+        seen.add(current)
+        current = of.get(current)
+    return False
+
+
+def _unknown_part(
+    loc: Loc, names: Sequence[str], known: Mapping[str, object] | Sequence[str], kind: str
+) -> Iterator[Problem]:
+    for at, name in enumerate(names):
+        if name not in known:
+            place = loc if loc[-1] == "requirement" else (*loc, at)
+            yield place, f"there is no {kind} {name!r}. {suggest(name, known)}"
+
+
+def _goal_asil(concept: Concept, requirement: Requirement) -> str:
+    """Highest ASIL of the goals of a requirement."""
+    return max(map(concept.goal_asil, requirement.goals), key=ASIL_ORDER.index)
+
+
+def _step(
+    concept: Concept, known: Mapping[str, Requirement], number: int, item: Decomposition
+) -> Iterator[Problem]:
+    """Check one decomposition: goals of the children, what is in brackets, and the scheme."""
+    loc: Loc = ("decompositions", number, "into")
+    parent = known[item.requirement]
+    goal = _goal_asil(concept, parent)
+    children = [known[child] for child in item.into]
+    for at, child in enumerate(children):
+        missing = [name for name in parent.goals if name not in child.goals]
+        if missing:
+            text = f"{child.id} does not serve {', '.join(missing)}, as {parent.id} does"
+            yield (*loc, at), f"{text}. Each child alone has to meet what it is a child of"
+        if goal_of(child.asil) != goal:
+            place: Loc = ("requirements", concept.requirements.index(child), "asil")
+            text = f"{child.id} comes of a decomposition of ASIL {goal}, and has {child.asil}"
+            yield (
+                place,
+                f"{text}. Write the goal's in brackets, as in {own_asil(child.asil)}({goal})",
+            )
+    pair = tuple(sorted((rank(child.asil) for child in children), reverse=True))
+    allowed = schemes(parent.asil)
+    if pair not in [tuple(map(rank, scheme)) for scheme in allowed]:
+        made = scheme_text(tuple(child.asil for child in children), goal)
+        legal = ", ".join(scheme_text(scheme, goal) for scheme in allowed) or "nothing"
+        yield loc, f"{made} is no decomposition of {parent.id} ({parent.asil}). Allowed: {legal}"
+
+
+def _lost(
+    concept: Concept,
+    known: Mapping[str, Requirement],
+    of: Mapping[str, str],
+    number: int,
+    item: Requirement,
+) -> Iterator[Problem]:
+    loc: Loc = ("requirements", number, "asil")
+    if goal_of(item.asil) and item.id not in of:
+        text = f"requirement {item.id} has ASIL {item.asil} and comes of no decomposition"
+        yield loc, f"{text}. Write {own_asil(item.asil)}, or list it under decompositions"
+    inherited = known[of[item.id]].goals if item.id in of else ()
+    for goal in item.goals:
+        needed = concept.goal_asil(goal)
+        if rank(item.asil) < rank(needed) and goal not in inherited:
+            text = f"requirement {item.id} has ASIL {item.asil}, below {needed} of {goal}"
+            yield loc, f"{text}. Set it to {needed}, or decompose a requirement of {needed} into it"
+
+
+# --- A functional safety concept: hazardous events, safety goals, elements and requirements -------
 
 FsrType = Literal[
     "fault_avoidance",
@@ -360,3 +739,59 @@ def _unknown(loc: Loc, names: Sequence[str], known: Sequence[str]) -> Iterator[t
     for at, name in enumerate(names):
         if name not in known:
             yield (*loc, at), f"{name!r} is none of {', '.join(known) or 'nothing'}"
+
+
+# --- Timing budgets of a safety goal: what its FSRs allow for detection and for reaction ----------
+
+_ROUNDING_S: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What is allowed for handling a fault.
+
+    Attributes:
+        fsrs: Ids of the FSRs that state it, each once.
+        fdti: For its detection [s]; None if no FSR states it.
+        frti: For the reaction [s]; None if no FSR states it.
+    """
+
+    fsrs: tuple[str, ...]
+    fdti: float | None
+    frti: float | None
+
+    @property
+    def total(self) -> float:
+        """What is stated, together [s]; at least that much is allowed for handling."""
+        return (self.fdti or 0.0) + (self.frti or 0.0)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether detection and reaction are both stated, so that the total is the FHTI."""
+        return self.fdti is not None and self.frti is not None
+
+    def exceeds(self, ftti: float) -> bool:
+        """Tell whether it is more than a fault-tolerant time interval [s]."""
+        return self.total > ftti + _ROUNDING_S
+
+
+def budgets_of(requirements: Sequence[Requirement], goal: str) -> list[Budget]:
+    """List the budgets of a safety goal.
+
+    An FSR with both parts is a budget of its own. The largest detection and the largest reaction
+    that stand alone are one together: one FSR detects, another one reacts.
+
+    Args:
+        requirements: Of the concept.
+        goal: Id of the safety goal.
+    """
+    own = [item for item in requirements if goal in item.goals]
+    found = [Budget((i.id,), i.fdti, i.frti) for i in own if i.fdti and i.frti]
+    detect = max(((i.fdti, i.id) for i in own if i.fdti and not i.frti), default=None)
+    react = max(((i.frti, i.id) for i in own if i.frti and not i.fdti), default=None)
+    if detect is not None or react is not None:
+        names = tuple(part[1] for part in (detect, react) if part is not None)
+        fdti = None if detect is None else detect[0]
+        frti = None if react is None else react[0]
+        found.append(Budget(names, fdti, frti))
+    return found

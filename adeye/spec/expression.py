@@ -1,4 +1,7 @@
-"""The one safe expression language: formulas over parameters, relations, triggers.
+"""The grammar of the expression language: text to a flat postfix list of steps.
+
+The list needs no recursion to be walked, so a long chain of operators is as harmless as a short
+one; only brackets, calls and ``**`` nest, and their depth is capped.
 
 Numbers with units, names with dots, text, arithmetic, comparison, ``and or not in``, a fixed list
 of functions; evaluated over whole columns, or compiled to a postfix program for one run's
@@ -7,11 +10,14 @@ variables. Python's ``eval`` is never involved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+import math
+import re
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.errors import ExpressionError, SourceLocation, suggest
 from adeye.kernel.postfix import (
@@ -21,17 +27,771 @@ from adeye.kernel.postfix import (
     PUSH_NUMBER,
     PUSH_VARIABLE,
 )
-from adeye.spec.columns import Value, told
-from adeye.spec.dimensions import measured
-from adeye.spec.grammar import COMPARISONS, MAX_DEPTH, MAX_LENGTH, POPS, Step, read_steps
-from adeye.units import Dimension, shown
+from adeye.units import UNITS, Dimension, convert, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from numpy.typing import NDArray
+# --- The grammar of the expression language: text to a flat postfix list of steps -----------------
 
-__all__ = ["MAX_DEPTH", "MAX_LENGTH", "Expression", "Program", "Value", "parse", "to_program"]
+MAX_LENGTH: Final = 2_000
+MAX_DEPTH: Final = 40
+
+Exponents = tuple[int, int, int]
+"""Powers of length, time and angle."""
+
+PLAIN: Final[Exponents] = (0, 0, 0)
+
+FUNCTIONS: Final[dict[str, tuple[int, int]]] = {
+    "abs": (1, 1),
+    "min": (2, 8),
+    "max": (2, 8),
+    "sqrt": (1, 1),
+    "floor": (1, 1),
+    "ceil": (1, 1),
+    "sin": (1, 1),
+    "cos": (1, 1),
+    "exp": (1, 1),
+    "log": (1, 1),
+    "clip": (3, 3),
+    "if_": (3, 3),
+}
+"""Fewest and most arguments of every function."""
+
+COMPARISONS: Final = ("==", "!=", "<=", ">=", "<", ">")
+
+EVENT_FUNCTIONS: Final = ("since", "ended")
+"""What may be asked of an event by its name: ``since(brake)`` is the variable ``brake.since``."""
+
+POPS: Final[dict[str, int]] = {
+    "number": 0,
+    "name": 0,
+    "text": 0,
+    "negative": 1,
+    "not": 1,
+    **dict.fromkeys(("+", "-", "*", "/", "**", "and", "or", *COMPARISONS), 2),
+    **{name: max(1, min(3, low)) for name, (low, _) in FUNCTIONS.items()},
+    "member": 2,
+    "found": 2,
+}
+"""How many values a step takes from the stack; each leaves one.
+
+``min`` and ``max`` of many are steps of two. ``value in [a, b]`` is the value, a zero for "not yet
+found", then for each item the item and ``member``, which notes whether the value below both equals
+it, and at the end ``found``, which drops the value.
+"""
+
+KEYWORDS: Final = frozenset({"and", "or", "not", "in"})
+
+
+class Step(NamedTuple):
+    """One step of the postfix list.
+
+    Attributes:
+        word: ``number``, ``name``, ``text``, or an operation of ``POPS``.
+        number: Value of a number in SI.
+        text: The name or the text.
+        exponents: Dimension of a number; None for a bare zero, which fits anything.
+    """
+
+    word: str
+    number: float = 0.0
+    text: str = ""
+    exponents: Exponents | None = PLAIN
+
+
+class _Token(NamedTuple):
+    kind: str
+    text: str
+    at: int
+    unit: str | None = None
+
+
+_UNITS: Final = "|".join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))
+# A unit ends where nothing follows that could belong to it; `10 m/2` divides, `10 m/sec` is a typo.
+_TOKEN: Final = re.compile(
+    r"(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+    rf"(?:\s*(?P<unit>{_UNITS})(?![A-Za-z0-9_.^²³]|/\s*[A-Za-z]))?"
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*)"
+    r"|(?P<text>'[^']*'|\"[^\"]*\")"
+    r"|(?P<symbol>\*\*|==|!=|<=|>=|[-+*/()\[\],<>])"
+)
+_BLANK: Final = re.compile(r"\s*")
+
+
+def read_steps(text: str) -> tuple[Step, ...]:
+    """Read an expression as postfix steps.
+
+    Args:
+        text: At most 2,000 characters.
+
+    Raises:
+        ExpressionError: It does not follow the grammar; the message has the position.
+    """
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(
+            f"an expression of {len(text):,} characters, at most {MAX_LENGTH:,} are read",
+            remedy="Split it.",
+        )
+    return _Parser(text).read()
+
+
+def _tokens(text: str) -> list[_Token]:
+    tokens: list[_Token] = []
+    at = _skip(text, 0)
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise _error(text, at, f"{text[at]!r} cannot be read here")
+        # The group before `unit` says what a number with a unit is.
+        kind = "number" if match["number"] else str(match.lastgroup)
+        tokens.append(_Token(kind, match[kind], at, match["unit"]))
+        at = _skip(text, match.end())
+    return tokens
+
+
+def _skip(text: str, at: int) -> int:
+    blank = _BLANK.match(text, at)
+    return blank.end() if blank is not None else at
+
+
+def _error(text: str, at: int, what: str, remedy: str = "") -> ExpressionError:
+    return ExpressionError(f"{shown(text)}, character {at + 1}: {what}", remedy=remedy)
+
+
+class _Parser:
+    """Recursive descent; every rule appends its steps after those of its operands."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._tokens = _tokens(text)
+        self._at = 0
+        self._depth = 0
+        self._steps: list[Step] = []
+
+    def read(self) -> tuple[Step, ...]:
+        if not self._tokens:
+            raise ExpressionError("an empty expression", remedy="Write a number or a formula.")
+        self._either()
+        if self._at < len(self._tokens):
+            raise self._trailing()
+        return tuple(self._steps)
+
+    def _trailing(self) -> ExpressionError:
+        token = self._tokens[self._at]
+        before = self._tokens[self._at - 1]
+        if before.kind == "number" and before.unit is None and token.kind == "name":
+            return self._error(
+                f"there is no unit {shown(token.text)}", suggest(token.text, sorted(UNITS))
+            )
+        return self._error("something follows the end of the expression")
+
+    def _peek(self) -> _Token:
+        if self._at < len(self._tokens):
+            return self._tokens[self._at]
+        return _Token("end", "", len(self._text))
+
+    def _take(self, *words: str) -> str:
+        token = self._peek()
+        if token.kind in {"symbol", "name"} and token.text in words:
+            self._at += 1
+            return token.text
+        return ""
+
+    def _require(self, word: str) -> None:
+        if not self._take(word):
+            raise self._error(f"{word!r} is missing")
+
+    def _error(self, what: str, remedy: str = "") -> ExpressionError:
+        return _error(self._text, self._peek().at, what, remedy)
+
+    def _emit(self, word: str) -> None:
+        self._steps.append(Step(word))
+
+    def _deeper(self) -> None:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise self._error(f"nested more than {MAX_DEPTH} deep")
+
+    def _either(self) -> None:
+        self._deeper()
+        self._both()
+        while self._take("or"):
+            self._both()
+            self._emit("or")
+        self._depth -= 1
+
+    def _both(self) -> None:
+        self._negated()
+        while self._take("and"):
+            self._negated()
+            self._emit("and")
+
+    def _negated(self) -> None:
+        count = 0
+        while self._take("not"):
+            count += 1
+        self._compared()
+        for _ in range(count):
+            self._emit("not")
+
+    def _compared(self) -> None:
+        self._sum()
+        operator = self._take(*COMPARISONS)
+        if operator:
+            self._sum()
+            self._emit(operator)
+        elif self._take("in"):
+            self._membership()
+        token = self._peek()
+        if token.kind == "symbol" and token.text in COMPARISONS:
+            raise self._error("comparisons cannot be chained", "Join them with 'and'.")
+
+    def _membership(self) -> None:
+        if not self._take("["):
+            raise self._error("'in' needs a list like [1, 2]")
+        self._steps.append(Step("number", exponents=None))
+        self._sum()
+        self._emit("member")
+        while self._take(","):
+            self._sum()
+            self._emit("member")
+        self._require("]")
+        self._emit("found")
+
+    def _sum(self) -> None:
+        self._product()
+        while operator := self._take("+", "-"):
+            self._product()
+            self._emit(operator)
+
+    def _product(self) -> None:
+        self._signed()
+        while operator := self._take("*", "/"):
+            self._signed()
+            self._emit(operator)
+
+    def _signed(self) -> None:
+        minus = 0
+        while sign := self._take("-", "+"):
+            minus += sign == "-"
+        self._power()
+        if minus % 2:
+            self._emit("negative")
+
+    def _power(self) -> None:
+        self._atom()
+        if self._take("**"):
+            self._deeper()
+            self._signed()
+            self._depth -= 1
+            self._emit("**")
+
+    def _atom(self) -> None:
+        token = self._peek()
+        if token.kind == "number":
+            self._steps.append(self._number(token))
+            self._at += 1
+        elif token.kind == "text":
+            self._at += 1
+            self._steps.append(Step("text", text=token.text[1:-1]))
+        elif token.kind == "name" and token.text not in KEYWORDS:
+            self._at += 1
+            self._named(token.text)
+        elif self._take("("):
+            self._either()
+            self._require(")")
+        else:
+            raise self._error("a number, a name or '(' is missing")
+
+    def _number(self, token: _Token) -> Step:
+        value = float(token.text)
+        exponents: Exponents | None = None if value == 0.0 else PLAIN
+        if token.unit is not None:
+            value = convert(value, UNITS[token.unit])
+            exponents = UNITS[token.unit].exponents
+        if not math.isfinite(value):
+            raise self._error(f"{shown(token.text)} is not a finite number")
+        return Step("number", value, exponents=exponents)
+
+    def _named(self, name: str) -> None:
+        if self._take("("):
+            self._call(name)
+        elif name in {"true", "false"}:
+            self._steps.append(Step("number", 1.0 if name == "true" else 0.0))
+        else:
+            self._steps.append(Step("name", text=name))
+
+    def _call(self, name: str) -> None:
+        token = self._peek()
+        if name in EVENT_FUNCTIONS and token.kind == "name" and token.text not in KEYWORDS:
+            self._at += 1
+            self._require(")")
+            self._steps.append(Step("name", text=f"{token.text}.{name}"))
+            return
+        if name not in FUNCTIONS:
+            self._at -= 2
+            raise self._error(
+                f"there is no function {shown(name)}", suggest(name, [*FUNCTIONS, *EVENT_FUNCTIONS])
+            )
+        count = 1
+        self._either()
+        while self._take(","):
+            self._either()
+            count += 1
+            if name in {"min", "max"}:
+                self._emit(name)
+        self._require(")")
+        low, high = FUNCTIONS[name]
+        if not low <= count <= high:
+            wanted = str(low) if low == high else f"{low} to {high}"
+            raise self._error(f"{name} takes {wanted} arguments, not {count}")
+        if name not in {"min", "max"}:
+            self._emit(name)
+
+
+# --- Expressions over whole columns of numbers, truth values or text ------------------------------
+
+Value = str | float | NDArray[Any]
+"""A column or a scalar; numpy broadcasts between them."""
+
+_Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Operand:
+    """A column on the stack.
+
+    Attributes:
+        value: Numbers, truth values or text.
+        size: Size of what numbers were made of, see ``adeye.kernel.relation``.
+        defined: Where it is known although a number may not be finite: of truth values, where they
+            do not hang on one that is not.
+        known: Where it is certain, of which ``may_hold`` makes use.
+    """
+
+    value: Any
+    size: Any
+    defined: Any = True
+    known: Any = True
+
+
+def evaluated(steps: Sequence[Step], columns: Mapping[str, Value]) -> Any:
+    """Evaluate the steps of an expression, as ``told``, and leave out where it is defined."""
+    return told(steps, columns)[0]
+
+
+def told(steps: Sequence[Step], columns: Mapping[str, Value]) -> tuple[Any, Any]:
+    """Evaluate the steps of an expression; NaN counts as in ``adeye.kernel.postfix``.
+
+    Args:
+        steps: The expression.
+        columns: Scalars, text or (N,) columns of all its names.
+
+    Returns:
+        A bool, float or str where everything is scalar, else an (N,) array; and where it is
+        defined: a truth is not if it hangs on the comparison of a number that is not finite.
+
+    Raises:
+        TypeError: Text stands where a number must, or the other way round.
+        ValueError: Columns differ in length.
+    """
+    found = _run(steps, lambda name: _operand(_column(columns[name])))
+    result = np.asarray(found.value)
+    return (result if result.ndim else result.item()), found.defined
+
+
+def may_hold(steps: Sequence[Step], columns: Mapping[str, Value]) -> NDArray[np.bool_]:
+    """Tell where a condition can hold, whatever the names are of which nothing is known.
+
+    Args:
+        steps: The condition, without text.
+        columns: Scalars or arrays, broadcast together, of the names that are known.
+    """
+    # What is not certain has any value.
+    found = _run(
+        steps, lambda name: replace(_operand(columns.get(name, 0.0)), known=name in columns)
+    )
+    return np.asarray(_truth(found.value) | ~np.asarray(found.known))
+
+
+def _run(steps: Sequence[Step], named: Callable[[str], _Operand]) -> _Operand:
+    stack: list[_Operand] = []
+    with np.errstate(all="ignore"):
+        for step in steps:
+            count = POPS[step.word]
+            if step.word == "number":
+                stack.append(_operand(step.number))
+            elif step.word == "text":
+                stack.append(_Operand(step.text, 0.0))
+            elif step.word == "name":
+                stack.append(named(step.text))
+            elif step.word == "member":
+                item, found = stack.pop(), stack.pop()
+                stack.append(_joined("or", [found, _certain("==", [stack[-1], item])]))
+            elif step.word == "found":
+                stack[-2:] = [stack[-1]]
+            else:
+                operands = stack[-count:]
+                del stack[-count:]
+                join = _joined if step.word in {"and", "or", "if_"} else _certain
+                stack.append(join(step.word, operands))
+    return stack[0]
+
+
+def _operand(value: Any) -> _Operand:
+    return _Operand(value, 0.0 if _is_text(value) else np.abs(_numbers(value)))
+
+
+def _certain(word: str, operands: Sequence[_Operand]) -> _Operand:
+    if word in _JUMPS:
+        at = _JUMPS[word]
+        operands = [*operands[:at], _settled(word, operands[at]), *operands[at + 1 :]]
+    value = _applied(word, operands)
+    known, defined = operands[0].known, operands[0].defined
+    for item in operands[1:]:
+        known, defined = known & np.asarray(item.known), defined & np.asarray(item.defined)
+    if word in COMPARISONS and not _is_text(operands[0].value):
+        for item in operands:
+            defined = defined & np.isfinite(_numbers(item.value)) & np.isfinite(item.size)
+    return _Operand(value, _size(word, value, operands), defined, known)
+
+
+def _joined(word: str, operands: Sequence[_Operand]) -> _Operand:
+    """Apply what may be certain, or defined, although an operand is not."""
+    found = _certain(word, operands)
+    left, right = operands[:2]
+    if word == "if_":
+        is_first, other = _truth(left.value), operands[2]
+        known = np.asarray(left.known) & np.where(is_first, right.known, other.known)
+        defined = np.asarray(left.defined) & np.where(is_first, right.defined, other.defined)
+        return replace(found, known=known, defined=defined)
+    # One that is false decides a conjunction, one that is true a disjunction.
+    decides = word == "or"
+    ends = [(_truth(item.value) == decides, item) for item in (left, right)]
+    sure, clear = (
+        (ends[0][0] & getattr(left, what)) | (ends[1][0] & getattr(right, what))
+        for what in ("known", "defined")
+    )
+    value = np.where(sure, decides, found.value)
+    return replace(found, value=value, known=found.known | sure, defined=found.defined | clear)
+
+
+def _settled(word: str, operand: _Operand) -> _Operand:
+    """Put an operand on what only the slack parts it from."""
+    from adeye.kernel.relation import settled_numbers
+
+    values = settled_numbers(
+        _numbers(operand.value), operand.size, is_whole=word in {"floor", "ceil"}
+    )
+    return replace(operand, value=values)
+
+
+def _size(word: str, value: Any, operands: Sequence[_Operand]) -> Any:  # noqa: C901, PLR0911 - by operation
+    """Give the size of what a result is made of, as ``adeye.kernel.postfix`` does."""
+    if _is_text(value):
+        return 0.0
+    sizes = [item.size for item in operands]
+    if word in {"+", "-"}:
+        return sizes[0] + sizes[1]
+    if word in {"negative", "abs"}:
+        return sizes[0]
+    if word == "*":
+        return sizes[0] * sizes[1]
+    if word == "/":
+        divisor = np.abs(_numbers(operands[1].value))
+        return np.where(divisor == 0.0, np.abs(value), sizes[0] / divisor * (sizes[1] / divisor))
+    if word == "**":
+        base, exponent = np.abs(_numbers(operands[0].value)), _numbers(operands[1].value)
+        inverse = np.abs(value) * _raised(sizes[0] / np.where(base == 0.0, 1.0, base), -exponent)
+        inverse = np.where(base == 0.0, np.abs(value), inverse)
+        return np.where(exponent > 0.0, _raised(np.asarray(sizes[0]), exponent), inverse)
+    if word in {"sin", "cos"}:
+        return np.abs(value) + sizes[0]
+    if word in {"sqrt", "log"}:
+        inner = _numbers(value if word == "sqrt" else operands[0].value)
+        return np.abs(value) + np.where(inner > 0.0, sizes[0] / inner, 0.0)
+    if word in {"min", "max"}:
+        chosen = np.where(value == _numbers(operands[0].value), *sizes)
+        return np.where(np.isfinite(sizes[0]) & np.isfinite(sizes[1]), chosen, np.inf)
+    if word == "if_":
+        return np.where(_truth(operands[0].value), sizes[1], sizes[2])
+    if word == "clip":
+        rest = np.where(value == _numbers(operands[1].value), sizes[1], sizes[2])
+        return np.where(value == _numbers(operands[0].value), sizes[0], rest)
+    return np.abs(_numbers(value))
+
+
+def _applied(word: str, operands: Sequence[_Operand]) -> Any:
+    values = [item.value for item in operands]
+    if word in COMPARISONS:
+        if _is_text(values[0]) or _is_text(values[1]):
+            return _compared_texts(word, values[0], values[1])
+        size = np.maximum(operands[0].size, operands[1].size)
+        return _COMPARISONS[word](_differences(values[0], values[1], size))
+    if word in {"and", "or"}:
+        left, right = _truth(values[0]), _truth(values[1])
+        return left & right if word == "and" else left | right
+    if word == "if_":
+        return _chosen(values[0], values[1], values[2])
+    return _NUMERIC[word](*(_numbers(value) for value in values))
+
+
+def _differences(left: Any, right: Any, size: Any) -> _Floats:
+    from adeye.kernel.relation import differences
+
+    return differences(_numbers(left), _numbers(right), size)
+
+
+def _column(value: Value) -> Any:
+    """Take lists and integers, too; numbers become floats, so that nothing wraps around."""
+    if isinstance(value, str):
+        return value
+    column = np.asarray(value)
+    return column.astype(np.float64) if column.dtype.kind in "iu" else column
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) or np.asarray(value).dtype.kind in "UTO"
+
+
+def _numbers(value: Any) -> _Floats:
+    column = np.asarray(value)
+    if column.dtype.kind not in "biuf":
+        msg = f"{column.dtype} is not a number"
+        raise TypeError(msg)
+    return column.astype(np.float64, copy=False)
+
+
+def _truth(value: Any) -> NDArray[np.bool_]:
+    numbers = _numbers(value)
+    return (numbers > 0.0) | (numbers < 0.0)
+
+
+def _compared_texts(word: str, left: Any, right: Any) -> Any:
+    if _is_text(left) != _is_text(right):
+        msg = "text is compared with a number"
+        raise TypeError(msg)
+    return _TEXTS[word](np.asarray(left), np.asarray(right))
+
+
+def _chosen(condition: Any, left: Any, right: Any) -> Any:
+    known = _numbers(condition)
+    if _is_text(left) and _is_text(right) and not np.isnan(known).any():
+        return np.where(_truth(known), left, right)
+    chosen = np.where(_truth(known), _numbers(left), _numbers(right))
+    return np.where(np.isnan(known), np.nan, chosen)
+
+
+def _smaller(left: _Floats, right: _Floats) -> _Floats:
+    return np.where((left <= right) | np.isnan(left), left, right)
+
+
+def _greater(left: _Floats, right: _Floats) -> _Floats:
+    return np.where((left >= right) | np.isnan(left), left, right)
+
+
+def _by_column(word: str, values: _Floats) -> _Floats:
+    # The functions of NumPy differ in their last bit between processors; these do not.
+    from adeye.kernel.postfix import FUNCTION_CODES, unary_column
+
+    return unary_column(FUNCTION_CODES[word], values.ravel()).reshape(values.shape)
+
+
+def _raised(bases: _Floats, exponents: _Floats) -> _Floats:
+    from adeye.kernel.postfix import power_column
+
+    left, right = np.broadcast_arrays(bases, exponents)
+    return power_column(left.ravel(), right.ravel()).reshape(left.shape)
+
+
+_JUMPS: Final = {"/": 1, "**": 0, "sqrt": 0, "log": 0, "floor": 0, "ceil": 0}
+"""Which operand these jump or end at, at 0 or at whole numbers."""
+_TEXTS: Final[dict[str, Callable[[Any, Any], Any]]] = {
+    "==": np.equal,
+    "!=": np.not_equal,
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+}
+_COMPARISONS: Final[dict[str, Callable[[_Floats], Any]]] = {
+    "==": lambda apart: apart == 0.0,
+    # Not `!=`, which holds for NaN.
+    "!=": lambda apart: (apart < 0.0) | (apart > 0.0),
+    "<": lambda apart: apart < 0.0,
+    "<=": lambda apart: apart <= 0.0,
+    ">": lambda apart: apart > 0.0,
+    ">=": lambda apart: apart >= 0.0,
+}
+_NUMERIC: Final[dict[str, Callable[..., Any]]] = {
+    **{word: partial(_by_column, word) for word in ("sin", "cos", "exp", "log")},
+    "not": lambda values: values == 0.0,
+    "**": _raised,
+    "+": np.add,
+    "-": np.subtract,
+    "*": np.multiply,
+    "/": np.divide,
+    "negative": np.negative,
+    "abs": np.abs,
+    "min": _smaller,
+    "max": _greater,
+    "sqrt": np.sqrt,
+    "floor": np.floor,
+    "ceil": np.ceil,
+    "clip": lambda values, low, high: _smaller(_greater(values, low), high),
+}
+
+
+# --- What an expression measures, from the dimensions of the names that it uses -------------------
+
+_ANGLE = Dimension.ANGLE.exponents
+
+
+class _Measured(NamedTuple):
+    """What is known of a value on the stack; None is open and fits anything."""
+
+    exponents: Exponents | None
+    constant: float | None = None
+
+
+_TRUTH = _Measured(PLAIN)
+
+
+def measured(
+    steps: Sequence[Step], dims: Mapping[str, Dimension | None], text: str
+) -> Dimension | None:
+    """Infer what an expression measures; None if that is open.
+
+    Args:
+        steps: The expression.
+        dims: Dimension of each name; None, or no entry, for one that fits anything.
+        text: As written, for messages.
+
+    Raises:
+        ExpressionError: Lengths are added to speeds, or the like.
+    """
+    if len(steps) == 1 and steps[0].word == "name":
+        return dims.get(steps[0].text)
+    stack: list[_Measured] = []
+    for step in steps:
+        if POPS[step.word] == 0:
+            stack.append(_operand_dimension(step, dims))
+            continue
+        if step.word == "member":
+            # The value stays below what was found so far.
+            _same((stack[-3], stack.pop()), text)
+            continue
+        operands = stack[-POPS[step.word] :]
+        del stack[-POPS[step.word] :]
+        stack.append(_applied_dimension(step.word, operands, text))
+    return _dimension(stack[0].exponents, text)
+
+
+def _operand_dimension(step: Step, dims: Mapping[str, Dimension | None]) -> _Measured:
+    if step.word == "number":
+        return _Measured(step.exponents, step.number)
+    dimension = dims.get(step.text) if step.word == "name" else None
+    return _Measured(dimension.exponents if dimension is not None else None)
+
+
+def _applied_dimension(word: str, operands: Sequence[_Measured], text: str) -> _Measured:
+    if word in {"and", "or", "not"}:
+        for operand in operands:
+            _require_plain(operand, "is taken for true or false", text)
+        return _TRUTH
+    if word in COMPARISONS:
+        _same(operands, text)
+        return _TRUTH
+    if word == "found":
+        return _TRUTH
+    if word in {"*", "/"}:
+        return _product(operands[0], operands[1], 1 if word == "*" else -1)
+    if word == "**":
+        return _power(operands[0], operands[1], text)
+    return _called(word, operands, text)
+
+
+def _called(word: str, operands: Sequence[_Measured], text: str) -> _Measured:
+    if word == "negative":
+        constant = operands[0].constant
+        return _Measured(operands[0].exponents, None if constant is None else -constant)
+    if word == "if_":
+        _require_plain(operands[0], "is taken for true or false", text)
+        return _same(operands[1:], text)
+    if word == "sqrt":
+        return _power(operands[0], _Measured(PLAIN, 0.5), text)
+    if word in {"sin", "cos"}:
+        if operands[0].exponents != _ANGLE:
+            _require_plain(operands[0], f"has no {word}", text)
+        return _TRUTH
+    if word in {"exp", "log"}:
+        _require_plain(operands[0], f"has no {word}", text)
+        return _TRUTH
+    return _same(operands, text)
+
+
+def _product(left: _Measured, right: _Measured, sign: int) -> _Measured:
+    a, b = left.exponents, right.exponents
+    if a is None or b is None:
+        return _Measured(a if b == PLAIN else None)
+    return _Measured((a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2]))
+
+
+def _power(base: _Measured, power: _Measured, text: str) -> _Measured:
+    _require_plain(power, "is an exponent", text)
+    if base.exponents is None or base.exponents == PLAIN:
+        return _Measured(base.exponents)
+    if power.constant is None or abs(power.constant) > 100.0:
+        raise ExpressionError(
+            f"{shown(text)} raises {_label(base.exponents)} to a power that is no small number"
+        )
+    raised = [part * power.constant for part in base.exponents]
+    if any(part != int(part) for part in raised):
+        raise ExpressionError(
+            f"{shown(text)} takes a root of {_label(base.exponents)}, which measures nothing"
+        )
+    return _Measured((int(raised[0]), int(raised[1]), int(raised[2])))
+
+
+def _same(operands: Sequence[_Measured], text: str) -> _Measured:
+    known = [item.exponents for item in operands if item.exponents is not None]
+    for other in known[1:]:
+        if other != known[0]:
+            raise ExpressionError(
+                f"{shown(text)} puts {_label(known[0])} and {_label(other)} together",
+                remedy="Check the units.",
+            )
+    return _Measured(known[0] if known else None)
+
+
+def _require_plain(operand: _Measured, what: str, text: str) -> None:
+    if operand.exponents is not None and operand.exponents != PLAIN:
+        raise ExpressionError(
+            f"{shown(text)}: {_label(operand.exponents)} {what}", remedy="Check the units."
+        )
+
+
+def _dimension(exponents: Exponents | None, text: str) -> Dimension | None:
+    if exponents is None:
+        return None
+    for dimension in Dimension:
+        if dimension.exponents == exponents:
+            return dimension
+    raise ExpressionError(
+        f"{shown(text)} measures length^{exponents[0]} time^{exponents[1]} "
+        f"angle^{exponents[2]}, which nothing here does"
+    )
+
+
+def _label(exponents: Exponents) -> str:
+    for dimension in Dimension:
+        if dimension.exponents == exponents:
+            return dimension.label
+    return "another dimension"
+
+
+# --- The one safe expression language: formulas over parameters, relations, triggers --------------
 
 _TRUTHS = frozenset({*COMPARISONS, "found", "and", "or", "not"})
 _CODES = {**OPERATOR_CODES, **FUNCTION_CODES, "number": PUSH_NUMBER, "name": PUSH_VARIABLE}

@@ -2,28 +2,347 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, Union, get_args
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Final,
+    Literal,
+    Self,
+    TypeAlias,
+    Union,
+    get_args,
+)
 
-from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
+from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from adeye.spec.faults import (
-    channels,
-    objects,
-    sensor_bodies,
-    sensor_signals,
-    sensor_timing,
-    signals,
-    switch,
-    vehicle,
+from adeye.spec import fault_base as signals
+from adeye.spec import sensor_faults as objects
+from adeye.spec import sensor_faults as sensor_bodies
+from adeye.spec import sensor_faults as sensor_signals
+from adeye.spec import sensor_faults as sensor_timing
+from adeye.spec.architecture import HEALTH
+from adeye.spec.document import Loc, misplaced
+from adeye.spec.fault_base import Fault as Fault
+from adeye.spec.fault_base import Lag
+from adeye.spec.fault_base import Onset as Onset
+from adeye.spec.quantity import (
+    Acceleration,
+    Angle,
+    AngularRate,
+    Duration,
+    Frequency,
+    Jerk,
+    Length,
+    Number,
 )
-from adeye.spec.faults.base import Fault, Onset
-from adeye.spec.faults.sensing import SensorFault
+from adeye.spec.sensor_faults import SensorFault as SensorFault
 
-__all__ = ["FAULT", "MODELS", "AnyFault", "Fault", "Onset", "SensorFault", "model_of"]
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
 
+    from adeye.spec.architecture import Architecture
+
+# --- Faults of what carries out the acting command: drive, brake, steering and tyres --------------
+
+Share = Annotated[Number, Field(ge=0.0, le=1.0)]
+
+
+class _OfActuators(Fault):
+    """A fault that not every actuator can have.
+
+    Attributes:
+        actuators: Those that can.
+    """
+
+    fits = ("actuators",)
+    actuators: ClassVar[tuple[str, ...]] = ()
+
+    @model_validator(mode="after")
+    def _actuator_can_have_it(self) -> Self:
+        if self.target_id not in self.actuators:
+            known = " or ".join(f"actuators.{name}" for name in self.actuators)
+            text = f"{self.model} is a fault of {known}, and {self.target} is not one of them"
+            raise misplaced([(("target",), text)])
+        return self
+
+
+class Loss(_OfActuators):
+    """A share of what drive or brake is asked for is missing."""
+
+    actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
+    model: Literal["loss"]
+    share: Share
+
+
+class Fade(_OfActuators):
+    """Drive or brake weakens evenly, from the onset until a share of it is missing."""
+
+    actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
+    model: Literal["fade"]
+    share: Share
+    over: Annotated[Duration, Field(gt=0.0)]
+    """After which time this share is missing [s]; counted from the first onset."""
+
+
+class Offset(_OfActuators):
+    """The wheels are steered beside what is asked for."""
+
+    actuators = ("steering",)
+    neutral = ({"steering_angle": 0.0},)
+    model: Literal["offset"]
+    steering_angle: Angle
+    """To the left [rad]."""
+
+
+class RateLimit(Fault):
+    """An actuator follows no quicker than a rate."""
+
+    fits = ("actuators",)
+    model: Literal["rate_limit"]
+    steering_rate: Annotated[AngularRate, Field(ge=0.0)] | None = None
+    """Of the steering [rad/s]."""
+    jerk: Annotated[Jerk, Field(ge=0.0)] | None = None
+    """Of drive and brake [m/s³]."""
+
+    @model_validator(mode="after")
+    def _rate_of_its_actuator(self) -> Self:
+        wanted, other = ("jerk", "steering_rate")
+        if self.target_id == "steering":
+            wanted, other = other, wanted
+        if getattr(self, wanted) is None or getattr(self, other) is not None:
+            name = other if getattr(self, other) is not None else "model"
+            text = f"the rate of {self.target} is {wanted}; give it alone"
+            raise misplaced([((name,), text)])
+        return self
+
+    @property
+    def rate(self) -> float:
+        """How quickly it follows at most [rad/s] or [m/s³]."""
+        return float(self.jerk or 0.0) + float(self.steering_rate or 0.0)
+
+
+class Friction(Fault):
+    """The tyres grip otherwise than the road has it."""
+
+    fits = ("tyres",)
+    neutral = ({"factor": 1.0},)
+    model: Literal["friction"]
+    value: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
+    """The friction coefficient."""
+    factor: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
+    """Of the friction coefficient of the road."""
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.value is None) == (self.factor is None):
+            name = "model" if self.value is None else "factor"
+            raise misplaced([((name,), "give one of value and factor")])
+        return self
+
+
+# --- Faults of channels: of the command that they give, of what is linked to them, and inside
+# them.
+
+Probability = Annotated[Number, Field(ge=0.0, le=1.0)]
+
+
+class Silent(Fault):
+    """A channel says nothing."""
+
+    fits = ("channels",)
+    silences = True
+    model: Literal["silent"]
+
+
+class Crash(Fault):
+    """A channel says nothing any more."""
+
+    fits = ("channels",)
+    silences = True
+    model: Literal["crash"]
+
+    @model_validator(mode="after")
+    def _does_not_come_back(self) -> Self:
+        if self.duration is not None:
+            text = "what has crashed does not come back; leave it out, or take the model silent"
+            raise misplaced([(("duration",), text)])
+        return self
+
+
+class Slow(Fault):
+    """Commands arrive later, with the stamps that they have."""
+
+    fits = ("channels",)
+    neutral = ({"by": 0.0},)
+    model: Literal["slow"]
+    by: Lag
+    """How much later [s], rounded up to ticks."""
+
+
+class _OnCommand(Fault):
+    """Something is done to acceleration, steering angle or both."""
+
+    @model_validator(mode="after")
+    def _does_something(self) -> Self:
+        if not {"acceleration", "steering_angle"} & self.model_fields_set:
+            found: list[tuple[Loc, str]] = [
+                (("model",), "give acceleration, steering_angle or both")
+            ]
+            raise misplaced(found)
+        return self
+
+
+class Bias(_OnCommand):
+    """Something is added to a channel's command."""
+
+    fits = ("channels",)
+    neutral = ({"acceleration": 0.0, "steering_angle": 0.0},)
+    model: Literal["bias"]
+    acceleration: Acceleration = 0.0
+    """[m/s²]."""
+    steering_angle: Angle = 0.0
+    """[rad]."""
+
+
+class Scale(_OnCommand):
+    """A channel's command is multiplied, as by a wrong unit: 57.3 gives degrees for radians."""
+
+    fits = ("channels",)
+    neutral = ({"acceleration": 1.0, "steering_angle": 1.0},)
+    model: Literal["scale"]
+    acceleration: Number = 1.0
+    steering_angle: Number = 1.0
+
+
+class Oscillating(_OnCommand):
+    """A cosine that begins at the onset is added to a channel's command."""
+
+    fits = ("channels",)
+    neutral = ({"acceleration": 0.0, "steering_angle": 0.0},)
+    model: Literal["oscillating"]
+    acceleration: Acceleration = 0.0
+    """Amplitude [m/s²]."""
+    steering_angle: Angle = 0.0
+    """Amplitude [rad]."""
+    frequency: Annotated[Frequency, Field(gt=0.0, le=100.0)]
+    """[Hz]."""
+
+
+class PlausibleButWrong(Fault):
+    """A channel goes on with a harmless command that has nothing to do with the traffic."""
+
+    fits = ("channels",)
+    model: Literal["plausible_but_wrong"]
+    acceleration: Acceleration = 0.5
+    """[m/s²]."""
+    steering_angle: Angle = 0.0
+    """[rad]."""
+
+
+class NotANumber(Fault):
+    """Acceleration and steering angle of a channel are no numbers."""
+
+    fits = ("channels",)
+    model: Literal["not_a_number"]
+
+
+class HeartbeatLies(Fault):
+    """A channel that is degraded, in fault or silent says ok, with fresh stamps."""
+
+    fits = ("channels",)
+    model: Literal["heartbeat_lies"]
+
+
+class Drop(Fault):
+    """Messages of a link are lost; what came last stands."""
+
+    fits = ("links",)
+    neutral = ({"probability": 0.0},)
+    model: Literal["drop"]
+    probability: Probability = 1.0
+    """That a message is lost, or begins a burst."""
+    burst: Annotated[int, Field(ge=1, le=10_000)] = 1
+    """How many messages in a row are lost then."""
+
+
+class Reorder(Fault):
+    """Some messages of a link come later than others that were sent after them."""
+
+    fits = ("links",)
+    neutral = ({"probability": 0.0}, {"by": 0.0})
+    model: Literal["reorder"]
+    probability: Probability = 1.0
+    """That a message is held up."""
+    by: Lag
+    """How long it is held up [s], rounded up to ticks."""
+
+
+class Duplicate(Fault):
+    """The message before comes again in place of a new one, with the stamp of the new one."""
+
+    fits = ("links",)
+    neutral = ({"probability": 0.0},)
+    model: Literal["duplicate"]
+    probability: Probability = 1.0
+    """That it comes again."""
+
+
+class TracksLost(Fault):
+    """A channel forgets every object at each of its ticks."""
+
+    fits = ("hooks",)
+    model: Literal["tracks_lost"]
+
+
+class PlannerFrozen(Fault):
+    """A channel goes on sending its last command, with fresh stamps and status ok.
+
+    The monitors of a safety channel go on, and its status with them.
+    """
+
+    fits = ("hooks",)
+    model: Literal["planner_frozen"]
+
+
+class MonitorsFrozen(Fault):
+    """The monitors of a safety channel stay as they were: what is not confirmed never will be."""
+
+    fits = ("hooks",)
+    model: Literal["monitors_frozen"]
+
+
+class MapShifted(Fault):
+    """What a channel takes for its lane lies beside the lane."""
+
+    fits = ("hooks",)
+    neutral = ({"offset": 0.0},)
+    model: Literal["map_shifted"]
+    offset: Annotated[Length, Field(ge=-10.0, le=10.0)]
+    """To the left [m]."""
+
+
+# --- Faults of the switch -------------------------------------------------------------------------
+
+
+class Late(Fault):
+    """Each change of authority takes effect later, beside the handover time of the switch."""
+
+    fits = ("switch",)
+    neutral = ({"delay": 0.0},)
+    model: Literal["late"]
+    delay: Annotated[Duration, Field(ge=0.0)]
+    """How much later, in whole ticks [s]."""
+
+
+# --- A fault: what fails, how, from when and for how long -----------------------------------------
 
 MODELS: Final[tuple[type[Fault], ...]] = (
     sensor_timing.DropOut,
@@ -53,30 +372,30 @@ MODELS: Final[tuple[type[Fault], ...]] = (
     sensor_bodies.DeadPixels,
     sensor_bodies.PixelNoise,
     sensor_bodies.Blackout,
-    channels.Silent,
-    channels.Crash,
-    channels.Slow,
-    channels.Bias,
-    channels.Scale,
-    channels.Oscillating,
-    channels.PlausibleButWrong,
-    channels.NotANumber,
-    channels.HeartbeatLies,
-    channels.Drop,
-    channels.Reorder,
-    channels.Duplicate,
-    channels.TracksLost,
-    channels.PlannerFrozen,
-    channels.MonitorsFrozen,
-    channels.MapShifted,
+    Silent,
+    Crash,
+    Slow,
+    Bias,
+    Scale,
+    Oscillating,
+    PlausibleButWrong,
+    NotANumber,
+    HeartbeatLies,
+    Drop,
+    Reorder,
+    Duplicate,
+    TracksLost,
+    PlannerFrozen,
+    MonitorsFrozen,
+    MapShifted,
     signals.Delay,
     signals.Stuck,
-    vehicle.Loss,
-    vehicle.Fade,
-    vehicle.Offset,
-    vehicle.RateLimit,
-    vehicle.Friction,
-    switch.Late,
+    Loss,
+    Fade,
+    Offset,
+    RateLimit,
+    Friction,
+    Late,
 )
 """The record of every model; those of one kind of target have names of their own."""
 
@@ -134,3 +453,131 @@ else:
 
 FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
 """Reads a fault of any model."""
+
+
+# --- Planned faults that change nothing, as far as their records and the architecture tell --------
+
+Injected: TypeAlias = "tuple[tuple[Fault, ...], Architecture]"
+"""The faults of an entry, and the architecture that has them."""
+
+_ADDS: Final = frozenset({"ghost", "stale", "stuck", "heartbeat_lies"})
+"""Models after which a target says something although it had been silenced."""
+
+_REPLACES: Final = frozenset({"stuck", "stuck_at", "plausible_but_wrong", "not_a_number"})
+"""Models that put a value in the place of whatever it was."""
+
+_ALTERS: Final = frozenset(
+    {"bias", "scale", "drift", "noise", "quantise", "spike", "bit_flip", "oscillating"}
+    | {"loss", "fade", "offset", "friction", *_REPLACES}
+)
+"""Models that change a value, and have no memory of it once they are gone."""
+
+
+def idle_faults(declared: Iterable[str], injected: Iterable[Injected]) -> list[tuple[str, str]]:
+    """List the faults that do nothing in some entry, or that no entry uses.
+
+    Args:
+        declared: Ids of all faults.
+        injected: Faults of each entry as they are planned, with the architecture.
+
+    Returns:
+        Id and reason, each once, in the order of the ids.
+    """
+    found: dict[str, dict[str, None]] = {name: {} for name in declared}
+    used: set[str] = set()
+    for faults, architecture in injected:
+        used |= {fault.id for fault in faults}
+        for fault in faults:
+            for reason in _reasons(fault, faults, architecture):
+                found.setdefault(fault.id, {})[reason] = None
+    for name, reasons in found.items():
+        if name not in used:
+            reasons["is injected in no test case"] = None
+    return [(name, reason) for name, reasons in found.items() for reason in reasons]
+
+
+def _reasons(fault: Fault, faults: Sequence[Fault], architecture: Architecture) -> Iterator[str]:
+    if fault.nothing:
+        yield f"changes nothing: {fault.model} with {fault.nothing}"
+    for at, other in enumerate(faults):
+        if _masks(other, fault, faults):
+            yield f"is masked by {other.id}, which silences {other.target} all the while"
+        elif at > faults.index(fault) and _replaces(other, fault) and _covers(other, fault):
+            yield f"is masked by {other.id}, which replaces what {other.target} gives all the while"
+    name = architecture.architecture
+    channels, sensors = _heard(architecture)
+    kind, reader = fault.port, fault.target_id.partition(".")[0]
+    if kind == "sensors" and fault.target_id not in sensors:
+        yield f"acts on {fault.target}, which no channel of {name} that can act is linked to"
+    elif kind in {"channels", "hooks", "links"} and reader not in channels:
+        yield f"acts on channel {reader} of {name}, which no channel that acts looks at"
+    elif kind == "switch" and len(architecture.switch.priority) < 2:
+        yield f"acts on the switch of {name}, which has one channel only"
+
+
+def _masks(one: Fault, other: Fault, faults: Sequence[Fault]) -> bool:
+    """Tell whether one fault takes away what the other changes, whenever that is present."""
+    target = other.target
+    if other.port in {"hooks", "links"}:
+        # Of a silenced channel nobody sees what goes on inside it, nor what it is shown.
+        target = f"channels.{other.target_id.partition('.')[0]}"
+    if one is other or not (one.silences and one.target == target and one.every is None):
+        return False
+    is_before = faults.index(one) < faults.index(other)
+    if is_before and other.model in _ADDS:
+        return False
+    covers = _covers(one, other)
+    # Of two that silence it at the same time, the later one is masked.
+    return covers and (is_before or not (other.silences and _covers(other, one)))
+
+
+def _replaces(one: Fault, other: Fault) -> bool:
+    """Tell whether one fault takes away what another changes that is applied before it."""
+    is_set = one.model == "friction" and getattr(one, "value", None) is not None
+    return (
+        (is_set or one.model in _REPLACES)
+        and other.model in _ALTERS
+        and one.every is None
+        and (one.target, getattr(one, "signal", None))
+        == (other.target, getattr(other, "signal", None))
+    )
+
+
+def _covers(one: Fault, other: Fault) -> bool:
+    """Tell whether one fault is present whenever the other is, where their records tell that."""
+    lasts, needed = (math.inf if item.duration is None else item.duration for item in (one, other))
+    if other.every is not None:
+        needed += math.inf if other.times is None else (other.times - 1) * other.every
+    if one.onset == other.onset and one.onset.between is None:
+        return lasts >= needed
+    begins, first = one.onset.at, other.onset.at if other.onset.between is None else None
+    last = first
+    if other.onset.between is not None:
+        first, last = other.onset.between
+    if begins == 0.0 and lasts == math.inf:
+        return True
+    return (
+        begins is not None
+        and first is not None
+        and last is not None
+        and begins <= first
+        and begins + lasts >= last + needed
+    )
+
+
+def _heard(architecture: Architecture) -> tuple[set[str], set[str]]:
+    """Find the channels that can act, or that such look at, and the sensors that they look at."""
+    switch = architecture.switch
+    open_, channels = [*switch.priority, switch.default], set[str]()
+    sensors: set[str] = set()
+    while open_:
+        name = open_.pop()
+        if name in channels or name not in architecture.channels:
+            continue
+        channels.add(name)
+        for link in architecture.channels[name].links:
+            if link.startswith("channels."):
+                open_.append(link.removeprefix("channels."))
+            else:
+                sensors.add(link.removeprefix(HEALTH))
+    return channels, sensors

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from adeye.kernel.stop_rating import CONTACT, RULE_NAMES
-from adeye.spec.misplaced import misplaced
+from adeye.kernel.stops import CONTACT, RULE_NAMES
+from adeye.spec.document import misplaced
 from adeye.spec.quantity import Duration, Length, Many, Number, Record
 
 if TYPE_CHECKING:

@@ -10,16 +10,17 @@ from typing import Any, Final, Generic, TypeVar
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.spec.architecture import Architecture
-from adeye.spec.concept import Concept
-from adeye.spec.decomposition import asil_problems
+from adeye.spec.channels import ReferenceName, read_name, reference_content
+from adeye.spec.concept import Concept, asil_problems
 from adeye.spec.document import Document, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
-from adeye.spec.reference import ReferenceName, read_name, reference_content
 from adeye.spec.scenario import LogicalScenario
 from adeye.units import shown
+
+# --- Load an ODD with everything it names: scenarios, architectures and the concept ---------------
 
 Spec = TypeVar("Spec", bound=Record)
 Loc = tuple[str | int, ...]
@@ -421,3 +422,38 @@ def _other_elements(concept: Path) -> set[str]:
 def _check_asil(concept: Loaded[Concept]) -> None:
     for loc, text in asil_problems(concept.spec):
         raise SpecError(text, where=concept.locate(loc))
+
+
+# --- Which catalogue of scenarios the verbs read --------------------------------------------------
+
+
+def catalogue_folder(chosen: Path | None) -> Path:
+    """Find the folder of scenarios: the chosen one, ``scenarios_db`` here, or the shipped one.
+
+    Raises:
+        UsageError: The chosen one is not a folder.
+    """
+    from adeye.errors import UsageError
+    # own module
+
+    if chosen is not None:
+        if not chosen.is_dir():
+            raise UsageError(f"catalogue {chosen} is not a folder", remedy="Name a folder of YAML.")
+        return chosen
+    here = Path("scenarios_db")
+    return here if here.is_dir() else shipped("scenarios_db")
+
+
+def catalogue_files(chosen: Path | None) -> dict[str, Path]:
+    """List the scenarios that the verbs read by id: those of a folder chosen, or of both others.
+
+    One in ``scenarios_db`` here takes the place of the shipped one of the same id.
+
+    Raises:
+        UsageError: The chosen one is not a folder.
+        SpecError: Two files of one folder have one id.
+    """
+    # own module
+
+    found = {} if chosen is not None else scenario_files(shipped(SCENARIOS))
+    return dict(sorted((found | scenario_files(catalogue_folder(chosen))).items()))

@@ -8,10 +8,8 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import suggest
-from adeye.spec.bins import CoverageBins
-from adeye.spec.distribution import Distribution
+from adeye.spec.document import Loc, misplaced, repeated
 from adeye.spec.fault import AnyFault
-from adeye.spec.misplaced import Loc, misplaced, repeated
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     Angle,
@@ -28,6 +26,129 @@ from adeye.spec.quantity import (
     Text,
 )
 from adeye.spec.scenario import ActorKind, Illumination, Value
+
+# --- Bins in which the coverage of an ODD is counted ----------------------------------------------
+
+
+class CoverageBins(Record):
+    """Edges of the bins of an attribute, in ascending order; without them there are default ones.
+
+    A bin has its lower edge and not its upper one; the last one has both. Radius, sun and actors
+    are counted only where edges or kinds stand here, or the attributes of the ODD limit them.
+    """
+
+    ego_speed: Annotated[Many[Speed], Field(min_length=2)] | None = None
+    rain: Annotated[Many[RainRate], Field(min_length=2)] | None = None
+    fog_visibility: Annotated[Many[Length], Field(min_length=2)] | None = None
+    friction: Annotated[Many[Number], Field(min_length=2)] | None = None
+    radius: Annotated[Many[Length], Field(min_length=2)] | None = None
+    """Of a curve, to the left or to the right; a straight road is a bin of its own."""
+    sun_elevation: Annotated[Many[Angle], Field(min_length=2)] | None = None
+    """Of a sun above the horizon; no sun is a bin of its own."""
+    actors: Annotated[Many[ActorKind], Field(min_length=1)] | None = None
+    """Kinds, each a bin; a situation has those of all its actors."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = write(self)
+        return {name: edges for name, edges in content.items() if edges is not None}
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        kinds = self.actors or ()
+        found: list[tuple[Loc, str]] = [
+            (("actors", at), f"{kinds[at]!r} occurs twice") for at in repeated(kinds)
+        ]
+        for name in type(self).model_fields:
+            edges = () if name == "actors" else getattr(self, name) or ()
+            found += [
+                ((name, at + 1), "edges of bins must ascend, and this is not above the one before")
+                for at in range(len(edges) - 1)
+                if not edges[at] < edges[at + 1]
+            ]
+        if found:
+            raise misplaced(found)
+        return self
+
+
+# --- What a sweep declares about how a quantity is distributed ------------------------------------
+
+WEIGHT_SLACK: Final = 1e-9
+"""How far the weights of a choice may sum up beside 1, so that thirds can be written."""
+
+
+class _Sparse(Record):
+    """A record that is written without the keys that it does not use."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = write(self)
+        return {name: value for name, value in content.items() if value is not None}
+
+
+class Normal(_Sparse):
+    """A normal distribution, cut off at the ends that are given."""
+
+    mean: Value
+    sd: Value
+    min: Value | None = None
+    max: Value | None = None
+
+
+class Lognormal(_Sparse):
+    """A quantity whose logarithm is normal, cut off at the ends that are given."""
+
+    median: Value
+    sigma: Annotated[float, Field(gt=0.0, le=10.0)]
+    """Standard deviation of the logarithm."""
+    min: Value | None = None
+    max: Value | None = None
+
+
+class Distribution(_Sparse):
+    """How an axis of a sample is distributed: exactly one of the kinds."""
+
+    uniform: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
+    normal: Normal | None = None
+    lognormal: Lognormal | None = None
+    empirical: Text | None = None
+    """File with a line of headers, relative to the ODD; each of its values is as likely."""
+    column: Text | None = None
+    unit: str | None = None
+    """Unit of the numbers in the file; without it they are plain numbers."""
+    choice: Annotated[dict[str, Annotated[float, Field(gt=0.0, le=1.0)]], Field(min_length=1)] | (
+        None
+    ) = None
+    """Weight of each value; they sum up to 1."""
+
+    @property
+    def kind(self) -> str:
+        """Which one it is."""
+        return next(name for name in KINDS if getattr(self, name) is not None)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        given = [name for name in KINDS if getattr(self, name) is not None]
+        if len(given) != 1:
+            msg = f"give exactly one of {', '.join(KINDS)}, not {', '.join(given) or 'none'}"
+            raise ValueError(msg)
+        if (self.empirical is None) != (self.column is None):
+            msg = "empirical and column go together"
+            raise ValueError(msg)
+        if self.unit is not None and self.empirical is None:
+            raise misplaced([(("unit",), "unit belongs to empirical")])
+        total = sum(self.choice.values()) if self.choice is not None else 1.0
+        if abs(total - 1.0) > WEIGHT_SLACK:
+            text = f"the weights sum up to {total:.10g}, not to 1"
+            raise misplaced([(("choice",), text)])
+        return self
+
+
+KINDS: Final = ("uniform", "normal", "lognormal", "empirical", "choice")
+"""Kinds of distribution, as a sweep writes them."""
+
+
+# --- An ODD: attributes, scenarios with their sweeps, faults, architectures, concept and gate -----
 
 
 class LaneLimits(Record):

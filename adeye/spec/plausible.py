@@ -16,8 +16,8 @@ from pydantic import AfterValidator, BaseModel
 
 from adeye.errors import suggest
 from adeye.kernel.relation import differences
+from adeye.spec.document import Loc
 from adeye.spec.expression import Expression
-from adeye.spec.misplaced import Loc
 from adeye.spec.quantity import GrownRecord, Many
 from adeye.units import Dimension, format_quantity, parse_quantity, shown
 

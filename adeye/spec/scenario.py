@@ -12,8 +12,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from adeye.errors import InputError
+from adeye.spec.document import Loc, misplaced
 from adeye.spec.expression import parse
-from adeye.spec.misplaced import Loc, misplaced
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     AccelerationFormula,

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, StringConstraints, model_validator
 
-from adeye.spec.misplaced import Loc, misplaced
+from adeye.spec.document import Loc, misplaced
 from adeye.spec.quantity import (
     PLUGIN,
     Acceleration,

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from adeye.spec.misplaced import Loc, misplaced, repeated
+from adeye.spec.document import Loc, misplaced, repeated
 from adeye.spec.quantity import (
     Acceleration,
     AngularRate,

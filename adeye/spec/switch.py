@@ -7,16 +7,8 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_serializer, model_validator
 
-from adeye.spec.misplaced import Loc, misplaced, repeated
-from adeye.spec.quantity import (
-    Acceleration,
-    AngularRate,
-    Duration,
-    Identifier,
-    Jerk,
-    Many,
-    Record,
-)
+from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.quantity import Acceleration, AngularRate, Duration, Identifier, Jerk, Many, Record
 from adeye.spec.sensors import NonNegativeAngle, NonNegativeDuration
 
 _COMMON: Final = frozenset(

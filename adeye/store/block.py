@@ -8,25 +8,29 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.metrics.registry import STATUSES
-from adeye.evaluation.outcome import OUTCOMES
-from adeye.evaluation.verdict import Outcome, Verdict
-from adeye.store.columns import Dictionary, Texts
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.outcome import OUTCOMES
+from adeye.judge.verdict import Outcome, Verdict
+from adeye.store.encoding import Dictionary, Texts, json_text
+from adeye.store.records import require_seed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from datetime import datetime
 
     from adeye.signals import Bools, Floats, Ints
-    from adeye.store.basis_block import BasisBlock
-    from adeye.store.rows import (
+    from adeye.store.records import (
+        ContentRecord,
         EngineKey,
         EventRecord,
         MetricValue,
+        PlannedCase,
         RunRecord,
         VerdictRecord,
     )
+
+# --- What came out of a block of runs, as columns: cheap to send between processes and to store ---
 
 _VALUE: Final = STATUSES.index("value")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
@@ -398,3 +402,147 @@ def run_block(records: Sequence[RunRecord], metric_ids: Sequence[str]) -> RunBlo
         tuple(plugins),
         tuple(record.chain for record in records),
     )
+
+
+# --- Consecutive test cases of a plan as columns: what planning saves, without a record for each --
+
+
+@dataclass(frozen=True)
+class PlannedCases:
+    """Test cases that share content, faults, clock, engine and structure; N of them.
+
+    Attributes:
+        scenario: Id of the scenario in the ODD.
+        scenario_content: Executable content of the scenario, overrides applied.
+        architecture: Id of the architecture.
+        architecture_content: Executable content of the architecture, overrides applied.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        faults: Executable content of the faults of the entry.
+        seed: Seed of the ODD.
+        step_s: Master clock [s].
+        engine: Engine that executes them.
+        structure: Test cases of different structure never share a block.
+        test_cases: (N,) digests.
+        situations: (N,) digests of the situations.
+        parameters: (N,) resolved scenario parameters in SI, as JSON.
+        points: (N,) swept values in SI by the name that the sweep uses, as JSON.
+        replicates: (N,) numbers of the replicates, from 0.
+        inside_odd: (N,) whether the planned attributes lie inside the ODD.
+        point_index: (N,) places in the plan of the ODD.
+    """
+
+    scenario: str
+    scenario_content: ContentRecord
+    architecture: str
+    architecture_content: ContentRecord
+    fault_entry: str
+    faults: Sequence[Mapping[str, Any]]
+    seed: int
+    step_s: float
+    engine: EngineKey
+    structure: str
+    test_cases: Sequence[str]
+    situations: Sequence[str]
+    parameters: Sequence[str]
+    points: Sequence[str]
+    replicates: Sequence[int]
+    inside_odd: Sequence[bool]
+    point_index: Sequence[int]
+
+    def __post_init__(self) -> None:
+        require_seed(self.seed)
+
+    def __len__(self) -> int:
+        """Number of test cases."""
+        return len(self.test_cases)
+
+    @classmethod
+    def of(cls, case: PlannedCase) -> PlannedCases:
+        """Take one test case."""
+        return cls(
+            scenario=case.scenario,
+            scenario_content=case.scenario_content,
+            architecture=case.architecture,
+            architecture_content=case.architecture_content,
+            fault_entry=case.fault_entry,
+            faults=case.faults,
+            seed=case.seed,
+            step_s=case.step_s,
+            engine=case.engine,
+            structure=case.structure,
+            test_cases=(case.test_case,),
+            situations=(case.situation,),
+            parameters=(json_text(dict(case.parameters)),),
+            points=(json_text(dict(case.point)),),
+            replicates=(case.replicate,),
+            inside_odd=(case.inside_odd,),
+            point_index=(case.point_index,),
+        )
+
+
+# --- What judging runs of a block again depends on, column by column ------------------------------
+
+
+@dataclass(frozen=True)
+class ExtremeBlock:
+    """E sets of samples of the runs of a block.
+
+    Attributes:
+        run: (E,) row of the block.
+        measure: What decides.
+        value: (E,) the extreme, NaN for none.
+        time_s: (E,) its time, NaN for none [s].
+        actor: Its object.
+        samples: The samples as JSON, see ``samples_text``.
+    """
+
+    run: Ints
+    measure: Texts
+    value: Floats
+    time_s: Floats
+    actor: Texts
+    samples: Texts
+
+    def take(self, runs: Ints) -> ExtremeBlock:
+        """Choose runs of the block and number them from 0."""
+        rows = np.flatnonzero(np.isin(self.run, runs))
+        return ExtremeBlock(
+            np.searchsorted(runs, self.run[rows]),
+            self.measure[rows],
+            self.value[rows],
+            self.time_s[rows],
+            self.actor[rows],
+            self.samples[rows],
+        )
+
+
+@dataclass(frozen=True)
+class BasisBlock:
+    """What judging B runs again depends on.
+
+    Attributes:
+        version: Of judging.
+        uids: Definition of each metric by its id.
+        by_contact: (B,) whether a contact ended the run.
+        invalid: Why no FSR can be judged; none where they can.
+        extremes: Samples of these runs.
+        files: Where the trace of each run is kept: name of a file and place in it, None for
+            nowhere.
+    """
+
+    version: int
+    uids: Mapping[str, str]
+    by_contact: Bools
+    invalid: Texts
+    extremes: ExtremeBlock
+    files: tuple[tuple[str, int] | None, ...] = ()
+
+    def take(self, runs: Ints) -> BasisBlock:
+        """Choose runs, each at most once, in ascending order."""
+        return replace(
+            self,
+            by_contact=self.by_contact[runs],
+            invalid=self.invalid[runs],
+            extremes=self.extremes.take(runs),
+            files=tuple(self.files[run] for run in runs) if self.files else (),
+        )

@@ -2,6 +2,17 @@
 
 Statements go to the driver with tuples of values; on wide rows that is four times as fast as
 parameters by name.
+
+The hash of a row is made of 64-bit words, so that a compiled loop hashes thousands of rows at
+once: one word for a number or a truth value, two for a text (a BLAKE2b of 128 bits). It is the
+hash of the tables of results, ``tables.RESULTS``, and of the metrics of plug-ins; the tables of
+plans have that of ``encoding.row_hash``. Both tell an altered row from the one that was written;
+whoever alters it on purpose can also write a matching hash.
+
+A digest falls anywhere into an index; with a number, the rows of a block lie one after the other.
+
+A digest falls anywhere into an index, so that an insert touches a page of its own. A larger cache
+keeps these pages; an index that gets more entries than it had is cheaper built again at the end.
 """
 
 from __future__ import annotations
@@ -9,21 +20,31 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, cached_property
 from itertools import repeat
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+import numpy as np
 from sqlalchemy import Boolean, Float, Integer, Table
 from sqlalchemy.dialects import sqlite
 
+from adeye.errors import IntegrityError
+from adeye.kernel.jit import compiled
 from adeye.store import postgres
-from adeye.store.catalog import is_server
+from adeye.store.catalogue import is_server
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from numpy.typing import NDArray
     from sqlalchemy import Connection
+
+    from adeye.signals import Ints
+
+# --- From values to rows: normalisation by column type, row hashes, bulk inserts ------------------
 
 Row = tuple[Any, ...]
 
@@ -201,3 +222,343 @@ def chunks(values: Sequence[str]) -> Iterable[Sequence[str]]:
     """Cut a sequence into pieces that fit into one IN list."""
     for start in range(0, len(values), CHUNK):
         yield values[start : start + CHUNK]
+
+
+# --- Columns on their way to the database: rows of a table for a whole block, with their hashes ---
+
+Words: TypeAlias = "NDArray[np.uint64]"
+Column: TypeAlias = "NDArray[Any] | Texts"
+
+_NULL_NUMBER: Final = np.float64("nan").view(np.uint64)
+_NULL_TEXT: Final = b"\x00"
+"""No text of a database has a NUL, so that none is hashed like NULL."""
+
+
+class Dictionary:
+    """Texts that a column refers to by number; None is NULL."""
+
+    def __init__(self, words: Sequence[str | None], *, is_clean: bool = False) -> None:
+        """Keep the words.
+
+        Args:
+            words: Texts; NUL and lone surrogates are escaped.
+            is_clean: Whether they cannot have any, as digests cannot.
+        """
+        self.words: tuple[str | None, ...] = tuple(
+            words if is_clean else (word if word is None else clean_text(word) for word in words)
+        )
+
+    def __getstate__(self) -> tuple[str | None, ...]:
+        return self.words
+
+    def __setstate__(self, words: tuple[str | None, ...]) -> None:
+        self.words = words
+
+    @cached_property
+    def objects(self) -> NDArray[Any]:
+        """The words as an array of objects."""
+        found = np.empty(len(self.words), dtype=object)
+        found[:] = self.words
+        return found
+
+    @cached_property
+    def hashes(self) -> NDArray[np.uint64]:
+        """(W, 2) words of their hashes."""
+        joined = b"".join(
+            hashlib.blake2b(
+                _NULL_TEXT if word is None else word.encode("utf-8", "surrogatepass"),
+                digest_size=16,
+            ).digest()
+            for word in self.words
+        )
+        return np.frombuffer(joined, dtype="<u8").reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class Texts:
+    """A column of text.
+
+    Attributes:
+        codes: (R,) index into the dictionary; -1 is its last word.
+        dictionary: The words.
+    """
+
+    codes: NDArray[np.integer[Any]]
+    dictionary: Dictionary
+
+    @classmethod
+    def of(cls, values: Sequence[str | None]) -> Texts:
+        """Number the different ones of some texts."""
+        words: dict[str | None, int] = {}
+        codes = [words.setdefault(value, len(words)) for value in values]
+        return cls(np.array(codes, dtype=np.int64), Dictionary(tuple(words)))
+
+    @classmethod
+    def same(cls, value: str | None, rows: int) -> Texts:
+        """Repeat one text."""
+        return cls(np.zeros(rows, dtype=np.int64), Dictionary((value,)))
+
+    @classmethod
+    def unique(cls, values: Sequence[str]) -> Texts:
+        """Take digests, which are all different and need no escaping."""
+        return cls(np.arange(len(values)), Dictionary(values, is_clean=True))
+
+    def __len__(self) -> int:
+        """Count the rows."""
+        return len(self.codes)
+
+    def __getitem__(self, rows: Any) -> Texts:
+        """Choose rows."""
+        return Texts(self.codes[rows], self.dictionary)
+
+    def values(self) -> list[str | None]:
+        """Give the texts; None is NULL."""
+        return list(self.dictionary.objects[self.codes].tolist())
+
+
+def table_rows(columns: Sequence[Column], words: NDArray[np.uint64], table: Table) -> list[Row]:
+    """Make the rows of a table from all of its columns but the hash.
+
+    Args:
+        columns: In the order of the table.
+        words: The words (R, W) of what the hash covers, see ``hashed_names`` and ``hash_words``.
+        table: A table of results.
+    """
+    hashes = row_hashes(table, words)
+    return list(zip(*[_objects(column) for column in columns], hashes, strict=True))
+
+
+def _objects(column: Column) -> list[Any]:
+    if isinstance(column, Texts):
+        return column.values()
+    if column.dtype.kind != "f":
+        return list(column.astype(np.int64).tolist())
+    numbers = column + 0.0
+    missing = np.isnan(numbers)
+    if not missing.any():
+        return list(numbers.tolist())
+    # SQLite would store NaN as NULL, PostgreSQL as NaN.
+    values = numbers.astype(object)
+    values[missing] = None
+    return list(values.tolist())
+
+
+def hash_words(columns: Sequence[Column]) -> NDArray[np.uint64]:
+    """Give the words (R, W) that the hash of each row covers.
+
+    Raises:
+        ValueError: A number is infinite.
+    """
+    rows = len(columns[0])
+    width = sum(2 if isinstance(column, Texts) else 1 for column in columns)
+    # Column after column: writing to every row of a table in turn would wait for memory.
+    words = np.empty((width, rows), dtype=np.uint64).T
+    place = 0
+    for column in columns:
+        if isinstance(column, Texts):
+            words[:, place : place + 2] = column.dictionary.hashes[column.codes]
+            place += 2
+            continue
+        if column.dtype.kind == "f":
+            words[:, place] = _number_words(column)
+        else:
+            words[:, place] = column.astype(np.int64).view(np.uint64)
+        place += 1
+    return words
+
+
+def _number_words(column: NDArray[Any]) -> NDArray[np.uint64]:
+    if np.isinf(column).any():
+        msg = "an infinity cannot be stored; use NULL and a status"
+        raise ValueError(msg)
+    # SQLite stores -0.0 as 0.
+    found = (np.asarray(column, dtype=np.float64) + 0.0).view(np.uint64)
+    return np.where(np.isnan(column), _NULL_NUMBER, found)
+
+
+def row_hashes(table: Table, words: NDArray[np.uint64]) -> list[str]:
+    """Hash the rows of a table: 128 bits each, in hex."""
+    seed = np.frombuffer(hashlib.blake2b(table.name.encode(), digest_size=16).digest(), dtype="<u8")
+    hashes = np.empty((words.shape[0], 2), dtype="<u8")
+    _hash_rows(words, seed, hashes)
+    text = hashes.tobytes().hex()
+    return [text[place : place + 32] for place in range(0, len(text), 32)]
+
+
+@compiled
+def _hash_rows(
+    words: NDArray[np.uint64], seed: NDArray[np.uint64], out: NDArray[np.uint64]
+) -> None:
+    """Mix the words of each row into two lanes.
+
+    Every step is a bijection of a lane for a given word and of the word for a given lane, so that
+    a change of one word always changes both lanes.
+
+    Args:
+        words: (R, W).
+        seed: (2,).
+        out: (R, 2).
+    """
+    for row in range(words.shape[0]):
+        one, two = seed[0], seed[1]
+        for place in range(words.shape[1]):
+            word = words[row, place]
+            one = (one ^ word) * np.uint64(0x9E3779B97F4A7C15)
+            one ^= one >> np.uint64(32)
+            two = (two + word) * np.uint64(0xC2B2AE3D27D4EB4F)
+            two ^= two >> np.uint64(29)
+        for _ in range(2):
+            one += two
+            one = (one ^ (one >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            two += one
+            two = (two ^ (two >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        out[row, 0], out[row, 1] = one ^ (one >> np.uint64(31)), two ^ (two >> np.uint64(31))
+
+
+@cache
+def _kinds(table: Table) -> tuple[str, ...]:
+    return tuple(
+        "f"
+        if isinstance(column.type, Float)
+        else "i"
+        if isinstance(column.type, Integer | Boolean)
+        else "t"
+        for column in table.columns
+    )
+
+
+def hashed_names(table: Table) -> list[str]:
+    """List what the hash of a row covers: the digest of its result in place of the run's number.
+
+    A number depends on the order in which runs came into this database.
+    """
+    number, *others, _row_hash = (column.name for column in table.columns)
+    return others if number == "number" else ["result_digest", *others]
+
+
+def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDArray[np.uint64]:
+    """Give the words of rows as the database returns them.
+
+    Args:
+        table: A table of results.
+        names: Those of ``hashed_names`` that the rows have.
+        rows: Values.
+
+    Raises:
+        TypeError: A value has a type that was never written there.
+        ValueError: A number is not finite.
+    """
+    kinds = dict(zip((column.name for column in table.columns), _kinds(table), strict=True))
+    kinds["result_digest"] = "t"
+    columns = zip(*rows, strict=True) if rows else ([] for _ in names)
+    return hash_words(
+        [_stored(kinds[name], values) for name, values in zip(names, columns, strict=True)]
+    )
+
+
+def _stored(kind: str, values: Sequence[Any]) -> Column:
+    allowed = {"f": float, "i": int, "t": str}[kind]
+    for value in values:
+        if value is not None and type(value) is not allowed:
+            msg = f"{value!r} is not what was written"
+            raise TypeError(msg)
+    if kind == "t":
+        words: dict[str | None, int] = {}
+        codes = [words.setdefault(value, len(words)) for value in values]
+        return Texts(np.array(codes, dtype=np.int64), Dictionary(tuple(words), is_clean=True))
+    if kind == "i":
+        return np.array(values, dtype=np.int64)
+    if any(value is not None and not math.isfinite(value) for value in values):
+        msg = "a number is not finite"
+        raise ValueError(msg)
+    return np.array([math.nan if value is None else value for value in values])
+
+
+# --- Numbers of runs: what metrics, verdicts and events refer to, in the order in which runs came
+# in.
+
+
+def next_number(connection: Connection) -> int:
+    """Return the number that the next run gets, in a write transaction."""
+    last = connection.exec_driver_sql("SELECT max(number) FROM run").scalar()
+    return 1 if last is None else int(last) + 1
+
+
+def run_numbers(connection: Connection, digests: Sequence[str]) -> Ints:
+    """Look up the numbers (B,) of runs.
+
+    Raises:
+        IntegrityError: One of them is not in the database.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT result_digest, number FROM run "
+        "WHERE result_digest IN (SELECT value FROM json_each(?))",
+        (json.dumps(digests),),
+    )
+    numbers = {str(item.result_digest): int(item.number) for item in found}
+    missing = next((digest for digest in digests if digest not in numbers), None)
+    if missing is not None:
+        raise IntegrityError(f"run {missing[:12]} is not in the database. Execute it first.")
+    return np.array([numbers[digest] for digest in digests], dtype=np.int64)
+
+
+# --- Many inserts into a table with digests for keys: with room for its indexes, or without them --
+
+CACHE_KIB: Final = 131_072
+MANY_ROWS: Final = 20_000
+"""Rows from which on an index is built again."""
+
+
+@contextmanager
+def large_cache(connection: Connection) -> Iterator[None]:
+    """Let SQLite keep more pages in memory for a while; it takes them as it needs them."""
+    if is_server(connection):
+        yield
+        return
+    before = connection.exec_driver_sql("PRAGMA cache_size").scalar_one()
+    connection.exec_driver_sql(f"PRAGMA cache_size = -{CACHE_KIB}")
+    try:
+        yield
+    finally:
+        connection.exec_driver_sql(f"PRAGMA cache_size = {before}")
+
+
+@contextmanager
+def rebuilt_indexes(connection: Connection, table: Table) -> Iterator[None]:
+    """Insert without the table's own indexes and make them at the end.
+
+    Args:
+        connection: In a write transaction, which takes everything back if an insert fails.
+        table: Where rows are inserted.
+    """
+    if is_server(connection):
+        # A server has others who need its indexes meanwhile.
+        yield
+        return
+    found = connection.exec_driver_sql(
+        "SELECT name, sql FROM sqlite_master WHERE type = 'index' AND tbl_name = ? "
+        "AND sql IS NOT NULL ORDER BY rowid",
+        (table.name,),
+    ).all()
+    for name, _ in found:
+        connection.exec_driver_sql(f"DROP INDEX {name}")
+    yield
+    for _, ddl in found:
+        connection.exec_driver_sql(ddl)
+
+
+def is_worth_rebuilding(rows: int, size: int) -> bool:
+    """Tell whether making the indexes of a table again is cheaper than inserting into them.
+
+    Args:
+        rows: How many are inserted.
+        size: How many there were before.
+    """
+    return rows >= MANY_ROWS and rows >= size
+
+
+def size_of(connection: Connection, table: Table) -> int:
+    """Count the rows of an insert-only table, whose row numbers have no gaps."""
+    counted = "count(*)" if is_server(connection) else "max(rowid)"
+    found = connection.exec_driver_sql(f"SELECT {counted} FROM {table.name}")  # noqa: S608 - own names
+    return int(found.scalar() or 0)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from sqlalchemy import func, select
 
-from adeye.store.catalog import is_server
+from adeye.store.catalogue import is_server
 from adeye.store.encoding import json_text, utc_text
 
 if TYPE_CHECKING:

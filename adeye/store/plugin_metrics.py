@@ -15,16 +15,15 @@ from sqlalchemy import MetaData, Table
 from sqlalchemy.dialects import postgresql, sqlite
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.metrics.registry import STATUSES
 from adeye.identity import digest
-from adeye.store import catalog
-from adeye.store.columns import Column, Dictionary, Texts, hash_words, table_rows
-from adeye.store.inserting import insert_rows
-from adeye.store.numbers import run_numbers
-from adeye.store.rows import MetricValue
-from adeye.store.scenario_view import identifier
+from adeye.judge.metrics.registry import STATUSES
+from adeye.store import catalogue as catalog
+from adeye.store.encoding import Column, Dictionary, Texts, hash_words, run_numbers, table_rows
+from adeye.store.ledger import insert_rows
+from adeye.store.records import MetricValue
+from adeye.store.schema import insert_only_ddl
 from adeye.store.tables import make_metric_table, metadata
-from adeye.store.triggers import insert_only_ddl
+from adeye.store.views import identifier
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -19,67 +19,60 @@ from contextlib import ExitStack
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any, Self
 
-from adeye.store import (
-    compared,
-    content,
-    damage,
-    figures,
-    found,
-    leasing,
-    merging,
-    planning,
-    reading,
-    recording,
-    scenario_view,
-    schema,
-    soundness,
-    summaries,
-    tables,
-    verification,
-)
-from adeye.store.again import Again
+from adeye.store import schema, tables
+from adeye.store import views as scenario_view
 from adeye.store.block import JudgedBlock, RunBlock, run_block
-from adeye.store.checking import unbegun_events
 from adeye.store.database import Database, create_parent
-from adeye.store.evidence import Evidence
-from adeye.store.hindsight import Hindsight
+from adeye.store.evidence import verification
+from adeye.store.evidence import verification as damage
+from adeye.store.evidence import verification as soundness
+from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.owner import Owner
-from adeye.store.queue import Queue
+from adeye.store.read import bulk as compared
+from adeye.store.read import bulk as figures
+from adeye.store.read import campaigns as found
+from adeye.store.read import campaigns as reading
+from adeye.store.read import campaigns as summaries
+from adeye.store.read.checking import unbegun_events
+from adeye.store.read.rejudging import Again
+from adeye.store.write import content, planning
+from adeye.store.write import merge as merging
+from adeye.store.write import queue as leasing
+from adeye.store.write import results as recording
+from adeye.store.write.queue import Queue
+from adeye.store.write.studies import Hindsight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    from adeye.evaluation.verdict import Verdict
+    from adeye.judge.verdict import Verdict
     from adeye.spec.concept import Concept
-    from adeye.store.compared import Compared
-    from adeye.store.figures import Figures
-    from adeye.store.merging import Copied, Merged, Origin
-    from adeye.store.planned import PlannedCases
-    from adeye.store.rows import (
+    from adeye.store.block import PlannedCases
+    from adeye.store.read.bulk import Compared, Figures
+    from adeye.store.records import (
         Artifact,
-        CampaignRecord,
-        ContentRecord,
-        PlannedCase,
-        RunRecord,
-        VerdictRecord,
-    )
-    from adeye.store.stored import (
         Block,
         CampaignInfo,
+        CampaignRecord,
+        ContentRecord,
         DatabaseInfo,
         Finding,
         FsrStatus,
         NeverHeld,
         Plan,
+        PlannedCase,
         Progress,
         ResultTable,
+        RunRecord,
         RunRef,
         StoredCase,
         StoredRun,
+        VerdictRecord,
         WorkState,
     )
+    from adeye.store.write.merge import Copied, Merged, Origin
 
 DEFAULT_LEASE_S = 60.0
 DEFAULT_BLOCK_SIZE = 64

@@ -3,6 +3,14 @@
 Every table but ``work`` and ``artifact`` is insert-only and carries ``row_hash``, a hash over the
 row's other values, so that ``verify`` can name a row that was altered. JSON is kept as canonical
 text, because the text is what is hashed.
+
+They are in no result hash: a run from before they were there is judged again by executing it.
+
+Every one can be told from plan and results, which ``verification`` does; they are there so that the
+views need not look at a million test cases.
+
+The rows of ``metric`` are part of the hash of a result. A metric that came later must not change
+what was hashed: it stands in a table of its own, and a result that is older lacks it.
 """
 
 from __future__ import annotations
@@ -20,15 +28,11 @@ from sqlalchemy import (
     Table,
 )
 
-from adeye.store import basis_tables
-from adeye.store.case_tables import case_count as case_count
-from adeye.store.case_tables import case_match as case_match
-from adeye.store.case_tables import case_repeat as case_repeat
-from adeye.store.case_tables import case_run as case_run
-from adeye.store.case_tables import case_tally as case_tally
-from adeye.store.case_tables import never_held as never_held
-from adeye.store.certificate_tables import certificate as certificate
-from adeye.store.column_kinds import (
+from adeye.store.evidence_tables import allocation as allocation
+from adeye.store.evidence_tables import assumption as assumption
+from adeye.store.evidence_tables import campaign_root as campaign_root
+from adeye.store.evidence_tables import certificate as certificate
+from adeye.store.evidence_tables import (
     coded,
     count_column,
     digest_column,
@@ -38,29 +42,268 @@ from adeye.store.column_kinds import (
     row_hash_column,
     text_column,
 )
-from adeye.store.column_kinds import metadata as metadata
-from adeye.store.concept_tables import allocation as allocation
-from adeye.store.concept_tables import assumption as assumption
-from adeye.store.concept_tables import decomposition as decomposition
-from adeye.store.concept_tables import decomposition_child as decomposition_child
-from adeye.store.concept_tables import dependent_failure as dependent_failure
-from adeye.store.concept_tables import element as element
-from adeye.store.concept_tables import element_relation as element_relation
-from adeye.store.concept_tables import fsr as fsr
-from adeye.store.concept_tables import hazardous_event as hazardous_event
-from adeye.store.concept_tables import safety_goal as safety_goal
-from adeye.store.evidence_tables import campaign_root as campaign_root
+from adeye.store.evidence_tables import decomposition as decomposition
+from adeye.store.evidence_tables import decomposition_child as decomposition_child
+from adeye.store.evidence_tables import dependent_failure as dependent_failure
+from adeye.store.evidence_tables import element as element
+from adeye.store.evidence_tables import element_relation as element_relation
+from adeye.store.evidence_tables import fsr as fsr
+from adeye.store.evidence_tables import half_step as half_step
+from adeye.store.evidence_tables import hazardous_event as hazardous_event
 from adeye.store.evidence_tables import ledger as ledger
+from adeye.store.evidence_tables import metadata as metadata
+from adeye.store.evidence_tables import safety_goal as safety_goal
 from adeye.store.evidence_tables import seal as seal
 from adeye.store.evidence_tables import session as session
+from adeye.store.evidence_tables import uncertainty as uncertainty
 from adeye.store.evidence_tables import withdrawal as withdrawal
-from adeye.store.half_tables import half_step as half_step
-from adeye.store.half_tables import uncertainty as uncertainty
-from adeye.store.metric_ids import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS
-from adeye.store.metric_ids import METRIC_IDS as METRIC_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+# --- Tables of what it takes to judge a run again without its trace -------------------------------
+
+
+def _run_number() -> Column[int]:
+    key = ForeignKey("run.number")
+    return Column("run_number", Integer, key, primary_key=True, autoincrement=False)
+
+
+uid_set = Table(
+    "uid_set", metadata, digest_column("digest", key=True), text_column("uids"), row_hash_column()
+)
+basis = Table(
+    "basis",
+    metadata,
+    _run_number(),
+    count_column("version", key=True),
+    digest_column("uid_set_digest", "uid_set.digest"),
+    flag_column("by_contact"),
+    text_column("invalid", null=True),
+    row_hash_column(),
+)
+extreme = Table(
+    "extreme",
+    metadata,
+    _run_number(),
+    text_column("measure", key=True),
+    count_column("version", key=True),
+    number_column("value"),
+    number_column("time_s"),
+    text_column("actor", null=True),
+    text_column("samples"),
+    row_hash_column(),
+    sqlite_with_rowid=False,
+)
+kept_trace = Table(
+    "kept_trace",
+    metadata,
+    _run_number(),
+    text_column("file", key=True),
+    count_column("place"),
+    row_hash_column(),
+)
+
+BASIS_RESULTS: Final = (basis, extreme, kept_trace)
+"""Of these, the tables written a block at a time."""
+
+
+# --- Tables about the cases of a campaign: counts of them, what pairs them, and their runs --------
+
+
+def _campaign(*, key: bool = False) -> Column[str]:
+    return Column(
+        "campaign_id", coded(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
+    )
+
+
+case_count = Table(
+    "case_count",
+    metadata,
+    _campaign(key=True),
+    text_column("scenario", key=True),
+    text_column("architecture", key=True),
+    text_column("fault_entry", key=True),
+    count_column("planned"),
+    row_hash_column(),
+)
+"""How many cases a campaign plans."""
+
+case_match = Table(
+    "case_match",
+    metadata,
+    _campaign(key=True),
+    count_column("first_ordinal", key=True),
+    count_column("ordinal", key=True),
+    text_column("fault_entry"),
+    row_hash_column(),
+    sqlite_with_rowid=False,
+)
+"""Cases of several architectures in one situation of a scenario under the same faults: they go by
+the first of them, so that those of one situation lie together and in the order of the plan."""
+
+case_run = Table(
+    "case_run",
+    metadata,
+    _campaign(key=True),
+    count_column("ordinal", key=True),
+    Column("run_number", Integer, ForeignKey("run.number"), nullable=False),
+    row_hash_column(),
+    sqlite_with_rowid=False,
+)
+"""The run of each case of the blocks that are done, by its number."""
+
+case_tally = Table(
+    "case_tally",
+    metadata,
+    Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
+    _campaign(),
+    text_column("scenario", key=True),
+    text_column("architecture", key=True),
+    text_column("fault_entry", key=True),
+    count_column("runs"),
+    count_column("exercised"),
+    row_hash_column(),
+    CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
+    Index(None, "campaign_id"),
+)
+"""How many cases of a block that is done have a run, and a run that exercises an FSR."""
+
+case_repeat = Table(
+    "case_repeat",
+    metadata,
+    _campaign(key=True),
+    text_column("fsr_id", key=True),
+    text_column("architecture", key=True),
+    text_column("scenario", key=True),
+    count_column("passed"),
+    count_column("exercised"),
+    count_column("unheld"),
+    row_hash_column(),
+)
+"""How many of the runs that PASS, or exercise, an FSR repeat the result of another such run, once
+all blocks are done: over all scenarios (an empty word) whether one does or not, with the number of
+rows of ``never_held``, so that none is lost unseen; in a scenario only where one does."""
+
+never_held = Table(
+    "never_held",
+    metadata,
+    _campaign(key=True),
+    text_column("fsr_id", key=True),
+    text_column("architecture", key=True),
+    count_column("place", key=True),
+    text_column("antecedent"),
+    flag_column("decides"),
+    row_hash_column(),
+)
+"""Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
+done; they decide where a run satisfies the FSR only because of that."""
+
+RECOUNTED: Final = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
+"""Tables that plan and results tell whole: verification makes them again instead of trusting a
+ledger, which would list a million of their rows."""
+
+
+# --- Built-in metrics by the table that holds them ------------------------------------------------
+
+FIRST_METRIC_IDS: Final = (
+    "contact",
+    "impact_speed_mps",
+    "min_distance_m",
+    "min_ttc_s",
+    "min_time_headway_s",
+    "max_drac_mps2",
+    "max_required_deceleration_mps2",
+    "rss_violation_s",
+    "fault_to_safe_state_s",
+    "max_jerk_mps3",
+    "max_deceleration_mps2",
+    "max_lane_offset_m",
+    "first_detection_distance_m",
+    "takeover_time_s",
+    "standstill_gap_m",
+    "detection_latency_s",
+    "missed_time_s",
+    "false_track_time_s",
+    "range_error_rms_m",
+    "position_error_p95_m",
+    "rear_detection_margin_m",
+)
+"""Of the first schema, in ``metric``."""
+
+TIMING_IDS: Final = (
+    "fault_detection_time_s",
+    "fault_reaction_time_s",
+    "fault_handling_time_s",
+    "emergency_operation_time_s",
+    "nominal_availability",
+    "takeovers",
+    "trips",
+    "stop_rating",
+    "stop_regret",
+)
+"""In the table ``timing``."""
+
+CRITICALITY_IDS: Final = (
+    "min_time_gap_s",
+    "min_mttc_s",
+    "min_ettc_s",
+    "max_mdrac_mps2",
+    "max_dst_mps2",
+    "min_mtc",
+    "min_psd",
+    "max_btn",
+    "max_stn",
+    "min_ttb_s",
+    "min_tts_s",
+    "min_ttk_s",
+    "min_ttr_s",
+    "tet_s",
+    "tit_s2",
+    "tet_share",
+    "tit_mean_s",
+    "crash_potential",
+    "time_to_accident_s",
+    "min_rss_ratio",
+    "rss_response_violation_s",
+    "min_ttc_2d_s",
+    "min_wttc_s",
+    "min_dce_m",
+    "min_ttce_s",
+    "min_pet_s",
+    "pet_overlap_s",
+    "max_encroachment_time_s",
+    "min_predicted_pet_s",
+    "min_rear_ttc_s",
+    "max_follower_deceleration_mps2",
+    "delta_v_mps",
+    "other_delta_v_mps",
+    "fatality_probability",
+    "max_acceleration_mps2",
+    "max_lateral_acceleration_mps2",
+    "max_total_jerk_mps3",
+    "max_yaw_rate_radps",
+    "max_yaw_acceleration_radps2",
+    "uncomfortable_time_s",
+    "contact_at_fault",
+    "distance_to_safe_state_m",
+    "max_acceleration_disagreement_mps2",
+    "max_steering_disagreement_rad",
+)
+"""In the table ``criticality``."""
+
+METRIC_IDS: Final = (*FIRST_METRIC_IDS, *TIMING_IDS, *CRITICALITY_IDS)
+"""All of them, four columns each: value, status, time of the worst case, actor."""
+
+TABLES: Final = {
+    "metric": FIRST_METRIC_IDS,
+    "timing": TIMING_IDS,
+    "criticality": CRITICALITY_IDS,
+}
+"""The tables that hold them."""
+
+
+# --- The tables of the database, as SQLAlchemy Core -----------------------------------------------
 
 METRIC_STATUSES: Final = (
     "value", "no_conflict", "not_applicable", "undefined", "incomplete", "error"
@@ -78,12 +321,6 @@ MOMENTS: Final = (
     "fault", "effect", "deviation", "detect", "switch", "brake", "emergency", "safe", "violation"
 )  # fmt: skip
 """Times of a timeline."""
-
-
-def _campaign(*, key: bool = False) -> Column[str]:
-    return Column(
-        "campaign_id", coded(32), ForeignKey("campaign.id"), primary_key=key, nullable=False
-    )
 
 
 def _content(name: str) -> Table:
@@ -388,7 +625,7 @@ artifact = Table(
 INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not in {work, artifact})
 """Tables whose rows are never changed or deleted, in dependency order."""
 
-RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain, *basis_tables.RESULTS)
+RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain, *BASIS_RESULTS)
 """Tables written a block at a time; ``columns`` hashes their rows."""
 
 NONDETERMINISTIC: Final = {

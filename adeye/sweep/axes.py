@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from adeye.errors import InputError, SourceLocation, SweepError, suggest
+from adeye.errors import InputError, InputErrors, SourceLocation, SweepError, suggest
 from adeye.kernel.relation import differences
-from adeye.spec.distribution import Distribution
+from adeye.spec.document import validate
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
-from adeye.spec.odd import Level, Steps
-from adeye.sweep.declared import law_of, levels_of, require_within
-from adeye.units import Dimension, shown
+from adeye.spec.odd import Distribution, Level, Steps
+from adeye.spec.quantity import Record
+from adeye.sweep.distributions import law_of, levels_of, require_within
+from adeye.units import Dimension, format_quantity, shown
 
 if TYPE_CHECKING:
+    from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.scenario import LogicalScenario, Parameter, Value
-    from adeye.sweep.law import Law
+    from adeye.sweep.distributions import Law
+
+# --- Axes of a sweep: what each varies, its values, and how many points a design has --------------
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
@@ -408,3 +413,183 @@ def _split(name: str, text: Value, where: SourceLocation) -> tuple[Decimal, str]
             f"{name}: {shown(text)} is not a quantity", where=where, remedy="Write it like 15 m."
         )
     return number, match[2]
+
+
+# --- Apply swept values to scenarios, architectures and faults by dotted path, once per variant ---
+
+Spec = TypeVar("Spec", bound=Record)
+Path = tuple[str, ...]
+MOST_VARIANTS = 4_096
+"""Records of changed files that are kept, so that a sweep over files stays small too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A value that the sweep writes into a file.
+
+    Attributes:
+        path: Dotted path below the file.
+        value: As written.
+        where: Place of the axis, for messages.
+    """
+
+    path: Path
+    value: Level
+    where: SourceLocation = field(compare=False)
+
+    def __str__(self) -> str:
+        """Write it as ``path = value``."""
+        shown = self.value
+        if isinstance(shown, bool | tuple):
+            shown, _ = quantity_or_text(shown)
+        return f"{'.'.join(self.path)} = {shown}"
+
+
+@dataclass(frozen=True)
+class Variants:
+    """The variants of one file, made once for each distinct set of changes.
+
+    A shared record per variant keeps a plan of many test cases small and lets a batch tell by
+    identity which runs have one content. Only the newest are kept.
+    """
+
+    _made: dict[tuple[int, tuple[Change, ...]], Any] = field(default_factory=dict)
+
+    def _keep(self, key: tuple[int, tuple[Change, ...]], record: Any) -> None:
+        if len(self._made) >= MOST_VARIANTS:
+            self._made.clear()
+        self._made[key] = record
+
+    def of(self, loaded: Loaded[Spec], changes: tuple[Change, ...]) -> Spec:
+        """Return the record of a file with changes applied.
+
+        Raises:
+            SweepError: The changed content is not valid.
+        """
+        if not changes:
+            return loaded.spec
+        key = (id(loaded), changes)
+        if key not in self._made:
+            self._keep(key, _changed(type(loaded.spec), loaded.content, changes))
+        made: Spec = self._made[key]
+        return made
+
+    def fault(self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...]) -> Fault:
+        """Return a fault with changes applied.
+
+        Raises:
+            SweepError: The changed content is not valid.
+        """
+        if not changes:
+            return fault
+        key = (id(fault), changes)
+        if key not in self._made:
+            self._keep(key, _changed(type(fault), content, changes))
+        made: Fault = self._made[key]
+        return made
+
+
+def set_path(content: dict[str, Any], path: Path, value: Any) -> None:
+    """Write a value at a dotted path, making mappings where the file left defaults out."""
+    for part in path[:-1]:
+        child = content.get(part)
+        if not isinstance(child, dict):
+            child = {}
+            content[part] = child
+        content = child
+    content[path[-1]] = value
+
+
+@dataclass(frozen=True)
+class _Changed:
+    """Changed content; what is wrong with it is wrong at the axis that changed it."""
+
+    value: Any
+    changes: tuple[Change, ...]
+
+    def locate(self, loc: tuple[str | int, ...]) -> SourceLocation:
+        """Find the axis that wrote a part, or the last one."""
+        return _guilty(self.changes, loc).where
+
+    def locate_key(self, loc: tuple[str | int, ...]) -> SourceLocation:
+        """Find the axis that wrote the key of a part, or the last one."""
+        return self.locate(loc)
+
+    def heir(self, loc: tuple[str | int, ...]) -> str:  # noqa: ARG002 - nothing is inherited
+        """Return no file: the axis writes into the file as a whole."""
+        return ""
+
+
+def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
+    wrote = [change for change in changes if loc[: len(change.path)] == change.path]
+    return (wrote or list(changes))[-1]
+
+
+def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
+    changed = copy.deepcopy(dict(content))
+    for change in changes:
+        value = list(change.value) if isinstance(change.value, tuple) else change.value
+        set_path(changed, change.path, value)
+    try:
+        return validate(_Changed(changed, changes), model)
+    except InputError as error:
+        first = error.errors[0] if isinstance(error, InputErrors) else error
+        what = ", ".join(map(str, changes))
+        raise SweepError(
+            f"with {what}: {first.message}", where=first.where, remedy=first.remedy
+        ) from error
+
+
+# --- Swept values in the field's units, for people ------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class NamedValue:
+    """A swept quantity and its value, ready for people."""
+
+    label: str
+    value: str
+
+
+def named_values(
+    point: Mapping[str, float | str], odd: Mapping[str, Any], scenario: str
+) -> tuple[NamedValue, ...]:
+    """Write the values of a point.
+
+    Args:
+        point: Swept values in SI by the name that the sweep uses.
+        odd: Stored content of the ODD and everything that it names.
+        scenario: Id of the scenario in the ODD.
+    """
+    return tuple(
+        NamedValue(name, axis_text(name, value, odd, scenario)) for name, value in point.items()
+    )
+
+
+def axis_text(name: str, value: float | str, odd: Mapping[str, Any], scenario: str) -> str:
+    """Write one swept value in the unit that the scenario's default uses."""
+    if isinstance(value, str):
+        return value
+    parameter = odd["scenarios"].get(scenario, {}).get("parameters", {}).get(name)
+    if parameter is None:
+        return f"{value:.6g}"
+    return quantity_text(value, parameter["default"])
+
+
+def quantity_text(value: float, default: str | float) -> str:
+    """Write an SI value in the unit of a text like the default's.
+
+    >>> quantity_text(25.0, "100 km/h")
+    '90 km/h'
+    >>> quantity_text(5.5, "1 m/s")
+    '5.5 m/s'
+    """
+    _, dimension = quantity_or_text(default)
+    if dimension is None or dimension is Dimension.NONE:
+        return f"{value:.6g}"
+    unit = str(default).strip().lstrip("+-0123456789.eE").strip()
+    if dimension is Dimension.SPEED and unit == "mm/h":
+        dimension = Dimension.RAIN_RATE
+    if dimension is Dimension.SPEED and unit == "m/s":
+        return f"{value:.6g} m/s"
+    return format_quantity(float(f"{value:.12g}"), dimension)

@@ -14,24 +14,254 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, islice
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from adeye.errors import SweepError
 from adeye.kernel.random import owner_id
-from adeye.sweep.design import Points, Tuples, draws, points_of, small
-from adeye.sweep.feasible import FREE, Feasibility
+from adeye.sweep.design import Points, Tuples, axis_values, draws, holds, points_of, small
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from adeye.errors import SourceLocation
     from adeye.sweep.axes import Axis
     from adeye.sweep.design import Relation
+
+# --- Which combinations of levels can be completed to a whole point that fulfils every relation ---
+
+MAX_TABLE: Final = 1_000_000
+"""Combinations of the axes of one relation above which it is refused."""
+MAX_STEPS: Final = 200_000
+"""Levels that are tried for one question before the relations are called too entangled."""
+MAX_SOLUTIONS: Final = 2_000
+"""Solutions of a component above which they are not listed, but searched for."""
+FREE: Final = -1
+"""Level of an axis that has none yet."""
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Where one relation holds: its axes in ascending order, and a truth per combination."""
+
+    axes: tuple[int, ...]
+    truths: NDArray[np.bool_]
+
+    def admits(self, row: NDArray[np.int64]) -> bool:
+        """Tell whether the relation can still hold, whatever the free axes become."""
+        at = tuple(slice(None) if row[axis] == FREE else int(row[axis]) for axis in self.axes)
+        return bool(self.truths[at].any())
+
+
+@dataclass(frozen=True)
+class _Component:
+    """Axes that relations tie together, those relations, and the solutions if they are few.
+
+    Attributes:
+        axes: In ascending order.
+        tables: The relations.
+        solutions: (S, A) levels of the axes in every solution; None where there are too many.
+    """
+
+    axes: tuple[int, ...]
+    tables: tuple[_Table, ...]
+    solutions: NDArray[np.int64] | None
+
+
+class Feasibility:
+    """Answers whether levels of some axes leave a level for every other.
+
+    Axes that no relation names are free. The others fall into components that share no relation,
+    and each question is answered component by component, by exhaustive search with the answers
+    kept: exact, never a guess.
+    """
+
+    def __init__(
+        self,
+        axes: Sequence[Axis],
+        relations: Sequence[Relation],
+        fixed: Mapping[str, float],
+        where: SourceLocation,
+    ) -> None:
+        """Tabulate every relation.
+
+        Args:
+            axes: The varied quantities.
+            relations: What a point must fulfil.
+            fixed: Values of the names that do not vary.
+            where: Place of the sweep, for messages.
+
+        Raises:
+            SweepError: A relation joins too many combinations, or no point fulfils them all.
+        """
+        self._sizes = [len(axis) for axis in axes]
+        self._where = where
+        self._known: dict[tuple[int, bytes], bool] = {}
+        tables = [_tabulated(axes, relation, fixed) for relation in relations]
+        self._components = [
+            self._component(group) for group in _tied([table for table in tables if table.axes])
+        ]
+        self._component_of = {
+            axis: number
+            for number, component in enumerate(self._components)
+            for axis in component.axes
+        }
+        nothing = np.full(len(axes), FREE, dtype=np.int64)
+        if not all(table.truths.any() for table in tables) or not self.completes(nothing):
+            wanted = " and ".join(item.expression.text for item in relations)
+            raise SweepError(
+                f"none of {math.prod(self._sizes):,} combinations fulfils {wanted}",
+                where=where,
+                remedy="Relax the relations or widen the axes.",
+            )
+
+    def completes(self, row: NDArray[np.int64]) -> bool:
+        """Tell whether a partial point can be completed.
+
+        Args:
+            row: (A,) level of each axis, ``FREE`` where it has none.
+        """
+        return all(self._component_completes(k, row) for k in range(len(self._components)))
+
+    def levels(self, row: NDArray[np.int64], axis: int) -> NDArray[np.bool_]:
+        """Tell which levels of a free axis a partial point that can be completed still admits.
+
+        Args:
+            row: (A,) level of each axis, ``FREE`` where it has none.
+            axis: A free one.
+
+        Returns:
+            (L,) truths, at least one of them.
+        """
+        number = self._component_of.get(axis)
+        if number is None:
+            return np.ones(self._sizes[axis], dtype=np.bool_)
+        tried = row.copy()
+        found = np.zeros(self._sizes[axis], dtype=np.bool_)
+        for level in range(self._sizes[axis]):
+            tried[axis] = level
+            found[level] = self._component_completes(number, tried)
+        return found
+
+    def tuples(self, axes: Sequence[int]) -> NDArray[np.bool_]:
+        """Tell which combinations of levels of some axes are feasible.
+
+        Args:
+            axes: Their numbers, in ascending order.
+
+        Returns:
+            Truths in the shape of the axes' numbers of levels.
+        """
+        sizes = [self._sizes[axis] for axis in axes]
+        found = np.ones(sizes, dtype=np.bool_)
+        # Components are independent of each other, so a combination is feasible if each part is.
+        parts: dict[int, list[int]] = {}
+        for place, axis in enumerate(axes):
+            if axis in self._component_of:
+                parts.setdefault(self._component_of[axis], []).append(place)
+        for number, places in parts.items():
+            shape = [sizes[place] if place in places else 1 for place in range(len(axes))]
+            found &= self._part(number, [axes[place] for place in places]).reshape(shape)
+        return found
+
+    def _part(self, number: int, axes: Sequence[int]) -> NDArray[np.bool_]:
+        shape = tuple(self._sizes[axis] for axis in axes)
+        row = np.full(len(self._sizes), FREE, dtype=np.int64)
+        found = np.empty(shape, dtype=np.bool_)
+        for levels in np.ndindex(shape):
+            row[list(axes)] = levels
+            found[levels] = self._component_completes(number, row)
+        return found
+
+    def _component_completes(self, number: int, row: NDArray[np.int64]) -> bool:
+        component = self._components[number]
+        own = row[list(component.axes)]
+        if component.solutions is not None:
+            matches = (component.solutions == own) | (own == FREE)
+            return bool(matches.all(axis=1).any())
+        key = (number, own.tobytes())
+        if key not in self._known:
+            found = next(self._solutions(component.tables, component.axes, row), None)
+            self._known[key] = found is not None
+        return self._known[key]
+
+    def _component(self, tables: Sequence[_Table]) -> _Component:
+        axes = tuple(sorted({axis for table in tables for axis in table.axes}))
+        nothing = np.full(len(self._sizes), FREE, dtype=np.int64)
+        listed = list(islice(self._solutions(tables, axes, nothing), MAX_SOLUTIONS + 1))
+        few = np.array(listed).reshape(-1, len(axes)) if len(listed) <= MAX_SOLUTIONS else None
+        return _Component(axes, tuple(tables), few)
+
+    def _solutions(
+        self, tables: Sequence[_Table], axes: tuple[int, ...], partial: NDArray[np.int64]
+    ) -> Iterator[NDArray[np.int64]]:
+        """Search depth first, with the fewest levels first and every relation looked ahead."""
+        row = partial.copy()
+        free = sorted((axis for axis in axes if row[axis] == FREE), key=lambda a: self._sizes[a])
+        if not all(table.admits(row) for table in tables):
+            return
+        touching = [[table for table in tables if axis in table.axes] for axis in free]
+        depth = steps = 0
+        while depth >= 0:
+            if depth == len(free):
+                yield row[list(axes)]
+                steps = 0
+                depth -= 1
+                continue
+            axis = free[depth]
+            row[axis] += 1
+            steps += 1
+            if steps > MAX_STEPS:
+                raise SweepError(
+                    f"{len(tables)} relations tie {len(axes)} axes together, and {MAX_STEPS:,} "
+                    "steps do not tell which combinations are feasible",
+                    where=self._where,
+                    remedy="Write fewer relations, or take another design.",
+                )
+            if row[axis] == self._sizes[axis]:
+                row[axis] = FREE
+                depth -= 1
+            elif all(table.admits(row) for table in touching[depth]):
+                depth += 1
+
+
+def _tabulated(axes: Sequence[Axis], relation: Relation, fixed: Mapping[str, float]) -> _Table:
+    named = tuple(k for k, axis in enumerate(axes) if axis.name in relation.expression.names)
+    sizes = tuple(len(axes[k]) for k in named)
+    count = math.prod(sizes)
+    if count > MAX_TABLE:
+        joined = " × ".join(f"{axes[k].name} ({len(axes[k])})" for k in named)
+        raise SweepError(
+            f"'{relation.expression.text}' joins {count:,} combinations: {joined}; at most "
+            f"{MAX_TABLE:,} are looked at",
+            where=relation.where,
+            remedy="Take fewer levels, or write a relation of fewer axes.",
+        )
+    levels = np.unravel_index(np.arange(count), sizes) if named else ()
+    columns = {axes[k].name: axis_values(axes[k])[at] for k, at in zip(named, levels, strict=True)}
+    return _Table(named, holds(relation, columns, fixed, count).reshape(sizes))
+
+
+def _tied(tables: Sequence[_Table]) -> list[list[_Table]]:
+    """Group relations that share axes, directly or through others."""
+    groups: list[list[_Table]] = []
+    for table in tables:
+        apart: list[list[_Table]] = []
+        joined = [table]
+        for group in groups:
+            if any(set(item.axes) & set(table.axes) for item in group):
+                joined = [*group, *joined]
+            else:
+                apart.append(group)
+        groups = [*apart, joined]
+    return groups
+
+
+# --- Covering designs: few points in which all feasible combinations of some axes at a time occur -
 
 MAX_TUPLES: Final = 1_000_000
 """Combinations above which a covering design is refused."""

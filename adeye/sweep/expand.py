@@ -1,25 +1,404 @@
-"""Expand an ODD into test cases: counted first, made lazily, grouped by structure."""
+"""Expand an ODD into test cases: counted first, made lazily, grouped by structure.
+
+The templates of JSON are those of ``case``, so that a column holds what a ``TestCase`` would say.
+"""
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, overload
 
-from adeye.errors import SpecError, SweepError
-from adeye.sweep.clock import check_rates, check_times, guilty_path
-from adeye.sweep.columns import CaseColumns, columns_of
-from adeye.sweep.groups import Group, groups_of
-from adeye.sweep.overrides import Variants
-from adeye.sweep.points import read_points
-from adeye.sweep.sections import Section, overlapping, sections_of
-from adeye.sweep.shared import Shared, shared_of
+import numpy as np
+
+from adeye.errors import ExpressionError, SourceLocation, SpecError, SweepError, suggest
+from adeye.identity import JsonRows, digests, stream_seeds
+from adeye.spec.quantity import require_dimension
+from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
+from adeye.sweep.boundary import breaches
+from adeye.sweep.case import TestCase, case_json, situation_json
+from adeye.sweep.covering import covering
+from adeye.sweep.design import Points, Relation, full_factorial, zipped
+from adeye.sweep.groups import (
+    Group,
+    Section,
+    Shared,
+    check_rates,
+    check_times,
+    groups_of,
+    guilty_path,
+    overlapping,
+    sections_of,
+    shared_of,
+)
+from adeye.sweep.sampling import RandomDesign, SpaceFillingDesign
+from adeye.units import Dimension
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
+    from numpy.typing import NDArray
+
+    from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
-    from adeye.sweep.case import TestCase
-    from adeye.sweep.design import Points
+    from adeye.spec.odd import Sweep
+    from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.sampling import FillingKind
+
+# --- Consecutive test cases as columns: identities and JSON without a record for each of them -----
+
+
+@dataclass(frozen=True)
+class World:
+    """What the initial world of a test case is computed from."""
+
+    scenario: LogicalScenario
+    parameters: Mapping[str, float]
+    architecture: Architecture
+    step: float
+    stream_seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class CaseColumns:
+    """Consecutive test cases of one section; a column has as many entries as there are cases.
+
+    Attributes:
+        section: Which one.
+        shared: What they have in common.
+        first: Ordinal of the first.
+        rows: (P,) points of the design that they have.
+        points: (N,) position of each test case's point in ``rows``.
+        replicate: Number of the replicate.
+        is_inside: (P,) whether the planned attributes of a point lie inside the ODD.
+    """
+
+    section: Section
+    shared: Shared
+    first: int
+    rows: NDArray[np.int64]
+    points: NDArray[np.int64]
+    replicate: list[int]
+    is_inside: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Number of test cases."""
+        return len(self.replicate)
+
+    @cached_property
+    def inside_odd(self) -> list[bool]:
+        """Whether the planned attributes lie inside the ODD."""
+        return self._spread(self.is_inside.tolist())
+
+    @cached_property
+    def parameters_json(self) -> list[str]:
+        """Resolved scenario parameters in SI, as canonical JSON."""
+        varied = self._varied
+        fixed = {k: v for k, v in self.shared.parameters.items() if k not in varied}
+        rows = JsonRows.of(fixed, varied)
+        return self._spread(rows.texts(self._texts(rows.varied), len(self.rows)))
+
+    @cached_property
+    def point_json(self) -> list[str]:
+        """Swept values by the name that the sweep uses, as canonical JSON."""
+        rows = JsonRows.of({}, (axis.name for axis in self.section.group.axes))
+        return self._spread(rows.texts(self._texts(rows.varied), len(self.rows)))
+
+    @cached_property
+    def situation_digest(self) -> list[str]:
+        """Identities of the situations."""
+        values = {"parameters": self.parameters_json, "replicate": list(map(str, self.replicate))}
+        rows = situation_json(self.shared.scenario, self.shared.seed)
+        return digests(rows.texts(values, len(self)))
+
+    @cached_property
+    def digest(self) -> list[str]:
+        """Identities of the test cases."""
+        shared = self.shared
+        rows = case_json(shared.scenario, shared.architecture, shared.faults, shared.step)
+        quoted = [f'"{situation}"' for situation in self.situation_digest]
+        return digests(rows.texts({"situation": quoted}, len(self)))
+
+    @cached_property
+    def stream_seed(self) -> list[int]:
+        """Seeds of the random streams."""
+        scenario = self.shared.scenario.scenario
+        return stream_seeds(self.shared.seed, scenario, self.replicate, self.parameters_json)
+
+    def cases(self) -> list[TestCase]:
+        """Make the test cases."""
+        shared = self.shared
+        names = [axis.name for axis in self.section.group.axes]
+        return [
+            TestCase(
+                scenario_id=shared.scenario_id,
+                scenario=shared.scenario,
+                parameters=parameters,
+                architecture=shared.architecture,
+                faults=shared.faults,
+                fault_entry=shared.fault_entry,
+                replicate=replicate,
+                seed=shared.seed,
+                step=shared.step,
+                point=point,
+                inside_odd=inside,
+                attributes=shared.attributes,
+            ).identified(seed, situation, digest)
+            for parameters, replicate, point, inside, seed, situation, digest in zip(
+                self._spread(self._parameters()),
+                self.replicate,
+                self._spread(self._mappings({}, names)),
+                self.inside_odd,
+                self.stream_seed,
+                self.situation_digest,
+                self.digest,
+                strict=True,
+            )
+        ]
+
+    def worlds(self) -> list[World]:
+        """Give what the initial world of each point is computed from, without random streams."""
+        shared = self.shared
+        return [
+            World(shared.scenario, parameters, shared.architecture, shared.step, 0)
+            for parameters in self._parameters()
+        ]
+
+    @property
+    def _varied(self) -> list[str]:
+        return [axis.name for axis in self.section.group.axes if axis.kind == "parameter"]
+
+    def _parameters(self) -> list[dict[str, Any]]:
+        return self._mappings(self.shared.parameters, self._varied)
+
+    def _mappings(self, constant: Mapping[str, Any], names: Sequence[str]) -> list[dict[str, Any]]:
+        if not names:
+            return [dict(constant)] * len(self.rows)
+        points = self.section.group.points
+        columns = [points.column(name, self.rows).tolist() for name in names]
+        return [
+            {**constant, **dict(zip(names, values, strict=True))}
+            for values in zip(*columns, strict=True)
+        ]
+
+    def _texts(self, names: Iterable[str]) -> dict[str, list[str]]:
+        points = self.section.group.points
+        return {name: points.texts(name, self.rows) for name in names}
+
+    def _spread(self, column: list[Any]) -> list[Any]:
+        """Repeat what a point has for each of its replicates."""
+        if self.section.replicates == 1:
+            return column
+        return [column[point] for point in self.points.tolist()]
+
+
+def columns_of(
+    files: OddFiles, section: Section, shared: Shared, low: int, high: int
+) -> CaseColumns:
+    """Make the columns of some test cases of a section.
+
+    Args:
+        files: The ODD and everything it names.
+        section: Which one.
+        shared: What its test cases have in common.
+        low: First test case, counted from the section's first.
+        high: Behind the last.
+
+    Raises:
+        SweepError: A point is outside the ODD and the ODD refuses such.
+    """
+    point, replicate = np.divmod(np.arange(low, high), section.replicates)
+    start = low // section.replicates
+    rows = section.rows[start : int(point[-1]) + 1]
+    points = section.group.points
+    columns: dict[str, Any] = dict(shared.parameters)
+    for axis in section.group.axes:
+        if axis.kind == "parameter":
+            columns[axis.name] = points.column(axis.name, rows)
+    outside = np.zeros(len(rows), dtype=np.bool_)
+    for breach in breaches(shared.scenario, columns, len(rows), shared.attributes):
+        outside |= breach.outside
+    if outside.any() and files.odd.spec.outside == "refuse":
+        at = int(np.argmax(outside))
+        raise _refusal(
+            section,
+            shared,
+            {name: float(np.broadcast_to(value, len(rows))[at]) for name, value in columns.items()},
+        )
+    return CaseColumns(
+        section=section,
+        shared=shared,
+        first=section.first + low,
+        rows=rows,
+        points=point - start,
+        replicate=replicate.tolist(),
+        is_inside=~outside,
+    )
+
+
+def _refusal(section: Section, shared: Shared, parameters: Mapping[str, float]) -> SweepError:
+    """Say which attribute one point leaves: it alone is evaluated."""
+    first = breaches(shared.scenario, parameters, 1, shared.attributes)[0]
+    return SweepError(
+        f"{section.group.use.name}: {first.text}",
+        where=section.group.where,
+        remedy="Narrow the sweep, widen the ODD, or set `outside: robustness`.",
+    )
+
+
+# --- The points of one scenario of an ODD: its axes, its relations and its design -----------------
+
+
+def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]:
+    """Read the sweep of a scenario and find its feasible points.
+
+    Args:
+        files: The ODD and everything it names.
+        number: Of the scenario in the ODD.
+
+    Returns:
+        The axes and the points of the design.
+
+    Raises:
+        SweepError: An axis or a relation is not acceptable, or no point is feasible.
+    """
+    use = files.odd.spec.scenarios[number]
+    reader = AxisReader(files, use.name, files.scenarios[use.name])
+    axes = _axes(files, number, reader)
+    fixed = default_values(files.scenarios[use.name].spec)
+    for name, text in use.parameters.items():
+        at = files.odd.locate(("scenarios", number, "parameters", name))
+        axis = reader.read(name, (text,), at)
+        _refuse_varied(axis, axes)
+        if axis.kind == "parameter":
+            fixed[name] = float(axis.values[0])
+    relations = _relations(files, number, axes)
+    return axes, _designed(files, number, axes, relations, fixed)
+
+
+def _refuse_varied(fixed: Axis, axes: Sequence[Axis]) -> None:
+    """Refuse what a use fixes and varies, or fixes a part of what it varies, and the reverse."""
+    for axis in axes:
+        one, other = fixed.name.split("."), axis.name.split(".")
+        length = min(len(one), len(other))
+        if one[:length] == other[:length]:
+            raise SweepError(
+                f"{fixed.name} is fixed for this use, and {axis.name} is swept at {axis.where}",
+                where=fixed.where,
+                remedy="Remove one of them.",
+            )
+
+
+def _designed(
+    files: OddFiles,
+    number: int,
+    axes: Sequence[Axis],
+    relations: Sequence[Relation],
+    fixed: Mapping[str, float],
+) -> Points:
+    use = files.odd.spec.scenarios[number]
+    sweep, where = use.sweep, files.odd.locate(("scenarios", number, "sweep"))
+    if sweep.design in {"pairwise", "t_wise"}:
+        return covering(axes, sweep.strength or 2, relations, fixed, where)
+    if sweep.samples is not None:
+        _check_samples(files, sweep.samples, where)
+        seed = files.odd.spec.seed
+        if sweep.design == "random":
+            return RandomDesign(sweep.samples, seed, use.name).draw(axes, relations, fixed, where)
+        kind: FillingKind = "lhs" if sweep.design == "lhs" else "sobol"
+        filling = SpaceFillingDesign(kind, sweep.samples, seed, use.name)
+        return filling.points(axes, relations, fixed, where)
+    combine = full_factorial if sweep.design == "full_factorial" else zipped
+    return combine(axes, relations, fixed, where)
+
+
+def _axes(files: OddFiles, number: int, reader: AxisReader) -> tuple[Axis, ...]:
+    odd, base = files.odd, ("scenarios", number, "sweep")
+    sweep = odd.spec.scenarios[number].sweep
+    if sweep.design == "list":
+        names = _listed(files, number, sweep)
+        return tuple(
+            reader.read(
+                name,
+                tuple(point[name] for point in sweep.points),
+                odd.locate((*base, "points", 0, name)),
+                distinct=False,
+            )
+            for name in names
+        )
+    return tuple(
+        reader.read(
+            name, spec, odd.locate((*base, "parameters", name)), distinct=sweep.design != "zip"
+        )
+        for name, spec in sweep.parameters.items()
+    )
+
+
+def _listed(files: OddFiles, number: int, sweep: Sweep) -> tuple[str, ...]:
+    """Return the names that every point of a list has."""
+    names = tuple(dict.fromkeys(name for point in sweep.points for name in point))
+    for at, point in enumerate(sweep.points):
+        missing = [name for name in names if name not in point]
+        if missing:
+            raise SweepError(
+                f"point {at + 1} has no {', '.join(missing)}",
+                where=files.odd.locate(("scenarios", number, "sweep", "points", at)),
+                remedy="Every point of a list names the same parameters.",
+            )
+    return names
+
+
+def _relations(files: OddFiles, number: int, axes: Sequence[Axis]) -> list[Relation]:
+    use = files.odd.spec.scenarios[number]
+    scenario = files.scenarios[use.name]
+    relations = [
+        Relation(item, files.odd.locate(("scenarios", number, "sweep", "where", at)))
+        for at, item in enumerate(use.sweep.where)
+    ]
+    relations += [
+        Relation(item, scenario.locate(("constraints", at)))
+        for at, item in enumerate(scenario.spec.constraints)
+    ]
+    known: dict[str, Dimension | None] = {axis.name: _dimension(axis) for axis in axes}
+    for name, parameter in scenario.spec.parameters.items():
+        known[name] = quantity_or_text(parameter.default)[1]
+    for relation in relations:
+        _check_relation(relation, known)
+    return relations
+
+
+def _check_relation(relation: Relation, known: Mapping[str, Dimension | None]) -> None:
+    for name in sorted(relation.expression.names - known.keys()):
+        raise SweepError(
+            f"'{relation.expression.text}' names {name!r}, which the sweep does not have",
+            where=relation.where,
+            remedy=suggest(name, sorted(known)),
+        )
+    try:
+        require_dimension(relation.expression, Dimension.NONE, known)
+    except ExpressionError as error:
+        raise SweepError(error.message, where=relation.where, remedy=error.remedy) from error
+
+
+def _dimension(axis: Axis) -> Dimension | None:
+    """Tell what an axis by path measures; None for text."""
+    found = {quantity_or_text(text)[1] for text in axis.texts}
+    return found.pop() if len(found) == 1 else None
+
+
+def _check_samples(files: OddFiles, samples: int, where: SourceLocation) -> None:
+    limit = files.odd.spec.max_test_cases
+    if samples > limit:
+        raise SweepError(
+            f"{samples:,} samples are above the limit of {limit:,} test cases",
+            where=where,
+            remedy="Draw fewer, or raise max_test_cases in the ODD.",
+        )
+
+
+# --- Expand an ODD into test cases: counted first, made lazily, grouped by structure --------------
 
 CHUNK: Final = 1_024
 """Test cases that are made together."""
@@ -186,3 +565,60 @@ def _placed(error: SpecError, loaded: Loaded[Any]) -> SpecError:
     """Find the place of an error whose message begins with a dotted path."""
     where = loaded.locate(guilty_path(error))
     return SpecError(error.message, where=where, remedy=error.remedy)
+
+
+# --- The test cases of a plan as a sequence that makes them when they are asked for ---------------
+
+KEPT_CHUNKS: Final = 4
+"""Chunks of test cases that are kept: a block touches two, and the next begins where it ends."""
+
+
+class LazyCases(Sequence["TestCase"]):
+    """Test cases by ordinal; a chunk around what is asked for is made at once and kept a while.
+
+    Asking twice may give two records, which are equal.
+    """
+
+    def __init__(self, expansion: Expansion) -> None:
+        """Make nothing yet."""
+        self._expansion = expansion
+        self._kept: OrderedDict[int, list[TestCase]] = OrderedDict()
+
+    def __len__(self) -> int:
+        """Count the test cases, without making any."""
+        return self._expansion.count
+
+    @overload
+    def __getitem__(self, index: int) -> TestCase: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[TestCase]: ...
+
+    def __getitem__(self, index: int | slice) -> TestCase | Sequence[TestCase]:
+        """Make one test case, or those of a slice.
+
+        Raises:
+            IndexError: There is no test case of this ordinal.
+        """
+        if isinstance(index, slice):
+            return [self._at(ordinal) for ordinal in range(*index.indices(len(self)))]
+        ordinal = index + len(self) if index < 0 else index
+        if not 0 <= ordinal < len(self):
+            msg = f"test case {index} of {len(self)}"
+            raise IndexError(msg)
+        return self._at(ordinal)
+
+    def __iter__(self) -> Iterator[TestCase]:
+        """Make one chunk after the other, and keep none."""
+        return self._expansion.cases()
+
+    def _at(self, ordinal: int) -> TestCase:
+        number, place = divmod(ordinal, CHUNK)
+        if number in self._kept:
+            self._kept.move_to_end(number)
+        else:
+            first = number * CHUNK
+            self._kept[number] = list(self._expansion.cases(first, first + CHUNK))
+            if len(self._kept) > KEPT_CHUNKS:
+                self._kept.popitem(last=False)
+        return self._kept[number][place]

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_right
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from adeye.errors import SourceLocation, SweepError
+import numpy as np
+
+from adeye.errors import SourceLocation, SpecError, SweepError
 from adeye.spec.architecture import targets_of
-from adeye.sweep.axes import Axis, has_path
+from adeye.spec.clock import period_ticks, ticks
+from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
     from numpy.typing import NDArray
 
     from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
-    from adeye.spec.odd import ScenarioUse
+    from adeye.spec.odd import Attributes, ScenarioUse
     from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.axes import Variants
     from adeye.sweep.design import Points
+
+# --- Groups of a plan: the points of one scenario, architecture and fault entry -------------------
 
 NO_FAULT = "none"
 """Name of the fault-free entry, the twin of every other."""
@@ -135,3 +144,245 @@ def _targets(files: OddFiles) -> set[str]:
 def _alike(port: str, targets: set[str]) -> list[str]:
     """List the targets of one kind, or all if there is none."""
     return sorted(name for name in targets if name.split(".")[0] == port) or sorted(targets)
+
+
+# --- Sections of a plan: consecutive test cases that differ in parameter values and replicate
+# only.
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Consecutive test cases with one scenario, one architecture and one set of faults.
+
+    Overrides by dotted path are applied once for all of them; a batch never leaves a section
+    without need, because its points follow each other in the plan.
+
+    Attributes:
+        group: Whose points these are.
+        rows: Which points of the design.
+        replicates: Test cases of each point.
+        first: Ordinal of the first test case.
+    """
+
+    group: Group
+    rows: NDArray[np.int64]
+    replicates: int
+    first: int
+
+    def __len__(self) -> int:
+        """Number of test cases."""
+        return len(self.rows) * self.replicates
+
+    @property
+    def end(self) -> int:
+        """Ordinal behind the last test case."""
+        return self.first + len(self)
+
+
+def sections_of(groups: Iterable[Group], replicates: int) -> tuple[Section, ...]:
+    """Cut groups into sections, in the order of the plan.
+
+    Points that what the sweep writes into files makes alike stand together, in the order of the
+    first of them; the other axes vary inside a section as the design says.
+
+    Args:
+        groups: In the order of the plan.
+        replicates: Test cases of each point.
+    """
+    sections: list[Section] = []
+    first = 0
+    for group in groups:
+        for rows in _alike_sections(group):
+            sections.append(Section(group, rows, replicates, first))
+            first = sections[-1].end
+    return tuple(sections)
+
+
+def overlapping(
+    sections: Sequence[Section], start: int, stop: int
+) -> Iterator[tuple[Section, int, int]]:
+    """Find what an ordinal range has of each section, without looking at those before.
+
+    Args:
+        sections: All of a plan.
+        start: First ordinal.
+        stop: Ordinal behind the last.
+
+    Yields:
+        A section, and the range counted from its first test case.
+    """
+    at = bisect_right(sections, start, key=lambda section: section.first) - 1
+    while at < len(sections) and sections[at].first < stop:
+        section = sections[at]
+        low, high = max(start, section.first), min(stop, section.end)
+        if low < high:
+            yield section, low - section.first, high - section.first
+        at += 1
+
+
+def _alike_sections(group: Group) -> list[NDArray[np.int64]]:
+    """Split the points of a group by what they write into files."""
+    codes = np.zeros(len(group.rows), dtype=np.int64)
+    for axis in group.axes:
+        if axis.kind != "parameter":
+            known: dict[tuple[type, object], int] = {}
+            # 1 and 1.0 are written differently.
+            same = [known.setdefault((type(text), text), len(known)) for text in axis.texts]
+            levels = group.points.levels[axis.name][group.rows]
+            _, codes = np.unique(
+                codes * len(known) + np.array(same, dtype=np.int64)[levels], return_inverse=True
+            )
+    _, first, which = np.unique(codes, return_index=True, return_inverse=True)
+    if len(first) == 1:
+        return [group.rows]
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    own = rank[which]
+    order = np.argsort(own, kind="stable")
+    return np.split(group.rows[order], np.flatnonzero(np.diff(own[order])) + 1)
+
+
+# --- Check times and rates of scenarios and architectures against the master clock ----------------
+
+
+def check_times(scenario: LogicalScenario, step: float) -> None:
+    """Check that horizon and tail of a scenario fit the master clock.
+
+    Raises:
+        SpecError: One does not; the message begins with its name.
+    """
+    ticks(scenario.horizon, step, "horizon")
+    ticks(scenario.tail, step, "tail")
+
+
+def check_rates(architecture: Architecture, step: float) -> None:
+    """Check that every rate and delay of an architecture fits the master clock.
+
+    Raises:
+        SpecError: One does not; the message begins with its dotted path.
+    """
+    for name, sensor in architecture.sensors.items():
+        period_ticks(sensor.rate, step, f"sensors.{name}.rate")
+        ticks(sensor.latency, step, f"sensors.{name}.latency")
+        ticks(sensor.jitter, step, f"sensors.{name}.jitter")
+    for name, channel in architecture.channels.items():
+        period_ticks(channel.rate, step, f"channels.{name}.rate")
+        ticks(channel.delay, step, f"channels.{name}.delay")
+    ticks(architecture.switch.handover, step, "switch.handover")
+
+
+def guilty_path(error: SpecError) -> tuple[str, ...]:
+    """Read the dotted path that the message of an error of this module begins with."""
+    return tuple(error.message.split(":")[0].split("."))
+
+
+# --- What the test cases of a section share: scenario, architecture and faults, overrides applied -
+
+Changes = dict[str, tuple[Change, ...]]
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What many test cases have in common; see ``TestCase`` for the words.
+
+    Attributes:
+        scenario_id: Id of the scenario in its ODD.
+        scenario: With overrides by dotted path applied.
+        parameters: Resolved scenario parameters in SI, of those that vary the default.
+        architecture: With overrides by dotted path applied.
+        faults: The faults of the entry.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        seed: Seed of the ODD.
+        step: Master clock [s].
+        attributes: The ODD's attributes.
+    """
+
+    scenario_id: str
+    scenario: LogicalScenario
+    parameters: Mapping[str, float]
+    architecture: Architecture
+    faults: tuple[Fault, ...]
+    fault_entry: str
+    seed: int
+    step: float
+    attributes: Attributes
+
+
+def shared_of(files: OddFiles, section: Section, variants: Variants) -> Shared:
+    """Apply what the sweep writes into files.
+
+    Args:
+        files: The ODD and everything it names.
+        section: Whose test cases.
+        variants: Records that were made before.
+
+    Raises:
+        SweepError: A value that the sweep writes into a file is not valid there.
+    """
+    group, odd = section.group, files.odd.spec
+    base, fixed = _fixed(files, group)
+    changes = _changes(group, int(section.rows[0]), base)
+    scenario = variants.of(group.scenario, changes["scenario"])
+    architecture = variants.of(group.architecture, changes["architecture"])
+    _check_varied_clock(scenario, architecture, changes, odd.step)
+    return Shared(
+        scenario_id=group.use.name,
+        scenario=scenario,
+        parameters={**default_values(group.scenario.spec), **fixed},
+        architecture=architecture,
+        faults=tuple(_fault(files, number, changes, variants) for number in group.faults),
+        fault_entry=group.entry,
+        seed=odd.seed,
+        step=odd.step,
+        attributes=odd.attributes,
+    )
+
+
+def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
+    reader = AxisReader(files, group.use.name, group.scenario)
+    changes: dict[str, list[Change]] = {"scenario": [], "architecture": [], "faults": []}
+    values: dict[str, float] = {}
+    number = files.odd.spec.scenarios.index(group.use)
+    for name, text in group.use.parameters.items():
+        where = files.odd.locate(("scenarios", number, "parameters", name))
+        axis = reader.read(name, (text,), where)
+        if axis.kind == "parameter":
+            values[name] = float(axis.values[0])
+        elif varies(axis, group.architecture.spec, tuple(group.entry.split("+"))):
+            changes[axis.kind].append(Change(axis.path, text, where))
+    return {kind: tuple(items) for kind, items in changes.items()}, values
+
+
+def _changes(group: Group, row: int, base: Changes) -> Changes:
+    changes = {kind: list(items) for kind, items in base.items()}
+    for axis in group.axes:
+        if axis.kind != "parameter":
+            text = axis.texts[int(group.points.levels[axis.name][row])]
+            changes[axis.kind].append(Change(axis.path, text, axis.where))
+    return {kind: tuple(items) for kind, items in changes.items()}
+
+
+def _check_varied_clock(
+    scenario: LogicalScenario, architecture: Architecture, changes: Changes, step: float
+) -> None:
+    """Check what a sweep changed against the master clock."""
+    try:
+        if changes["scenario"]:
+            check_times(scenario, step)
+        if changes["architecture"]:
+            check_rates(architecture, step)
+    except SpecError as error:
+        changed = [*changes["scenario"], *changes["architecture"]]
+        guilty = [change for change in changed if change.path == guilty_path(error)]
+        where = (guilty or changed)[-1].where
+        raise SweepError(error.message, where=where, remedy=error.remedy) from error
+
+
+def _fault(files: OddFiles, number: int, changes: Changes, variants: Variants) -> Fault:
+    fault = files.odd.spec.faults[number]
+    own = tuple(
+        replace(change, path=change.path[1:])
+        for change in changes["faults"]
+        if change.path[0] == fault.id
+    )
+    return variants.fault(fault, files.odd.content["faults"][number], own)

@@ -1,14 +1,9 @@
 """Fakes and conformance suites for those who write channels, sensors and executors."""
 
 from adeye.testing.channels import ScriptedChannel, check_channel
-from adeye.testing.driving import Drive, World, drive
+from adeye.testing.driving import Drive, Fed, World, drive, feed
 from adeye.testing.executors import check_executor
-from adeye.testing.feeding import Fed, feed
-from adeye.testing.scenes import (
-    channel_context,
-    passenger_car,
-    straight_road,
-)
+from adeye.testing.scenes import channel_context, passenger_car, straight_road
 from adeye.testing.sensors import check_sensor
 
 __all__ = [

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from adeye.channels.links import CHANNEL_PREFIX, observe
-from adeye.channels.scalar import ScalarChannel, ScalarFactory
-from adeye.kernel.clock import tick_time
+from adeye.kernel.relation import tick_time
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
@@ -29,6 +27,8 @@ from adeye.signals import (
     Observation,
     RoadMap,
 )
+from adeye.simulate.channels.links import CHANNEL_PREFIX, observe
+from adeye.simulate.channels.scalar import ScalarChannel, ScalarFactory
 from adeye.testing.scenes import channel_context, object_measurement
 
 if TYPE_CHECKING:

@@ -27,14 +27,13 @@ from highway_env.vehicle.behavior import IDMVehicle
 from highway_env.vehicle.controller import ControlledVehicle, MDPVehicle
 from highway_env.vehicle.objects import Obstacle
 
-from adeye.kernel import lanes as lane_kernel
-from adeye.kernel import neighbours as n
 from adeye.kernel.crash import advance_crashing_reference, make_bodies
-from adeye.kernel.curves import CURVE_WIDTH, count_points, write_polyline
-from adeye.kernel.neighbours import make_lists
-from adeye.kernel.network import build_links, mark_alongside
 from adeye.kernel.random import uniform
-from adeye.kernel.steering import locate
+from adeye.kernel.traffic import lanes as lane_kernel
+from adeye.kernel.traffic import network as n
+from adeye.kernel.traffic.lanes import CURVE_WIDTH, count_points, write_polyline
+from adeye.kernel.traffic.network import build_links, make_lists, mark_alongside
+from adeye.kernel.traffic.steering import locate
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
@@ -125,7 +124,7 @@ def _write_lane(row: Floats, lane: Any, curves: list[Floats]) -> None:
             row, *_mirrored(lane.start), heading, length, float(lane.width), limit
         )
         # To the bit what highway-env has: it takes the direction from the two ends.
-        row[lane_kernel.COSINE], row[lane_kernel.SINUS] = _mirrored(lane.direction)
+        row[lane_kernel.LANE_COSINE], row[lane_kernel.LANE_SINUS] = _mirrored(lane.direction)
         if isinstance(lane, SineLane):
             lane_kernel.write_sine(
                 row, -float(lane.amplitude), float(lane.pulsation), float(lane.phase)

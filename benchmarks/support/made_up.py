@@ -12,23 +12,28 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.evaluation.judgement import FAIL, PASS, VACUOUS
-from adeye.evaluation.metrics.registry import STATUSES
-from adeye.evaluation.outcome import OUTCOMES
-from adeye.evaluation.verdict import Outcome
+from adeye.judge.evaluate import FAIL, PASS, VACUOUS
+from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.outcome import OUTCOMES
+from adeye.judge.verdict import Outcome
 from adeye.spec.concept import Concept, Element, HazardousEvent, Requirement, SafetyGoal
-from adeye.store.basis_block import BasisBlock, ExtremeBlock
-from adeye.store.block import EventBlock, MetricBlock, RunBlock, VerdictBlock
-from adeye.store.columns import Dictionary, Texts
-from adeye.store.encoding import json_text
-from adeye.store.planned import PlannedCases
-from adeye.store.rows import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
+from adeye.store.block import (
+    BasisBlock,
+    EventBlock,
+    ExtremeBlock,
+    MetricBlock,
+    PlannedCases,
+    RunBlock,
+    VerdictBlock,
+)
+from adeye.store.encoding import Dictionary, Texts, json_text
+from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
 from adeye.store.tables import METRIC_IDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adeye.store.stored import Block
+    from adeye.store.records import Block
 
 ENGINE: Final = EngineKey("batch", "reference", 1)
 SCENARIOS: Final = ("cut_in", "braking")

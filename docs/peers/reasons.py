@@ -13,30 +13,24 @@ from typing import TYPE_CHECKING, Final
 from adeye.kernel.criticality import (
     brake_threat_number,
     deceleration_rate_to_avoid_crash,
+    deceleration_to_safety_time,
     enhanced_time_to_collision,
+    modified_deceleration_rate,
     required_deceleration,
+    rss_lateral_distance,
+    rss_longitudinal_distance,
+    rss_opposite_distance,
+    speed_change,
     time_gap,
     time_to_collision,
 )
 from adeye.kernel.encounter import (
     closest_encounter,
     planar_time_to_collision,
-    worst_time_to_collision,
-)
-from adeye.kernel.evasion import (
     steer_threat_number,
     time_to_brake,
     time_to_kickdown,
-)
-from adeye.kernel.margins import (
-    deceleration_to_safety_time,
-    modified_deceleration_rate,
-    speed_change,
-)
-from adeye.kernel.rss import (
-    rss_lateral_distance,
-    rss_longitudinal_distance,
-    rss_opposite_distance,
+    worst_time_to_collision,
 )
 
 if TYPE_CHECKING:

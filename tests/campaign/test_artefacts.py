@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.artefacts import altered_files, left_files
-from adeye.campaign.runner import run_campaign
-from adeye.store.kept_files import SUFFIX, folder_of
+from adeye.campaign.run import run_campaign
+from adeye.campaign.traces import altered_files, left_files
+from adeye.store.evidence.roots import SUFFIX, folder_of
 from adeye.store.repository import Repository
 from tests.project import Project
 

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 
-from adeye.campaign.basis import _samples_texts, extremes_of
-from adeye.evaluation.extremes import Extremes
+from adeye.campaign.work import _samples_texts, extremes_of
+from adeye.judge.extremes import Extremes
 
 
 def test_samples_come_back_bit_for_bit() -> None:

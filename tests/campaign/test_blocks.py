@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import blocks
+from adeye.campaign import run as blocks
 
 if TYPE_CHECKING:
     from tests.project import Executed

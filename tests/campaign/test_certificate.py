@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import certificate as certificates
-from adeye.campaign.certificate import certify, draw
-from adeye.campaign.conditions import CONDITIONS, Condition, Mask
-from adeye.campaign.reproduce import CHANGED, replay_run
-from adeye.campaign.reproduce import UNSTEADY as NEVER_THE_SAME
+from adeye.campaign.replay import CHANGED, replay_run
+from adeye.campaign.replay import UNSTEADY as NEVER_THE_SAME
+from adeye.campaign.studies import certify as certificates
+from adeye.campaign.studies.certify import CONDITIONS, Condition, Mask, certify, draw
 from adeye.errors import InputError, PlatformError, UsageError
-from adeye.store.certificates import Executed
+from adeye.store.evidence.roots import Executed
+from adeye.store.records import RunRef
 from adeye.store.repository import Repository
-from adeye.store.stored import RunRef
 from tests.project import CANDIDATE, MINI, Project
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.choosing import Choice, Shard, failed_last
-from adeye.campaign.keyword import Keyword
+from adeye.campaign.selection import Choice, Keyword, Shard, failed_last
 from adeye.errors import UsageError
-from adeye.store.queue import NamedCase
-from adeye.store.stored import Plan
+from adeye.store.records import Plan
+from adeye.store.write.queue import NamedCase
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.conditions import CONDITIONS, Condition, Mask, masks
 from adeye.campaign.executors import InProcess, Processes, Threads
+from adeye.campaign.studies.certify import CONDITIONS, Condition, Mask, masks
 from tests.campaign.work import perform
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.content import FOLDERS, Contents, folder_of_plugins, recreate
+from adeye.campaign.plan import FOLDERS, Contents, folder_of_plugins, recreate
 from adeye.errors import IntegrityError
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
-    from adeye.store.stored import StoredCase
+    from adeye.store.records import StoredCase
     from tests.project import Executed
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.coverage import executed_coverage, planned_coverage
+from adeye.campaign.integrity import executed_coverage, planned_coverage
 from adeye.errors import SpecError
 
 if TYPE_CHECKING:

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import dask_executor
-from adeye.campaign.dask_executor import DaskExecutor
-from adeye.campaign.executor_names import NamedExecutor
-from adeye.campaign.runner import run_campaign
+from adeye.campaign import remote as dask_executor
+from adeye.campaign.remote import DaskExecutor, NamedExecutor
+from adeye.campaign.run import run_campaign
 from adeye.errors import PlatformError, UsageError
-from adeye.evaluation.verdict import ExitCode
+from adeye.judge.verdict import ExitCode
 from adeye.ports import ExecutorContext
 from adeye.store.repository import Repository
 from adeye.testing import check_executor
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from adeye.campaign.runner import Progress
+    from adeye.campaign.run import Progress
     from adeye.campaign.summary import CampaignSummary
     from tests.project import Executed
 
@@ -250,7 +249,7 @@ def test_cluster_of_unfit_workers_is_refused(
 def test_worker_gets_names_and_bytes_and_no_code() -> None:
     call = pickle.dumps(dask_executor._Call(perform, "echo:a"), protocol=4)
     names = {value for code, value, _ in pickletools.genops(call) if code.name.endswith("UNICODE")}
-    assert names == {"adeye.campaign.dask_executor", "perform"}
+    assert names == {"adeye.campaign.remote", "perform"}
     assert pickle.loads(call) == ("done", "a")  # noqa: S301 - made here
 
 

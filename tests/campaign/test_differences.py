@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.differences import Compared, Sampled
-from adeye.campaign.reproduce import recall
+from adeye.campaign.replay import recall
+from adeye.campaign.studies.certify import Compared, Sampled
 from adeye.campaign.work import BatchTask, execute
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
 

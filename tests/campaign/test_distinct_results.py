@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.store import leasing
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
-from adeye.store.totals import totals
+from adeye.store.write import queue as leasing
 from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.summary import CampaignSummary
-    from adeye.store.totals import Total
+    from adeye.store.read.totals import Total
 
 ONE: dict[str, Any] = {
     **MINI,

@@ -10,15 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import elsewhere
-from adeye.campaign.elsewhere import (
-    DemandingTask,
-    Elsewhere,
-    demand_of,
-    execute_as_demanded,
-    seal_of,
-)
+from adeye.campaign import remote as elsewhere
 from adeye.campaign.executors import InProcess
+from adeye.campaign.remote import DemandingTask, Elsewhere, demand_of, execute_as_demanded, seal_of
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError, PlatformError
 from adeye.ports import Done, ExecutorContext
@@ -27,8 +21,8 @@ from tests.project import CANDIDATE, MINI
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adeye.campaign.elsewhere import Demand
     from adeye.campaign.plan import CampaignPlan
+    from adeye.campaign.remote import Demand
     from tests.conftest import MakeProject
     from tests.project import Executed, Project
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from adeye.campaign.factors import axes_text, design_counts
+from adeye.campaign.plan import axes_text, design_counts
 from adeye.spec.odd import Odd
 
 

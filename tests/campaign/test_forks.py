@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import forks
-from adeye.campaign.forks import fork_run
-from adeye.campaign.reproduce import recall, replay_run
+from adeye.campaign.replay import recall, replay_run
+from adeye.campaign.studies import forks
+from adeye.campaign.studies.forks import fork_run
 from adeye.errors import InputError, IntegrityError
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.timing import campaign_injections
+from adeye.campaign.studies.fault_timing import campaign_injections
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.summary import CampaignSummary
-    from adeye.evaluation.injections import Injection
+    from adeye.judge.timeline import Injection
 
 STEP = 0.05
 ONSET = 2.0

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign import halving, runner
-from adeye.campaign.forks import fork_run
-from adeye.campaign.halving import twin_of
-from adeye.campaign.reproduce import describe_run, replay_run, rerun
+from adeye.campaign import run as runner
+from adeye.campaign.replay import describe_run, replay_run, rerun
+from adeye.campaign.studies import half_step as halving
+from adeye.campaign.studies.forks import fork_run
+from adeye.campaign.studies.half_step import twin_of
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import SpecError
-from adeye.evaluation.uncertainty import Difference, differences, sampled_metric
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.baseline import write_baseline
-from adeye.report.findings import Kind, deciding
-from adeye.report.gating import judge_campaign
-from adeye.report.margins import Tolerances
+from adeye.judge.uncertainty import Difference, differences, sampled_metric
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate.baseline import Kind, deciding, write_baseline
+from adeye.report.gate.changes import Tolerances
+from adeye.report.gate.decide import judge_campaign
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
 

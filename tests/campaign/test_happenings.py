@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.happenings import events_of, happenings
+from adeye.campaign.events import events_of, happenings
 from adeye.signals import REASON_DEFAULT, REASON_HANDOVER, REASON_REQUEST, REASON_STALENESS
-from adeye.store.rows import EventRecord
+from adeye.store.records import EventRecord
 from adeye.trace import ChannelEvent, Trace
 from tests.project import Executed, run_cases
 

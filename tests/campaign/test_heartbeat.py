@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from typing import Any, cast
 
-from adeye.campaign.heartbeat import renewing
+from adeye.campaign.run import renewing
 from adeye.errors import PlatformError
-from adeye.store.stored import Block
+from adeye.store.records import Block
 
 
 class Leases:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign.integrity import check_odd, check_stored
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.spec.load import shipped
-from adeye.store.check_views import RULES
-from adeye.store.checking import Checked, CheckFinding
+from adeye.store.read.checking import Checked, CheckFinding
 from adeye.store.repository import Repository
+from adeye.store.rules import RULES
 from tests.project import CONCEPT, Project
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign import keeping
-from adeye.campaign.keeping import read_kept
+from adeye.campaign import traces as keeping
+from adeye.campaign.traces import read_kept
 from adeye.trace import COLUMNS
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from adeye.campaign.keyword import MAX_DEPTH, MAX_LENGTH, Keyword
+from adeye.campaign.selection import MAX_DEPTH, MAX_LENGTH, Keyword
 from adeye.errors import UsageError
-from adeye.store.queue import NamedCase
+from adeye.store.write.queue import NamedCase
 
 CASE = NamedCase(
     "cut_in",

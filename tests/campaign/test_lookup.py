@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.lookup import campaign_of_file
+from adeye.campaign.summary import campaign_of_file
 from adeye.errors import UsageError
-from adeye.evaluation.verdict import ExitCode
+from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CONCEPT, MINI, Project

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.metrics import plugin_of, use_plugin_metrics
+from adeye.campaign.parts import plugin_of, use_plugin_metrics
 from adeye.errors import InputError
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.verdict import Verdict
-from adeye.store.query import run_query
+from adeye.judge.metrics import METRICS
+from adeye.judge.verdict import Verdict
+from adeye.store.read.query import run_query
 from adeye.store.tables import METRIC_IDS
 from tests.project import CONCEPT, Project
 

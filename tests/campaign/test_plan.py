@@ -15,9 +15,9 @@ from adeye.campaign.plan import make_plan, signal_table
 from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_odd
 from adeye.store.repository import Repository
+from adeye.sweep.case import structure_key
+from adeye.sweep.design import design_statement
 from adeye.sweep.expand import Expansion, expand
-from adeye.sweep.statement import design_statement
-from adeye.sweep.structure import structure_key
 from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
 
 if TYPE_CHECKING:

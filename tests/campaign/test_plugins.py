@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from adeye.campaign.plugins import named, offered
-from adeye.registry import load_part
+from adeye.campaign.parts import named, offered
+from adeye.plugins import load_part
 from adeye.spec.load import load_odd
 from tests.test_malformed_inputs import FILES, IN_ODD, IN_ONE, NOMINAL
 
@@ -24,7 +24,7 @@ def canary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: bombs\nVersion: 1.2\n")
     (info / "entry_points.txt").write_text(
-        "[adeye.channels]\nbomb = bombs:Planner\n[other]\nx = bombs:X\n"
+        "[adeye.simulate.channels]\nbomb = bombs:Planner\n[other]\nx = bombs:X\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     return canary

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import preventability
-from adeye.campaign.preventability import prevent, reference_architecture
-from adeye.campaign.reproduce import describe_run, replay_run
+from adeye.campaign.replay import describe_run, replay_run
+from adeye.campaign.studies import preventability
+from adeye.campaign.studies.preventability import prevent, reference_architecture
 from adeye.errors import InputError, UsageError
-from adeye.evaluation.preventability import CELLS
-from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.judge.preventability import CELLS
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
 from tests.preventing import project_of_cut_ins
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.campaign.preventability import Preventability
+    from adeye.campaign.studies.preventability import Preventability
     from tests.project import Project
 
 

@@ -6,8 +6,8 @@ import subprocess
 from typing import TYPE_CHECKING
 
 import adeye
-from adeye.campaign import provenance as subject
-from adeye.campaign.provenance import PACKAGES, git_state, provenance
+from adeye.campaign import plan as subject
+from adeye.campaign.plan import PACKAGES, git_state, provenance
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,8 +49,8 @@ def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.Mo
     def missing(*_: object, **__: object) -> None:
         raise OSError
 
-    monkeypatch.setattr("adeye.campaign.provenance.subprocess.run", missing)
-    monkeypatch.setattr("adeye.campaign.provenance.getpass.getuser", missing)
+    monkeypatch.setattr("adeye.campaign.plan.subprocess.run", missing)
+    monkeypatch.setattr("adeye.campaign.plan.getpass.getuser", missing)
     monkeypatch.setattr(subject, "PACKAGES", ("not-installed-anywhere",))
     found = provenance(tmp_path / "odd.yaml")
     assert (found["git"], found["who"]) == ({}, "")

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import recalling, takeovers
-from adeye.campaign.recalling import Counter, recalled_parts, together
-from adeye.campaign.takeovers import look_back
-from adeye.campaign.timing import campaign_injections
+from adeye.campaign import replay as recalling
+from adeye.campaign.replay import Counter, recalled_parts, together
+from adeye.campaign.studies import forks as takeovers
+from adeye.campaign.studies.fault_timing import campaign_injections
+from adeye.campaign.studies.forks import look_back
 from adeye.store.repository import Repository
-from adeye.sweep.structure import structure_key
+from adeye.sweep.case import structure_key
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.campaign.runner import Progress
+    from adeye.campaign.run import Progress
     from tests.project import Executed
 
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign import work
-from adeye.campaign.runner import judge_campaign, run_campaign
+from adeye.campaign.run import judge_campaign, run_campaign
 from adeye.errors import IntegrityError
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.verdict import ExitCode
-from adeye.store.kept_files import folder_of
+from adeye.judge.metrics import METRICS
+from adeye.judge.verdict import ExitCode
+from adeye.store.evidence.roots import folder_of
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Project
 from tests.tampering import unguarded

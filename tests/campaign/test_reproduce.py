@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye import engine
-from adeye.campaign.reproduce import describe_run, replay_run, rerun
-from adeye.campaign.runner import Progress, run_campaign
+from adeye.campaign.replay import describe_run, replay_run, rerun
+from adeye.campaign.run import Progress, run_campaign
 from adeye.errors import InputError
+from adeye.simulate import engine
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye
-from adeye.campaign import runner, work
-from adeye.campaign.runner import Progress, run_campaign
-from adeye.cli.outcome import executed_text
+from adeye.campaign import run as runner
+from adeye.campaign import work
+from adeye.campaign.run import Progress, run_campaign
+from adeye.cli.run import executed_text
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, table_hash
 

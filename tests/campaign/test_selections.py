@@ -6,20 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign import runner
-from adeye.campaign.choosing import Choice, Shard
-from adeye.campaign.keyword import Keyword
-from adeye.campaign.runner import Progress, run_campaign
-from adeye.campaign.session import Session
-from adeye.campaign.stopping import Limits
-from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.campaign import run as runner
+from adeye.campaign.run import Limits, Progress, Session, run_campaign
+from adeye.campaign.selection import Choice, Keyword, Shard
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.owner import Owner
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Project, count_rows, table_hash
 
 if TYPE_CHECKING:
     from adeye.campaign.summary import CampaignSummary
-    from adeye.store.stored import Block
+    from adeye.store.records import Block
     from tests.conftest import MakeProject
 
 SMALL: dict[str, Any] = {

@@ -1,7 +1,6 @@
 """What a session is without options, and when it has ended."""
 
-from adeye.campaign.session import DEADLINE_S, Session
-from adeye.campaign.stopping import Limits, Stop
+from adeye.campaign.run import DEADLINE_S, Limits, Session, Stop
 
 
 def test_a_session_without_options_leaves_nothing_out() -> None:

@@ -14,10 +14,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from adeye.campaign.plan import CampaignPlan, make_plan
-from adeye.campaign.staleness import CAUSES, find_stale
-from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.campaign.stale import CAUSES, find_stale
+from adeye.judge.verdict import Outcome, Verdict
+from adeye.store.records import MetricValue, RunRecord, VerdictRecord
 from adeye.store.repository import Repository
-from adeye.store.rows import MetricValue, RunRecord, VerdictRecord
 from adeye.store.tables import METRIC_IDS
 from adeye.units import read_quantity
 from tests.project import CONCEPT, Project

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from adeye.campaign.stopping import Limits, Stop
+from adeye.campaign.run import Limits, Stop
 from adeye.errors import Terminated
 
 
@@ -23,7 +23,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     made = Clock()
-    monkeypatch.setattr("adeye.campaign.stopping.time.monotonic", made.monotonic)
+    monkeypatch.setattr("adeye.campaign.run.time.monotonic", made.monotonic)
     return made
 
 

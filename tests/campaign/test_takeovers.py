@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import takeovers
-from adeye.campaign.takeovers import look_back
-from adeye.evaluation.takeovers import TAKEOVER_CLASSES
+from adeye.campaign.studies import forks as takeovers
+from adeye.campaign.studies.forks import look_back
+from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.campaign.takeovers import TakeoverMatrix
+    from adeye.campaign.studies.forks import TakeoverMatrix
     from tests.project import Executed
 
 

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.session import Session
-from adeye.campaign.stopping import Limits
-from adeye.campaign.tasks import Tasks
+from adeye.campaign.run import Limits, Session, Tasks
 from adeye.campaign.work import execute
 from adeye.store.owner import Owner
 from adeye.store.repository import Repository
@@ -18,7 +16,7 @@ from tests.project import MINI, Project, table_hash
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from adeye.store.stored import Plan
+    from adeye.store.records import Plan
     from tests.conftest import MakeProject
 
 GAPS: dict[str, Any] = {

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import timing
-from adeye.campaign.timing import campaign_injections, run_timeline
+from adeye.campaign.studies import fault_timing as timing
+from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
 from adeye.errors import InputError
-from adeye.evaluation.timeline import CLASSES
+from adeye.judge.timeline import CLASSES
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.campaign.timing import InjectionTable
+    from adeye.campaign.studies.fault_timing import InjectionTable
     from tests.project import Executed
 
 

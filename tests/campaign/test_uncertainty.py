@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.uncertainty import uncertainty_table
+from adeye.campaign.studies.half_step import uncertainty_table
 from adeye.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.unchanged import Unchanged
+from adeye.campaign.parts import Unchanged
 from adeye.errors import IntegrityError
 from adeye.testing import zoo
 from tests.project import MINI, Project
@@ -114,7 +114,7 @@ def test_what_is_only_touched_is_hashed_once_and_passes(
         hashed.append(source.name)
         return original(source)
 
-    monkeypatch.setattr("adeye.campaign.unchanged.Source.is_as_planned", counting)
+    monkeypatch.setattr("adeye.campaign.parts.Source.is_as_planned", counting)
     for _ in range(3):
         unchanged.check()
     assert sorted(hashed) == sorted(NAMES)

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye import engine
 from adeye.campaign import warmup, work
 from adeye.campaign.warmup import _compile_part, _covering, _drive, _judge, compile_aside, warm_up
 from adeye.campaign.work import BatchTask, compiled_parts
 from adeye.errors import PlatformError
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.verdict import Verdict
+from adeye.simulate import engine
 
 if TYPE_CHECKING:
-    from adeye.campaign.runner import Progress
+    from adeye.campaign.run import Progress
     from adeye.campaign.work import BatchResult
-    from adeye.evaluation.judge import Evaluation
+    from adeye.judge.evaluate import Evaluation
     from tests.conftest import MakeProject
 
 

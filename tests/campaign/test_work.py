@@ -12,12 +12,12 @@ import pytest
 from adeye.campaign import work
 from adeye.campaign.work import BatchResult, BatchTask, evaluate, execute
 from adeye.errors import SpecError
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.metrics.registry import STATUSES
-from adeye.evaluation.outcome import OUTCOMES
-from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.outcome import OUTCOMES
+from adeye.judge.verdict import Outcome, Verdict
 from adeye.store.block import MetricBlock
-from adeye.store.columns import Texts
+from adeye.store.encoding import Texts
 from adeye.store.tables import METRIC_IDS
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace

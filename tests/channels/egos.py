@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.channels.localisation import Localiser
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext
-from adeye.sensors.gnss import GnssSensor
-from adeye.sensors.imu import ImuSensor
-from adeye.sensors.rig import DATA_SHEETS
 from adeye.signals import EGO_SPEED, EGO_STEERING, EGO_X, EGO_Y, EGO_YAW_RATE, Floats
+from adeye.simulate.channels.perception.localisation import Localiser
+from adeye.simulate.sensors.gnss_imu import GnssSensor, ImuSensor
+from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.sensors import Gnss, Imu
 from adeye.testing.scenes import channel_context, passenger_car, straight_road
 from tests.sensors.scenes import scene, scene_context

@@ -8,21 +8,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.accuracy import (
+from adeye.signals import Bools, Floats
+from adeye.simulate.channels.perception.pose import POSE_WIDTH
+from adeye.simulate.channels.perception.tracking import (
     ACCURACY_WIDTH,
     ALONG,
     BEARING,
     RATE,
     assumed_accuracy,
     assumed_noise,
+    predict_tracks,
+    update_tracks,
 )
-from adeye.channels.filtering import FREEDOM_X, FREEDOM_Y, learn, read_belief
-from adeye.channels.pose import POSE_WIDTH
-from adeye.channels.tracking import predict_tracks, update_tracks
-from adeye.channels.tracks import TRACK_HITS, TRACK_STATE, TRACKS
-from adeye.sensors.ranging import RangingSensor
-from adeye.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet
-from adeye.signals import Bools, Floats
+from adeye.simulate.channels.perception.tracks import (
+    FREEDOM_X,
+    FREEDOM_Y,
+    TRACK_HITS,
+    TRACK_STATE,
+    TRACKS,
+    learn,
+    read_belief,
+)
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet
 from adeye.spec.sensors import Sensor, model_name
 from adeye.testing.scenes import channel_context
 from tests.sensors.scenes import architecture, scene, scene_context, sensor_context

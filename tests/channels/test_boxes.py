@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.boxes import SLOTS, fit_box, insert_box
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -16,6 +15,7 @@ from adeye.signals import (
     DETECTION_X,
     DETECTION_Y,
 )
+from adeye.simulate.channels.perception.clustering import SLOTS, fit_box, insert_box
 
 SPACING = math.radians(0.4)
 Points = list[tuple[float, float]]

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from adeye.channels.clock import ClockedChannel
 from adeye.signals import SILENT, Observation
+from adeye.simulate.channels.rack import ClockedChannel
 from adeye.testing import ScriptedChannel, channel_context
 
 STEP = 0.05

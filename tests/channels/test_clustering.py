@@ -10,10 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.channels.boxes import SLOTS
-from adeye.channels.clustering import Clustering
-from adeye.sensors.lidar import LidarSensor
 from adeye.signals import (
     DETECTION_LENGTH,
     DETECTION_WIDTH,
@@ -26,11 +22,14 @@ from adeye.signals import (
     Floats,
     Measurement,
 )
+from adeye.simulate import engine
+from adeye.simulate.channels.perception.clustering import SLOTS, Clustering
+from adeye.simulate.sensors.lidar import LidarSensor
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import PhysicalLidar
-from adeye.testing.faults import injector, moment
-from adeye.world.weather import MM_PER_HOUR
+from adeye.testing.sensors import injector, moment
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, sensor_context
 
 if TYPE_CHECKING:

@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from adeye.channels.confirmation import count_hit, count_misses
-from adeye.channels.tracks import TRACK_BEGUN_BY, TRACK_HITS, TRACK_STATE, TRACKS
 from adeye.signals import Floats
+from adeye.simulate.channels.perception.tracks import (
+    TRACK_BEGUN_BY,
+    TRACK_HITS,
+    TRACK_STATE,
+    TRACKS,
+    count_hit,
+    count_misses,
+)
 
 
 def hits_after(pattern: str, *, hits: int = 3, window: int = 5, sensor: float = 0.0) -> float:

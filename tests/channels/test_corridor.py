@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from adeye.channels.corridor import (
+from adeye.kernel.road import position
+from adeye.signals import Floats
+from adeye.simulate.channels.corridor import (
     PATH_GAP,
     PATH_REQUIRED,
     PATH_SPEED,
@@ -10,8 +12,16 @@ from adeye.channels.corridor import (
     uses_path,
     view_path,
 )
-from adeye.channels.pose import POSE_D, POSE_HEADING, POSE_S, POSE_SPEED, POSE_WIDTH, POSE_X, POSE_Y
-from adeye.channels.tracks import (
+from adeye.simulate.channels.perception.pose import (
+    POSE_D,
+    POSE_HEADING,
+    POSE_S,
+    POSE_SPEED,
+    POSE_WIDTH,
+    POSE_X,
+    POSE_Y,
+)
+from adeye.simulate.channels.perception.tracks import (
     TRACK_BRAKING,
     TRACK_HITS,
     TRACK_LENGTH,
@@ -24,8 +34,6 @@ from adeye.channels.tracks import (
     TRACK_Y,
     TRACKS,
 )
-from adeye.kernel.road import position
-from adeye.signals import Floats
 from adeye.testing.scenes import straight_road
 
 LANE = 5.25

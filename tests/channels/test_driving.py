@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from adeye.channels.driving import (
+from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.driving import (
     HOLD_DECELERATION,
     MAX_LATERAL,
     allowed_speed,
@@ -12,8 +13,7 @@ from adeye.channels.driving import (
     steer,
     vehicle_fields,
 )
-from adeye.channels.pose import POSE_CURVATURE, POSE_D, POSE_SPEED, POSE_WIDTH
-from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.perception.pose import POSE_CURVATURE, POSE_D, POSE_SPEED, POSE_WIDTH
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
 

@@ -3,10 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.channels import make_channel
-from adeye.channels.factory import BUILT_IN
 from adeye.errors import SpecError
 from adeye.signals import OK, SILENT, Observation
+from adeye.simulate.channels import make_channel
+from adeye.simulate.channels.factory import BUILT_IN
 from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.testing import channel_context, check_channel
 

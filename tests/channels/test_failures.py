@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from adeye.channels.failures import ERROR, MAX_DETAIL, Failures, describe, silenced
 from adeye.signals import OK, SILENT, ControlCommand
+from adeye.simulate.channels.guard import ERROR, MAX_DETAIL, Failures, describe, silenced
 
 
 def command(acceleration: float, stamp: float) -> ControlCommand:

@@ -5,9 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.filtering import (
+from adeye.signals import Floats
+from adeye.simulate.channels.perception.tracks import (
     FREEDOM_X,
     FREEDOM_Y,
+    TRACK_STATE,
+    TRACK_VAR_VX,
+    TRACK_VAR_VY,
+    TRACK_VY,
+    TRACK_X,
     Belief,
     forget_motion,
     grow,
@@ -15,8 +21,6 @@ from adeye.channels.filtering import (
     read_belief,
     write_belief,
 )
-from adeye.channels.tracks import TRACK_STATE, TRACK_VAR_VX, TRACK_VAR_VY, TRACK_VY, TRACK_X
-from adeye.signals import Floats
 
 WEIGHTS = (0.8, -0.16, 0.6, -0.12)
 GENERATOR = np.random.Generator(np.random.Philox(3))

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.fixes import (
+from adeye.signals import EGO_HEADING, EGO_SPEED, EGO_X, EGO_Y, Floats
+from adeye.simulate.channels.perception.localisation import (
     COUNT,
     FIX_TIME,
     INNOVATION,
@@ -19,7 +20,6 @@ from adeye.channels.fixes import (
     WAITING,
     is_number,
 )
-from adeye.signals import EGO_HEADING, EGO_SPEED, EGO_X, EGO_Y, Floats
 from tests.channels.egos import CAR, STEP, Estimated, drive, estimate, gnss, imu
 
 NOISY = {"position_noise": "0.2 m", "speed_noise": "0.1 m/s"}

@@ -4,9 +4,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.guard import GuardedChannel
 from adeye.ports import ChannelContext
 from adeye.signals import FAULT, OK, SILENT, ControlCommand, Observation
+from adeye.simulate.channels.guard import GuardedChannel
 from adeye.testing import channel_context
 
 RUNS = 3

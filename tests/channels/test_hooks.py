@@ -7,13 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.factory import make_channel
-from adeye.channels.guard import GuardedChannel
-from adeye.channels.hooks import HOOKS, SAFETY_HOOKS, Hooks
-from adeye.channels.links import observe
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
-from adeye.channels.trajectory import TrajectoryChannel
 from adeye.errors import SpecError
 from adeye.ports import HookedChannel
 from adeye.signals import (
@@ -26,6 +19,13 @@ from adeye.signals import (
     ControlCommand,
     Floats,
 )
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.guard import GuardedChannel
+from adeye.simulate.channels.hooks import HOOKS, SAFETY_HOOKS, Hooks
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.safety import PlannedSafetyChannel, SafetyChannel
+from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
 from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import ScriptedChannel, World, channel_context, drive
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.inertial import (
+from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.perception.localisation import (
     ACCELERATION_BIAS,
     COURSE,
     HEADING,
@@ -25,7 +26,6 @@ from adeye.channels.inertial import (
     lateral_variance,
     predict,
 )
-from adeye.signals import Floats, parameter_record
 from adeye.testing.scenes import straight_road
 
 STATE = np.array([10.0, -4.0, 0.6, 18.0, 0.2, -0.03])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from adeye.channels.links import View, linked_channels, no_command, observe
 from adeye.signals import SILENT, Authority, ControlCommand, Measurement
+from adeye.simulate.channels.links import View, linked_channels, no_command, observe
 
 
 def measurement() -> Measurement:

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.channels.localisation import MOST_DEVIATION, Localiser
-from adeye.engine import run
-from adeye.sensors.rig import DATA_SHEETS
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -24,6 +21,9 @@ from adeye.signals import (
     STATUS_LABELS,
     Floats,
 )
+from adeye.simulate.channels.perception.localisation import MOST_DEVIATION, Localiser
+from adeye.simulate.engine import run
+from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.testing.scenes import channel_context, ego_estimate, straight_road

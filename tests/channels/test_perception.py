@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adeye.channels.driving import channel_records
-from adeye.channels.perception import NOTE_END, Perception
-from adeye.channels.tracks import TRACK_HITS
 from adeye.signals import Bools, Observation
+from adeye.simulate.channels.driving import channel_records
+from adeye.simulate.channels.perception.step import NOTE_END, Perception
+from adeye.simulate.channels.perception.tracks import TRACK_HITS
 from adeye.spec.channels import NominalParameters
 from adeye.testing import channel_context
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road

@@ -3,7 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.pose import (
+from adeye.kernel.road import position
+from adeye.signals import Floats
+from adeye.simulate.channels.perception.pose import (
     HEADING_GAIN,
     LATERAL_GAIN,
     MAX_AGE,
@@ -20,8 +22,6 @@ from adeye.channels.pose import (
     has_pose,
     update_pose,
 )
-from adeye.kernel.road import position
-from adeye.signals import Floats
 from adeye.testing.scenes import ego_estimate, straight_road
 
 STEP = 0.05

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.channels.rack import ChannelRack
-from adeye.registry import load_part
-from adeye.sensors.rig import Rig
+from adeye.plugins import load_part
 from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand
+from adeye.simulate.channels.rack import ChannelRack
+from adeye.simulate.sensors.rig import Rig
+from adeye.simulate.world.compile import ego_desired_speeds
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
-from adeye.world.compile import ego_desired_speeds
 from tests.sensors.scenes import scene, scene_context
 
 if TYPE_CHECKING:

@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from adeye.channels.accuracy import assumed_accuracy
-from adeye.channels.sight import Sight
 from adeye.ports import ChannelContext
-from adeye.sensors.rig import DATA_SHEETS
 from adeye.signals import Measurement
+from adeye.simulate.channels.perception.step import Sight
+from adeye.simulate.channels.perception.tracking import assumed_accuracy
+from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.testing import channel_context
 
 

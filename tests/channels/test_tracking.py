@@ -4,9 +4,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.pose import POSE_REAR, POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
-from adeye.channels.tracking import drop_tentative, predict_tracks, update_tracks
-from adeye.channels.tracks import (
+from adeye.signals import Floats
+from adeye.simulate.channels.perception.pose import POSE_REAR, POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
+from adeye.simulate.channels.perception.tracking import (
+    drop_tentative,
+    predict_tracks,
+    update_tracks,
+)
+from adeye.simulate.channels.perception.tracks import (
     TRACK_BRAKING,
     TRACK_HITS,
     TRACK_STATE,
@@ -18,7 +23,6 @@ from adeye.channels.tracks import (
     TRACKS,
     carried_by,
 )
-from adeye.signals import Floats
 
 STEP = 0.05
 EGO_SPEED = 20.0

@@ -1,8 +1,16 @@
 import numpy as np
 import pytest
 
-from adeye.channels.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
-from adeye.channels.tracks import (
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    Floats,
+    Ints,
+)
+from adeye.simulate.channels.perception.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
+from adeye.simulate.channels.perception.tracks import (
     BLOCKED,
     FREE,
     TRACK_CLASS,
@@ -24,14 +32,6 @@ from adeye.channels.tracks import (
     may_begin,
     room_for_track,
     with_face_kept,
-)
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    Floats,
-    Ints,
 )
 
 GATE = 4.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.tampering import unguarded
 
 if TYPE_CHECKING:

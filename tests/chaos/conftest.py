@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.chaos.bench import BASELINE, ODD, Bench
 from tests.chaos.runners import Cradle, Undisturbed, project_of, size, undisturbed
 from tests.project import Project

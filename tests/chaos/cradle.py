@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 LOADED: Final = (
     "adeye.api",
     "adeye.campaign.plan",
-    "adeye.campaign.runner",
-    "adeye.cli.entry",
+    "adeye.campaign.run",
+    "adeye.cli.app",
     "adeye.cli.progress",
-    "adeye.report.page",
+    "adeye.report.page.views",
     "adeye.reporting",
-    "adeye.store.query",
+    "adeye.store.read.query",
     "adeye.store.repository",
 )
 """What a verb imports when it is asked for it; here once for all children."""
@@ -82,7 +82,7 @@ def _child(request: Mapping[str, Any]) -> None:
 
 def _verb(request: Mapping[str, Any]) -> int:
     """Run a verb with its output in a file."""
-    from adeye.cli.entry import main
+    from adeye.cli.app import main
 
     os.chdir(request["folder"])
     kept = [os.dup(number) for number in (0, 1, 2)]
@@ -100,7 +100,8 @@ def _verb(request: Mapping[str, Any]) -> int:
 
 
 def _put_in_place(setup: Mapping[str, Any]) -> None:
-    from adeye.campaign import runner, tasks
+    from adeye.campaign import run as runner
+    from adeye.campaign import run as tasks
     from adeye.store import owner, postgres
 
     if "block" in setup:

@@ -121,7 +121,8 @@ def count_method(path: str, name: str, *answer: Any, pause_s: float = 0.0) -> No
 
 def move_clock(seconds: float) -> None:
     """Let the wall clock of this process be wrong."""
-    from adeye.store import encoding, leasing
+    from adeye.store import encoding
+    from adeye.store.write import queue as leasing
 
     class Moved(datetime):
         @classmethod

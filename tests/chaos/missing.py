@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign import runner
+from adeye.campaign import run as runner
 from adeye.testing import zoo
 from tests.chaos.bench import DB, ODD_FILE
 from tests.chaos.ways import Way

@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from adeye.store import encoding, leasing, soundness, verification
+from adeye.store import encoding
+from adeye.store.evidence import verification
+from adeye.store.evidence import verification as soundness
+from adeye.store.write import queue as leasing
 from tests.chaos.bench import DB, ODD_FILE, PLUGIN
 from tests.chaos.stored import tally_made_green
 from tests.chaos.table import GROUPS, PAGE, page

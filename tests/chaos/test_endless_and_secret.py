@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.chaos.test_fuzz import CASES_CSV, TABLE_CSV, watched
 from tests.chaos.test_schema_life import READING
 from tests.test_malformed_inputs import FILES, IN_ODD

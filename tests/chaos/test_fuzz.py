@@ -20,13 +20,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
-from adeye.campaign.choosing import Shard
-from adeye.campaign.keyword import Keyword
+from adeye.campaign.selection import Keyword, Shard
 from adeye.cli import main
-from adeye.cli.session import seconds
+from adeye.cli.options import seconds
 from adeye.errors import AdeyeError
-from adeye.evaluation.stl.parser import parse_text
-from adeye.report.baseline import read_baseline
+from adeye.judge.stl.parser import parse_text
+from adeye.report.gate.baseline import read_baseline
 from adeye.spec.expression import parse
 from adeye.spec.load import load_grid
 from tests.chaos import mutation

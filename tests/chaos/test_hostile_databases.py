@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.chaos.mutation import bytes_of
 from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
 from tests.chaos.test_schema_life import CAMPAIGNS

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from adeye.campaign.keeping import read_kept
+from adeye.campaign.traces import read_kept
 from tests.chaos.runners import (
     IS_FULL,
     assert_identical,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 from sqlalchemy import Engine, event
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from adeye.store import schema
 from adeye.store.repository import Repository
 from tests.chaos.bench import DB

@@ -20,16 +20,16 @@ import numpy as np
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.stl.columns import NEEDED, SPARE
-from adeye.report.manifest import differing, make_manifest
-from adeye.store import ledger, tables, verification
+from adeye.judge.stl.batch import NEEDED, SPARE
+from adeye.report.formats.manifest import differing, make_manifest
+from adeye.store import ledger, tables
 from adeye.store.block import run_block
-from adeye.store.columns import hashed_names, row_hashes, stored_words
-from adeye.store.encoding import row_hash
-from adeye.store.kept_files import folder_of
+from adeye.store.encoding import hashed_names, row_hash, row_hashes, stored_words
+from adeye.store.evidence import verification
+from adeye.store.evidence.roots import folder_of
 from adeye.store.plugin_metrics import plugin_tables
+from adeye.store.records import MetricValue
 from adeye.store.repository import Repository
-from adeye.store.rows import MetricValue
 from adeye.store.tables import METRIC_IDS
 from tests.chaos.runners import size
 from tests.store.conftest import Example
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Table
 
-    from adeye.store.stored import Finding
+    from adeye.store.records import Finding
 
 KINDS: Final = ("edit", "delete", "insert", "exchange")
 TRIALS: Final = size(40, 100)

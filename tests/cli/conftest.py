@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from adeye.cli.apart import results, results_apart
-from adeye.cli.output import emit
+from adeye.cli.output import emit, results, results_apart
 from tests.project import ROOT
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from adeye.cli.capabilities import CAPABILITIES, Capability, Status
+from adeye.cli.doctor import CAPABILITIES, Capability, Status
 
 ROOT = Path(__file__).parents[2]
 

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from adeye.cli.catalogue import catalogue_files, catalogue_folder
 from adeye.errors import UsageError
-from adeye.spec.load import shipped
+from adeye.spec.load import catalogue_files, catalogue_folder, shipped
 
 
 def test_shipped_unless_there_is_one_here(folder: Path) -> None:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign import certificate
-from adeye.campaign.conditions import CONDITIONS
-from adeye.cli.entry import main
+from adeye.campaign.studies import certify as certificate
+from adeye.campaign.studies.certify import CONDITIONS
+from adeye.cli.app import main
 
 if TYPE_CHECKING:
     from pathlib import Path

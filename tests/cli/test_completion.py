@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from adeye.cli import completion
-from adeye.store import query
+from adeye.cli import options as completion
+from adeye.store.read import query
 
 
 def context(**params: Any) -> Any:

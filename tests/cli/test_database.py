@@ -6,10 +6,11 @@ from typing import Any
 
 import pytest
 
-from adeye.store import queue, schema
-from adeye.store.merging import Merged
+from adeye.store import schema
+from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
-from adeye.store.rows import ContentRecord
+from adeye.store.write import queue
+from adeye.store.write.merge import Merged
 
 
 def test_upgrade_makes_then_finds_the_database(adeye: Any) -> None:

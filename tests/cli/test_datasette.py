@@ -5,9 +5,9 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-from adeye.cli.datasette import _VIEWS
+from adeye.cli.database import _VIEWS
 from adeye.cli.queries import SAVED
-from adeye.store.query import run_query
+from adeye.store.read.query import run_query
 
 
 def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, folder: Path) -> None:

@@ -9,8 +9,8 @@ import pytest
 import adeye.kernel.jit
 from adeye import __version__
 from adeye.cli import doctor
-from adeye.engine import NUMERICS_VERSION
 from adeye.report.credibility import SelfTestResult, write_result
+from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store import schema
 
 ROOT = Path(__file__).parents[2]

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.scalar import ScalarMeasurement, ScalarObservation
-from adeye.cli.examples import EXAMPLES
-from adeye.cli.new import write_example
-from adeye.evaluation.metrics.registry import METRICS, register_metric
-from adeye.registry import Part, load_part, require, validate_parameters
+from adeye.cli.new import EXAMPLES, write_example
+from adeye.judge.metrics.registry import METRICS, register_metric
+from adeye.plugins import Part, load_part, require, validate_parameters
 from adeye.signals import EGO_SPEED
+from adeye.simulate.channels.scalar import ScalarMeasurement, ScalarObservation
 from adeye.spec.sensors import PluginSensor
 from adeye.testing import check_channel, check_sensor, passenger_car
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.export import FileFormat, Table
-from adeye.report.table_files import FORMATS
-from adeye.store.export_columns import TABLES
+from adeye.cli.query import FileFormat, Table
+from adeye.report.formats.tables import FORMATS
+from adeye.store.read.export import TABLES
 
 
 def test_choices_are_those_of_the_export() -> None:
@@ -33,7 +33,7 @@ def test_file_is_what_its_name_says(adeye: Any, mini: Any, folder: Path) -> None
 
 
 def test_missing_results_are_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    from adeye.report import exporting
+    from adeye.report.formats import tables as exporting
 
     written = exporting.Written("abc", 28, 20, {"runs": 20})
     monkeypatch.setattr(exporting, "export_campaign", lambda *_, **__: written)

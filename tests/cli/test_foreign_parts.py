@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import typer
 
-from adeye.campaign.metrics import use_plugin_metrics
+from adeye.campaign.parts import use_plugin_metrics
 from adeye.cli.app import app
-from adeye.cli.examples import EXAMPLES
+from adeye.cli.new import EXAMPLES
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-import adeye.campaign.forks
+import adeye.campaign.studies.forks
 from adeye.cli import progress
 from adeye.errors import IntegrityError
 

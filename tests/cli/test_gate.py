@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from lxml import etree
 
-from adeye.report.baseline import baseline_text, read_baseline
+from adeye.report.gate.baseline import baseline_text, read_baseline
 
 if TYPE_CHECKING:
     from tests.project import Executed

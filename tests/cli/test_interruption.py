@@ -7,9 +7,9 @@ import time
 import pytest
 
 from adeye.campaign import executors
-from adeye.campaign.stopping import Stop
-from adeye.cli import interruption
-from adeye.cli.interruption import asking, leave_if_abandoned, raising_on_sigterm
+from adeye.campaign.run import Stop
+from adeye.cli import progress as interruption
+from adeye.cli.progress import asking, leave_if_abandoned, raising_on_sigterm
 from adeye.errors import Terminated
 
 
@@ -62,7 +62,7 @@ def ends(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         codes.append(code)
         raise Ended
 
-    monkeypatch.setattr("adeye.cli.interruption.os._exit", end)
+    monkeypatch.setattr("adeye.cli.progress.os._exit", end)
     return codes
 
 

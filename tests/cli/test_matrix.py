@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye.reporting
-from adeye.report.matrix import matrix_of
+from adeye.report.formats.matrix import matrix_of
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 from tests.report.fake import build_report
 
 

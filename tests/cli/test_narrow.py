@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from adeye.cli import output
-from adeye.cli.narrow import BREAKABLE, stacked, widths_of
+from adeye.cli.output import BREAKABLE, stacked, widths_of
 
 HEADERS = ("Scenario", "Fault entry", "Runs", "Least FTTI [s]")
 ROWS = [("cut_in", "front_camera_out", "12", "7.45"), ("lead_braking", "none", "3", "none")]

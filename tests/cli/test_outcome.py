@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from adeye.cli.outcome import document, executed_text, rejudged_text
+from adeye.cli.run import document, executed_text, rejudged_text
 from tests.cli.test_run import SUMMARY
 
 

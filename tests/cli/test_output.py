@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from adeye.cli import output
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.report.words import SYMBOLS
 
 

@@ -9,8 +9,8 @@ import yaml
 
 import adeye.campaign.plan
 from adeye.campaign.plan import SignalRow
-from adeye.cli.planning import _fault_entries
-from adeye.cli.starter import write_project
+from adeye.cli.new import write_project
+from adeye.cli.plan import _fault_entries
 
 
 @pytest.fixture

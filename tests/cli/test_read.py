@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import adeye.campaign.reproduce
+import adeye.campaign.replay
 import adeye.reporting
-from adeye.campaign.reproduce import Replayed
+from adeye.campaign.replay import Replayed
 from adeye.errors import InputError
 from adeye.trace import Trace
 from tests.evaluation.conftest import HandMade

@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 
 import adeye.campaign.plan
-import adeye.campaign.runner
+import adeye.campaign.run
 import adeye.cli.run as cli_run
 import adeye.reporting
 from adeye.campaign import warmup
-from adeye.campaign.runner import Progress
+from adeye.campaign.run import Progress
 from adeye.campaign.summary import CampaignSummary, VerdictLine
 from adeye.cli.run import usable_processors
 from adeye.errors import PlatformError, Terminated
-from adeye.evaluation.verdict import ExitCode, Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.kernel import jit as adeye_jit
 from adeye.store import schema
 

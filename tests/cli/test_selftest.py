@@ -6,11 +6,10 @@ from typing import Any
 
 import pytest
 
-from adeye.cli import selftest as verb
-from adeye.evaluation.verdict import ExitCode
+from adeye.cli import certify as verb
+from adeye.judge.verdict import ExitCode
 from adeye.selftest import running
-from adeye.selftest.bench import Seen
-from adeye.selftest.masters import Master
+from adeye.selftest.bench import Master, Seen
 
 GOOD = Master(
     "good_one", "file", "w", "f", 2, "wrong", lambda _: Seen(2, "wrong"), lambda _: Seen(0, "")

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.session import make_session, seconds
+from adeye.cli.options import make_session, seconds
 from adeye.errors import UsageError
 
 NOTHING: dict[str, Any] = {

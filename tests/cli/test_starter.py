@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.starter import project_files, write_project
+from adeye.cli.new import project_files, write_project
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
 

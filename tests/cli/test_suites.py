@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.suites import print_suites
-from adeye.evaluation.suite.analysis import analyse
+from adeye.analysis.suite.analyse import analyse
+from adeye.cli.sensors import print_suites
 from tests.evaluation.suite.rigs import all_around, architecture, radar
 
 pytestmark = pytest.mark.usefixtures("folder")

@@ -6,8 +6,8 @@ from itertools import pairwise
 import pytest
 
 from adeye.campaign.summary import CampaignSummary, VerdictLine
-from adeye.cli.verdicts import WORST_FIRST, margin_text, ordered, print_verdicts
-from adeye.evaluation.verdict import ExitCode, Verdict, fold_fsrs
+from adeye.cli.run import WORST_FIRST, margin_text, ordered, print_verdicts
+from adeye.judge.verdict import ExitCode, Verdict, fold_fsrs
 
 LINE = VerdictLine(
     architecture="a",

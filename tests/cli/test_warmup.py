@@ -7,7 +7,7 @@ import pytest
 
 import adeye.campaign.plan
 import adeye.campaign.warmup
-from adeye.cli.warmup import SHIPPED
+from adeye.cli.run import SHIPPED
 from adeye.kernel.jit import cache_directory
 from adeye.spec.load import shipped
 

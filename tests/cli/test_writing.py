@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from adeye.cli.app import app
-from adeye.cli.writing import named, named_anew, named_page, named_place, write_rows
+from adeye.cli.options import named, named_anew, named_page, named_place, write_rows
 from adeye.errors import PlatformError, UsageError
 
 if TYPE_CHECKING:

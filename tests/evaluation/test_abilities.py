@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.abilities import abilities
+from adeye.judge.outcome import abilities
 from adeye.kernel.motion import GRAVITY
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.evaluation.bodies import (
+from adeye.judge.conflict import (
     ACROSS,
     ALONG,
     HALF_LENGTH,

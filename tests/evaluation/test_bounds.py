@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.evaluation.bounds import Bound, bound_of
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.requirements import requirement_digest
+from adeye.judge.metrics import METRICS
+from adeye.judge.requirements import Bound, bound_of, requirement_digest
 from adeye.spec.concept import Requirement
 
 CONTENT = {

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.conflict import QUANTITIES
-from adeye.evaluation.series import TraceSeries
+from adeye.judge.conflict import QUANTITIES
+from adeye.judge.series import TraceSeries
 
 
 def measured(made: Any, quantity: str, row: int = 0) -> Any:

@@ -7,11 +7,19 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from adeye.evaluation.bodies import ALONG, HALF_WIDTH, is_in_path, on_road
-from adeye.evaluation.culling import distance_below, is_far_beside, lateral_reach, least_so_far
-from adeye.evaluation.series import RssParameters
-from adeye.kernel.geometry import box_distance
-from adeye.kernel.rss import rss_lateral_distance
+from adeye.judge.conflict import (
+    ALONG,
+    HALF_WIDTH,
+    distance_below,
+    is_far_beside,
+    is_in_path,
+    lateral_reach,
+    least_so_far,
+    on_road,
+)
+from adeye.judge.series import RssParameters
+from adeye.kernel.boxes import box_distance
+from adeye.kernel.criticality import rss_lateral_distance
 
 RSS = np.array(astuple(RssParameters()))
 BRAKING = 0.5 / RSS[7]

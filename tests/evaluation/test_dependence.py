@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.channels.factory import make_channel
-from adeye.evaluation.dependence import (
+from adeye.analysis.dependence import (
     BUILT_IN_CODE,
     EGO_ESTIMATE,
     HOOKED,
@@ -18,6 +17,7 @@ from adeye.evaluation.dependence import (
     ChannelPair,
     dependencies,
 )
+from adeye.simulate.channels.factory import make_channel
 from adeye.spec.architecture import Architecture, targets_of
 from adeye.spec.concept import Element
 from adeye.spec.load import load_odd
@@ -287,12 +287,12 @@ def test_shipped_candidate_shares_no_sensor_ego_estimate_or_resource() -> None:
 # --- the tables against the code ------------------------------------------------------------------
 
 MODULES = {
-    "nominal": "adeye.channels.nominal.channel",
-    "safety": "adeye.channels.safety.channel",
-    PLANNED: "adeye.channels.safety.planned",
-    "trajectory": "adeye.channels.trajectory.channel",
-    "policy": "adeye.channels.policy.channel",
-    "process": "adeye.channels.process.channel",
+    "nominal": "adeye.simulate.channels.nominal",
+    "safety": "adeye.simulate.channels.safety.in_lane",
+    PLANNED: "adeye.simulate.channels.safety.planned_stop",
+    "trajectory": "adeye.simulate.channels.trajectory.channel",
+    "policy": "adeye.simulate.channels.policy",
+    "process": "adeye.simulate.channels.process.channel",
 }
 NO_CAUSE = {
     # Imported for its records, names or constants only.
@@ -336,14 +336,16 @@ def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is(
     for code in BUILT_IN_CODE:
         listed |= imported(f"adeye.{code.removesuffix('.py').replace('/', '.')}")
     # What plans is used with what predicts, by the same channels.
-    listed |= {f"adeye.channels.trajectory.{name}" for name in TRAJECTORY}
+    listed |= {f"adeye.simulate.channels.trajectory.channel.{name}" for name in TRAJECTORY}
     users: dict[str, list[str]] = {}
     for kind, module in MODULES.items():
         for name in imported(module):
-            if name.startswith("adeye.channels.") and not name.startswith("adeye.channels.safety"):
+            if name.startswith("adeye.simulate.channels.") and not name.startswith(
+                "adeye.simulate.channels.safety"
+            ):
                 users.setdefault(name, []).append(kind)
     unlisted = {
-        name.removeprefix("adeye.channels.")
+        name.removeprefix("adeye.simulate.channels.")
         for name, kinds in users.items()
         if len(kinds) > 1 and name not in listed
     }

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.extremes import evaluate_extremes, find_extremes, joined, measure_of
-from adeye.evaluation.stl.columns import StlColumns, evaluate_columns
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.series import Series
+from adeye.judge.extremes import evaluate_extremes, find_extremes, joined, measure_of
+from adeye.judge.stl.batch import StlColumns, evaluate_columns
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.series import Series
 from adeye.signals import Bools, SignalType
 
 DICTIONARY = {"gap": SignalType("m", 3.0, "number", "", (), 10.0)}

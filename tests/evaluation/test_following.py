@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.following import DST, MDRAC, MTTC, STN, TTR, is_worse_when_larger
-from adeye.evaluation.series import TraceSeries
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.judge.following import DST, MDRAC, MTTC, STN, TTR, is_worse_when_larger
+from adeye.judge.series import TraceSeries
+from adeye.judge.stl.series import SampleStatus
 
 
 def test_demands_are_worse_when_larger() -> None:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.evaluation.grid import LAYERS, grid_at, grid_map
-from adeye.evaluation.safe_stop import ratings_of
-from adeye.kernel.stop_rating import RULE_NAMES, place_kind, rate_footprint
+from adeye.judge.grid import LAYERS, grid_at, grid_map
+from adeye.judge.safe_stop import ratings_of
+from adeye.kernel.stops import RULE_NAMES, place_kind, rate_footprint
 from adeye.spec.channels import StopRatings
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings, rating_costs
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from adeye.evaluation.injections import Injection, count_injections, tabulate, worst_of
-from adeye.evaluation.timeline import CLASSES, Timeline
+from adeye.judge.timeline import CLASSES, Injection, Timeline, count_injections, tabulate, worst_of
 
 
 def injection(class_: str, violation: float | None = None, run: str = "ab") -> Injection:

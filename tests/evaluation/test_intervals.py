@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.evaluation.intervals import (
+from adeye.judge.intervals import (
     Degradation,
     alarms,
     degradation,

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.judge import Evaluation, judge
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.requirements import compile_requirement
-from adeye.evaluation.uncertainty import NumericUncertainty
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.evaluate import Evaluation, judge
+from adeye.judge.metrics import METRICS
+from adeye.judge.requirements import compile_requirement
+from adeye.judge.uncertainty import NumericUncertainty
+from adeye.judge.verdict import Verdict
 from adeye.signals import SILENT
 from adeye.spec.concept import Requirement
 from adeye.spec.odd import Attributes
@@ -380,7 +380,7 @@ def test_plug_in_metric_without_a_finite_margin_is_an_error(
     hand_made: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "adeye.evaluation.requirements.Bound.margins",
+        "adeye.judge.requirements.Bound.margins",
         lambda _, values, free: (np.nan * values, free),
     )
     assert judged(hand_made(), fsr(bound=CLOSE)).verdict is ERROR
@@ -402,7 +402,7 @@ def test_parts_that_are_measured_together_do_not_show(
     made.columns["ego"][4, 9, 3] = np.nan
     items = [compile_requirement(fsr(formula=TAKEOVER)), compile_requirement(fsr(bound=CLOSE))]
     whole = judge(made.trace(), items, np.ones(5, dtype=bool))
-    monkeypatch.setattr("adeye.evaluation.judge.PART_RUNS", 2)
+    monkeypatch.setattr("adeye.judge.evaluate.PART_RUNS", 2)
     parts = judge(made.trace(), items, np.ones(5, dtype=bool))
     assert parts.judgements == whole.judgements
     assert parts.outcomes == whole.outcomes

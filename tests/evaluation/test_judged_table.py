@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from adeye.errors import InputError
-from adeye.evaluation.judged_table import JudgedTable, Reading, judge_table
-from adeye.evaluation.stl.columns import SATISFIED, VIOLATED, evaluate_columns
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.series import Series
-from adeye.evaluation.stl.table import table_of
-from adeye.evaluation.verdict import Verdict
-from adeye.kernel.clock import TIME_SLACK, tick_times
+from adeye.judge.stl.batch import SATISFIED, VIOLATED, evaluate_columns
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.series import Series
+from adeye.judge.stl.table import JudgedTable, Reading, judge_table, table_of
+from adeye.judge.verdict import Verdict
+from adeye.kernel.relation import TIME_SLACK, tick_times
 
 COLUMNS = {
     "time": [10.0, 10.1, 10.2, 10.3],

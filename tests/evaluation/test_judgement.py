@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from adeye.evaluation.judgement import (
+from adeye.judge.evaluate import (
     ERROR,
     FAIL,
     INCONCLUSIVE,
@@ -19,7 +19,7 @@ from adeye.evaluation.judgement import (
     Judgement,
     JudgementColumns,
 )
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 
 NAN = math.nan
 

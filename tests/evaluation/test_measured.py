@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.measured import measured, reads_odd
-from adeye.evaluation.requirements import requirement_digest
+from adeye.judge.requirements import measured, reads_odd, requirement_digest
 from adeye.spec.concept import Requirement
 
 CONTENT: dict[str, Any] = {

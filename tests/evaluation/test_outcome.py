@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.outcome import (
+from adeye.judge.outcome import (
     bars,
     ended_by_contact,
     idle_faults,
@@ -16,7 +16,7 @@ from adeye.evaluation.outcome import (
     obligation_rows,
     outcomes,
 )
-from adeye.evaluation.verdict import Outcome
+from adeye.judge.verdict import Outcome
 from adeye.trace import ChannelEvent
 
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from adeye.evaluation.judgement import ERROR, FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
-from adeye.evaluation.pairing import (
+from adeye.judge.evaluate import ERROR, FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
+from adeye.judge.pairing import (
     FAILED,
     HELD,
     NOT_JUDGED,

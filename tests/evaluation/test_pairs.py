@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.series import TraceSeries
+from adeye.judge.series import TraceSeries
 
 
 def test_distance_and_gap_to_an_object_ahead(hand_made: Any) -> None:

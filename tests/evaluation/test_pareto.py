@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from adeye.evaluation.pareto import Objective, dominators
+from adeye.judge.pairing import Objective, dominators
 
 BOTH = (Objective("failures", "lower"), Objective("cost", "lower"))
 

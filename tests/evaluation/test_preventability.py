@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.preventability import (
+from adeye.judge.preventability import (
     CELLS,
     Comparison,
     cell_of,
@@ -14,10 +14,10 @@ from adeye.evaluation.preventability import (
     is_conflict,
     tabulate_cells,
 )
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 
 if TYPE_CHECKING:
-    from adeye.evaluation.preventability import Cell
+    from adeye.judge.preventability import Cell
 
 FAIL, PASS, INCONCLUSIVE = Verdict.FAIL, Verdict.PASS, Verdict.INCONCLUSIVE
 NEITHER: dict[str, Cell] = {"cc": "neither"}

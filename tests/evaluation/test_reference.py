@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from adeye.analysis.reference_cases import Question, check_question, drive, obligations, read
 from adeye.errors import UsageError
-from adeye.evaluation.reference import Question, check_question, drive, obligations, read
-from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_drivers import parameters as columns
 
 
 @pytest.fixture

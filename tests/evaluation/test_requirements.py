@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, InputError, InputErrors, SourceLocation, SpecError
-from adeye.evaluation.bounds import Bound
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.requirements import (
+from adeye.judge.metrics import METRICS
+from adeye.judge.requirements import (
+    Bound,
     CheckedRequirement,
     JudgedPlan,
     check_requirements,
@@ -22,7 +22,7 @@ from adeye.evaluation.requirements import (
     last_decision,
     requirement_digest,
 )
-from adeye.evaluation.stl.formula import parse_formula
+from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
 
 Check = Callable[..., CheckedRequirement]

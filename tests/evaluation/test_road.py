@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from adeye.evaluation.road import in_refuge, on_road
+from adeye.judge.outcome import in_refuge, on_road
 from adeye.signals import EGO_HEADING, PLACE_D, PLACE_S
 from tests.evaluation.conftest import HandMade
 

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.judgement import Judgement
-from adeye.evaluation.metrics import METRICS, registry
-from adeye.evaluation.requirements import CheckedRequirement, compile_requirement
-from adeye.evaluation.rulings import Frame
-from adeye.evaluation.uncertainty import NumericUncertainty
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.evaluate import Frame, Judgement
+from adeye.judge.metrics import METRICS, registry
+from adeye.judge.requirements import CheckedRequirement, compile_requirement
+from adeye.judge.uncertainty import NumericUncertainty
+from adeye.judge.verdict import Verdict
 from adeye.ports import MetricColumn
 from adeye.spec.concept import Requirement
 from tests.evaluation.stl.batch import judge, numbers, truths, words

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adeye.evaluation.safe_stop import (
+from adeye.judge.safe_stop import (
     DECELERATIONS,
     achieved_rating,
     best_rating,
@@ -12,7 +12,7 @@ from adeye.evaluation.safe_stop import (
     rate_run,
     rules_of,
 )
-from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES
+from adeye.kernel.stops import CONTACT, DEFAULT_RULES
 from adeye.signals import RoadMap
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import SafetyChannel, SafetyParameters

@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.evaluation.conflict import DRAC, GAP, REQUIRED, TTC
-from adeye.evaluation.samples import (
-    fill_statuses,
-    is_demand,
-    mark_errors,
-    mark_undecided,
-    status_of,
-)
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.judge.conflict import DRAC, GAP, REQUIRED, TTC
+from adeye.judge.series import fill_statuses, is_demand, mark_errors, mark_undecided, status_of
+from adeye.judge.stl.series import SampleStatus
 
 VALUE, FREE, NOT_APPLICABLE, ERROR = SampleStatus
 

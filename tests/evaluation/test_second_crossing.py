@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.series import TraceSeries
+from adeye.judge.metrics import METRICS
+from adeye.judge.series import TraceSeries
 from tests.evaluation.conftest import HandMade
 from tests.second import crossing, plane, scene
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.series import SERIES, RssParameters, TraceSeries, series_signals
-from adeye.evaluation.stl.check import unit_exponents
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.judge.series import SERIES, RssParameters, TraceSeries, series_signals
+from adeye.judge.stl.formula import unit_exponents
+from adeye.judge.stl.series import SampleStatus
 from tests.evaluation.stl.batch import errors_of
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.source import TraceSignals, is_decision, plan_dictionary, trace_dictionary
-from adeye.evaluation.stl.series import SampleStatus
+from adeye.judge.stl.series import SampleStatus
+from adeye.judge.trace_signals import TraceSignals, is_decision, plan_dictionary, trace_dictionary
 from adeye.signals import SILENT
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adeye.evaluation.takeovers import (
+from adeye.judge.preventability import (
     Takeover,
     TakeoverClass,
     classify_takeover,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.timeline import Timeline, classify_injection, timeline, violation_s
+from adeye.judge.timeline import Timeline, classify_injection, timeline, violation_s
 from adeye.signals import REASON_STALENESS
 
 ONSET = 5

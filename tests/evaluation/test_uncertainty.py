@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.evaluation.uncertainty import (
+from adeye.judge.uncertainty import (
     LEAST_PAIRS,
     NumericUncertainty,
     Sampled,
@@ -19,7 +19,7 @@ from adeye.evaluation.uncertainty import (
     sampled_metric,
     uncertain_detail,
 )
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.kernel.motion import advance_ego
 
 

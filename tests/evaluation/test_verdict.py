@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from adeye.evaluation.verdict import (
+from adeye.judge.verdict import (
     ExitCode,
     Outcome,
     Verdict,

@@ -11,10 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.faults.catalogue import make_injector
-from adeye.faults.ports import InjectorContext, Moment
 from adeye.kernel.random import owner_id
-from adeye.sensors.rig import Rig
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -23,6 +20,9 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
+from adeye.simulate.faults.catalogue import make_injector
+from adeye.simulate.faults.injector import InjectorContext, Moment
+from adeye.simulate.sensors.rig import Rig
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.testing.sensors import scene_of, three_objects

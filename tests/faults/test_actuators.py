@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.faults import FaultPlan
-from adeye.faults.actuators import part_of
 from adeye.kernel.motion import GRAVITY
 from adeye.signals import EGO_SPEED, EGO_STEERING, EGO_X, EGO_Y, Floats
-from adeye.testing.faults import injector, moment
-from adeye.testing.sensors import scene_of
-from adeye.traffic import make_traffic
+from adeye.simulate.faults import FaultPlan
+from adeye.simulate.faults.command_faults import part_of
+from adeye.simulate.traffic import make_traffic
+from adeye.testing.sensors import injector, moment, scene_of
 from tests.faults.test_plan import ARCHITECTURE, CONTEXT, SCENARIO, STEP, case
 
 QUICK = ARCHITECTURE.model_copy(

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.faults.bodies import Pixels
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, POINT_BEARING, POINT_RANGE
-from adeye.testing.faults import moment
+from adeye.simulate.faults.sensor_faults import Pixels
+from adeye.testing.sensors import moment
 from tests.faults.streams import ONSET, TICKS, made, make_rig, played, same, scenes, streams
 
 SEAT = np.array([2.0, 0.5])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adeye.faults.catalogue import INJECTORS
+from adeye.simulate.faults.catalogue import INJECTORS
 from adeye.spec.fault import MODELS, Fault, model_of
 
 

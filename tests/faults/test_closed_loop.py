@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
+from adeye.simulate import engine
 from tests.project import MINI, Project
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import DEGRADED, FAULT, OK, REQUESTS_AUTHORITY, SILENT, ControlCommand
-from adeye.testing.faults import injector, moment
+from adeye.testing.sensors import injector, moment
 
 STEP = 0.05
 FIRST = np.array([True, False])

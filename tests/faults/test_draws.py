@@ -1,8 +1,7 @@
 import numpy as np
 
-from adeye.faults.draws import Draws
-from adeye.faults.ports import InjectorContext
 from adeye.kernel.random import normal, owner_id, uniform
+from adeye.simulate.faults.injector import Draws, InjectorContext
 from tests.faults.streams import CONTEXT, RUNS, streams
 
 OWNER = np.uint64(owner_id("fault/tested"))

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
 from adeye.campaign.plan import make_plan, signal_table
 from adeye.errors import InputError
-from adeye.evaluation.timeline import timeline
+from adeye.judge.timeline import timeline
+from adeye.simulate import engine
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
-from adeye.sweep.structure import structure_key
+from adeye.sweep.case import structure_key
 from tests.project import MINI, Project
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from adeye.testing.faults import injector, moment
+from adeye.testing.sensors import injector, moment
 
 OFF = np.array([False, False])
 FIRST = np.array([True, False])

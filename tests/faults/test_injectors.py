@@ -3,7 +3,7 @@ from typing import Any
 import numpy as np
 
 from adeye.signals import OK, SILENT, ControlCommand, Measurement
-from adeye.testing.faults import injector, moment
+from adeye.testing.sensors import injector, moment
 
 FIRST = np.array([True, False])
 NONE = np.zeros(2, dtype=np.bool_)

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.faults.catalogue import INJECTORS
 from adeye.signals import FAULT, Authority, ControlCommand, Measurement
-from adeye.testing.faults import injector, moment
-from adeye.testing.sensors import three_objects
+from adeye.simulate.faults.catalogue import INJECTORS
+from adeye.testing.sensors import injector, moment, three_objects
 
 STEP = 0.05
 RUNS, TICKS = 3, 18

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import Authority, Measurement
-from adeye.testing.faults import injector, moment
+from adeye.testing.sensors import injector, moment
 
 STEP = 0.05
 ACTIVE = np.array([True])

@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.faults.lists import is_within, widened, with_rows, without
 from adeye.signals import Measurement
+from adeye.simulate.faults.rows import is_within, widened, with_rows, without
 from tests.faults.streams import check_form
 
 

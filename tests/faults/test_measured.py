@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
 
-from adeye.faults.lists import Seat
-from adeye.faults.measured import place_of, without_points
-from adeye.faults.ports import InjectorContext
+from adeye.simulate.faults.injector import InjectorContext
+from adeye.simulate.faults.rows import Seat, place_of, without_points
 from adeye.spec.fault import FAULT
-from adeye.spec.faults.sensing import SIGNALS, has_signal
+from adeye.spec.sensor_faults import SIGNALS, has_signal
 from tests.faults.streams import CONTEXT, ONSET, RUNS, SENSORS, SUITE, same, streams
 
 

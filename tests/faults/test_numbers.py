@@ -117,7 +117,7 @@ def test_flipped_sign_is_the_opposite_and_flipped_twice_nothing() -> None:
     given, faulty = pairs[ONSET]
     assert faulty.values[0, YAW_RATE] == -given.values[0, YAW_RATE]
     again = made("bit_flip", "imu", flip)
-    from adeye.testing.faults import moment
+    from adeye.testing.sensors import moment
 
     twice = again.apply(faulty, moment(np.array([True, False, True])))
     assert same(twice, given)
@@ -137,7 +137,7 @@ def test_half_the_step_leaves_what_a_sample_draws() -> None:
     from copy import deepcopy
     from dataclasses import replace
 
-    from adeye.testing.faults import moment
+    from adeye.testing.sensors import moment
     from tests.faults.streams import streams
 
     noise = {"signal": "ego_x", "size": "1 m"}

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from adeye.faults.places import FARTHEST, bearing_of, relocate, shift_points, turned
 from adeye.signals import EGO_X, EGO_Y, ESTIMATE_PLACE, PLACE_D, PLACE_LANE, PLACE_S
+from adeye.simulate.faults.rows import FARTHEST, bearing_of, relocate, shift_points, turned
 from tests.faults.streams import CONTEXT, RUNS
 
 

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.channels.links import View
 from adeye.errors import SpecError
-from adeye.faults import FaultPlan
 from adeye.signals import OK, SILENT, ControlCommand, Measurement, Scene, SceneContext
+from adeye.simulate.channels.links import View
+from adeye.simulate.faults import FaultPlan
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.spec.odd import Attributes

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.faults import FaultPlan, catalogue
-from adeye.faults.ports import InjectorContext, Moment
+from adeye.simulate.faults import FaultPlan, catalogue
+from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.testing.sensors import scene_of
 from tests.faults.test_plan import CAMERA_OUT, CONTEXT, case, reading
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import pytest
 
-from adeye import engine
 from adeye.errors import SpecError
-from adeye.evaluation.safe_stop import rate_run
-from adeye.evaluation.source import TraceSignals
-from adeye.evaluation.timeline import violation_s
+from adeye.judge.safe_stop import rate_run
+from adeye.judge.timeline import violation_s
+from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import EGO_SPEED, PLACE_D, PLACE_S
+from adeye.simulate import engine
 from tests.project import CANDIDATE, MINI, Project
 
 if TYPE_CHECKING:

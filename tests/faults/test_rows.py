@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from adeye.channels.links import no_command
-from adeye.faults.rows import Past, Queue, copied, nothing_yet, take_rows
 from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand, Floats
+from adeye.simulate.channels.links import no_command
+from adeye.simulate.faults.rows import Past, Queue, copied, nothing_yet, take_rows
 
 FIRST = np.array([True, False])
 

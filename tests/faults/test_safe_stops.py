@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.channels.pose import MAX_AGE
-from adeye.evaluation.road import on_road
-from adeye.evaluation.timeline import Timeline, timeline
+from adeye.judge.outcome import on_road
+from adeye.judge.timeline import Timeline, timeline
 from adeye.signals import EGO_SPEED
+from adeye.simulate import engine
+from adeye.simulate.channels.perception.pose import MAX_AGE
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.faults.bodies import Pixels
+from adeye.simulate.faults.sensor_faults import Pixels
 from adeye.spec.fault import FAULT, MODELS, SensorFault, model_of
-from adeye.spec.faults.sensing import SIGNALS, has_signal
-from adeye.testing.faults import moment
+from adeye.spec.sensor_faults import SIGNALS, has_signal
+from adeye.testing.sensors import moment
 from adeye.units import Dimension
 from tests.faults.streams import (
     END,

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.faults import FaultPlan
+from adeye.judge.metrics import METRICS
 from adeye.signals import REASON_LABELS, SwitchFaults
-from adeye.testing.faults import injector, moment
-from adeye.testing.sensors import scene_of
+from adeye.simulate.faults import FaultPlan
+from adeye.testing.sensors import injector, moment, scene_of
 from tests.faults.test_plan import CAMERA_OUT, CONTEXT, STEP, case
 from tests.project import MINI, Project, run_cases
 

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from adeye.kernel import branchless, elementary
+from adeye.kernel import elementary
+from adeye.kernel import elementary as branchless
 
 
 def same(found: tuple[float, float], expected: tuple[float, float]) -> bool:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.kernel.clock import tick_time, tick_times
+from adeye.kernel.relation import tick_time, tick_times
 
 STEPS = st.one_of(
     st.integers(1, 1000).map(lambda count: count / 1000),

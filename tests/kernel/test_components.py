@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.kernel.components import (
+from adeye.kernel.raster import (
     EDGE,
     GHOST,
+    NOTHING,
     PART_CONTACT,
     PART_FIRST,
     PART_LAST,
@@ -19,7 +20,6 @@ from adeye.kernel.components import (
     find_parts,
     main_owner,
 )
-from adeye.kernel.raster import NOTHING
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

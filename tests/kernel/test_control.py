@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.control import (
     idm_acceleration,
     lane_keeping_steering,
     limit_jerk,
     speed_keeping_acceleration,
 )
-from adeye.kernel.geometry import wrap_to_pi
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local, offset_curvature, position
 

@@ -8,8 +8,8 @@ import pytest
 from highway_env.utils import are_polygons_intersecting
 
 from adeye.kernel import crash as k
-from adeye.kernel import neighbours as n
-from adeye.kernel.drivers import MANY
+from adeye.kernel.traffic import network as n
+from adeye.kernel.traffic.drivers import MANY
 from adeye.signals import Floats
 from benchmarks.support.highway_scenes import STEP, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import curves as k
+from adeye.kernel.traffic import lanes as k
 from adeye.signals import Floats
 
 CORNER = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]]
@@ -41,8 +41,8 @@ def test_points_are_a_metre_apart(length: float, points: int) -> None:
 def test_a_straight_polyline_is_a_straight_lane() -> None:
     points, knots, length = polyline([[1.0, 2.0], [1.0, 22.5]])
     assert length == 20.5
-    np.testing.assert_allclose(points[:, k.Y], 2.0 + np.arange(21))
-    np.testing.assert_allclose(points[:, k.HEADING], math.pi / 2.0)
+    np.testing.assert_allclose(points[:, k.KNOT_Y], 2.0 + np.arange(21))
+    np.testing.assert_allclose(points[:, k.KNOT_HEADING], math.pi / 2.0)
     assert k.polyline_local(points, 0.0, 7.25) == (5.25, 1.0)
     assert k.polyline_point(points, knots, 5.25, 1.0) == pytest.approx((0.0, 7.25))
 
@@ -74,8 +74,8 @@ def test_heading_before_and_past_a_polyline_is_that_of_its_end_pieces() -> None:
 def test_directions_are_unit_vectors_that_agree_with_the_headings() -> None:
     points, _, _ = polyline([[0.0, 0.0], [7.3, -2.0], [12.0, 9.0], [11.0, 30.0]])
     np.testing.assert_allclose(np.hypot(points[:, k.ALONG_X], points[:, k.ALONG_Y]), 1.0)
-    np.testing.assert_allclose(np.cos(points[:, k.HEADING]), points[:, k.ALONG_X], atol=1e-12)
-    np.testing.assert_allclose(np.sin(points[:, k.HEADING]), points[:, k.ALONG_Y], atol=1e-12)
+    np.testing.assert_allclose(np.cos(points[:, k.KNOT_HEADING]), points[:, k.ALONG_X], atol=1e-12)
+    np.testing.assert_allclose(np.sin(points[:, k.KNOT_HEADING]), points[:, k.ALONG_Y], atol=1e-12)
 
 
 @pytest.mark.parametrize("s", [0.5, 8.25, 13.0, 19.5])

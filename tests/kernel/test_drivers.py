@@ -7,9 +7,9 @@ import pytest
 from highway_env.utils import not_zero as their_not_zero
 from highway_env.vehicle.controller import MDPVehicle
 
-from adeye.kernel import drivers as k
-from adeye.kernel import neighbours as n
-from adeye.kernel.lanes import LENGTH as LANE_LENGTH
+from adeye.kernel.traffic import drivers as k
+from adeye.kernel.traffic import network as n
+from adeye.kernel.traffic.lanes import LANE_LENGTH
 from benchmarks.support.highway_scenes import convert, scene
 from tests.kernel.lane_road import LENGTH, LaneRoad
 

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import (
     closest_encounter,
     planar_time_to_collision,
     worst_time_to_collision,
 )
-from adeye.kernel.geometry import box_distance
 
 CAR = (0.0, 4.0, 2.0)
 Pair = tuple[float, float, float, float, float, float, float, float, float, float]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from adeye.kernel.evasion import (
+from adeye.kernel.encounter import (
     evasive_offset,
     steer_threat_number,
     time_to_brake,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.kernel.fuzzy_safety import critical_fuzzy_safety, proactive_fuzzy_safety
+from adeye.kernel.reference_drivers.reactions import critical_fuzzy_safety, proactive_fuzzy_safety
 
 SPEED = st.floats(0.0, 60.0)
 GAP = st.floats(0.0, 300.0)

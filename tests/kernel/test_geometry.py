@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.geometry import (
+from adeye.kernel.boxes import (
     SWEEP_TOLERANCE,
     box_distance,
     boxes_overlap,

@@ -8,7 +8,7 @@ import pytest
 
 from adeye.kernel.grid import count_cover, cover, cover_at, fill_ground, sweep
 from adeye.kernel.road import local, position
-from adeye.kernel.stop_rating import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, rate_footprint
+from adeye.kernel.stops import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

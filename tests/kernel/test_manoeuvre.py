@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.manoeuvre import (
+from adeye.kernel.storyboard import (
     ACROSS,
     ACTOR_WIDTH,
     ALONG,

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.kernel.criticality import deceleration_rate_to_avoid_crash
-from adeye.kernel.margins import (
+from adeye.kernel.criticality import (
     crash_probability,
+    deceleration_rate_to_avoid_crash,
     deceleration_to_safety_time,
     fatality_probability,
     margin_to_collision,

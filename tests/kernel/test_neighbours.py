@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import neighbours as n
-from adeye.kernel.lanes import LANE_WIDTH, lane_local, write_straight
-from adeye.kernel.network import build_links
-from adeye.kernel.steering import locate
+from adeye.kernel.traffic import network as n
+from adeye.kernel.traffic.lanes import LANE_WIDTH, lane_local, write_straight
+from adeye.kernel.traffic.network import build_links
+from adeye.kernel.traffic.steering import locate
 from adeye.signals import Floats, Ints
 from benchmarks.support.highway_scenes import ROADS, Converted, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad

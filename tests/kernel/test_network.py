@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from adeye.kernel import network as k
-from adeye.kernel.lanes import (
+from adeye.kernel.traffic import network as k
+from adeye.kernel.traffic.lanes import (
     ALONGSIDE,
+    LANE_LENGTH,
     LANE_WIDTH,
-    LENGTH,
     lane_heading,
     lane_point,
     straight_local,
@@ -54,7 +54,7 @@ def places(lanes: Floats, curves: Floats | None, count: int) -> list[tuple[float
     found = []
     for _ in range(count):
         lane = draw.below(len(lanes))
-        s = draw.between(-8.0, min(lanes[lane, LENGTH], 400.0) + 8.0)
+        s = draw.between(-8.0, min(lanes[lane, LANE_LENGTH], 400.0) + 8.0)
         x, y = lane_point(lanes, lane, curves, s, draw.between(-6.0, 6.0))
         turned = draw.between(-0.5, 0.5) if draw.chance(0.8) else draw.between(-4.0, 4.0)
         found.append((x, y, lane_heading(lanes, lane, curves, s) + turned))
@@ -89,7 +89,7 @@ def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     answers = set()
     for lane, name in enumerate(names):
         for lateral in (-3.0, 0.5, 5.0):
-            x, y = lane_point(lanes, lane, curves, float(lanes[lane, LENGTH]) - 1.0, lateral)
+            x, y = lane_point(lanes, lane, curves, float(lanes[lane, LANE_LENGTH]) - 1.0, lateral)
             found = k.next_lane(lanes, links, curves, lane, x, y)
             assert names[found] == road.network.next_lane(name, position=np.array([x, -y]))
             answers.add(found != lane)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.geometry import boxes_overlap, contains_point
-from adeye.kernel.occlusion import visible_fraction
-from adeye.kernel.sight import ray_box_distance
+from adeye.kernel.boxes import boxes_overlap, contains_point
+from adeye.kernel.sight import ray_box_distance, visible_fraction
 
 Floats = NDArray[np.float64]
 

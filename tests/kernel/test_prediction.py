@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.kernel.prediction import (
+from adeye.kernel.profiles import (
     FREE_GROWTH,
     OBJECT_D,
     OBJECT_GROWTH,

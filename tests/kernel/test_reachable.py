@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from adeye.kernel.reachable import BRAKING, REACTION_TIME, reachable_distance
+from adeye.kernel.encounter import BRAKING, REACTION_TIME, reachable_distance
 
 GRAVITY = 9.80665
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adeye.kernel import reference_columns as columns
+from adeye.kernel.reference_drivers import parameters as columns
 
 
 @pytest.mark.parametrize(

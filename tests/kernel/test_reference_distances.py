@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import reference_columns as columns
 from adeye.kernel.criticality import ramped_stopping_distance, stopping_distance
-from adeye.kernel.reference_distances import (
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.parameters import MODELS, CarefulDriver, parameters_of, vector
+from adeye.kernel.reference_drivers.reactions import (
     following_distance,
     must_be_avoided,
     r157_following_distance,
 )
-from adeye.kernel.reference_parameters import MODELS, CarefulDriver, parameters_of, vector
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_distances import following_distance
-from adeye.kernel.reference_drivers import reference_limit
-from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.drivers import reference_limit
+from adeye.kernel.reference_drivers.parameters import MODELS, parameters_of, vector
+from adeye.kernel.reference_drivers.reactions import following_distance
 
 STEP = 0.01
 

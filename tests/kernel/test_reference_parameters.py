@@ -5,9 +5,8 @@ from dataclasses import fields
 
 import pytest
 
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_distances import cut_in_threshold
-from adeye.kernel.reference_parameters import (
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.parameters import (
     EDITIONS,
     GROUPS,
     MODELS,
@@ -20,6 +19,7 @@ from adeye.kernel.reference_parameters import (
     parameters_of,
     vector,
 )
+from adeye.kernel.reference_drivers.reactions import cut_in_threshold
 
 CLOSING_KMH = (10, 20, 30, 40, 50, 60)
 

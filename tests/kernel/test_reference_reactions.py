@@ -5,9 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import CarefulDriver, CutInRule, parameters_of, vector
-from adeye.kernel.reference_reactions import (
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.parameters import (
+    CarefulDriver,
+    CutInRule,
+    parameters_of,
+    vector,
+)
+from adeye.kernel.reference_drivers.reactions import (
     is_ahead,
     is_lead_at_once,
     is_unknown,

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import parameters_of, vector
-from adeye.kernel.reference_rule import reg157_limit
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.drivers import reg157_limit
+from adeye.kernel.reference_drivers.parameters import parameters_of, vector
 
 STEP = 0.01
 THRESHOLD = 10.0 / 12.0 + 0.35

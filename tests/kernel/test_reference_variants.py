@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.reference import Question, drive
-from adeye.kernel import reference_columns as columns
-from adeye.kernel.reference_parameters import EDITIONS, GROUPS, MODELS, VARIANTS
+from adeye.analysis.reference_cases import Question, drive
+from adeye.kernel.reference_drivers import parameters as columns
+from adeye.kernel.reference_drivers.parameters import EDITIONS, GROUPS, MODELS, VARIANTS
 from tests import reference_scenes as second
 from tests.driven_scenes import driven
 from tests.kernel.test_reference_agreement import (

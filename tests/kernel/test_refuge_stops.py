@@ -18,30 +18,28 @@ from adeye.kernel.profiles import (
     PROFILE_SPEED,
     at_path,
 )
-from adeye.kernel.refuge_stops import (
-    ANYWHERE,
-    ONLY_REST_AREA,
-    ROOM_ALONG,
-    entry_length,
-    lay_refuge_stops,
-    refuge_of,
-    refuge_target,
-    standing_room,
-)
-from adeye.kernel.refuges import NO_REFUGE, PARKING_BAY, REST_AREA, body_edge
+from adeye.kernel.road import NO_REFUGE, PARKING_BAY, REST_AREA, body_edge
 from adeye.kernel.stops import (
+    ANYWHERE,
     LAID_PATHS,
     LAID_PROFILES,
     LATERAL_ACCELERATION,
     LATERAL_JERK,
+    ONLY_REST_AREA,
     REFUGE,
+    ROOM_ALONG,
     STOP_LEVELS,
     STOP_SAMPLES,
+    entry_length,
     fill_stop,
     fits_limits,
     lateral_movement,
+    lay_refuge_stops,
     path_of,
     profile_of,
+    refuge_of,
+    refuge_target,
+    standing_room,
     stop_jerk,
     stop_level,
 )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.refuges import (
+from adeye.kernel.road import (
     PARKING_BAY,
     REST_AREA,
     body_edge,
@@ -13,10 +13,10 @@ from adeye.kernel.refuges import (
     is_in_refuge,
     mark_in_refuge,
     mark_on_road,
+    position,
     refuge_depth,
     right_edge,
 )
-from adeye.kernel.road import position
 from adeye.signals import REFUGE_KINDS
 
 BAY = np.array([0.0, 400.0, 60.0, 4.0, 20.0])

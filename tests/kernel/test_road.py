@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.manoeuvre import advance
 from adeye.kernel.road import (
     lane_center,
     lane_of,
@@ -16,6 +15,7 @@ from adeye.kernel.road import (
     position,
     road_length,
 )
+from adeye.kernel.storyboard import advance
 
 Floats = NDArray[np.float64]
 

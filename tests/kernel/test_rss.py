@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from adeye.kernel.rss import (
+from adeye.kernel.criticality import (
     rss_lateral_distance,
     rss_lateral_distance_printed,
     rss_longitudinal_distance,

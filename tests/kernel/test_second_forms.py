@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pytest
 
-from adeye.kernel import criticality, encounter, evasion, fuzzy_safety, geometry, margins
-from adeye.kernel import reference_distances as distances
-from adeye.kernel.rss import rss_lateral_distance_printed
+from adeye.kernel import boxes as geometry
+from adeye.kernel import criticality, encounter
+from adeye.kernel import criticality as margins
+from adeye.kernel import encounter as evasion
+from adeye.kernel.criticality import rss_lateral_distance_printed
+from adeye.kernel.reference_drivers import reactions as distances
+from adeye.kernel.reference_drivers import reactions as fuzzy_safety
 from tests.second import evading, following, plane, rules
 from tests.second.agreement import between, disagreements
 

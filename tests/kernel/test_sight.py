@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.geometry import contains_point
+from adeye.kernel.boxes import contains_point
 from adeye.kernel.sight import (
     DX,
     DY,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.stop_rating import (
+from adeye.kernel.stops import (
     CONTACT,
     DEFAULT_RULES,
     RULE_CURVE,

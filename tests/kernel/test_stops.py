@@ -13,8 +13,8 @@ from adeye.kernel.profiles import (
     PROFILE_SPEED,
     at_path,
 )
-from adeye.kernel.stop_rating import DEFAULT_RULES
 from adeye.kernel.stops import (
+    DEFAULT_RULES,
     IN_LANE,
     LAID_PATHS,
     LATERAL_ACCELERATION,

@@ -5,22 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.clock import tick_time
-from adeye.kernel.manoeuvre import (
-    ACTOR_WIDTH,
-    LATERAL_ACCELERATION,
-    LINEAR,
-    PACE,
-    PACE_RATE,
-    SINUSOIDAL,
-    STEEPEST,
-    TURNING_RADIUS,
-    WALKS,
-    D,
-    S,
-    place_actor,
-)
 from adeye.kernel.postfix import OPERATOR_CODES, PUSH_NUMBER, PUSH_VARIABLE
+from adeye.kernel.relation import tick_time
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
     ACTION_JERK,
@@ -30,15 +16,27 @@ from adeye.kernel.storyboard import (
     ACTION_SHAPE,
     ACTION_TARGET,
     ACTION_WIDTH,
+    ACTOR_WIDTH,
     CHANGE_BY,
     CHANGE_SPEED,
     CHANGE_TO,
     CROSS,
+    LATERAL_ACCELERATION,
+    LINEAR,
+    PACE,
+    PACE_RATE,
+    SINUSOIDAL,
+    STEEPEST,
+    TURNING_RADIUS,
+    WALKS,
+    D,
     Floats,
+    S,
     begin_action,
     begin_events,
     move_actor,
     move_actors,
+    place_actor,
 )
 
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 5000.0, 0.0]])

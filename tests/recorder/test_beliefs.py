@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.reachable import reachable_distance
-from adeye.recorder.beliefs import GATE, GATE_GROWTH, compare_tracks, show_nothing
+from adeye.kernel.encounter import reachable_distance
+from adeye.simulate.recorder import GATE, GATE_GROWTH, compare_tracks, show_nothing
 from adeye.trace import NO_TRACKS
 
 STEP = 0.1

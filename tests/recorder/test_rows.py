@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.recorder.rows import clear, mark_detected, move, place_detections
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y
+from adeye.simulate.recorder import clear, mark_detected, move, place_detections
 
 RUNS, RING, ROWS = 3, 4, 10
 

@@ -5,21 +5,23 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from adeye.evaluation.dependence import ChannelPair, Dependencies, Shared
-from adeye.evaluation.suite.analysis import analyse
-from adeye.evaluation.suite.results import Suite
-from adeye.evaluation.verdict import ExitCode, Outcome, Verdict, fold_runs
-from adeye.report.concept_parts import (
+from adeye.analysis.dependence import ChannelPair, Dependencies, Shared
+from adeye.analysis.suite.analyse import analyse
+from adeye.analysis.suite.records import Suite
+from adeye.judge.verdict import ExitCode, Outcome, Verdict, fold_runs
+from adeye.report.model.concept import (
     Assumption,
     Decomposition,
     DependentFailure,
     Element,
     Hazard,
     IntegrityFinding,
+    Realisation,
     SafetyGoal,
     Waiver,
 )
-from adeye.report.model import (
+from adeye.report.model.part import Binding, Command, Label, Margin, Place, RunVerdict
+from adeye.report.model.report import (
     Architecture,
     Cell,
     DeadAxis,
@@ -31,9 +33,7 @@ from adeye.report.model import (
     Scenario,
     WorstCase,
 )
-from adeye.report.open_points import open_points_of
-from adeye.report.parts import Binding, Command, Label, Margin, Place, RunVerdict
-from adeye.report.replay import (
+from adeye.report.page.replay import (
     ActorMotion,
     Candidate,
     ChannelView,
@@ -51,8 +51,7 @@ from adeye.report.replay import (
     ThresholdLine,
     Track,
 )
-from adeye.report.verification import verification_of
-from adeye.report.verification_parts import Realisation
+from adeye.report.verification import open_points_of, verification_of
 from adeye.spec.load import load_architecture, shipped
 from tests.report.fake_assessment import assessment, impact
 from tests.report.fake_evidence import coverage, some_claims, step

@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.assessment_parts import (
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate.baseline import Kind
+from adeye.report.model.assessment import (
     Assessment,
     AvoidableRun,
     BudgetTiming,
@@ -16,8 +17,7 @@ from adeye.report.assessment_parts import (
     StopPlace,
     Timing,
 )
-from adeye.report.findings import Kind
-from adeye.report.impact_parts import Change, Impact, StaleEvidence, StaleFiles
+from adeye.report.model.evidence import Change, Impact, StaleEvidence, StaleFiles
 
 
 def preventability(text: str = "") -> Preventability:

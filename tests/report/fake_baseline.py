@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.baseline import (
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate.baseline import (
     LETTERS,
     Baseline,
     BaselineCase,
@@ -13,7 +13,7 @@ from adeye.report.baseline import (
     BaselineCell,
     BaselineFsr,
 )
-from adeye.report.parts import Margin
+from adeye.report.model.part import Margin
 
 FSRS = ("FSR-1", "FSR-2", "FSR-3")
 GATE, OTHER = "candidate", "legacy"

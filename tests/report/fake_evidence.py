@@ -3,8 +3,8 @@
 from typing import Any
 
 from adeye.report.claims import Claim, Claims
-from adeye.report.comparison import Range
-from adeye.report.evidence_parts import (
+from adeye.report.comparison.records import Range
+from adeye.report.model.evidence import (
     AttributeCoverage,
     BinCoverage,
     Exclusion,

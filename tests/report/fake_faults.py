@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from adeye.report.fault_parts import (
+from adeye.report.model.assessment import (
     Calm,
     FaultEvidence,
     FaultGroup,
@@ -13,7 +13,7 @@ from adeye.report.fault_parts import (
     TradePoint,
     WorstInjection,
 )
-from adeye.report.parts import Command
+from adeye.report.model.part import Command
 
 
 def group(text: str = "", *, counts: dict[Any, int] | None = None, **worst: Any) -> FaultGroup:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from lxml import html as lxml_html
 
 from adeye.report.build import ReportBuilder
-from adeye.report.html import render
+from adeye.report.page.html import render
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 
 def built(db: Path) -> Report:

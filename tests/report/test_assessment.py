@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import pytest
 from lxml import html as lxml_html
 
-from adeye.campaign.preventability import prevent
-from adeye.campaign.timing import campaign_injections
-from adeye.evaluation.verdict import Verdict
-from adeye.report.html import render
-from adeye.report.json_report import parse_json, render_json
+from adeye.campaign.studies.fault_timing import campaign_injections
+from adeye.campaign.studies.preventability import prevent
+from adeye.judge.verdict import Verdict
+from adeye.report.formats.json import parse_json, render_json
+from adeye.report.page.html import render
 from tests.report.fake_assessment import impact
 from tests.report.pages import built, section
 
 if TYPE_CHECKING:
-    from adeye.report.assessment_parts import Assessment
-    from adeye.report.model import Report
+    from adeye.report.model.assessment import Assessment
+    from adeye.report.model.report import Report
     from tests.project import Executed
 
 

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.assessment_parts import Preventability, SafeStops
+from adeye.judge.verdict import Verdict
+from adeye.report.model.assessment import Preventability, SafeStops
 from tests.report.fake_assessment import fault_timing, preventability, stop
 
 

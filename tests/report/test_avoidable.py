@@ -1,7 +1,7 @@
 """What a report says about preventability."""
 
-from adeye.evaluation.preventability import Cell, Comparison
-from adeye.report.avoidable import LISTED, preventability_of
+from adeye.judge.preventability import Cell, Comparison
+from adeye.report.assessment import LISTED, preventability_of
 
 
 def compared(number: int, cell: Cell, *, edition: str = "r157-01", model: str = "cc") -> Comparison:

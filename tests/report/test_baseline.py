@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import IntegrityError, SpecError
-from adeye.report.baseline import (
+from adeye.report.gate.baseline import (
     SCHEMA,
     Baseline,
     baseline_text,

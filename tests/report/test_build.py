@@ -9,15 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.engine import NUMERICS_VERSION
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.build import (
-    MAX_REPLAYS,
-    WORST_PER_FSR,
-    ReplayRequest,
-    ReportBuilder,
-)
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.build import MAX_REPLAYS, WORST_PER_FSR, ReplayRequest, ReportBuilder
 from adeye.report.credibility import SelfTestResult, write_result
+from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store.repository import Repository
 from adeye.version import __version__
 from tests.project import CONCEPT, Executed, Project, rows_of
@@ -25,8 +20,8 @@ from tests.project import CONCEPT, Executed, Project, rows_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from adeye.report.model import Cell, Report
-    from adeye.report.replay import Replay
+    from adeye.report.model.report import Cell, Report
+    from adeye.report.page.replay import Replay
 
 
 def no_replays(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
@@ -246,7 +241,9 @@ def test_large_campaign_is_not_read_whole(
     builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("adeye.report.build.MAX_READ", 1)
-    monkeypatch.setattr("adeye.store.roots.computed_root", lambda *_: pytest.fail("reads all"))
+    monkeypatch.setattr(
+        "adeye.store.evidence.roots.computed_root", lambda *_: pytest.fail("reads all")
+    )
     told = builder.build(no_replays)
     root = repository.evidence.root(told.campaign)
     assert root is not None

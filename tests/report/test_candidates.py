@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.compare import compare
-from adeye.report.options import CompareOptions
+from adeye.judge.verdict import Verdict
+from adeye.report.comparison.compare import compare
+from adeye.report.comparison.records import CompareOptions
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
-    from adeye.report.comparison import Comparison
+    from adeye.report.comparison.records import Comparison
     from tests.project import Executed
 
 

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import Any
 
 from adeye.errors import SourceLocation
-from adeye.report.check_sarif import check_sarif
-from adeye.store.check_views import RULES
-from adeye.store.checking import Checked, CheckFinding
+from adeye.report.formats.sarif import check_sarif
+from adeye.store.read.checking import Checked, CheckFinding
+from adeye.store.rules import RULES
 
 PLACE = SourceLocation("odd/concepts/a.yaml", 12, 5)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from adeye.report.html import write_html
-from adeye.report.model import Report
+from adeye.report.model.report import Report
+from adeye.report.page.html import write_html
 from tests.report.browser import Browser
 from tests.report.fake import build_report
 

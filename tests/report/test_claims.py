@@ -13,11 +13,11 @@ import pytest
 from scipy import stats
 
 from adeye.errors import UsageError
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.pairing import NOT_RUN
-from adeye.evaluation.statistics import Stratum, stratified_bound
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.pairing import NOT_RUN
+from adeye.judge.statistics import Stratum, stratified_bound
 from adeye.report.claims import Claim, ClaimOptions, Claims, claims_of
-from adeye.store.figures import Labels
+from adeye.store.read.bulk import Labels
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

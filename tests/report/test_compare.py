@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.compare import compare, overview
-from adeye.report.front import draw_front
-from adeye.report.html import render_comparison
-from adeye.report.options import CompareOptions
+from adeye.judge.verdict import Verdict
+from adeye.report.comparison.compare import compare, overview
+from adeye.report.comparison.records import CompareOptions
+from adeye.report.page.charts import draw_front
+from adeye.report.page.html import render_comparison
 from adeye.store.repository import Repository
 from tests.suites import build_half
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.report.comparison import Comparison, Difference
+    from adeye.report.comparison.records import Comparison, Difference
     from tests.project import Executed
 
 

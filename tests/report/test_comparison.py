@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.comparison import (
+from adeye.judge.verdict import Verdict
+from adeye.report.comparison.records import (
     Candidate,
     Comparison,
     Cost,

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.report.html import render, render_comparison
+from adeye.report.page.html import render, render_comparison
 from tests.report.test_comparison import candidate, comparison
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
     from tests.report.browser import Browser
 
 OVERLAPS = """(() => {

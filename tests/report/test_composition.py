@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from adeye.report.composition import cost_of, extra_sensor, measuring, suite_of
+from adeye.report.comparison.candidates import cost_of, extra_sensor, measuring, suite_of
 
 
 def priced(declared: float, **parts: float) -> dict[str, Any]:

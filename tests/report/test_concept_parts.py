@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from adeye.report.concept_parts import OpenPoint, SafetyGoal
+from adeye.report.model.concept import OpenPoint, SafetyGoal
 
 
 def test_open_point_has_a_known_kind() -> None:

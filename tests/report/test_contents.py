@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report import contents
-from adeye.report.contents import (
+from adeye.judge.verdict import Verdict
+from adeye.report import concept as contents
+from adeye.report.concept import (
     CampaignContent,
     architectures_of,
     assumptions_of,
@@ -27,7 +27,7 @@ from adeye.report.contents import (
     suites_of,
     waivers_of,
 )
-from adeye.report.model import Cell
+from adeye.report.model.report import Cell
 from adeye.spec.concept import Requirement, Waiver
 from adeye.store.repository import Repository
 

@@ -13,9 +13,9 @@ from adeye.report.credibility import (
     read_result,
     write_result,
 )
-from adeye.report.html import render
-from adeye.report.json_report import parse_json, render_json
-from adeye.report.model import Report
+from adeye.report.formats.json import parse_json, render_json
+from adeye.report.model.report import Report
+from adeye.report.page.html import render
 
 GOOD = SelfTestResult(
     version="1.2.3",

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.report.dead import dead_axes, moves
+from adeye.report.metrics import dead_axes, moves
 from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
 

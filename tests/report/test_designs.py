@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.report.build import ReportBuilder
-from adeye.report.designs import GRID, SAMPLE, designs_of, is_sample, spoken_of
+from adeye.report.claims import GRID, SAMPLE, designs_of, is_sample, spoken_of
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.suite.analysis import analyse
-from adeye.evaluation.suite.results import Suite
-from adeye.report.drawing import WIDTH, Drawing, Frame, draw, far_frame, near_frame
+from adeye.analysis.suite.analyse import analyse
+from adeye.analysis.suite.records import Suite
+from adeye.report.page.suites import WIDTH, Drawing, Frame, draw, far_frame, near_frame
 from tests.evaluation.suite.rigs import BUMPER, FRONT, LENGTH, all_around, architecture, radar
 
 Points = list[tuple[float, float]]

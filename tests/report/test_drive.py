@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.evaluation.verdict import Outcome
+from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position
-from adeye.report.drive import VIEW, replay_of
-from adeye.report.embed import pack_replay
+from adeye.report.page.drive import VIEW, replay_of
+from adeye.report.page.replay import pack_replay
+from adeye.simulate import engine
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from tests.project import Executed, run_cases
 
 if TYPE_CHECKING:
-    from adeye.report.replay import Replay
+    from adeye.report.page.replay import Replay
     from adeye.signals import RoadMap
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace

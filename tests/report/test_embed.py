@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.report.embed import differences, pack_replay, repeats, script_text
-from adeye.report.model import Report
+from adeye.report.model.report import Report
+from adeye.report.page.replay import differences, pack_replay, repeats, script_text
 
 
 def numbers(packed: dict[str, Any]) -> list[float | None]:

@@ -6,17 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.coverage import executed_coverage
-from adeye.evaluation.uncertainty import Difference
+from adeye.campaign.integrity import executed_coverage
+from adeye.judge.uncertainty import Difference
 from adeye.report import evidence
-from adeye.report.claims import claims_of
+from adeye.report.claims import claims_of, refusals_of
 from adeye.report.evidence import evidence_of, exclusions_of, step_uncertainty_of
-from adeye.report.refusals import refusals_of
-from adeye.store.halving import UncertaintyRecord
 from adeye.store.repository import Repository
+from adeye.store.write.half_steps import UncertaintyRecord
 
 if TYPE_CHECKING:
-    from adeye.report.evidence_parts import OddCoverage
+    from adeye.report.model.evidence import OddCoverage
     from tests.project import Executed
 
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from lxml import html as lxml_html
 
-from adeye.report.comparison import Range
-from adeye.report.evidence_page import MAX_LINES, arrange_evidence
-from adeye.report.html import render
+from adeye.report.comparison.records import Range
+from adeye.report.page.html import render
+from adeye.report.page.views import MAX_LINES, arrange_evidence
 from tests.report.fake_evidence import claim, claims, coverage, line, refused, step
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
     from tests.report.browser import Browser
 
 PARTS = ("confidence", "odd_coverage", "step_uncertainty")

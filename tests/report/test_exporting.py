@@ -10,10 +10,8 @@ import duckdb
 import pytest
 
 from adeye.errors import UsageError
-from adeye.report.exporting import CONTENTS, Written, export_campaign
-from adeye.report.table_files import FORMATS
-from adeye.store.export import CampaignExport
-from adeye.store.export_columns import TABLES
+from adeye.report.formats.tables import CONTENTS, FORMATS, Written, export_campaign
+from adeye.store.read.export import TABLES, CampaignExport
 from adeye.version import __version__
 
 
@@ -43,7 +41,7 @@ def test_folder_has_every_table_and_says_what_it_is(tmp_path: Path, mini: Any, f
 
 
 def test_queries_over_views_run_over_the_files(tmp_path: Path, mini: Any) -> None:
-    from adeye.store.query import run_query
+    from adeye.store.read.query import run_query
 
     export_campaign(mini.db, None, tmp_path / "out")
     for name, table in TABLES.items():

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.errors import UsageError
-from adeye.report.exports import GSN_FORMS, check_exports, render_export
+from adeye.report.formats import GSN_FORMS, check_exports, render_export
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 
 @pytest.mark.parametrize(

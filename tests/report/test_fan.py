@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import pytest
 
-from adeye.report.fan import desirability, fan_of
+from adeye.report.page.drive import desirability, fan_of
 
 if TYPE_CHECKING:
     from adeye.trace import Trace

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from adeye.report.fault_drawing import draw_bars, draw_trade
-from adeye.report.fault_parts import FaultEvidence, FaultGroup
-from adeye.report.front import HEIGHT, WIDTH
+from adeye.report.model.assessment import FaultEvidence, FaultGroup
+from adeye.report.page.charts import HEIGHT, WIDTH, draw_bars, draw_trade
 from tests.report.fake_faults import curve, evidence, group, undetected
 
 

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from adeye.report.fault_parts import FaultEvidence
+from adeye.report.model.assessment import FaultEvidence
 from tests.report.fake_faults import evidence, group
 
 

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import pytest
 from lxml import html as lxml_html
 
-from adeye.campaign.takeovers import look_back
-from adeye.campaign.timing import campaign_injections
-from adeye.evaluation.takeovers import TAKEOVER_CLASSES
-from adeye.evaluation.timeline import CLASSES
-from adeye.report.html import render
-from adeye.report.json_report import parse_json, render_json
+from adeye.campaign.studies.fault_timing import campaign_injections
+from adeye.campaign.studies.forks import look_back
+from adeye.judge.preventability import TAKEOVER_CLASSES
+from adeye.judge.timeline import CLASSES
+from adeye.report.formats.json import parse_json, render_json
+from adeye.report.page.html import render
 from tests.report.pages import built, section
 
 if TYPE_CHECKING:
-    from adeye.report.fault_parts import FaultEvidence
-    from adeye.report.model import Report
+    from adeye.report.model.assessment import FaultEvidence
+    from adeye.report.model.report import Report
     from tests.project import Executed
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from adeye.evaluation.verdict import ExitCode
-from adeye.report.findings import Finding, Kind, deciding, gate_code_of
+from adeye.judge.verdict import ExitCode
+from adeye.report.gate.baseline import Finding, Kind, deciding, gate_code_of
 
 
 def test_finding_says_what_it_is_about() -> None:

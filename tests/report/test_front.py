@@ -6,8 +6,8 @@ import itertools
 
 import pytest
 
-from adeye.report.comparison import Cost
-from adeye.report.front import HEIGHT, WIDTH, Front, draw_front, ticks
+from adeye.report.comparison.records import Cost
+from adeye.report.page.charts import HEIGHT, WIDTH, Front, draw_front, ticks
 from tests.report.test_comparison import candidate, comparison
 
 

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import UsageError
-from adeye.report.findings import Finding, Kind
-from adeye.report.gate import Snapshot, changes, check_same_odd, state_of
-from adeye.report.margins import Tolerances
+from adeye.report.gate.baseline import Finding, Kind
+from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
 from tests.report.fake_baseline import BRAKING, CUT_IN, GATE, OTHER, baseline, fsr_of, key_of, sha
 
 if TYPE_CHECKING:
-    from adeye.report.baseline import Baseline
+    from adeye.report.gate.baseline import Baseline
 
 FAILS = {("FSR-1", GATE, CUT_IN, 1): "F"}
 

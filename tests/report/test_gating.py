@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import SpecError, UsageError
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report import gating
-from adeye.report.baseline import read_baseline
-from adeye.report.findings import Finding, Kind
-from adeye.report.gating import GateResult, judge_campaign, update_baseline
-from adeye.report.margins import Tolerances
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate import decide as gating
+from adeye.report.gate.baseline import Finding, Kind, read_baseline
+from adeye.report.gate.changes import Tolerances
+from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

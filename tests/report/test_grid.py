@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.grid import grid_at
-from adeye.report.grid import TIMES, grid_of, occupancy, packed, view_of
+from adeye.judge.grid import grid_at
+from adeye.report.page.drive import TIMES, grid_of, occupancy, packed, view_of
 from adeye.trace import NO_TRACKS
 from tests.evaluation.conftest import HandMade
 
@@ -76,7 +76,7 @@ def test_fewer_maps_are_drawn_where_they_are_large(monkeypatch: pytest.MonkeyPat
     trace = driving()
     whole = grid_of(trace, 0, HELD)
     size = sum(len(text) for text in (*whole.number, *whole.occupied))
-    monkeypatch.setattr("adeye.report.grid.MOST", size - 1)
+    monkeypatch.setattr("adeye.report.page.drive.MOST", size - 1)
     fewer = grid_of(trace, 0, HELD)
     assert fewer.occupied_every == 2
     assert fewer.number == whole.number

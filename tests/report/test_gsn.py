@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.gsn import Argument, argument_of, fold_states, render_gsn_json, state_of
+from adeye.judge.verdict import Verdict
+from adeye.report.formats.gsn import Argument, argument_of, fold_states, render_gsn_json, state_of
 
 if TYPE_CHECKING:
-    from adeye.report.gsn import GsnNode, State
-    from adeye.report.model import Report
+    from adeye.report.formats.gsn import GsnNode, State
+    from adeye.report.model.report import Report
 
 
 @pytest.fixture

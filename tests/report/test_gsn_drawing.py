@@ -6,12 +6,11 @@ import xml.etree.ElementTree as ET
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from adeye.report.gsn import argument_of
-from adeye.report.gsn_drawing import Box, place_boxes, render_svg
+from adeye.report.formats.gsn import Box, argument_of, place_boxes, render_svg
 from tests.report.fake import build_report
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 SVG = "{http://www.w3.org/2000/svg}"
 

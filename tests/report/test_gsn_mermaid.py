@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adeye.report.gsn import argument_of
-from adeye.report.gsn_mermaid import quoted, render_mermaid
+from adeye.report.formats.gsn import argument_of, quoted, render_mermaid
 from tests.report.fake import build_report
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 
 def test_every_node_and_relation_is_one_line(report: Report) -> None:

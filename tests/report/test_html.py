@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from lxml import html as lxml_html
 
+from adeye.analysis.dependence import Dependencies
 from adeye.errors import PlatformError
-from adeye.evaluation.dependence import Dependencies
-from adeye.report.html import SCRIPTS, STYLES, assets, render, write_html
-from adeye.report.model import Report
+from adeye.report.model.report import Report
+from adeye.report.page.html import SCRIPTS, STYLES, assets, render, write_html
 from tests.report.fake import build_report
 
 PAYLOADS = [

@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 from typing import Any
 
-from adeye.evaluation.verdict import ExitCode
-from adeye.report.findings import Finding, Kind
+from adeye.judge.verdict import ExitCode
+from adeye.report.gate.baseline import Finding, Kind
 from adeye.report.impact import impact_of
 from tests.report.fake_assessment import impact
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.judgement import FAIL, INCONCLUSIVE, PASS, VACUOUS
-from adeye.evaluation.statistics import mcnemar_p
-from adeye.report.inference import MarginBootstrap, Matched, PointCounts, Units, infer
-from adeye.store.figures import Labels
+from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VACUOUS
+from adeye.judge.statistics import mcnemar_p
+from adeye.report.comparison.inference import MarginBootstrap, Matched, PointCounts, Units, infer
+from adeye.store.read.bulk import Labels
 
 
 def matched(change: list[float]) -> Matched:

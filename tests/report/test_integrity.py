@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.report.integrity import decompositions_of, dependent_failures_of, findings_of
-from adeye.spec.decomposition import Decomposition, DependentFailure
+from adeye.report.concept import decompositions_of, dependent_failures_of, findings_of
+from adeye.spec.concept import Decomposition, DependentFailure
 from adeye.spec.load import load_odd, shipped
-from adeye.store.check_views import RULES
-from adeye.store.checking import Violation
+from adeye.store.read.checking import Violation
+from adeye.store.rules import RULES
 
 if TYPE_CHECKING:
     from adeye.spec.concept import Concept

@@ -5,8 +5,8 @@ import jsonschema
 import pytest
 
 from adeye.errors import SpecError
-from adeye.report.json_report import json_schema, parse_json, render_json
-from adeye.report.model import Report
+from adeye.report.formats.json import json_schema, parse_json, render_json
+from adeye.report.model.report import Report
 
 
 def test_reading_back_gives_the_same_report(report: Report) -> None:

@@ -4,10 +4,10 @@ from typing import Any
 import pytest
 from lxml import etree
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.junit import render_junit
-from adeye.report.model import Cell, Report
-from adeye.store.blocking import ChannelFailure
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.formats.junit import render_junit
+from adeye.report.model.report import Cell, Report
+from adeye.store.read.totals import ChannelFailure
 from tests.report.fake import build_report
 
 SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).with_name("JUnit.xsd")))

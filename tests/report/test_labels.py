@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.random import uniform
-from adeye.report.labels import RADIUS, Box, Label, place_labels, width_of
+from adeye.report.page.charts import RADIUS, Box, Label, place_labels, width_of
 
 AREA = Box(68.0, 2.0, 558.0, 254.0)
 

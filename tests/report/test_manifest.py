@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import InputError
-from adeye.report.manifest import differing, fingerprint, make_manifest, read_manifest
+from adeye.report.formats.manifest import differing, fingerprint, make_manifest, read_manifest
 from adeye.store.repository import Repository
 from tests.store.conftest import Example
 
@@ -154,7 +154,7 @@ def test_manifest_with_other_types_is_an_input_error(
     (folder / "m.json").write_text(json.dumps({**document, "files": {}}))
     with pytest.raises(InputError, match="is not a manifest"):
         read_manifest(folder / "m.json")
-    monkeypatch.setattr("adeye.report.manifest.MAX_BYTES", 10)
+    monkeypatch.setattr("adeye.report.formats.manifest.MAX_BYTES", 10)
     with pytest.raises(InputError, match="more than 10 bytes"):
         read_manifest(folder / "m.json")
     with pytest.raises(InputError, match="cannot be read"):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.evaluation.verdict import Verdict
-from adeye.report.baseline import BaselineCase, BaselineCell
-from adeye.report.margins import Column, Loss, Tolerances, compare_cells, compare_pairs
-from adeye.report.parts import Margin
+from adeye.judge.verdict import Verdict
+from adeye.report.gate.baseline import BaselineCase, BaselineCell
+from adeye.report.gate.changes import Column, Loss, Tolerances, compare_cells, compare_pairs
+from adeye.report.model.part import Margin
 
 NAMES = [f"{number:016x}" for number in range(40)]
 

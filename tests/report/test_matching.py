@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from adeye.report.matching import Matching
-from adeye.store.figures import Labels, encode_points
+from adeye.report.comparison.candidates import Matching
+from adeye.store.read.bulk import Labels, encode_points
 
 
 def cases(*rows: tuple[str, int, str, dict[str, float]]) -> Any:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.report.matrix import BY, COLUMNS, grouped, matrix_of, render_csv
-from adeye.report.verdict_sarif import judged_in
+from adeye.report.formats.matrix import BY, COLUMNS, grouped, matrix_of, render_csv
+from adeye.report.formats.sarif import judged_in
 
 if TYPE_CHECKING:
-    from adeye.report.matrix import By, TraceRow
-    from adeye.report.model import Report
+    from adeye.report.formats.matrix import By, TraceRow
+    from adeye.report.model.report import Report
 
 
 def gaps(report: Report) -> set[str]:

@@ -4,9 +4,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.model import Architecture, Cell, Report
-from adeye.store.blocking import ChannelFailure
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.model.report import Architecture, Cell, Report
+from adeye.store.read.totals import ChannelFailure
 from tests.report.fake_evidence import claim, claims, line, step
 
 

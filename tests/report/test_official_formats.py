@@ -15,10 +15,9 @@ from reqif.parser import ReqIFParser
 from sarif import loader
 
 from adeye.errors import SourceLocation
-from adeye.report.check_sarif import check_sarif
-from adeye.report.reqif import NAMESPACE, render_reqif, verdict_attribute
-from adeye.report.verdict_sarif import render_sarif
-from adeye.store.checking import CheckFinding
+from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
+from adeye.report.formats.sarif import check_sarif, render_sarif
+from adeye.store.read.checking import CheckFinding
 from tests.report.fake import build_report
 from tests.report.test_check_sarif import checked
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 # --- SARIF
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.open_points import KINDS, ORDER, open_points_of
-from adeye.store.blocking import ChannelFailure
+from adeye.judge.verdict import Verdict
+from adeye.report.verification import KINDS, ORDER, open_points_of
+from adeye.store.read.totals import ChannelFailure
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 
 def test_every_verdict_that_is_no_pass_has_a_kind() -> None:

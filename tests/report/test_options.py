@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import UsageError
-from adeye.report.options import CompareOptions
+from adeye.report.comparison.records import CompareOptions
 
 KNOWN = ("camera_radar", "twin", "legacy_camera")
 

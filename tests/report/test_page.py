@@ -1,6 +1,6 @@
-from adeye.evaluation.verdict import Verdict
-from adeye.report.model import Report
-from adeye.report.page import arrange, badge, filters
+from adeye.judge.verdict import Verdict
+from adeye.report.model.report import Report
+from adeye.report.page.views import arrange, badge, filters
 
 
 def test_architectures_of_the_gate_come_first(report: Report) -> None:

@@ -3,8 +3,8 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.parts import Binding, Label, Margin, Part, RunVerdict
+from adeye.judge.verdict import Verdict
+from adeye.report.model.part import Binding, Label, Margin, Part, RunVerdict
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

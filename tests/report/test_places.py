@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from adeye.report.parts import Place
-from adeye.report.places import Places, find_odd, places_of, uri_of
+from adeye.report.concept import Places, find_odd, places_of, uri_of
+from adeye.report.model.part import Place
 from adeye.spec.load import OddFiles, load_odd, shipped
 
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.reproduce import Execution, rerun
-from adeye.evaluation.series import SERIES
-from adeye.report.plots import ALWAYS, MAX_PLOTS, plots_of
+from adeye.campaign.replay import Execution, rerun
+from adeye.judge.series import SERIES
+from adeye.report.page.drive import ALWAYS, MAX_PLOTS, plots_of
 from adeye.spec.concept import MetricBound, Requirement
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
-    from adeye.report.replay import SignalPlot
-    from adeye.store.rows import VerdictRecord
+    from adeye.report.page.replay import SignalPlot
+    from adeye.store.records import VerdictRecord
     from tests.project import Executed
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adeye.evaluation.judgement import FAIL
-from adeye.evaluation.statistics import mcnemar_p
+from adeye.judge.evaluate import FAIL
+from adeye.judge.statistics import mcnemar_p
 from adeye.kernel.random import owner_id, uniform
-from adeye.report.compare import compare
-from adeye.report.matching import Matching
-from adeye.report.options import CompareOptions
+from adeye.report.comparison.candidates import Matching
+from adeye.report.comparison.compare import compare
+from adeye.report.comparison.records import CompareOptions
 from adeye.store.repository import Repository
 from tests.project import LEGACY, Project
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.recorded import binding_of, margin_of, replay_events, run_verdicts
-from adeye.store.rows import EventRecord, VerdictRecord
+from adeye.judge.verdict import Verdict
+from adeye.report.verification import binding_of, margin_of, replay_events, run_verdicts
+from adeye.store.records import EventRecord, VerdictRecord
 
 
 def record(**changes: Any) -> VerdictRecord:

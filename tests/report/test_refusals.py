@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from adeye.report.refusals import Refusal, refusals_of
+from adeye.report.claims import Refusal, refusals_of
 from tests.report.fake_evidence import claim, claims, refused
 
 

@@ -4,8 +4,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.report.model import Report
-from adeye.report.replay import Line, Replay
+from adeye.report.model.report import Report
+from adeye.report.page.replay import Line, Replay
 
 
 def rebuilt(replay: Replay, **changes: Any) -> Replay:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from adeye.report.reqif import NAMESPACE, render_reqif, verdict_attribute
+from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
 from tests.report.fake import build_report
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 N = {"r": NAMESPACE}
 

@@ -7,7 +7,7 @@ from typing import Any
 import jsonschema
 
 from adeye.errors import SourceLocation
-from adeye.report.sarif import FINGERPRINT, SarifResult, SarifRule, sarif_log
+from adeye.report.formats.sarif import FINGERPRINT, SarifResult, SarifRule, sarif_log
 
 LOCATION = {
     "type": "object",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.report.signing import encoded, require_signed, sign, write_keys
+from adeye.report.formats.manifest import encoded, require_signed, sign, write_keys
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.report.baseline import LETTERS, Baseline
-from adeye.report.snapshot import case_keys, take_down
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate.baseline import LETTERS, Baseline
+from adeye.report.gate.snapshot import case_keys, take_down
+from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
-from adeye.store.totals import totals
 
 if TYPE_CHECKING:
     from tests.project import Executed

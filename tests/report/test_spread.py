@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.report.spread import metric_title, summarise
+from adeye.report.metrics import metric_title, summarise
 from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
 
 if TYPE_CHECKING:
-    from adeye.report.model import MetricSummary
+    from adeye.report.model.report import MetricSummary
 
 UNITLESS = {
     *("contact", "contact_at_fault", "nominal_availability", "takeovers", "trips"),

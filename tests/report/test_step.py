@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from adeye.evaluation.uncertainty import Difference
-from adeye.report.step import step_statements
+from adeye.judge.uncertainty import Difference
+from adeye.report.evidence import step_statements
 
 
 def line(name: str, unit: str, p95: float | None, pairs: int, differing: int = 0) -> Difference:

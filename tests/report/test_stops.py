@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.kernel.stop_rating import SCALE
-from adeye.report.assessment_parts import SafeStops
-from adeye.report.stops import safe_stops_of
-from adeye.store.figures import Figures, Labels
+from adeye.judge.verdict import Verdict
+from adeye.kernel.stops import SCALE
+from adeye.report.assessment import safe_stops_of
+from adeye.report.model.assessment import SafeStops
+from adeye.store.read.bulk import Figures, Labels
 
 NAN = float("nan")
 NAMES = (

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from lxml import html as lxml_html
 
-from adeye.evaluation.suite.analysis import analyse
-from adeye.report.suite_page import render_suites, write_suites
+from adeye.analysis.suite.analyse import analyse
+from adeye.report.page.html import render_suites, write_suites
 from tests.evaluation.suite.rigs import all_around, architecture, radar
 from tests.report.browser import Browser
 

@@ -2,15 +2,8 @@
 
 import pytest
 
-from adeye.evaluation.suite.results import ForwardRange, SpeedRange
-from adeye.report.suite_words import (
-    forward_text,
-    kmh,
-    left_speed,
-    metres,
-    percent,
-    speed_text,
-)
+from adeye.analysis.suite.records import ForwardRange, SpeedRange
+from adeye.report.words import forward_text, kmh, left_speed, metres, percent, speed_text
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from adeye.evaluation.suite.analysis import analyse
-from adeye.evaluation.suite.results import Suite
-from adeye.report.suites import (
+from adeye.analysis.suite.analyse import analyse
+from adeye.analysis.suite.records import Suite
+from adeye.report.page.suites import (
     LOSS_HEADS,
     SENSOR_HEADS,
     SPEED_HEADS,

@@ -12,9 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from adeye.errors import InputError
-from adeye.report import table_files
-from adeye.report.table_files import FORMATS, FileFormat, open_table, typed_columns
-from adeye.store.export_columns import ExportColumn
+from adeye.report.formats import tables as table_files
+from adeye.report.formats.tables import FORMATS, FileFormat, open_table, typed_columns
+from adeye.store.read.export import ExportColumn
 
 COLUMNS = (
     ExportColumn("name", "text"),

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.injections import Injection
-from adeye.evaluation.timeline import InjectionClass, Timeline
-from adeye.evaluation.verdict import Verdict
-from adeye.report.assessment_parts import Timing
+from adeye.judge.timeline import Injection, InjectionClass, Timeline
+from adeye.judge.verdict import Verdict
+from adeye.report.model.assessment import Timing
 from adeye.report.timing import timing_of
-from adeye.store.figures import Figures, Labels
+from adeye.store.read.bulk import Figures, Labels
 
 FAULT = "silent"
 

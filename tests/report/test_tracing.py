@@ -4,11 +4,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.gsn import argument_of
-from adeye.report.model import Report
-from adeye.report.page import SEVERITY
-from adeye.report.tracing import TraceWay, goal_structure, ways_of
+from adeye.judge.verdict import Verdict
+from adeye.report.formats.gsn import argument_of
+from adeye.report.model.report import Report
+from adeye.report.page.views import SEVERITY, TraceWay, goal_structure, ways_of
 
 
 @pytest.fixture(scope="module")

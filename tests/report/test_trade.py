@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import InputError
-from adeye.report.trade import debounce_axes, rate_of, trade_curves, trades_by
+from adeye.report.faults import debounce_axes, rate_of, trade_curves, trades_by
 from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
 from tests.noisy import CONFIRM, noisy_project
@@ -18,7 +18,7 @@ from tests.noisy import CONFIRM, noisy_project
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.report.fault_parts import TradeCurve
+    from adeye.report.model.assessment import TradeCurve
 
 
 @pytest.fixture(scope="module")

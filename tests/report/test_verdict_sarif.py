@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.parts import Place
-from adeye.report.verdict_sarif import judged_in, render_sarif, verdict_sarif
-from adeye.store.blocking import ChannelFailure
+from adeye.judge.verdict import Verdict
+from adeye.report.formats.sarif import judged_in, render_sarif, verdict_sarif
+from adeye.report.model.part import Place
+from adeye.store.read.totals import ChannelFailure
 from tests.report.test_sarif import require_sarif
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
+    from adeye.report.model.report import Report
 
 
 def results(report: Report) -> list[dict[str, Any]]:

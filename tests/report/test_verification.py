@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.evaluation.verdict import Outcome
+from adeye.judge.verdict import Outcome
 from adeye.report.verification import design_words, realisations_of, verification_of
-from adeye.store.figures import Figures, Labels
+from adeye.store.read.bulk import Figures, Labels
 from tests.report.fake import SCENARIOS
 
 if TYPE_CHECKING:
-    from adeye.report.model import Report
-    from adeye.report.verification_parts import VerificationRow
+    from adeye.report.model.concept import VerificationRow
+    from adeye.report.model.report import Report
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """Records of the verification table."""
 
-from adeye.evaluation.verdict import Outcome
-from adeye.report.verification_parts import Realisation
+from adeye.judge.verdict import Outcome
+from adeye.report.model.concept import Realisation
 
 
 def test_only_what_came_about_as_asked_is_realised() -> None:

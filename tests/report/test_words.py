@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.report.model import Cell
-from adeye.report.parts import Binding, Margin
+from adeye.judge.verdict import Verdict
+from adeye.report.model.part import Binding, Margin
+from adeye.report.model.report import Cell
 from adeye.report.words import (
     MEANINGS,
     SYMBOLS,

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.project import MINI, table_hash
 
 if TYPE_CHECKING:
-    from adeye.campaign.runner import Progress
+    from adeye.campaign.run import Progress
     from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements

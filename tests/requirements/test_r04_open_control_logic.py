@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, get_args
 
 import pytest
 
-from adeye.channels.factory import BUILT_IN
-from adeye.channels.policy import PolicyChannel
-from adeye.channels.process.channel import ProcessChannel
+from adeye.simulate.channels.factory import BUILT_IN
+from adeye.simulate.channels.policy import PolicyChannel
+from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.channels import BuiltInChannel
 from tests.project import CANDIDATE, MINI
 
@@ -56,8 +56,8 @@ def test_every_built_in_kind_of_channel_is_here() -> None:
 @pytest.mark.parametrize("kind", CHANNELS)
 def test_channel_is_source_in_the_package(kind: str) -> None:
     built: object = CHANNELS[kind]
-    module = importlib.import_module(f"adeye.channels.{kind}.channel")
-    assert getattr(built, "__module__", "").startswith(f"adeye.channels.{kind}")
+    module = importlib.import_module(f"adeye.simulate.channels.{kind}.channel")
+    assert getattr(built, "__module__", "").startswith(f"adeye.simulate.channels.{kind}")
     source = inspect.getsource(module)
     assert source.startswith('"""')
     assert inspect.getdoc(built)

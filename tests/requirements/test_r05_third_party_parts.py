@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from tests.project import CANDIDATE, MINI, Project, table_hash
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import EGO_HEADING, EGO_SPEED, EGO_X, EGO_Y, Floats
-from adeye.traffic import make_traffic
+from adeye.simulate.traffic import make_traffic
 from tests.motorway import make_case, make_scenario
 
 pytestmark = [

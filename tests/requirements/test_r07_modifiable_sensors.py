@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 import pytest
 
-from adeye.channels.clustering import Clustering
 from adeye.errors import SweepError
-from adeye.sensors.rig import BUILT_IN, Rig
 from adeye.signals import Floats, Measurement
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.sensors.rig import BUILT_IN, Rig
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec import sensors as records
 from adeye.spec.quantity import Record
-from adeye.world.weather import MM_PER_HOUR
 from tests.project import CANDIDATE, MINI, Project
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import pytest
 
-from adeye.sensors.rig import Rig
 from adeye.signals import (
     DETECTION_X,
     GNSS_X,
@@ -24,7 +23,8 @@ from adeye.signals import (
     Measurement,
     SceneContext,
 )
-from adeye.world.weather import MM_PER_HOUR
+from adeye.simulate.sensors.rig import Rig
+from adeye.simulate.world.weather import MM_PER_HOUR
 from tests.project import CANDIDATE, MINI, run_cases
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
 from tests.world.test_weather import REFLECTIVITIES, TABLE

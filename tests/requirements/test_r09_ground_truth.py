@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.campaign.reproduce import rerun
+from adeye.campaign.replay import rerun
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

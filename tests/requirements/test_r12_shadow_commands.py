@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.signals import SILENT
 from adeye.sweep.case import AuthorityOverride
 from adeye.testing import zoo

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.campaign.happenings import events_of
+from adeye.campaign.events import events_of
 from adeye.errors import InputError
 from adeye.signals import EGO_SPEED, REASON_LABELS
 from tests.project import CANDIDATE, run_cases

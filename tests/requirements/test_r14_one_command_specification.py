@@ -7,11 +7,15 @@ from string import Template
 
 import pytest
 
-from adeye.channels.factory import BUILT_IN, make_channel
-from adeye.cli.examples import EXAMPLES
+from adeye.cli.new import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
-from adeye.spec.reference import ReferenceParameters
+from adeye.simulate.channels.factory import BUILT_IN, make_channel
+from adeye.spec.channels import (
+    NominalParameters,
+    ReferenceParameters,
+    SafetyParameters,
+    TrajectoryParameters,
+)
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements

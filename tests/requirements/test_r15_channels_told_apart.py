@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.campaign.happenings import events_of
-from adeye.evaluation.source import TraceSignals
-from adeye.store.query import run_query
+from adeye.campaign.events import events_of
+from adeye.judge.trace_signals import TraceSignals
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from tests.project import run_cases

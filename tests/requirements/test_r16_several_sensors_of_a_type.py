@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign.plan import signal_table
-from adeye.report.options import CompareOptions
+from adeye.report.comparison.records import CompareOptions
 from adeye.reporting import compare_campaign
 from tests.project import CANDIDATE, MINI, run_cases
 from tests.requirements.test_r08_six_sensor_types import SUITE

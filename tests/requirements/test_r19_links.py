@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.campaign.reproduce import describe_run, replay_run
+from adeye.campaign.replay import describe_run, replay_run
 from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
-from adeye.sweep.structure import structure_key
+from adeye.sweep.case import structure_key
 from tests.project import CANDIDATE, MINI, Project, run_cases
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.timing import campaign_injections
+from adeye.campaign.studies.fault_timing import campaign_injections
 from tests.project import CANDIDATE, MINI
 
 if TYPE_CHECKING:

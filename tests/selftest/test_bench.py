@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from adeye.selftest.bench import DB, Bench, Edit
-from adeye.selftest.project import BARE, DRIVING, HANDOVER
+from adeye.selftest.bench import BARE, DB, DRIVING, HANDOVER, Bench, Edit
 
 
 @pytest.mark.parametrize("odd", [DRIVING, HANDOVER])

@@ -2,9 +2,8 @@
 
 import pytest
 
-from adeye.selftest.bench import Bench
-from adeye.selftest.driving import CHANNELS, MONITORS, SENSORS, SWITCHES
-from adeye.selftest.masters import Master, is_good
+from adeye.selftest.bench import Bench, Master, is_good
+from adeye.selftest.runs import CHANNELS, MONITORS, SENSORS, SWITCHES
 
 FAST = [CHANNELS[0], SENSORS[1], SWITCHES[0], MONITORS[0]]
 SLOW = [item for item in (*CHANNELS, *SENSORS, *SWITCHES, *MONITORS) if item not in FAST]

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from adeye.cli.entry import main
+from adeye.cli.app import main
 from adeye.errors import AdeyeError
-from adeye.selftest.bench import Bench
-from adeye.selftest.keeping import DATABASE, REPORT
-from adeye.selftest.masters import Master, is_good
+from adeye.selftest.bench import Bench, Master, is_good
+from adeye.selftest.runs import DATABASE, REPORT
 
 
 @pytest.mark.slow

@@ -2,9 +2,7 @@
 
 import pytest
 
-from adeye.selftest.bench import Bench, Edit, Seen
-from adeye.selftest.masters import GROUPS, Master, is_good, running
-from adeye.selftest.project import BARE
+from adeye.selftest.bench import BARE, GROUPS, Bench, Edit, Master, Seen, is_good, running
 from adeye.selftest.running import MASTERS
 
 

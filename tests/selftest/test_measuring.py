@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from adeye.selftest.bench import DB, Bench, Edit
-from adeye.selftest.masters import Master, is_good
-from adeye.selftest.measuring import METRICS, Gauge, bounded, compare
-from adeye.selftest.project import DRIVING
+from adeye.selftest.bench import DB, DRIVING, Bench, Edit, Master, is_good
+from adeye.selftest.inputs import METRICS, Gauge, bounded, compare
 
 PLUGIN = Edit(DRIVING, "plugins: []", "plugins: [./parts.py:Braking]")
 BRAKING = "selftest_braking_mps2"

@@ -2,7 +2,7 @@
 
 import yaml
 
-from adeye.selftest.project import FILES, PARTS
+from adeye.selftest.bench import FILES, PARTS
 
 
 def test_every_file_is_yaml_of_the_kind_of_its_folder() -> None:

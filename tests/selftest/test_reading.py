@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from adeye.selftest.bench import Bench
-from adeye.selftest.masters import Master, is_good
-from adeye.selftest.reading import FILES, THRESHOLDS
+from adeye.selftest.bench import Bench, Master, is_good
+from adeye.selftest.inputs import FILES, THRESHOLDS
 
 
 @pytest.mark.parametrize("master", FILES, ids=lambda item: item.name)

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.rulings import Frame
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.evaluate import VERDICTS, Frame
+from adeye.judge.metrics import METRICS
+from adeye.judge.verdict import Verdict
 from adeye.report.credibility import SelfTestResult
-from adeye.selftest.bench import Bench, Seen
-from adeye.selftest.masters import GROUPS, Master, running
+from adeye.selftest.bench import GROUPS, Bench, Master, Seen, running
 from adeye.selftest.running import MASTERS, Examined, choose, conclude, examine
-from adeye.store import verification
+from adeye.store.evidence import verification
 
 if TYPE_CHECKING:
     from pathlib import Path

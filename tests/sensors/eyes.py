@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from adeye.channels.clustering import Clustering
-from adeye.channels.links import observe
-from adeye.channels.nominal import NominalChannel
-from adeye.sensors.rig import Rig, mounts
 from adeye.signals import DETECTION_X, DETECTION_Y, Floats, Measurement
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.sensors.rig import Rig, mounts
 from adeye.spec.channels import NominalParameters
 from adeye.spec.sensors import PhysicalLidar
 from adeye.testing.scenes import channel_context

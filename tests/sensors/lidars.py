@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from adeye.sensors.lidar import LidarSensor
 from adeye.signals import POINT_RANGE, Floats, Ints, Measurement, Scene, SceneContext
+from adeye.simulate.sensors.lidar import LidarSensor
 from adeye.spec.sensors import PhysicalLidar
 from tests.sensors.scenes import sensor_context
 

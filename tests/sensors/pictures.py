@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.sensors.camera import Frame, PhysicalCameraSensor
+from adeye.simulate.sensors.camera import Frame, PhysicalCameraSensor
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.sensors import PhysicalCamera
-from adeye.world.weather import MM_PER_HOUR
 from tests.sensors.scenes import sensor_context
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from adeye.sensors.bias import next_bias, share_kept, share_new
+from adeye.simulate.sensors.gnss_imu import next_bias, share_kept, share_new
 
 
 def test_after_the_correlation_time_a_share_of_one_over_e_is_left() -> None:

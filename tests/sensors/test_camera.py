@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.sensors.camera import PhysicalCameraSensor
-from adeye.sensors.ranging import RangingSensor
-from adeye.sensors.rig import BUILT_IN, Rig
+from adeye.simulate.sensors.camera import PhysicalCameraSensor
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.rig import BUILT_IN, Rig
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.sensors import Camera
 from adeye.testing import check_sensor
-from adeye.world.weather import MM_PER_HOUR
 from tests.sensors.pictures import CONDITIONS, PERSON, camera, condition, focal, look, spec
 from tests.sensors.scenes import (
     CAR,

@@ -8,12 +8,10 @@ from hypothesis import strategies as st
 
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.raster import NOTHING
-from adeye.sensors.camera import PhysicalCameraSensor
-from adeye.sensors.certainty import judge_box, judge_part
-from adeye.sensors.exposure import contrast_at
-from adeye.sensors.imaging import EACH, HIDDEN, PART_WIDTH, WHOLE, draw
-from adeye.sensors.light import CONTRASTS
 from adeye.signals import OBJECT_CLASSES
+from adeye.simulate.sensors.camera import PhysicalCameraSensor
+from adeye.simulate.sensors.exposure import contrast_at, judge_box, judge_part
+from adeye.simulate.sensors.imaging import CONTRASTS, EACH, HIDDEN, PART_WIDTH, WHOLE, draw
 from tests.sensors.pictures import camera
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
 

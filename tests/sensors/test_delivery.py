@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.random import owner_id, uniform
-from adeye.sensors.delivery import (
+from adeye.simulate.sensors.delivery import (
     JITTER_DRAW,
     Delays,
     Delivery,
@@ -17,7 +17,7 @@ from adeye.sensors.delivery import (
     no_measurement,
     sample_at,
 )
-from adeye.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.spec.sensors import Radar
 from tests.sensors.scenes import CAR, scene, scene_context, sensor_context
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.ego import GroundTruthSensor, LocalisationSensor
 from adeye.signals import (
     DETECTION_HAS_RANGE_RATE,
     DETECTION_RANGE_RATE,
@@ -20,6 +19,7 @@ from adeye.signals import (
     Floats,
     SceneContext,
 )
+from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
 

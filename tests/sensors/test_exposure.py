@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.kernel.components import GHOST
-from adeye.sensors.noise import upper_tail
+from adeye.kernel.raster import GHOST
 from adeye.signals import Scene
-from adeye.world.objects import CONTRAST
-from adeye.world.weather import MM_PER_HOUR, light_extinction
+from adeye.simulate.sensors.imaging import upper_tail
+from adeye.simulate.world.objects import CONTRAST
+from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
 from tests.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.sensors.gnss import GnssSensor
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -22,6 +21,7 @@ from adeye.signals import (
     GNSS_Y,
     Floats,
 )
+from adeye.simulate.sensors.gnss_imu import GnssSensor
 from adeye.spec.sensors import Gnss
 from adeye.testing.scenes import passenger_car
 from tests.sensors.scenes import CAR, scene, scene_context, sensor_context

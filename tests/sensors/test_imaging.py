@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.sensors.imaging import empty_image, wipe
+from adeye.simulate.sensors.imaging import empty_image, wipe
 from tests.sensors.pictures import HEIGHT, camera, focal, picture, pixels, spec
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.sensors.imu import ImuSensor
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -20,6 +19,7 @@ from adeye.signals import (
     IMU_YAW_RATE,
     Floats,
 )
+from adeye.simulate.sensors.gnss_imu import ImuSensor
 from adeye.spec.sensors import Imu
 from adeye.testing.scenes import passenger_car
 from tests.channels.egos import drive

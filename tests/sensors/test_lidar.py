@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.sensors.lidar import LidarSensor, sample_bytes
+from adeye.simulate.sensors.lidar import LidarSensor, sample_bytes
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.testing import check_sensor
-from adeye.world.weather import MM_PER_HOUR
 from tests.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
 from tests.sensors.scenes import CAR, architecture, scene, scene_context, sensor_context
 from tests.world.test_weather import REFLECTIVITIES, TABLE
 
 if TYPE_CHECKING:
-    from adeye.signals import (
-        SceneContext,
-    )
+    from adeye.signals import SceneContext
 
 # --- weather --------------------------------------------------------------------------------------
 

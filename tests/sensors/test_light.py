@@ -7,14 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.kernel.detection_range import contrast_threshold
-from adeye.sensors.light import (
-    SHINE,
-    beam,
-    shown_contrast,
-)
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
-from adeye.world.objects import CONTRAST
-from adeye.world.weather import GREY, SUN_ILLUMINANCE, veil
+from adeye.simulate.sensors.imaging import SHINE, beam, shown_contrast
+from adeye.simulate.world.objects import CONTRAST
+from adeye.simulate.world.weather import GREY, SUN_ILLUMINANCE, veil
 
 LIGHT = st.floats(1e-3, 1e5)
 DISTANCE = st.floats(0.1, 500.0)

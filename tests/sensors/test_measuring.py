@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from adeye.kernel.random import normal_pair
-from adeye.sensors.measuring import (
+from adeye.signals import parameter_record
+from adeye.simulate.sensors.ranging import (
     BLOCK,
+    CAMERA,
     DRAWS,
+    LIDAR,
+    RADAR,
     SEEN_RATE,
     Seen,
     measure,
@@ -14,8 +18,6 @@ from adeye.sensors.measuring import (
     note,
     write,
 )
-from adeye.sensors.reach import CAMERA, LIDAR, RADAR
-from adeye.signals import parameter_record
 
 OWNER = np.uint64(7)
 NUMBER = 3

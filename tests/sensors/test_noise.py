@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.sensors.noise import GREATEST, log_of_miss, noise_of, skip, upper_tail
+from adeye.simulate.sensors.imaging import GREATEST, log_of_miss, noise_of, skip, upper_tail
 
 SEED, OWNER = np.uint64(3), np.uint64(7)
 

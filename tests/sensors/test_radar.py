@@ -7,10 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.sensors.radar import RadarSensor
-from adeye.sensors.radar_equation import decibels
-from adeye.sensors.ranging import RangingSensor
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -25,11 +21,14 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
+from adeye.simulate import engine
+from adeye.simulate.sensors.radar import RadarSensor, decibels
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.world.objects import CROSS_SECTION
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import PhysicalRadar, Radar
 from adeye.trace import Trace
-from adeye.world.objects import CROSS_SECTION
-from adeye.world.weather import MM_PER_HOUR
 from tests.motorway import ARCHITECTURE, make_case, make_scenario
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
 

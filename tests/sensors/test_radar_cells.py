@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.radar_cells import (
+from adeye.signals import Floats, parameter_record
+from adeye.simulate.sensors.radar import (
     ECHO_BEARING,
     ECHO_RANGE,
     ECHO_RATE,
@@ -20,7 +21,6 @@ from adeye.sensors.radar_cells import (
     most_events,
     same_cell,
 )
-from adeye.signals import Floats, parameter_record
 
 STRONG = 1e9
 """Signal at which errors are at their floor and no echo is missed."""

@@ -6,7 +6,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from adeye.sensors.radar_equation import (
+from adeye.signals import OBJECT_CLASSES
+from adeye.simulate.sensors.radar import (
     cross_sections,
     decibels,
     detection_threshold,
@@ -15,9 +16,8 @@ from adeye.sensors.radar_equation import (
     signal_for,
     signal_to_noise,
 )
-from adeye.signals import OBJECT_CLASSES
-from adeye.world.objects import CROSS_SECTION
-from adeye.world.weather import MM_PER_HOUR, RAIN_ALPHA, RAIN_K, radar_rain_extinction
+from adeye.simulate.world.objects import CROSS_SECTION
+from adeye.simulate.world.weather import MM_PER_HOUR, RAIN_ALPHA, RAIN_K, radar_rain_extinction
 
 STRENGTH = 1e9
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.ranging import RangingSensor
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -18,8 +17,9 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.sensors import Camera, Lidar, Radar
-from adeye.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from tests.sensors.scenes import CAR, TRUCK, places, scene, scene_context, seen, sensor_context
 
 KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}

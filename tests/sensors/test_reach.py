@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.clustering import Clustering
-from adeye.sensors.ranging import RangingSensor
-from adeye.sensors.rig import BUILT_IN
 from adeye.signals import ILLUMINANCE, Bools, SceneContext
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.rig import BUILT_IN
+from adeye.simulate.world.weather import MM_PER_HOUR, glare_contrast
 from adeye.spec.sensors import (
     Camera,
     Lidar,
@@ -22,7 +23,6 @@ from adeye.spec.sensors import (
     Radar,
     Ultrasonic,
 )
-from adeye.world.weather import MM_PER_HOUR, glare_contrast
 from tests.sensors.scenes import CAR, scene, scene_context, seen, sensor_context
 
 KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.recognition import SIZES
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -19,6 +18,7 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
+from adeye.simulate.sensors.recognition import SIZES
 from tests.sensors.pictures import HEIGHT, PERSON, camera, focal, look, spec
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context, seen
 

@@ -8,13 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    POINT_BEARING,
-    POINT_ELEVATION,
-    POINT_RANGE,
-    Floats,
-)
-from adeye.world.weather import MM_PER_HOUR
+from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats
+from adeye.simulate.world.weather import MM_PER_HOUR
 from tests.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor
 from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
 

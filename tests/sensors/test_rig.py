@@ -11,8 +11,8 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import SpecError
-from adeye.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.signals import Measurement, Scene
+from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.sweep.case import TestCase
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.ego import GroundTruthSensor
-from adeye.sensors.radar import RadarSensor
-from adeye.sensors.ranging import RangingSensor
 from adeye.signals import DETECTION_RANGE_RATE, Floats
+from adeye.simulate.sensors.ground_truth import GroundTruthSensor
+from adeye.simulate.sensors.radar import RadarSensor
+from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.spec.sensors import GroundTruth, PhysicalRadar, Radar
 from adeye.testing.scenes import passenger_car
 from tests.sensors.scenes import scene, scene_context, sensor_context

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.sensors.ultrasonic import UltrasonicSensor
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -18,6 +17,7 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
+from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
 from adeye.spec.sensors import Sensor, Ultrasonic
 from tests.sensors.scenes import scene, scene_context, sensor_context
 

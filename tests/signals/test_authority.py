@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from adeye.signals import SwitchFaults, authority
+from adeye import signals as authority
+from adeye.signals import SwitchFaults
 
 
 def test_codes_follow_the_labels() -> None:

@@ -6,8 +6,13 @@ import re
 
 import pytest
 
-from adeye.signals import REASON_LABELS, STATUS_LABELS
-from adeye.signals.dictionary import SignalType, architecture_signals, scene_signals
+from adeye.signals import (
+    REASON_LABELS,
+    STATUS_LABELS,
+    SignalType,
+    architecture_signals,
+    scene_signals,
+)
 
 SCENE = scene_signals(("lead", "truck"), 3)
 PARTS = architecture_signals(

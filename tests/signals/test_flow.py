@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 import adeye.signals
-from adeye.signals import flow
-from adeye.signals.flow import (
-    ControlCommand,
-    SceneContext,
-    Surroundings,
-)
+from adeye import signals as flow
+from adeye.signals import ControlCommand, SceneContext, Surroundings
 from adeye.testing.scenes import straight_road
 
 

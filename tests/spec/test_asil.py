@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from adeye.spec.asil import (
+from adeye.spec.concept import (
     ASIL_ORDER,
     RequirementAsil,
     goal_of,

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.bins import CoverageBins
+from adeye.spec.odd import CoverageBins
 from adeye.spec.quantity import SI
 
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from adeye.spec.budget import Budget, budgets_of
+from adeye.spec.concept import Budget, budgets_of
 
 
 def fsr(name: str, fdti: float | None = None, frti: float | None = None, goal: str = "G") -> Any:

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.elementary import exp, power, sin
-from adeye.spec.columns import Value, evaluated, may_hold
-from adeye.spec.grammar import read_steps
+from adeye.spec.expression import Value, evaluated, may_hold, read_steps
 
 NAN = math.nan
 

@@ -9,8 +9,7 @@ import yaml
 from pydantic import ValidationError
 
 from adeye.errors import SpecError
-from adeye.spec.concept import Concept
-from adeye.spec.decomposition import asil_problems, parents, scheme
+from adeye.spec.concept import Concept, asil_problems, parents, scheme
 from adeye.spec.document import load_document, validate
 from adeye.spec.load import _check_asil, _load
 from adeye.spec.quantity import SI

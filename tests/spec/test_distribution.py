@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.distribution import Distribution
+from adeye.spec.odd import Distribution
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from adeye.spec.elements import Element, causes, unprovided
+from adeye.spec.concept import Element, causes, unprovided
 
 
 def element(name: str, **more: Any) -> Element:

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import SpecError
-from adeye.kernel.stop_rating import CONTACT, DEFAULT_RULES, RULE_NAMES
+from adeye.kernel.stops import CONTACT, DEFAULT_RULES, RULE_NAMES
 from adeye.spec.channels import StopRatings
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, GridSettings, rating_costs
 from adeye.spec.load import load_grid

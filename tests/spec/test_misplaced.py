@@ -7,7 +7,7 @@ from typing import Self
 import pytest
 from pydantic import BaseModel, ValidationError, model_validator
 
-from adeye.spec.misplaced import misplaced, repeated
+from adeye.spec.document import misplaced, repeated
 
 
 class Inner(BaseModel):

@@ -9,8 +9,7 @@ import pytest
 from pydantic import Field
 
 from adeye.errors import InputError, InputErrors, SpecError
-from adeye.spec.document import parse_document
-from adeye.spec.problems import MAX_LISTED, validate
+from adeye.spec.document import MAX_LISTED, parse_document, validate
 from adeye.spec.quantity import Condition, Identifier, Length, Many, Record, Speed
 
 

@@ -7,15 +7,7 @@ from pydantic import ValidationError
 
 from adeye.errors import ExpressionError
 from adeye.spec.expression import parse
-from adeye.spec.quantity import (
-    SI,
-    Condition,
-    LengthFormula,
-    Many,
-    Record,
-    Speed,
-    require_dimension,
-)
+from adeye.spec.quantity import SI, Condition, LengthFormula, Many, Record, Speed, require_dimension
 from adeye.units import Dimension
 
 

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye import api
-from adeye.campaign.preventability import reference_architecture
+from adeye.campaign.studies.preventability import reference_architecture
 from adeye.errors import SourceLocation, SpecError
-from adeye.kernel import reference_parameters
-from adeye.selftest.bench import DB, Bench, Edit
-from adeye.selftest.project import DRIVING
+from adeye.kernel.reference_drivers import parameters as reference_parameters
+from adeye.selftest.bench import DB, DRIVING, Bench, Edit
+from adeye.spec.channels import EDITIONS, MODELS, VARIANTS, ReferenceName, read_name
 from adeye.spec.load import load_architecture, load_odd, shipped
-from adeye.spec.reference import EDITIONS, MODELS, VARIANTS, ReferenceName, read_name
 
 if TYPE_CHECKING:
     from pathlib import Path

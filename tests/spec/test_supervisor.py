@@ -5,7 +5,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.channels.safety.kinds import CHANNEL_SILENT, LAST_SAFE_STOP, SENSOR_SILENT
+from adeye.simulate.channels.safety.monitor_kinds import (
+    CHANNEL_SILENT,
+    LAST_SAFE_STOP,
+    SENSOR_SILENT,
+)
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.supervisor import KINDS, Counter, Supervisor
 

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.injections import Injection
-from adeye.evaluation.rulings import never_held
-from adeye.evaluation.timeline import Timeline
-from adeye.evaluation.uncertainty import Difference
-from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.judge.evaluate import never_held
+from adeye.judge.timeline import Injection, Timeline
+from adeye.judge.uncertainty import Difference
+from adeye.judge.verdict import Outcome, Verdict
 from adeye.spec.concept import (
     Assumption,
     Concept,
+    Decomposition,
+    DependentFailure,
     Element,
     HazardousEvent,
     MetricBound,
@@ -25,17 +26,13 @@ from adeye.spec.concept import (
     SafetyGoal,
     Waiver,
 )
-from adeye.spec.decomposition import Decomposition, DependentFailure
-from adeye.store.basis_block import BasisBlock, ExtremeBlock
-from adeye.store.benchmarks import DriveRecord
-from adeye.store.block import run_block
-from adeye.store.certificates import CertificateRecord
-from adeye.store.columns import Texts
-from adeye.store.halving import HalfStepRecord, UncertaintyRecord
-from adeye.store.hindsight import TakeoverLine
+from adeye.store.block import BasisBlock, ExtremeBlock, run_block
+from adeye.store.encoding import Texts
+from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.location import locate
-from adeye.store.repository import Repository
-from adeye.store.rows import (
+from adeye.store.records import (
+    Block,
+    BlockCase,
     CampaignFsr,
     CampaignRecord,
     ContentRecord,
@@ -47,8 +44,10 @@ from adeye.store.rows import (
     RunRecord,
     VerdictRecord,
 )
-from adeye.store.stored import Block, BlockCase
+from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
+from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
+from adeye.store.write.studies import DriveRecord, TakeoverLine
 from tests.postgres import Server
 from tests.store.raw import Raw, raw_connection
 

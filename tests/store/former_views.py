@@ -5,7 +5,7 @@ from __future__ import annotations
 from string import Template
 from typing import TYPE_CHECKING, Final
 
-from adeye.store.metric_ids import TABLES
+from adeye.store.tables import TABLES
 from adeye.store.views import PAIR_METRICS
 
 if TYPE_CHECKING:

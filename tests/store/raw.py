@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import pytest
 
 from adeye.store.postgres import SCHEMA, translated
+from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
-from adeye.store.triggers import trigger_ddl
 from tests.tampering import unguard
 
 if TYPE_CHECKING:

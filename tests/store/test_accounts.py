@@ -7,18 +7,11 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.stl.columns import NEEDED
+from adeye.judge.stl.batch import NEEDED
 from adeye.store import tables
-from adeye.store.case_tables import (
-    case_count,
-    case_match,
-    case_repeat,
-    case_run,
-    case_tally,
-    never_held,
-)
 from adeye.store.encoding import row_hash
 from adeye.store.repository import Repository
+from adeye.store.tables import case_count, case_match, case_repeat, case_run, case_tally, never_held
 from tests.store.raw import guarded, unguarded
 
 ACCOUNTS = (case_count, case_match, case_run, case_tally, case_repeat, never_held)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.store.repository import Repository
 
 

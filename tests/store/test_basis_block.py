@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from adeye.store.basis_block import BasisBlock, ExtremeBlock
-from adeye.store.columns import Texts
+from adeye.store.block import BasisBlock, ExtremeBlock
+from adeye.store.encoding import Texts
 
 
 def block() -> BasisBlock:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING, Any
 
-from adeye.store import benchmarks
 from adeye.store.repository import Repository
+from adeye.store.write import studies as benchmarks
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.verdict import Outcome, Verdict
+from adeye.judge.verdict import Outcome, Verdict
 from adeye.store import tables
 from adeye.store.block import (
     EventBlock,
@@ -16,9 +16,8 @@ from adeye.store.block import (
     VerdictBlock,
     run_block,
 )
-from adeye.store.columns import Dictionary, Texts
-from adeye.store.rows import EventRecord, MetricValue, RunRecord
-from adeye.store.stored import BlockCase
+from adeye.store.encoding import Dictionary, Texts
+from adeye.store.records import BlockCase, EventRecord, MetricValue, RunRecord
 
 
 @pytest.fixture

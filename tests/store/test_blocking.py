@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
-from adeye.store.blocking import preventable_by, without_unpreventable
+from adeye.judge.verdict import Verdict
+from adeye.store.read.totals import preventable_by, without_unpreventable
 
 
 def repository(odd: Any, failures: Any = (), counts: Any = None) -> Any:

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from adeye.store.budget_rules import BUDGET_RULES
-from adeye.store.checking import check_plan
+from adeye.store.read.checking import check_plan
+from adeye.store.rules import BUDGET_RULES
 
 LATE = "always(contact implies eventually[0 s, 2 s](gap > 1))"
 NESTED = "always(contact implies eventually[0 s, 1 s](eventually[0 s, 1 s](gap > 1)))"

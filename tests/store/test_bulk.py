@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from adeye.store import bulk, tables
+from adeye.store import encoding as bulk
+from adeye.store import tables
 from adeye.store.repository import Repository
 from tests.store.raw import on_sqlite
 
@@ -54,7 +55,7 @@ def test_failure_while_rebuilding_leaves_the_indexes(
 ) -> None:
     before = indexes(raw)
     monkeypatch.setattr(bulk, "MANY_ROWS", 1)
-    monkeypatch.setattr("adeye.store.planning._CHUNK", 1)
+    monkeypatch.setattr("adeye.store.write.planning._CHUNK", 1)
 
     def broken() -> Any:
         yield from example.cases(3)

@@ -3,9 +3,9 @@
 from collections import Counter
 from typing import Any
 
-from adeye.store.campaign_rules import CAMPAIGN_RULES, FRAGMENTS
-from adeye.store.checking import EVIDENCE_RULES, check_campaign, check_plan
+from adeye.store.read.checking import EVIDENCE_RULES, check_campaign, check_plan
 from adeye.store.repository import Repository
+from adeye.store.rules import CAMPAIGN_RULES, FRAGMENTS
 
 
 def test_plan_rules_ask_no_table_of_results() -> None:

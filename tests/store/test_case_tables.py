@@ -1,4 +1,5 @@
-from adeye.store import case_tables, tables
+from adeye.store import tables
+from adeye.store import tables as case_tables
 
 
 def test_accounts_are_insert_only_and_in_no_result_hash() -> None:

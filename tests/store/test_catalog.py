@@ -4,10 +4,11 @@ from typing import Any
 import pytest
 from sqlalchemy import Connection
 
-from adeye.store import catalog, tables
+from adeye.store import catalogue as catalog
+from adeye.store import tables
 from adeye.store.database import Database
 from adeye.store.repository import Repository
-from adeye.store.triggers import trigger_ddl
+from adeye.store.schema import trigger_ddl
 from adeye.store.views import view_ddl
 from tests.store.raw import on_sqlite, unguarded
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from adeye.store import tables
-from adeye.store.certificate_tables import certificate
+from adeye.store.evidence_tables import certificate
 
 
 def test_certificates_are_insert_only_and_in_no_result_hash() -> None:

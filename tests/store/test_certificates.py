@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.store.certificates import CertificateRecord
+from adeye.store.evidence.roots import CertificateRecord
 
 if TYPE_CHECKING:
     from adeye.store.repository import Repository

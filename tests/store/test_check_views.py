@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from adeye.campaign.check import over_budget
-from adeye.spec.asil import ASIL_ORDER, determine_asil
-from adeye.store.check_views import CONCEPT_RULES, RULES, check_view_ddl
-from adeye.store.checking import check_plan
+from adeye.spec.concept import ASIL_ORDER, determine_asil
+from adeye.store.read.checking import check_plan
+from adeye.store.rules import CONCEPT_RULES, RULES, check_view_ddl
 from adeye.store.views import view_ddl
 
 

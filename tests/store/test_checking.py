@@ -16,26 +16,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import InputError, PlatformError
-from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
+from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.spec.concept import (
     Assumption,
     Concept,
+    Decomposition,
+    DependentFailure,
     Element,
     HazardousEvent,
     Requirement,
     SafetyGoal,
     Waiver,
 )
-from adeye.spec.decomposition import Decomposition, DependentFailure
-from adeye.store.check_views import RULES
-from adeye.store.checking import Violation, check_campaign, check_plan, count_unknown
-from adeye.store.query import run_query
+from adeye.store.read.checking import Violation, check_campaign, check_plan, count_unknown
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
+from adeye.store.rules import RULES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.spec.asil import Asil
+    from adeye.spec.concept import Asil
 
 # ruff: noqa: S608 - names of this file
 LATER = date(2999, 12, 31)

@@ -4,7 +4,7 @@ from sqlalchemy import MetaData, Table
 from sqlalchemy.dialects import sqlite
 from sqlalchemy.schema import CreateTable
 
-from adeye.store import column_kinds
+from adeye.store import evidence_tables as column_kinds
 
 
 def test_gaps_are_allowed_only_where_they_are_said() -> None:

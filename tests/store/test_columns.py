@@ -12,7 +12,7 @@ from sqlalchemy.dialects import sqlite
 from sqlalchemy.schema import CreateTable
 
 from adeye.store import tables
-from adeye.store.columns import (
+from adeye.store.encoding import (
     Column,
     Dictionary,
     Texts,

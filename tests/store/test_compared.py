@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.evaluation.judgement import VERDICTS
-from adeye.evaluation.pairing import NOT_JUDGED, NOT_RUN
-from adeye.store.query import run_query
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:

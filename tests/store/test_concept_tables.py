@@ -7,7 +7,7 @@ import pytest
 from sqlalchemy.exc import IntegrityError
 
 from adeye.spec.concept import Element
-from adeye.store.concept_tables import element_relation
+from adeye.store.evidence_tables import element_relation
 from adeye.store.repository import Repository
 
 

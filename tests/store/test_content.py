@@ -6,9 +6,9 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.identity import digest
-from adeye.store.content import concept_record
+from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
-from adeye.store.rows import ContentRecord
+from adeye.store.write.content import concept_record
 
 HOSTILE = [
     "'; DROP TABLE run; --",

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.artefacts import altered_files, copy_campaigns
-from adeye.campaign.runner import judge_campaign, run_campaign
+from adeye.campaign.run import judge_campaign, run_campaign
+from adeye.campaign.traces import altered_files, copy_campaigns
 from adeye.errors import InputError, IntegrityError
-from adeye.evaluation.verdict import Verdict
-from adeye.store import inserting, merging, tables
+from adeye.judge.verdict import Verdict
+from adeye.store import ledger as inserting
+from adeye.store import tables
+from adeye.store.evidence.roots import folder_of
 from adeye.store.evidence_tables import LEDGER
-from adeye.store.kept_files import folder_of
 from adeye.store.location import locate
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.repository import Repository
+from adeye.store.write import merge as merging
 from tests.project import CONCEPT, MINI, Project
 from tests.tampering import unguarded
 

@@ -6,7 +6,7 @@ import shutil
 import sqlite3
 from typing import TYPE_CHECKING
 
-from adeye.store.covered import coverage_of_runs, declared_attributes, executed_runs
+from adeye.store.read.bulk import coverage_of_runs, declared_attributes, executed_runs
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.store.cutting import block_bounds
+from adeye.store.write.planning import block_bounds
 
 
 def test_blocks_end_where_structures_do() -> None:

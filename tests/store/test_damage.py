@@ -6,9 +6,9 @@ import pytest
 from sqlalchemy.exc import NoResultFound
 
 from adeye.errors import InputError, IntegrityError
-from adeye.store.damage import close
+from adeye.store.evidence.verification import close
 from adeye.store.location import Location
-from adeye.store.stored import Finding
+from adeye.store.records import Finding
 
 
 class Stored:

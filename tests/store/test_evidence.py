@@ -3,10 +3,10 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError
-from adeye.evaluation.verdict import ExitCode, Verdict
-from adeye.store.merkle import Proof
+from adeye.judge.verdict import ExitCode, Verdict
+from adeye.store.evidence.roots import Proof
+from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
-from adeye.store.totals import gate_code
 
 
 @pytest.fixture

@@ -8,11 +8,10 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError, PlatformError
-from adeye.evaluation.verdict import Verdict
-from adeye.store import export
-from adeye.store.export import open_export
-from adeye.store.export_columns import TABLES
+from adeye.judge.verdict import Verdict
 from adeye.store.location import Place
+from adeye.store.read import export
+from adeye.store.read.export import TABLES, open_export
 from adeye.store.repository import Repository
 from tests.postgres import Server
 from tests.store.raw import raw_connection

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from adeye.campaign.plan import SUFFIXES
-from adeye.evaluation.metrics import METRICS
-from adeye.store.export_columns import RUNS, SUFFIX_UNITS, TABLES, metric_columns, unit_of
-from adeye.store.metric_ids import METRIC_IDS
+from adeye.judge.metrics import METRICS
+from adeye.store.read.export import RUNS, SUFFIX_UNITS, TABLES, metric_columns, unit_of
+from adeye.store.tables import METRIC_IDS
 from adeye.units import UNITS
 
 AS_COLUMNS = {"parameters", "point", "verdicts"}

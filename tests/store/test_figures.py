@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.store.figures import Labels, encode_points
+from adeye.store.read.bulk import Labels, encode_points
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 

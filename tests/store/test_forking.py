@@ -7,8 +7,8 @@ import pytest
 
 from adeye.errors import IntegrityError
 from adeye.store.block import run_block
+from adeye.store.records import BlockCase
 from adeye.store.repository import Repository
-from adeye.store.stored import BlockCase
 from adeye.store.tables import METRIC_IDS
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.timeline import Timeline
-from adeye.store import hindsight
+from adeye.judge.timeline import Timeline
 from adeye.store.repository import Repository
+from adeye.store.write import studies as hindsight
 from tests.store.raw import raw_connection
 
 

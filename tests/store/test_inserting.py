@@ -1,7 +1,7 @@
 from adeye.store import tables
 from adeye.store.database import Database
 from adeye.store.encoding import row
-from adeye.store.inserting import insert_rows
+from adeye.store.ledger import insert_rows
 from adeye.store.repository import Repository
 
 

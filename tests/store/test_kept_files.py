@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from adeye.store.kept_files import SUFFIX, content_name, find_kept, folder_of, folders_of, kept_path
+from adeye.store.evidence.roots import (
+    SUFFIX,
+    content_name,
+    find_kept,
+    folder_of,
+    folders_of,
+    kept_path,
+)
 
 NAME = "0123456789abcdef" * 4
 PARTS = (

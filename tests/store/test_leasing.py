@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from adeye.store import leasing
 from adeye.store.owner import Owner
 from adeye.store.repository import Repository
+from adeye.store.write import queue as leasing
 
 FAR = Owner("another machine", 1, "1")
 

@@ -8,7 +8,7 @@ from sqlalchemy import MetaData
 from adeye.store import ledger, tables
 from adeye.store.database import Database
 from adeye.store.encoding import row
-from adeye.store.inserting import insert_rows
+from adeye.store.ledger import insert_rows
 from adeye.store.repository import Repository
 
 HASHES = [f"{value:032x}" for value in (5, 2**128 - 1, 2**64 + 7)]

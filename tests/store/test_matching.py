@@ -4,7 +4,7 @@ import random  # noqa: TID251 - made-up plans; no simulated noise
 
 import pytest
 
-from adeye.store.matching import CaseGroups
+from adeye.store.accounts import CaseGroups
 
 Case = tuple[str, str, str, str]
 

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import adeye
-from adeye.campaign.choosing import Choice, Shard
-from adeye.campaign.keyword import Keyword
 from adeye.campaign.plan import make_plan
-from adeye.campaign.runner import run_campaign
-from adeye.campaign.session import Session
+from adeye.campaign.run import Session, run_campaign
+from adeye.campaign.selection import Choice, Keyword, Shard
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.store import merging, tables
-from adeye.store.column_kinds import metadata
+from adeye.store import tables
 from adeye.store.database import Database
+from adeye.store.evidence_tables import metadata
 from adeye.store.repository import Repository
+from adeye.store.write import merge as merging
 from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
 from tests.tampering import unguarded
 

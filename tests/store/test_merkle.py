@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from adeye.store.merkle import Proof, Tree, leaf_hash, node_hash
+from adeye.store.evidence.roots import Proof, Tree, leaf_hash, node_hash
 
 
 def leaves(count: int) -> list[bytes]:

@@ -2,7 +2,7 @@
 
 from adeye.identity import digest
 from adeye.store import tables
-from adeye.store.metric_ids import FIRST_METRIC_IDS, METRIC_IDS, TABLES
+from adeye.store.tables import FIRST_METRIC_IDS, METRIC_IDS, TABLES
 
 
 def test_every_metric_stands_in_one_table() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.store.numbers import next_number, run_numbers
+from adeye.store.encoding import next_number, run_numbers
 from adeye.store.repository import Repository
 from tests.store.raw import on_sqlite
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError
-from adeye.store.planned import PlannedCases
+from adeye.store.block import PlannedCases
 
 
 def test_one_case_is_a_column_of_one(example: Any) -> None:

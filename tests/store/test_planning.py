@@ -6,9 +6,9 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.spec.concept import Waiver
-from adeye.store.planned import PlannedCases
+from adeye.store.block import PlannedCases
+from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
-from adeye.store.rows import EngineKey
 from tests.store.raw import rows
 
 
@@ -244,7 +244,7 @@ def test_blocks_never_mix_shapes_of_json(
 def test_large_plan_tells_how_far_it_is(
     repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("adeye.store.planning._CHUNK", 3)
+    monkeypatch.setattr("adeye.store.write.planning._CHUNK", 3)
     seen: list[int] = []
     repository.plan_campaign(example.record(), example.cases(8), report=seen.append)
     assert seen == [3, 6]

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.metrics.registry import LONGEST_COLUMN
+from adeye.judge.metrics.registry import LONGEST_COLUMN
+from adeye.store.records import MetricValue
 from adeye.store.repository import Repository
-from adeye.store.rows import MetricValue
 
 COMFORT = {"sway_m": MetricValue(0.5, "value", 2.0), "nausea": MetricValue(None, "undefined")}
 

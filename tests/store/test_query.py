@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import pytest
 
 from adeye.errors import AdeyeError, InputError, PlatformError
-from adeye.store.query import _Guard, run_query
+from adeye.store.read.query import _Guard, run_query
 from adeye.store.repository import Repository
 from tests.hostile_sql import (
     ALLOWED,

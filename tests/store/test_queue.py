@@ -5,11 +5,10 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.store.owner import Owner
-from adeye.store.queue import NamedCase
 from adeye.store.repository import Repository
-from adeye.store.wanted import Wanted
+from adeye.store.write.queue import NamedCase, WantedBlocks
 
 FAR = Owner("another machine", 1, "1")
 
@@ -22,7 +21,7 @@ def campaign(repository: Repository, example: Any) -> str:
 
 def complete(repository: Repository, example: Any, campaign: str, blocks: int) -> None:
     for _ in range(blocks):
-        block = repository.queue.claim(campaign, Wanted(), 60.0)
+        block = repository.queue.claim(campaign, WantedBlocks(), 60.0)
         assert block is not None
         assert repository.complete_block(block, example.runs(block))
 
@@ -68,23 +67,23 @@ def test_earlier_campaigns_of_the_same_odd_are_told_last_first(
 def test_what_is_left_elsewhere_is_counted_as_far_as_it_is_wanted(
     repository: Repository, example: Any, campaign: str
 ) -> None:
-    assert repository.queue.open_elsewhere(campaign, Wanted(), ()) == 8
+    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), ()) == 8
     theirs = repository.claim_block(FAR, lease_s=1e6, campaign=campaign)
-    mine = repository.queue.claim(campaign, Wanted(), 60.0)
+    mine = repository.queue.claim(campaign, WantedBlocks(), 60.0)
     assert theirs is not None
     assert mine is not None
-    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 6
-    assert repository.queue.open_elsewhere(campaign, Wanted(within=(0, 4)), {mine.id}) == 2
-    complete_all = Wanted(aside={theirs.id, mine.id})
+    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 6
+    assert repository.queue.open_elsewhere(campaign, WantedBlocks(within=(0, 4)), {mine.id}) == 2
+    complete_all = WantedBlocks(aside={theirs.id, mine.id})
     while (block := repository.queue.claim(campaign, complete_all, 60.0)) is not None:
         assert repository.complete_block(block, example.runs(block))
-    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 2
+    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 2
     assert repository.complete_block(theirs, example.runs(theirs))
-    assert repository.queue.open_elsewhere(campaign, Wanted(), {mine.id}) == 0
+    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 0
 
 
 def test_quarantined_blocks_are_free_again(repository: Repository, campaign: str) -> None:
-    block = repository.queue.claim(campaign, Wanted(), 60.0)
+    block = repository.queue.claim(campaign, WantedBlocks(), 60.0)
     assert block is not None
     assert repository.quarantine_block(block, "broken")
     assert repository.queue.requeue_quarantined(campaign) == 1

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
+from adeye.store.records import Artifact, MetricValue
 from adeye.store.repository import Repository
-from adeye.store.rows import Artifact, MetricValue
 
 
 def claimed(repository: Repository, example: Any, count: int = 4) -> Any:

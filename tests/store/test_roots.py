@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from adeye.errors import IntegrityError
-from adeye.evaluation.verdict import Verdict
-from adeye.store import roots
+from adeye.judge.verdict import Verdict
+from adeye.store.evidence import roots
+from adeye.store.evidence.roots import Root
 from adeye.store.repository import Repository
-from adeye.store.roots import Root
 from tests.store.raw import unguarded
 
 

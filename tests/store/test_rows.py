@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError
-from adeye.evaluation.verdict import Outcome, Verdict
 from adeye.identity import digest
-from adeye.store.rows import Artifact, ContentRecord, EngineKey, MetricValue, VerdictRecord
+from adeye.judge.verdict import Outcome, Verdict
+from adeye.store.records import Artifact, ContentRecord, EngineKey, MetricValue, VerdictRecord
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_artifact_is_named_by_a_digest_and_nothing_else(name: str) -> None:
 
 
 def _block_case(example: Any) -> Any:
-    from adeye.store.stored import BlockCase
+    from adeye.store.records import BlockCase
 
     case = example.case(0)
     return BlockCase(0, case.test_case, case.result_digest, has_result=False, missing_fsrs=())

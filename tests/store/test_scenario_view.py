@@ -3,9 +3,9 @@ from typing import Any
 
 import pytest
 
-from adeye.store import catalog
+from adeye.store import catalogue as catalog
 from adeye.store.repository import Repository
-from adeye.store.scenario_view import identifier
+from adeye.store.views import identifier
 
 
 def columns(raw: sqlite3.Connection, view: str) -> list[str]:

@@ -11,10 +11,11 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine
 
 from adeye.errors import InputError, PlatformError
-from adeye.store import catalog, schema
+from adeye.store import catalogue as catalog
+from adeye.store import schema
 from adeye.store.repository import Repository
+from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
-from adeye.store.triggers import trigger_ddl
 from adeye.store.views import view_ddl
 
 NEXT = """

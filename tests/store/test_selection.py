@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from adeye.store.planned import PlannedCases
-from adeye.store.selection import SelectedCases, Selection, SelectionHash
+from adeye.store.block import PlannedCases
+from adeye.store.write.planning import SelectedCases, Selection, SelectionHash
 
 PAYLOADS = ["{}", '{"a":"\\n\\u2028"}', '{"a":"\u2028\x85"}', '{"a":1.5}']
 

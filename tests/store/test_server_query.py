@@ -9,12 +9,10 @@ import pytest
 
 from adeye.cli.queries import SAVED
 from adeye.errors import AdeyeError, InputError, PlatformError
-from adeye.store import server_query
 from adeye.store.location import locate
-from adeye.store.query import run_query
+from adeye.store.read import query as server_query
+from adeye.store.read.query import READER, grant, run_query, tokens_of
 from adeye.store.repository import Repository
-from adeye.store.server_query import READER, grant
-from adeye.store.sql_words import tokens_of
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
 from tests.hostile_sql import DENIED, statements, written_out

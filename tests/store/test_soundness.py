@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.stl.columns import NEEDED
-from adeye.evaluation.verdict import ExitCode
-from adeye.store.totals import gate_code
+from adeye.judge.stl.batch import NEEDED
+from adeye.judge.verdict import ExitCode
+from adeye.store.read.totals import gate_code
 from tests.store.raw import guarded, unguarded
 
 if TYPE_CHECKING:

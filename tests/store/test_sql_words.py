@@ -3,7 +3,7 @@
 import pytest
 
 from adeye.errors import InputError
-from adeye.store.sql_words import checked, tokens_of
+from adeye.store.read.query import checked, tokens_of
 
 ALLOWED = [
     "SELECT count(*), avg(x) FILTER (WHERE x > 1) FROM v_runs WHERE a IN (1, 2) AND NOT (b)",

@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.store import query, sqlite
+from adeye.store import sqlite
 from adeye.store.database import Database, errors_in_words
 from adeye.store.location import Location
-from adeye.store.query import run_query
+from adeye.store.read import query
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from tests.project import Executed
 

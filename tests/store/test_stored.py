@@ -1,6 +1,6 @@
 import pytest
 
-from adeye.store.stored import Block, BlockCase, Finding, Plan, WorkState
+from adeye.store.records import Block, BlockCase, Finding, Plan, WorkState
 
 
 def case(ordinal: int, result: str, missing: tuple[str, ...], *, has_result: bool) -> BlockCase:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
 

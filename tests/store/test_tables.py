@@ -4,9 +4,9 @@ import sqlite3
 import pytest
 from sqlalchemy import CheckConstraint
 
-from adeye.evaluation.verdict import Verdict
+from adeye.judge.verdict import Verdict
 from adeye.store import tables
-from adeye.store.metric_ids import FIRST_METRIC_IDS
+from adeye.store.tables import FIRST_METRIC_IDS
 
 
 def test_tables_are_those_of_the_design() -> None:

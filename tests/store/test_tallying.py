@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 from sqlalchemy import Connection
 
-from adeye.evaluation.verdict import Verdict
-from adeye.store import leasing, tables
+from adeye.judge.verdict import Verdict
+from adeye.store import tables
 from adeye.store.accounts import done_cases
 from adeye.store.block import RunBlock, run_block
-from adeye.store.recording import tally_rows
+from adeye.store.records import Block, VerdictRecord
 from adeye.store.repository import Repository
-from adeye.store.rows import VerdictRecord
-from adeye.store.stored import Block
-from adeye.store.tallying import Counted, count_block
+from adeye.store.write import queue as leasing
+from adeye.store.write.results import Counted, count_block, tally_rows
 
 VERDICTS = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
 NUMBERS = (None, 0.0, -0.0, 0.5, -0.5, 0.5, 2.0, -3.0, float("inf"), float("-inf"))

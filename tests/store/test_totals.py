@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.evaluation.rulings import never_held
-from adeye.evaluation.stl.columns import HELD, NEEDED, SPARE
-from adeye.evaluation.verdict import ExitCode, Outcome, Verdict
-from adeye.store.rows import ContentRecord, EventRecord
-from adeye.store.totals import Total, gate_code, totals
+from adeye.judge.evaluate import never_held
+from adeye.judge.stl.batch import HELD, NEEDED, SPARE
+from adeye.judge.verdict import ExitCode, Outcome, Verdict
+from adeye.store.read.totals import Total, gate_code, totals
+from adeye.store.records import ContentRecord, EventRecord
 
 if TYPE_CHECKING:
     from adeye.store.repository import Repository

@@ -3,10 +3,10 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.stl.columns import NEEDED
+from adeye.judge.stl.batch import NEEDED
 from adeye.store import tables
 from adeye.store.repository import Repository
-from adeye.store.triggers import trigger_ddl
+from adeye.store.schema import trigger_ddl
 
 
 def test_stored_rows_are_never_changed_or_deleted(

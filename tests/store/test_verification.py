@@ -9,10 +9,10 @@ import pytest
 from sqlalchemy import Boolean, Float, Integer
 
 from adeye.errors import IntegrityError, PlatformError
-from adeye.evaluation.stl.columns import NEEDED
+from adeye.judge.stl.batch import NEEDED
 from adeye.store import tables
+from adeye.store.records import Finding
 from adeye.store.repository import Repository
-from adeye.store.stored import Finding
 from tests.store.raw import on_sqlite, unguarded
 
 PARTS = 6

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.verdict import Verdict, fold_runs
+from adeye.judge.verdict import Verdict, fold_runs
+from adeye.store.records import BlockCase, ContentRecord
 from adeye.store.repository import Repository
-from adeye.store.rows import ContentRecord
-from adeye.store.stored import BlockCase
 from adeye.store.views import view_ddl
 from tests.store.conftest import sha
 from tests.store.former_views import FORMER, make_former

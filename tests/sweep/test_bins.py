@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.spec.bins import CoverageBins
 from adeye.spec.load import load_scenario, shipped
-from adeye.spec.odd import Attributes
+from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values
-from adeye.sweep.bins import (
+from adeye.sweep.coverage import (
     ASKED_EDGES,
     DEFAULT_EDGES,
     NO_BIN,

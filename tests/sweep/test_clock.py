@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.errors import SpecError
-from adeye.sweep.clock import check_rates, check_times, guilty_path
+from adeye.sweep.groups import check_rates, check_times, guilty_path
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.spec.bins import CoverageBins
 from adeye.spec.load import load_scenario, shipped
-from adeye.spec.odd import Attributes
+from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import InputError
-from adeye.sweep.declared import data_digests
-from adeye.sweep.points import read_points
+from adeye.sweep.distributions import data_digests
+from adeye.sweep.expand import read_points
 
 if TYPE_CHECKING:
     from pathlib import Path

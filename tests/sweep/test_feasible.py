@@ -10,10 +10,10 @@ import pytest
 
 from adeye.errors import SourceLocation, SweepError
 from adeye.spec.expression import parse
-from adeye.sweep import feasible
+from adeye.sweep import covering as feasible
 from adeye.sweep.axes import Axis
+from adeye.sweep.covering import FREE, Feasibility
 from adeye.sweep.design import Relation
-from adeye.sweep.feasible import FREE, Feasibility
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import SweepError
+from adeye.sweep.expand import read_points
 from adeye.sweep.groups import Group, groups_of, varies
-from adeye.sweep.points import read_points
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

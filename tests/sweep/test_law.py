@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import SourceLocation, SweepError
-from adeye.sweep.law import Law, require_mass
+from adeye.sweep.distributions import Law, require_mass
 
 WHERE = SourceLocation("odd.yaml", 9, 7)
 SHARES = np.linspace(0.001, 0.999, 999)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import SourceLocation, SweepError
-from adeye.sweep.overrides import Change, Variants, set_path
+from adeye.sweep.axes import Change, Variants, set_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.errors import ExpressionError, SweepError
-from adeye.sweep.points import read_points
+from adeye.sweep.expand import read_points
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.sweep.axes import quantity_or_text
-from adeye.sweep.present import NamedValue, axis_text, named_values, quantity_text
+from adeye.sweep.axes import NamedValue, axis_text, named_values, quantity_or_text, quantity_text
 
 ODD: dict[str, Any] = {
     "scenarios": {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SweepError
-from adeye.sweep.points import read_points
+from adeye.sweep.expand import read_points
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.sweep.expand import Expansion, expand
-from adeye.sweep.sections import overlapping
+from adeye.sweep.groups import overlapping
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

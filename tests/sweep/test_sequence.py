@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.sweep import sequence
-from adeye.sweep.expand import Expansion, expand
-from adeye.sweep.sequence import LazyCases
+from adeye.sweep import expand as sequence
+from adeye.sweep.expand import Expansion, LazyCases, expand
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.sweep.statement import design_statement
+from adeye.sweep.design import design_statement
 
 
 def stored(sweep: dict[str, Any], *constraints: str, name: str = "cut_in") -> dict[str, Any]:

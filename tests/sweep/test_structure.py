@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.sweep import structure
+from adeye.sweep import case as structure
+from adeye.sweep.case import batches, structure_key
 from adeye.sweep.expand import expand
-from adeye.sweep.structure import batches, structure_key
 
 if TYPE_CHECKING:
     from adeye.spec.load import OddFiles

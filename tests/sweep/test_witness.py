@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.spec.bins import CoverageBins
 from adeye.spec.load import load_scenario, shipped
-from adeye.spec.odd import Attributes
+from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.bins import Bins, bins_of
-from adeye.sweep.witness import Witnesses, tuples_of
+from adeye.sweep.coverage import Bins, Witnesses, bins_of, tuples_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

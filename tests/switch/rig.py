@@ -7,8 +7,8 @@ import numpy as np
 
 from adeye.ports import SwitchContext, SwitchModel
 from adeye.signals import OK, SILENT, ControlCommand, SwitchFaults
+from adeye.simulate.switch import make_switch
 from adeye.spec.switch import Switch
-from adeye.switch import make_switch
 
 STEP = 0.05
 IDS = ("nominal", "safety", "third")

@@ -19,7 +19,7 @@ from adeye.signals import (
     SILENT,
     ControlCommand,
 )
-from adeye.switch import Arbiter, make_switch
+from adeye.simulate.switch import Arbiter, make_switch
 from tests.switch.rig import IDS, NOMINAL, SAFETY, STEP, THIRD, command, spec, switch, ticks
 
 

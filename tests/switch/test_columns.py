@@ -3,8 +3,8 @@
 from typing import get_args
 
 from adeye.signals import NO_CHANNEL
+from adeye.simulate.switch import policy as columns
 from adeye.spec.switch import Switch
-from adeye.switch import columns
 
 
 def test_policies_are_those_of_the_file_in_its_order() -> None:

@@ -21,7 +21,7 @@ from adeye.signals import (
     REQUESTS_AUTHORITY,
     SILENT,
 )
-from adeye.switch import make_switch
+from adeye.simulate.switch import make_switch
 from tests.switch.rig import IDS, NOMINAL, SAFETY, STEP, THIRD, Tick, command, spec, switch, ticks
 
 TOLERANCE = 1.0

@@ -1,6 +1,6 @@
 import numpy as np
 
-from adeye.testing.faults import injector, moment
+from adeye.testing.sensors import injector, moment
 
 
 def test_injector_stands_alone() -> None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.channels.process.witness import Witness
 from adeye.errors import InputError
 from adeye.signals import OK, ControlCommand
+from adeye.simulate import engine
+from adeye.simulate.channels.process.protocol import Witness
 from adeye.testing import feed
 from tests.project import CANDIDATE, ROOT, Project
 

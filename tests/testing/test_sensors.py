@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from adeye.ports import SensorContext
-from adeye.sensors.rig import BUILT_IN
 from adeye.signals import Measurement, Scene
+from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.sensors import (
     Camera,
     Gnss,

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
 from adeye.campaign.parts import load_parts
-from adeye.channels.process import ProcessChannel
 from adeye.signals import SILENT, Observation
+from adeye.simulate import engine
+from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ProcessParameters
 from adeye.spec.load import load_architecture

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye import engine
 from adeye.signals import SILENT
+from adeye.simulate import engine
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
-from adeye.testing import zoo, zoo_plugin
+from adeye.testing import zoo
+from adeye.testing.zoo import plugin as zoo_plugin
 from tests.project import CANDIDATE, ROOT, Project
 from tests.testing.test_zoo import ODD, TICKS
 
@@ -168,7 +169,7 @@ def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) 
     path = "architecture.channels.guest.parameters.animal"
     with project.edited_odd() as odd:
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: ["", *zoo.OBJECTS]}
-    command = "import sys; from adeye.cli.entry import main; sys.exit(main(sys.argv[1:]))"
+    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
     ways = {
         "here": ["--threads", "1"],
         "threads": ["--threads", "2"],
@@ -201,7 +202,7 @@ def test_campaign_stores_what_no_text_is_and_its_standard_output_is_clean(tmp_pa
     path = "architecture.channels.guest.parameters.animal"
     with project.edited_odd() as odd:
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: names}
-    command = "import sys; from adeye.cli.entry import main; sys.exit(main(sys.argv[1:]))"
+    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
     told = {}
     for workers in ("1", "2"):
         done = subprocess.run(

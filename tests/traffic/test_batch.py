@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.kernel.lanes import ALONGSIDE
+from adeye.kernel.traffic.lanes import ALONGSIDE
 from adeye.signals import Floats, Scene
+from adeye.simulate.traffic import make_traffic, variant_of
+from adeye.simulate.traffic.batch import BatchTraffic
+from adeye.simulate.traffic.highway import HighwayTraffic
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.traffic import make_traffic, variant_of
-from adeye.traffic.batch import BatchTraffic
-from adeye.traffic.highway import HighwayTraffic
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from adeye.signals import EGO_SPEED, EGO_X, EGO_Y, Floats
+from adeye.simulate.traffic.stage import Ego
+from adeye.simulate.world.compile import compile_world
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.traffic.ego import Ego
-from adeye.world.compile import compile_world
 
 Drive = Callable[..., Floats]
 

@@ -5,7 +5,7 @@ import pytest
 
 from adeye.errors import SpecError
 from adeye.signals import Ints
-from adeye.traffic.ending import Ending
+from adeye.simulate.traffic.stage import Ending
 
 NOTHING: Ints = np.array([-1], dtype=np.int64)
 

@@ -15,9 +15,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space, iterate
 
 from adeye.errors import InputError, SpecError, UsageError
+from adeye.simulate.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

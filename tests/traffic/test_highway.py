@@ -15,11 +15,11 @@ from highway_env.vehicle.kinematics import Vehicle
 from adeye.errors import UsageError
 from adeye.kernel.road import position
 from adeye.signals import Floats, Scene
+from adeye.simulate.traffic import make_traffic, variant_of
+from adeye.simulate.traffic.highway import HighwayTraffic, build_network
+from adeye.simulate.world.compile import compile_world
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.traffic import make_traffic, variant_of
-from adeye.traffic.highway import HighwayTraffic, build_network
-from adeye.world.compile import compile_world
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

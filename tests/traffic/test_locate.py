@@ -14,7 +14,7 @@ from adeye.signals import (
     PLACE_S,
     Floats,
 )
-from adeye.traffic.locate import locate, locate_all
+from adeye.simulate.traffic.stage import locate, locate_all
 
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 1000.0, 0.0]])
 LEFT = np.array([[0.0, 0.0, 0.0, 300.0, 0.01]])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from adeye.signals import PLACE_D, PLACE_LANE, PLACE_S, Floats, Scene
+from adeye.simulate.traffic.stage import Stage
+from adeye.simulate.world.compile import compile_world
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.traffic.stage import Stage
-from adeye.world.compile import compile_world
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

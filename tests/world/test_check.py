@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from adeye.simulate.world.check import check_purpose, check_scenario
 from adeye.spec.scenario import LogicalScenario
-from adeye.world.check import check_purpose, check_scenario
 
 Make = Callable[..., LogicalScenario]
 

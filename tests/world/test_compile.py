@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.kernel.manoeuvre import PACE, D, S
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local
+from adeye.kernel.storyboard import PACE, D, S
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
+from adeye.simulate.world.compile import compile_world, ego_desired_speeds
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.compile import compile_world, ego_desired_speeds
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

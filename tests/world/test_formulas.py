@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
+from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, structure
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.formulas import BELOW_ZERO, Formulas, structure
 
 Make = Callable[..., LogicalScenario]
 Case = Callable[..., TestCase]

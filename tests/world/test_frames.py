@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from adeye.simulate.world.frames import FrameTree, Pose, vehicle_frames
 from adeye.spec.sensors import Mount
-from adeye.world.frames import FrameTree, Pose, vehicle_frames
 
 
 def mount(**pose: str) -> Mount:

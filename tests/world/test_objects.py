@@ -5,13 +5,13 @@ from typing import get_args
 import pytest
 
 from adeye.signals import OBJECT_CLASSES
-from adeye.spec.scenario import ActorKind, ObjectKind
-from adeye.world.objects import (
+from adeye.simulate.world.objects import (
     DEFAULT_REFLECTIVITY,
     DEFAULT_SIZES,
     class_index,
     class_indices,
 )
+from adeye.spec.scenario import ActorKind, ObjectKind
 
 
 def test_every_actor_kind_has_a_default_size() -> None:

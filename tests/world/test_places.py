@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
+from adeye.simulate.world.compile import Starts, gap_circle, gap_order, resolve_starts
+from adeye.simulate.world.formulas import Formulas
+from adeye.simulate.world.roads import build_roads
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.formulas import Formulas
-from adeye.world.places import Starts, gap_circle, gap_order, resolve_starts
-from adeye.world.roads import build_roads
 
 Resolve = Callable[..., Starts]
 

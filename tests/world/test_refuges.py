@@ -8,10 +8,10 @@ import pytest
 
 from adeye.errors import SpecError
 from adeye.signals import REFUGE_KIND, REFUGE_KINDS, REFUGE_S, RoadMap
+from adeye.simulate.world.formulas import Formulas
+from adeye.simulate.world.roads import build_roads
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.formulas import Formulas
-from adeye.world.roads import build_roads
 
 Build = Callable[..., RoadMap]
 

@@ -9,10 +9,10 @@ import pytest
 from adeye.errors import SpecError
 from adeye.kernel.road import local, position
 from adeye.signals import RoadMap
+from adeye.simulate.world.formulas import Formulas
+from adeye.simulate.world.roads import LEAD_IN, RUN_OUT, build_roads
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.formulas import Formulas
-from adeye.world.roads import LEAD_IN, RUN_OUT, build_roads
 
 Build = Callable[..., RoadMap]
 

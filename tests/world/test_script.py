@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.kernel.manoeuvre import LINEAR, SINUSOIDAL
 from adeye.kernel.postfix import run_program
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
@@ -20,12 +19,14 @@ from adeye.kernel.storyboard import (
     CHANGE_SPEED,
     CHANGE_TO,
     CROSS,
+    LINEAR,
+    SINUSOIDAL,
 )
+from adeye.simulate.world.formulas import Formulas
+from adeye.simulate.world.roads import build_roads
+from adeye.simulate.world.storyboard import Script, check_lanes, compile_script
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-from adeye.world.formulas import Formulas
-from adeye.world.roads import build_roads
-from adeye.world.script import Script, check_lanes, compile_script
 
 Compile = Callable[..., Script]
 ACTORS: dict[str, dict[str, Any]] = {

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 from adeye.signals import Scene
-from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
-from adeye.traffic.locate import locate_all
-from adeye.units import Dimension
-from adeye.world.compile import World, compile_world
-from adeye.world.triggers import (
+from adeye.simulate.traffic.stage import locate_all
+from adeye.simulate.world.compile import World, compile_world
+from adeye.simulate.world.storyboard import (
     TriggerTable,
     parameter_dimensions,
     road_extent,
@@ -21,6 +18,9 @@ from adeye.world.triggers import (
     road_ttc,
     trigger_variables,
 )
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.units import Dimension
 
 Compile = Callable[..., World]
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from adeye.signals import ILLUMINANCE
-from adeye.world.weather import (
+from adeye.simulate.world.weather import (
     LIDAR_RAIN_A,
     LIDAR_RAIN_B,
     MM_PER_HOUR,

@@ -4,10 +4,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.channels.links import observe
-from adeye.channels.nominal import NominalChannel
 from adeye.signals import DEGRADED, FAULT, OK, Measurement
+from adeye.simulate import engine
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.nominal import NominalChannel
 from adeye.spec.channels import NominalParameters
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand

@@ -1,6 +1,6 @@
 import math
 
-from adeye.channels.nominal.planning import RELEASE, is_emergency
+from adeye.simulate.channels.nominal import RELEASE, is_emergency
 
 THRESHOLD = 3.5
 

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.channels.factory import make_channel
-from adeye.channels.links import observe
-from adeye.channels.policy import PolicyChannel
-from adeye.channels.policy.channel import load_policy
 from adeye.errors import SpecError
 from adeye.signals import DEGRADED, FAULT, OK, SILENT, ControlCommand
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.policy import PolicyChannel, load_policy
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import World, channel_context, check_channel, drive
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road

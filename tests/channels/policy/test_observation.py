@@ -5,8 +5,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-from adeye.channels.driving import channel_records
-from adeye.channels.policy.observation import (
+from adeye.signals import Floats, Observation
+from adeye.simulate.channels.driving import channel_records
+from adeye.simulate.channels.policy import (
     EGO_FEATURES,
     OBJECT_FEATURES,
     Kinematics,
@@ -15,7 +16,6 @@ from adeye.channels.policy.observation import (
     observation_space,
     to_command,
 )
-from adeye.signals import Floats, Observation
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import channel_context
 from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road

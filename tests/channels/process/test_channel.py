@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.channels.process import ProcessChannel
 from adeye.errors import SpecError
 from adeye.signals import OK, SILENT, ControlCommand, Observation
+from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.channels import ProcessParameters
 from adeye.testing import channel_context, check_channel
 from docs import walk

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.channels.process.children import LONGEST_LINE, Broken, Ceilings, Children
 from adeye.errors import PlatformError
+from adeye.simulate.channels.process.children import LONGEST_LINE, Broken, Ceilings, Children
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -129,7 +129,7 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
 
 
 def test_other_systems_are_told_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.channels.process.children.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.channels.process.children.os.name", "nt")
     with pytest.raises(PlatformError, match="POSIX"):
         Children()
 

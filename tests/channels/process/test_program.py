@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.channels.process.program import command_files, find_program
 from adeye.errors import SpecError
+from adeye.simulate.channels.process.channel import command_files, find_program
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,14 +64,14 @@ def test_what_cannot_be_executed_is_refused(
 def test_other_systems_are_told_what_is_needed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("adeye.channels.process.program.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
     with pytest.raises(SpecError, match="needs a POSIX system"):
         find_program(("./drive",), folder)
 
 
 def test_package_imports_without_what_only_posix_has() -> None:
     # The warden is executed by name; nothing imports it.
-    assert "adeye.channels.process" in sys.modules
+    assert "adeye.simulate.channels.process.channel" in sys.modules
     import subprocess
 
     program = (

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.channels.process.protocol import (
+from adeye.signals import REQUESTS_AUTHORITY, Authority, ControlCommand, Observation
+from adeye.simulate.channels.process.protocol import (
     PROTOCOL,
     encode,
     hello,
+    observation_shown,
     read_command,
-    shown,
     wrong_hello,
 )
-from adeye.signals import REQUESTS_AUTHORITY, Authority, ControlCommand, Observation
 from adeye.testing import channel_context, straight_road
 from adeye.testing.scenes import object_measurement
 
@@ -63,7 +63,7 @@ def test_observation_shows_one_run_and_nothing_else() -> None:
     )
     authority = Authority(np.array([0, 1]), np.array([1, 2]))
     seen = Observation(0.1, {"front": front}, {"nominal": command}, authority, np.ones(2, bool))
-    content = json.loads(encode(shown(seen, 1, 7)))
+    content = json.loads(encode(observation_shown(seen, 1, 7)))
     assert (content["tick"], content["time"]) == (7, 0.1)
     (row,) = content["sensors"]["front"]["detections"]
     assert row[0] == 40.0

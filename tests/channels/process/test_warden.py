@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.channels.process import warden as subject
+from adeye.simulate.channels.process import warden as subject
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

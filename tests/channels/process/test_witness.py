@@ -5,8 +5,8 @@ import json
 
 import numpy as np
 
-from adeye.channels.process.witness import Witness, WitnessedChannel
 from adeye.signals import Observation
+from adeye.simulate.channels.process.protocol import Witness, WitnessedChannel
 from adeye.testing import ScriptedChannel, channel_context
 
 

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.links import observe
-from adeye.channels.reference import ReferenceChannel
-from adeye.kernel.reference_columns import (
+from adeye.kernel.reference_drivers.parameters import (
     BRAKING_LEAD,
     CUT_IN,
     CUT_OUT,
     EXACT,
+    MODELS,
     R_MIN_GAP,
     RESULT_SIZE,
     S_BRAKING,
@@ -31,14 +30,17 @@ from adeye.kernel.reference_columns import (
     S_OTHER_SPEED,
     S_OTHER_WIDTH,
     SCENE_SIZE,
+    parameters_of,
+    vector,
 )
-from adeye.kernel.reference_distances import following_distance
-from adeye.kernel.reference_parameters import MODELS, parameters_of, vector
-from adeye.kernel.reference_scenes import SCRATCH_SIZE, drive_scenes
+from adeye.kernel.reference_drivers.reactions import following_distance
+from adeye.kernel.reference_drivers.scenes import SCRATCH_SIZE, drive_scenes
 from adeye.signals import FAULT, OK, Floats
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.reference import ReferenceChannel
 from adeye.spec.architecture import Architecture
+from adeye.spec.channels import ReferenceParameters
 from adeye.spec.quantity import SI
-from adeye.spec.reference import ReferenceParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
 

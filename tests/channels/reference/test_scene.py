@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.channels.pose import (
+from adeye.kernel.reference_drivers.parameters import CUE, GAP, LATERAL_GAP, VIEW_SIZE
+from adeye.kernel.road import position
+from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_D,
     POSE_HEADING,
@@ -17,7 +19,7 @@ from adeye.channels.pose import (
     POSE_X,
     POSE_Y,
 )
-from adeye.channels.reference.scene import (
+from adeye.simulate.channels.reference import (
     THING_ACCELERATION,
     THING_FORWARD,
     THING_HITS,
@@ -30,8 +32,6 @@ from adeye.channels.reference.scene import (
     look_at,
     update_things,
 )
-from adeye.kernel.reference_columns import CUE, GAP, LATERAL_GAP, VIEW_SIZE
-from adeye.kernel.road import position
 from adeye.testing.scenes import straight_road
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import SupervisedSafetyChannel
 from adeye.signals import FAULT, Bools, ControlCommand
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.safety import SupervisedSafetyChannel
 from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.spec.switch import Switch
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, drive

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from adeye.channels.links import observe
-from adeye.channels.safety import SafetyChannel
-from adeye.channels.safety.channel import ticks_within
 from adeye.signals import DEGRADED, OK
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.safety import SafetyChannel
+from adeye.simulate.channels.safety.in_lane import ticks_within
 from adeye.spec.channels import SafetyParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road

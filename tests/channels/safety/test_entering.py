@@ -2,8 +2,8 @@
 
 import pytest
 
-from adeye.channels.safety.planner import FOUND_FEASIBLE
 from adeye.kernel.stops import SHOULDER, STRAIGHT
+from adeye.simulate.channels.safety.stop_planner import FOUND_FEASIBLE
 from tests.channels.safety.test_planner import HARD_SHOULDER, MIDDLE, SLOW, number, plan
 
 

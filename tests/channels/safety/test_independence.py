@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pytest
 
-from adeye import engine
-from adeye.channels.rack import ChannelRack
 from adeye.signals import EGO_SPEED
+from adeye.simulate import engine
+from adeye.simulate.channels.rack import ChannelRack
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
 
 if TYPE_CHECKING:

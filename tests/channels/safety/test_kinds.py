@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.links import observe
-from adeye.channels.safety import SupervisedSafetyChannel
-from adeye.channels.safety.kinds import RULE_FIRST, RULE_ROW, count, steps_to_confirm
 from adeye.signals import FAULT, OK, ControlCommand, Floats
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.safety import SupervisedSafetyChannel
+from adeye.simulate.channels.safety.monitor_kinds import (
+    RULE_FIRST,
+    RULE_ROW,
+    count,
+    steps_to_confirm,
+)
 from adeye.testing import channel_context
 from adeye.testing.scenes import object_measurement, straight_road
 from tests.channels.safety.supervised import parameters

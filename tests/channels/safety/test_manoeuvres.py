@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from adeye.channels.safety.manoeuvres import (
+from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
+from adeye.signals import Floats
+from adeye.simulate.channels.safety.supervisor import (
     CONTINUE,
     FORCE_ASKED,
     FORCE_HELD,
@@ -24,8 +26,6 @@ from adeye.channels.safety.manoeuvres import (
     look_ahead,
     show_manoeuvre,
 )
-from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
-from adeye.signals import Floats
 
 SETTINGS = np.zeros(SET_ROW)
 SETTINGS[SET_OF_LEVEL:] = CONTINUE, REST_AREA, ROADSIDE_PARKING, STOP

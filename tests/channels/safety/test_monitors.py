@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from adeye.channels.safety.monitors import (
+from adeye.signals import FAULT, OK, SILENT, Floats, parameter_record
+from adeye.simulate.channels.safety.monitors import (
     EVIDENCE_WIDTH,
     MONITOR_IDS,
     SEEN_ACCELERATION,
@@ -25,7 +26,6 @@ from adeye.channels.safety.monitors import (
     object_danger,
     run_monitors,
 )
-from adeye.signals import FAULT, OK, SILENT, Floats, parameter_record
 
 RECORD = parameter_record(
     {

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.channels.factory import make_channel
-from adeye.channels.links import observe
-from adeye.channels.safety import PlannedSafetyChannel, SafetyChannel
-from adeye.channels.safety.planning import LAST_SAFE_STOP
 from adeye.signals import Floats
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.safety import PlannedSafetyChannel, SafetyChannel
+from adeye.simulate.channels.safety.planned_stop import LAST_SAFE_STOP
 from adeye.spec.channels import SafetyParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road

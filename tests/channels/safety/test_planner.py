@@ -3,8 +3,45 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.pose import POSE_ALIGN
-from adeye.channels.safety.planner import (
+from adeye.kernel.profiles import (
+    OBJECT_BEHIND,
+    OBJECT_COSINE,
+    OBJECT_D,
+    OBJECT_GROWTH,
+    OBJECT_LENGTH,
+    OBJECT_ROW,
+    OBJECT_S,
+    OBJECT_SPEED,
+    OBJECT_WIDTH,
+    PATH_ROW,
+    PROFILE_ROW,
+    WAY_D,
+    WAY_ROW,
+    WAY_S,
+    WAY_SPEED,
+    lay_path,
+)
+from adeye.kernel.stops import (
+    ANYWHERE,
+    DEFAULT_RULES,
+    IN_LANE,
+    LAID_PATHS,
+    LAID_PROFILES,
+    ONLY_REST_AREA,
+    REFUGE,
+    RIGHT_LANE,
+    ROADSIDE,
+    SHOULDER,
+    STOP_INTERVAL,
+    STOP_LEVELS,
+    STOP_SAMPLES,
+    STOPS,
+    STRAIGHT,
+    fill_stop,
+)
+from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.perception.pose import POSE_ALIGN
+from adeye.simulate.channels.safety.stop_planner import (
     FOUND_COST,
     FOUND_FEASIBLE,
     FOUND_IMPACT,
@@ -16,39 +53,6 @@ from adeye.channels.safety.planner import (
     meet_objects,
     plan_stop,
 )
-from adeye.kernel.prediction import (
-    OBJECT_BEHIND,
-    OBJECT_COSINE,
-    OBJECT_D,
-    OBJECT_GROWTH,
-    OBJECT_LENGTH,
-    OBJECT_ROW,
-    OBJECT_S,
-    OBJECT_SPEED,
-    OBJECT_WIDTH,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    WAY_SPEED,
-)
-from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, lay_path
-from adeye.kernel.refuge_stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
-from adeye.kernel.stop_rating import DEFAULT_RULES
-from adeye.kernel.stops import (
-    IN_LANE,
-    LAID_PATHS,
-    LAID_PROFILES,
-    REFUGE,
-    RIGHT_LANE,
-    SHOULDER,
-    STOP_INTERVAL,
-    STOP_LEVELS,
-    STOP_SAMPLES,
-    STOPS,
-    STRAIGHT,
-    fill_stop,
-)
-from adeye.signals import Floats, parameter_record
 from tests.channels.trajectory.record import pose
 
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import PlannedSafetyChannel
-from adeye.channels.safety.planning import LAST_SAFE_STOP
 from adeye.signals import REQUESTS_AUTHORITY, Floats
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.safety import PlannedSafetyChannel
+from adeye.simulate.channels.safety.planned_stop import LAST_SAFE_STOP
 from adeye.spec.channels import NominalParameters, SafetyParameters, StopRatings
 from adeye.spec.switch import Switch
 from adeye.testing import Drive, World, channel_context, drive

@@ -1,9 +1,9 @@
 import pytest
 
-from adeye.channels.driving import HOLD_DECELERATION
-from adeye.channels.safety.stop import stop_acceleration
 from adeye.kernel.stops import ONSET_JERK
 from adeye.signals import parameter_record
+from adeye.simulate.channels.driving import HOLD_DECELERATION
+from adeye.simulate.channels.safety.monitors import stop_acceleration
 
 STEP = 0.05
 RECORD = parameter_record(

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.channels.factory import make_channel
-from adeye.channels.links import observe
-from adeye.channels.safety import SupervisedSafetyChannel
-from adeye.channels.safety.supervised import THRESHOLDS
 from adeye.signals import Bools, Floats
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.safety import SupervisedSafetyChannel
+from adeye.simulate.channels.safety.supervisor import THRESHOLDS
 from adeye.spec.channels import SafetyParameters
 from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
 from adeye.testing import channel_context, check_channel

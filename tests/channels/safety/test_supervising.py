@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.safety import SupervisedSafetyChannel
 from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, RoadMap
+from adeye.simulate.channels.safety import SupervisedSafetyChannel
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.testing import World
 from adeye.testing.scenes import straight_road

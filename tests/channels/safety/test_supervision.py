@@ -5,10 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.nominal import NominalChannel
-from adeye.channels.safety import SafetyChannel
-from adeye.channels.safety.monitors import MONITOR_IDS
-from adeye.channels.safety.supervision import MEMORY_STOPPING, MEMORY_WIDTH, update_stopping
 from adeye.signals import (
     FAULT,
     OK,
@@ -22,6 +18,14 @@ from adeye.signals import (
     REQUESTS_AUTHORITY,
     SILENT,
     ControlCommand,
+)
+from adeye.simulate.channels.nominal import NominalChannel
+from adeye.simulate.channels.safety import SafetyChannel
+from adeye.simulate.channels.safety.monitors import (
+    MEMORY_STOPPING,
+    MEMORY_WIDTH,
+    MONITOR_IDS,
+    update_stopping,
 )
 from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.spec.switch import Switch

@@ -4,9 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from adeye.channels.pose import POSE_D, POSE_S, POSE_SPEED, POSE_STAMP, POSE_WIDTH, POSE_X, POSE_Y
-from adeye.channels.trajectory.fan import MEMORY_LANE, MEMORY_WIDTH
 from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.perception.pose import (
+    POSE_D,
+    POSE_S,
+    POSE_SPEED,
+    POSE_STAMP,
+    POSE_WIDTH,
+    POSE_X,
+    POSE_Y,
+)
+from adeye.simulate.channels.trajectory.candidates import MEMORY_LANE, MEMORY_WIDTH
 from adeye.spec.channels import TrajectoryParameters
 
 LANE = 5.25

@@ -3,7 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import (
+from adeye.kernel.profiles import PATH_ROW, at_path, lay_path
+from adeye.signals import Floats
+from adeye.simulate.channels.trajectory.candidates import (
     LEVEL_ROW,
     LEVEL_WANTED,
     PROFILES,
@@ -12,12 +14,6 @@ from adeye.channels.trajectory.candidates import (
     quick_length,
     set_accelerations,
 )
-from adeye.kernel.profiles import (
-    PATH_ROW,
-    at_path,
-    lay_path,
-)
-from adeye.signals import Floats
 from tests.channels.trajectory.record import record
 
 

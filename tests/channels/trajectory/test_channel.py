@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.links import observe
-from adeye.channels.trajectory import TrajectoryChannel
-from adeye.channels.trajectory.candidates import CANDIDATES
-from adeye.channels.trajectory.following import POINTS
-from adeye.channels.trajectory.prediction import SAMPLES
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand
+from adeye.simulate.channels.links import observe
+from adeye.simulate.channels.trajectory.candidates import CANDIDATES
+from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
+from adeye.simulate.channels.trajectory.cost import SAMPLES
+from adeye.simulate.channels.trajectory.planner import POINTS
 from adeye.spec.channels import TrajectoryParameters
 from adeye.testing import Drive, World, channel_context, check_channel, drive
 from adeye.testing.scenes import ego_estimate, object_measurement, pose_measurement, straight_road

@@ -3,16 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import (
-    CHANGE_LEFT,
-    CHANGE_RIGHT,
-    DODGE_LEFT,
-    KEEP,
-    NUDGE_LEFT,
-    NUDGE_RIGHT,
-    PATHS,
-)
-from adeye.channels.trajectory.fan import LOST, MEMORY_LANE, lay_paths, path_cost
 from adeye.kernel.profiles import (
     PATH_EXISTS,
     PATH_IS_FLAT,
@@ -25,6 +15,19 @@ from adeye.kernel.profiles import (
     lay_path,
 )
 from adeye.signals import Floats
+from adeye.simulate.channels.trajectory.candidates import (
+    CHANGE_LEFT,
+    CHANGE_RIGHT,
+    DODGE_LEFT,
+    KEEP,
+    LOST,
+    MEMORY_LANE,
+    NUDGE_LEFT,
+    NUDGE_RIGHT,
+    PATHS,
+    lay_paths,
+    path_cost,
+)
 from tests.channels.trajectory.record import LANE, memory, pose, record
 
 

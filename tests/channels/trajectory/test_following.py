@@ -4,9 +4,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.driving import HOLD_DECELERATION
-from adeye.channels.trajectory.candidates import CANDIDATES, PATHS, PROFILES
-from adeye.channels.trajectory.following import (
+from adeye.kernel.profiles import (
+    PATH_EXISTS,
+    PATH_ROW,
+    PROFILE_ROW,
+    at_path,
+    fill_profile,
+    lay_path,
+)
+from adeye.kernel.road import position
+from adeye.signals import Floats
+from adeye.simulate.channels.driving import HOLD_DECELERATION
+from adeye.simulate.channels.trajectory.candidates import CANDIDATES, PATHS, PROFILES
+from adeye.simulate.channels.trajectory.cost import LINE_D, LINE_ROW, LINE_SLOPE, SAMPLES
+from adeye.simulate.channels.trajectory.planner import (
     PLAN_HEADING,
     PLAN_ROW,
     PLAN_SPEED,
@@ -18,18 +29,6 @@ from adeye.channels.trajectory.following import (
     show_plan,
     steer_along,
 )
-from adeye.channels.trajectory.prediction import SAMPLES
-from adeye.channels.trajectory.scoring import LINE_D, LINE_ROW, LINE_SLOPE
-from adeye.kernel.profiles import (
-    PATH_EXISTS,
-    PATH_ROW,
-    PROFILE_ROW,
-    at_path,
-    fill_profile,
-    lay_path,
-)
-from adeye.kernel.road import position
-from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, pose, record
 
 

@@ -4,17 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.obstacles import (
-    critical_distance,
-    is_cut_up,
-    lane_speed_cost,
-    mark_interest,
-    object_cost,
-    overlap,
-)
-from adeye.channels.trajectory.prediction import SAMPLES
-from adeye.channels.trajectory.scoring import LINE_ROW, drive_line
-from adeye.kernel.prediction import (
+from adeye.kernel.profiles import (
     OBJECT_BEHIND,
     OBJECT_COSINE,
     OBJECT_D,
@@ -25,13 +15,27 @@ from adeye.kernel.prediction import (
     OBJECT_SINE,
     OBJECT_SPEED,
     OBJECT_WIDTH,
+    PATH_ROW,
+    PROFILE_ROW,
     WAY_D,
     WAY_ROW,
     WAY_S,
     WAY_SPEED,
+    fill_profile,
+    lay_path,
 )
-from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
 from adeye.signals import Floats
+from adeye.simulate.channels.trajectory.cost import (
+    LINE_ROW,
+    SAMPLES,
+    critical_distance,
+    drive_line,
+    is_cut_up,
+    lane_speed_cost,
+    mark_interest,
+    object_cost,
+    overlap,
+)
 from tests.channels.trajectory.record import LANE, record
 
 INTERVAL = 0.25

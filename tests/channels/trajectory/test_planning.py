@@ -1,14 +1,26 @@
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.candidates import CANDIDATES, KEEP, LEVEL_ROW, PATHS, PROFILES
-from adeye.channels.trajectory.fan import MEMORY_LANE, MEMORY_WANTED
-from adeye.channels.trajectory.planning import plan_step
-from adeye.channels.trajectory.prediction import SAMPLES
-from adeye.channels.trajectory.scoring import LINE_ROW
-from adeye.kernel.prediction import OBJECT_ROW, WAY_ROW
-from adeye.kernel.profiles import PATH_ROW, PATH_TARGET, PROFILE_ROW, PROFILE_SPEED
+from adeye.kernel.profiles import (
+    OBJECT_ROW,
+    PATH_ROW,
+    PATH_TARGET,
+    PROFILE_ROW,
+    PROFILE_SPEED,
+    WAY_ROW,
+)
 from adeye.signals import Floats
+from adeye.simulate.channels.trajectory.candidates import (
+    CANDIDATES,
+    KEEP,
+    LEVEL_ROW,
+    MEMORY_LANE,
+    MEMORY_WANTED,
+    PATHS,
+    PROFILES,
+)
+from adeye.simulate.channels.trajectory.cost import LINE_ROW, SAMPLES
+from adeye.simulate.channels.trajectory.planner import plan_step
 from tests.channels.trajectory.record import LANE, memory, pose, record
 from tests.channels.trajectory.test_obstacles import thing
 

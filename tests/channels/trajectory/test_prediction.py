@@ -1,7 +1,20 @@
 import numpy as np
 import pytest
 
-from adeye.channels.tracks import (
+from adeye.kernel.profiles import (
+    FREE_GROWTH,
+    OBJECT_BEHIND,
+    OBJECT_GROWTH,
+    OBJECT_ROW,
+    OBJECT_S,
+    OBJECT_SINE,
+    WAY_D,
+    WAY_ROW,
+    WAY_S,
+    WAY_SPEED,
+)
+from adeye.signals import OBJECT_CLASSES, Floats
+from adeye.simulate.channels.perception.tracks import (
     TRACK_BRAKING,
     TRACK_CLASS,
     TRACK_HITS,
@@ -15,20 +28,7 @@ from adeye.channels.tracks import (
     TRACK_X,
     TRACK_Y,
 )
-from adeye.channels.trajectory.prediction import SAMPLES, predict_objects
-from adeye.kernel.prediction import (
-    FREE_GROWTH,
-    OBJECT_BEHIND,
-    OBJECT_GROWTH,
-    OBJECT_ROW,
-    OBJECT_S,
-    OBJECT_SINE,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    WAY_SPEED,
-)
-from adeye.signals import OBJECT_CLASSES, Floats
+from adeye.simulate.channels.trajectory.cost import SAMPLES, predict_objects
 from tests.channels.trajectory.record import LANE, pose
 
 INTERVAL = 0.25

@@ -3,16 +3,16 @@ import math
 import numpy as np
 import pytest
 
-from adeye.channels.trajectory.prediction import SAMPLES
-from adeye.channels.trajectory.scoring import (
+from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
+from adeye.signals import Floats
+from adeye.simulate.channels.trajectory.cost import (
     LINE_D,
     LINE_ROW,
+    SAMPLES,
     drive_line,
     profile_cost,
     rounded_square,
 )
-from adeye.kernel.profiles import PATH_ROW, PROFILE_ROW, fill_profile, lay_path
-from adeye.signals import Floats
 from tests.channels.trajectory.record import LANE, record
 
 

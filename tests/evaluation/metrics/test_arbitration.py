@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
+from adeye.judge.metrics import METRICS
 from adeye.signals import DEGRADED, FAULT, SILENT
 
 BRAKING, STEERING = "max_acceleration_disagreement_mps2", "max_steering_disagreement_rad"

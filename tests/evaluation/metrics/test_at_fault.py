@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
+from adeye.judge.metrics import METRICS
 
 ROW = 10
 

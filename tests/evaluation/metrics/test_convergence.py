@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye import engine, plan
-from adeye.evaluation.metrics import METRICS, compute_metrics
+from adeye import plan
+from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.signals import EGO_ACCELERATION, EGO_SPEED
+from adeye.simulate import engine
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.bodies import reach_of
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.metrics.encounters import ENCOUNTER_DISTANCE, ENCOUNTER_HORIZON
+from adeye.judge.conflict import reach_of
+from adeye.judge.metrics import METRICS
+from adeye.judge.metrics.encounters import ENCOUNTER_DISTANCE, ENCOUNTER_HORIZON
+from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import (
     closest_encounter,
     planar_time_to_collision,
     worst_time_to_collision,
 )
-from adeye.kernel.geometry import box_distance
 from adeye.kernel.motion import GRAVITY
 
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics.exposed import exposures, least_stopping_shares
-from adeye.evaluation.metrics.scans import ERROR, NO_CONFLICT, VALUE
+from adeye.judge.metrics.exposure import exposures, least_stopping_shares
+from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, VALUE
 
 ENDS = np.array([[8.45, 1.40, 4.23, 12.68]])
 

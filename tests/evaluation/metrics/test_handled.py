@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from adeye.evaluation.metrics.handled import decided_rows, default_channel, handled
+from adeye.judge.metrics.handling import decided_rows, default_channel, handled
 
 
 def test_rows_of_a_run_whose_fault_is_handled(hand_made: Any) -> None:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.judge import judge
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.requirements import compile_requirement
-from adeye.evaluation.timeline import timeline
+from adeye.judge.evaluate import judge
+from adeye.judge.metrics import METRICS
+from adeye.judge.requirements import compile_requirement
+from adeye.judge.timeline import timeline
 from adeye.signals import REASON_STALENESS
 from adeye.spec.concept import MetricBound, Requirement
 

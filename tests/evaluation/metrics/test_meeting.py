@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
+from adeye.judge.metrics import METRICS
 
 
 def measure(made: Any, column: str) -> Any:

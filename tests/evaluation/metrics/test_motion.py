@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.series import CHANGE_WINDOW, mean_change
+from adeye.judge.metrics import METRICS
+from adeye.judge.series import CHANGE_WINDOW, mean_change
 
 
 def measure(made: Any, column: str) -> Any:

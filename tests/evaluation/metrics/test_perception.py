@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.metrics.perception import measuring_sensors
+from adeye.judge.metrics import METRICS
+from adeye.judge.metrics.perception import measuring_sensors
 
 if TYPE_CHECKING:
     from adeye.spec.architecture import Architecture

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
+from adeye.judge.metrics import METRICS
 
 CRITICAL = 10.0 * 0.4 + 10.0**2 / 6.0 + 20.0
 """What somebody 10 m/s faster than the ego's 20 m/s needs [m]."""

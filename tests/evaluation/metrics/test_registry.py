@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.evaluation.metrics import METRICS, compute_metrics, register_metric
-from adeye.evaluation.metrics.registry import STATUSES
-from adeye.evaluation.stl.check import unit_exponents
+from adeye.judge.metrics import METRICS, compute_metrics, register_metric
+from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.stl.formula import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
 

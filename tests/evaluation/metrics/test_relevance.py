@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.kernel.reachable import reachable_distance
+from adeye.judge.metrics import METRICS
+from adeye.kernel.encounter import reachable_distance
 from adeye.trace import NO_TRACKS
 
 REACH = reachable_distance(20.0, 1.0)

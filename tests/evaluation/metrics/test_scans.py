@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.conflict import DRAC, GAP
-from adeye.evaluation.metrics import scans
-from adeye.evaluation.metrics.statuses import CODES, INCOMPLETE
-from adeye.evaluation.samples import is_demand
+from adeye.judge.conflict import DRAC, GAP
+from adeye.judge.metrics import scans
+from adeye.judge.metrics.registry import CODES, INCOMPLETE
+from adeye.judge.series import is_demand
 
 VALUE, FREE, UNDEFINED, ERROR = scans.VALUE, scans.NO_CONFLICT, scans.UNDEFINED, scans.ERROR
 NOBODY = np.full((1, 4), -1, np.int16)

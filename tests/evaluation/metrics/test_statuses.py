@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics.statuses import CODES, STATUSES, StatusColumn, status_codes
+from adeye.judge.metrics.registry import CODES, STATUSES, StatusColumn, status_codes
 
 
 def test_column_reads_as_its_words() -> None:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.metrics import METRICS
-from adeye.evaluation.safe_stop import rate_run
+from adeye.judge.metrics import METRICS
+from adeye.judge.safe_stop import rate_run
 from adeye.spec.channels import SafetyChannel, SafetyParameters
 
 SLOW, MIDDLE = 1.75, 5.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy import stats
 
-from adeye.evaluation.statistics.interval import normal_quantile, normal_share
+from adeye.judge.statistics import normal_quantile, normal_share
 
 
 @pytest.mark.parametrize("share", [1e-6, 0.025, 0.5, 0.9, 1.0 - 1e-9])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adeye.evaluation.statistics import holm, mcnemar_p, paired_difference
+from adeye.judge.statistics import holm, mcnemar_p, paired_difference
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adeye.evaluation.statistics import (
+from adeye.judge.statistics import (
     clopper_pearson,
     jeffreys,
     runs_for_proportion,

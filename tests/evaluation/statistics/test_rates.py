@@ -7,7 +7,7 @@ import math
 import pytest
 from scipy import stats
 
-from adeye.evaluation.statistics import poisson_rate
+from adeye.judge.statistics import poisson_rate
 
 
 @pytest.mark.parametrize("events", [0, 1, 3, 10, 200])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from adeye.evaluation.statistics import (
+from adeye.judge.statistics import (
     Interval,
     bca,
     clustered_share,

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from adeye.evaluation.statistics import (
+from adeye.judge.statistics import (
     Stratum,
     scaled_bounds,
     stratified_bound,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.evaluation.statistics import clopper_pearson, importance_estimate
+from adeye.judge.statistics import clopper_pearson, importance_estimate
 from adeye.kernel.random import owner_id, uniform
 
 
@@ -36,7 +36,7 @@ def test_one_heavy_run_allows_no_bound() -> None:
 
 
 def test_heaviest_run_is_looked_at_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    import adeye.evaluation.statistics.weighted as subject
+    import adeye.judge.statistics as subject
 
     monkeypatch.setattr(subject, "MIN_EFFECTIVE", 1.0)
     weights = np.append(np.ones(10), 3.0)

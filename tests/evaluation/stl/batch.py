@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from adeye.evaluation.stl.columns import SATISFIED, VIOLATED, StlColumns, evaluate_columns
-from adeye.evaluation.stl.descent import BINDING_STATUSES
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.series import Series
+from adeye.judge.stl.batch import SATISFIED, VIOLATED, StlColumns, evaluate_columns
+from adeye.judge.stl.descent import BINDING_STATUSES
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.series import Series
 
 
 class Signals(dict[str, Series]):

@@ -11,7 +11,7 @@ import numpy as np
 from tests.evaluation.stl.batch import numbers
 
 if TYPE_CHECKING:
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.series import Series
 
 NAMES = ("a", "b", "c")
 AHEAD = ("always", "eventually")

@@ -6,8 +6,8 @@ import itertools
 
 import pytest
 
-from adeye.evaluation.stl.canonical import canonical
-from adeye.evaluation.stl.formula import parse_formula
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.syntax import canonical
 
 SAME = [
     ("always(gap>=1 m)", "always ( ( gap )\n >= 100 cm )"),

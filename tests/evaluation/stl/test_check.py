@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from adeye.errors import ExpressionError
-from adeye.evaluation.stl.check import check_condition, unit_exponents
-from adeye.evaluation.stl.parser import parse_text
+from adeye.judge.stl.formula import check_condition, unit_exponents
+from adeye.judge.stl.parser import parse_text
 from adeye.signals import SignalType, architecture_signals, scene_signals
 
 DICTIONARY = {

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError
-from adeye.evaluation.stl.columns import (
+from adeye.judge.stl.batch import (
     SATISFIED,
     UNDECIDED,
     VIOLATED,
@@ -18,8 +18,8 @@ from adeye.evaluation.stl.columns import (
     evaluate_columns,
     joined,
 )
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.series import SampleStatus, Series
 from tests.evaluation.stl.batch import Signals, binding, judge, numbers, standing, truths
 
 

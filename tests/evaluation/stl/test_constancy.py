@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from adeye.evaluation.stl.constancy import first_constant
-from adeye.evaluation.stl.formula import parse_formula
+from adeye.judge.stl.constancy import first_constant
+from adeye.judge.stl.formula import parse_formula
 
 
 @pytest.mark.parametrize(

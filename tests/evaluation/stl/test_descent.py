@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.judge.stl.series import SampleStatus, Series
 from tests.evaluation.stl.batch import Bound, binding, judge, numbers, standing, truths, words
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.profile import evaluate_rows
+from adeye.judge.stl.batch import evaluate_rows
+from adeye.judge.stl.formula import parse_formula
 from adeye.signals import SignalType
 from tests.evaluation.stl.batch import Signals, numbers
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.columns import HELD, NEEDED, SATISFIED, SPARE
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.syntax import nested_implications
+from adeye.judge.stl.batch import HELD, NEEDED, SATISFIED, SPARE
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.syntax import nested_implications
 from tests.evaluation.stl.batch import judge, truths
 from tests.evaluation.stl.random_formulas import Random, text_of, traces
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.kernels import sliding_maximum
+from adeye.judge.stl.operators import sliding_maximum
 
 INF = float("inf")
 

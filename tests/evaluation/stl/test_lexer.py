@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
-from adeye.evaluation.stl.lexer import scan
+from adeye.judge.stl.parser import scan
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.columns import SATISFIED, UNDECIDED, VIOLATED
+from adeye.judge.stl.batch import SATISFIED, UNDECIDED, VIOLATED
 from tests.evaluation.stl.batch import judge, numbers
 from tests.evaluation.stl.random_formulas import (
     NAMES,

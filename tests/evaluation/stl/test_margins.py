@@ -16,7 +16,7 @@ from tests.evaluation.stl.random_formulas import NAMES, Random, Reference, text_
 from tests.evaluation.stl.test_profile import of_rtamt, rtamt_rows
 
 if TYPE_CHECKING:
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.series import Series
 
 ROWS, HORIZON, BATCH = 40, 15, 4
 SHAPES = ("always ({0} implies {1})", "always (b < 9 implies ({0} implies {1}))",

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.columns import SATISFIED
-from adeye.evaluation.stl.series import SampleStatus, Series
+from adeye.judge.stl.batch import SATISFIED
+from adeye.judge.stl.series import SampleStatus, Series
 from tests.evaluation.stl.batch import at_samples, numbers, standing, truths, words
 
 NAN, INF = float("nan"), float("inf")

@@ -10,8 +10,8 @@ import pytest
 from tests.evaluation.stl.batch import judge, numbers, standing
 
 if TYPE_CHECKING:
-    from adeye.evaluation.stl.columns import StlColumns
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.batch import StlColumns
+    from adeye.judge.stl.series import Series
 
 ROWS = 12
 LENGTHS = [ROWS, 7, 1, 4]

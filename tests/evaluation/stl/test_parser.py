@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
-from adeye.evaluation.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text, parse_with
-from adeye.evaluation.stl.syntax import (
+from adeye.judge.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text, parse_with
+from adeye.judge.stl.syntax import (
     Arithmetic,
     Assertion,
     Comparison,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.columns import SATISFIED, UNDECIDED, VIOLATED
+from adeye.judge.stl.batch import SATISFIED, UNDECIDED, VIOLATED
 from tests.evaluation.stl.batch import binding, judge, numbers, standing, truths
 from tests.evaluation.stl.random_formulas import Random, Reference, rounded, text_of, traces
 

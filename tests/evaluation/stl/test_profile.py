@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.profile import evaluate_rows
+from adeye.judge.stl.batch import evaluate_rows
+from adeye.judge.stl.formula import parse_formula
 from tests.evaluation.stl.batch import Signals, judge, numbers
 from tests.evaluation.stl.random_formulas import Random, text_of, traces
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.series import Series
 
 ROWS, BATCH = 40, 4
 

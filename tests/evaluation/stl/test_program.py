@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError
-from adeye.evaluation.stl.formula import parse_formula
-from adeye.evaluation.stl.program import (
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.program import (
     ALWAYS,
     COMPARE,
     FIRST_PART,
@@ -31,7 +31,7 @@ from adeye.evaluation.stl.program import (
 from tests.evaluation.stl.batch import numbers, truths, words
 
 if TYPE_CHECKING:
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.series import Series
 
 INPUTS = {
     "gap": numbers([0.0], unit="m", scale=10.0, cap=200.0),

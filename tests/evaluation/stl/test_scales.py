@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.evaluation.stl.parser import parse_text
-from adeye.evaluation.stl.scales import Scale, combined, label_code, unit_of
-from adeye.evaluation.stl.syntax import PREDICATES
+from adeye.judge.stl.parser import parse_text
+from adeye.judge.stl.series import Scale, combined, label_code, unit_of
+from adeye.judge.stl.syntax import PREDICATES
 from tests.evaluation.stl.batch import numbers, truths, words
 
 if TYPE_CHECKING:
-    from adeye.evaluation.stl.series import Series
+    from adeye.judge.stl.series import Series
 
 
 def test_in_a_sum_the_larger_scale_counts_and_a_constant_has_no_say() -> None:

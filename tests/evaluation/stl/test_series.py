@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.series import Series
+from adeye.judge.stl.series import Series
 
 NAN, INF = float("nan"), float("inf")
 

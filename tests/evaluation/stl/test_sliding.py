@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.stl.measures import EXACT, OPEN, SIGN
-from adeye.evaluation.stl.sliding import slide
+from adeye.judge.stl.measures import EXACT, OPEN, SIGN
+from adeye.judge.stl.operators import slide
 
 ROWS, KNOWN = 40, 33
 

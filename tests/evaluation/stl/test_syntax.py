@@ -7,8 +7,8 @@ import math
 import pytest
 
 from adeye.errors import ExpressionError
-from adeye.evaluation.stl.parser import parse_text
-from adeye.evaluation.stl.syntax import (
+from adeye.judge.stl.parser import parse_text
+from adeye.judge.stl.syntax import (
     Temporal,
     Window,
     find_implications,

@@ -10,14 +10,7 @@ import pandas as pd
 import pytest
 
 from adeye.errors import InputError
-from adeye.evaluation.stl.table import (
-    Table,
-    TableSignals,
-    read_table,
-    sampling,
-    table_of,
-    time_column,
-)
+from adeye.judge.stl.table import Table, TableSignals, read_table, sampling, table_of, time_column
 
 if TYPE_CHECKING:
     from pathlib import Path

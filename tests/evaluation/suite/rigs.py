@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from adeye.evaluation.suite.views import View, view_of
+from adeye.analysis.suite.geometry import View, view_of
 from adeye.spec.architecture import Architecture, Vehicle
 from adeye.spec.quantity import SI
 

@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from adeye.evaluation.suite.analysis import NOTES, analyse
-from adeye.evaluation.suite.conditions import DEFAULTS
-from adeye.evaluation.suite.speeds import SHOWN
-from adeye.evaluation.suite.targets import CASES, TARGETS
+from adeye.analysis.suite.analyse import NOTES, analyse
+from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
+from adeye.analysis.suite.speeds import SHOWN
 from adeye.spec.load import load_architecture, shipped
 from tests.evaluation.suite.rigs import ROOF, all_around, architecture, radar
 

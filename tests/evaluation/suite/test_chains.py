@@ -5,15 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.suite.chains import (
-    MARGIN,
-    SAFETY_HITS,
-    braking_of,
-    chains_of,
-    needed_ranges_of,
-)
-from adeye.evaluation.suite.conditions import DEFAULTS, Condition
-from adeye.evaluation.suite.results import Chain
+from adeye.analysis.suite.conditions import DEFAULTS, Condition
+from adeye.analysis.suite.records import Chain
+from adeye.analysis.suite.speeds import MARGIN, SAFETY_HITS, braking_of, chains_of, needed_ranges_of
 from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.motion import GRAVITY
 from tests.evaluation.suite.rigs import architecture, radar

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from adeye.evaluation.suite.conditions import CLEAR_AIR, DEFAULTS, DRY, WET, conditions_of
+from adeye.analysis.suite.conditions import CLEAR_AIR, DEFAULTS, DRY, WET, conditions_of
+from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.odd import EnvironmentalConditions
 from adeye.spec.quantity import SI
-from adeye.world.weather import MM_PER_HOUR
 
 
 def environment(**content: Any) -> EnvironmentalConditions:

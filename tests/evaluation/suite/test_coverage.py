@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.evaluation.suite.conditions import DEFAULTS
-from adeye.evaluation.suite.coverage import (
+from adeye.analysis.suite.conditions import DEFAULTS
+from adeye.analysis.suite.coverage import (
     Look,
     blind_bearings,
     blind_spots,
@@ -18,9 +18,8 @@ from adeye.evaluation.suite.coverage import (
     kinds_at,
     look_of,
 )
-from adeye.evaluation.suite.reach import Reach
-from adeye.evaluation.suite.results import ZoneCoverage
-from adeye.evaluation.suite.zones import Zone, zones_of
+from adeye.analysis.suite.geometry import Reach, Zone, zones_of
+from adeye.analysis.suite.records import ZoneCoverage
 from tests.evaluation.suite.rigs import BUMPER, LENGTH, ROOF, WIDTH, view
 
 CONDITION = DEFAULTS[0]

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.suite.conditions import CLEAR_AIR, Condition
-from adeye.evaluation.suite.reach import Reach, reach_of
-from adeye.evaluation.suite.targets import TARGETS
+from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition
+from adeye.analysis.suite.geometry import Reach, reach_of
 from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
-from adeye.sensors.reach import reach_in_glare
 from adeye.signals import ILLUMINANCE
+from adeye.simulate.sensors.ranging import reach_in_glare
+from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.sensors import Sensor
-from adeye.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from tests.evaluation.suite.rigs import architecture
 
 CLEAR = Condition("clear", 0.0, 1e12, "day", 0.9)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adeye.evaluation.suite.regulation import TABLE, least_forward_range, speed_by_range
+from adeye.analysis.suite.speeds import TABLE, least_forward_range, speed_by_range
 from adeye.kernel.criticality import stopping_distance
 
 GIVEN = {60: 46, 70: 50, 80: 60, 90: 75, 100: 90, 110: 110, 120: 130, 130: 150}

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from adeye.evaluation.suite.analysis import analyse
-from adeye.evaluation.suite.removal import groups_of
-from adeye.evaluation.suite.results import Removal, Suite
+from adeye.analysis.suite.analyse import analyse, groups_of
+from adeye.analysis.suite.records import Removal, Suite
 from tests.evaluation.suite.rigs import all_around, architecture, radar
 
 

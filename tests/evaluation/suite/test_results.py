@@ -1,7 +1,7 @@
 """Records of an analysis: sums and the worst condition."""
 
-from adeye.evaluation.suite.analysis import analyse
-from adeye.evaluation.suite.results import Chain
+from adeye.analysis.suite.analyse import analyse
+from adeye.analysis.suite.records import Chain
 from tests.evaluation.suite.rigs import BUMPER, architecture, radar
 
 

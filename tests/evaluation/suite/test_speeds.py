@@ -6,13 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.evaluation.suite.chains import MARGIN, braking_of, chains_of
-from adeye.evaluation.suite.conditions import DEFAULTS, Condition
-from adeye.evaluation.suite.reach import Reach
-from adeye.evaluation.suite.results import SpeedRange
-from adeye.evaluation.suite.speeds import (
+from adeye.analysis.suite.conditions import CASES, DEFAULTS, Condition
+from adeye.analysis.suite.geometry import Reach, view_of
+from adeye.analysis.suite.records import SpeedRange
+from adeye.analysis.suite.speeds import (
+    MARGIN,
     SPEEDS,
     Path,
+    braking_of,
+    chains_of,
     forward_range,
     last_run,
     slack_at,
@@ -20,8 +22,6 @@ from adeye.evaluation.suite.speeds import (
     speed_range,
     supported,
 )
-from adeye.evaluation.suite.targets import CASES
-from adeye.evaluation.suite.views import view_of
 from adeye.kernel.detection_range import speed_within
 from tests.evaluation.suite.rigs import BUMPER, FRONT, architecture, radar
 

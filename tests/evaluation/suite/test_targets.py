@@ -1,8 +1,8 @@
 """Targets and cases refer to what is there."""
 
-from adeye.evaluation.suite.targets import CASES, TARGETS, target
-from adeye.evaluation.suite.zones import zones_of
-from adeye.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
+from adeye.analysis.suite.conditions import CASES, TARGETS, target
+from adeye.analysis.suite.geometry import zones_of
+from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 
 
 def test_target_has_the_default_size_and_surface_of_its_class() -> None:

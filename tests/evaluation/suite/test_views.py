@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.evaluation.suite.reach import Reach
-from adeye.evaluation.suite.views import View, distance, free_way, looks_at, sees
+from adeye.analysis.suite.geometry import Reach, View, distance, free_way, looks_at, sees
 from tests.evaluation.suite.rigs import BUMPER, FRONT, ROOF, WIDTH, view
 
 TURN = 2.0 * math.pi

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from adeye.evaluation.suite.zones import Zone, cells_of, within, zones_of
+from adeye.analysis.suite.geometry import Zone, cells_of, within, zones_of
 from tests.evaluation.suite.rigs import FRONT, LENGTH, WIDTH
 
 ZONES = {zone.id: zone for zone in zones_of(LENGTH, WIDTH)}

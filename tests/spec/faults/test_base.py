@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.spec.fault import FAULT, MODELS
-from adeye.spec.faults.base import Fault, Onset
+from adeye.spec.fault_base import Fault, Onset
 
 
 def test_onset_keeps_the_one_way_that_it_is_given() -> None:

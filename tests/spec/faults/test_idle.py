@@ -8,8 +8,7 @@ import pytest
 import yaml
 
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import FAULT, MODELS
-from adeye.spec.faults.idle import idle_faults
+from adeye.spec.fault import FAULT, MODELS, idle_faults
 from adeye.spec.load import shipped
 
 CANDIDATE = yaml.safe_load((shipped("odd") / "architectures/camera_radar.yaml").read_text("utf-8"))

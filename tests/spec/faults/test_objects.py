@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from adeye.signals import OBJECT_CLASSES
 from adeye.spec.fault import FAULT
-from adeye.spec.faults.objects import ClassName
+from adeye.spec.sensor_faults import ClassName
 
 FIXED = {"id": "a", "target": "sensors.a", "onset": {"at": "0 s"}}
 

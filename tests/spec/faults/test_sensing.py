@@ -2,9 +2,9 @@ from typing import Any, get_args
 
 import pytest
 
-from adeye.sensors.rig import BUILT_IN
+from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.fault import FAULT
-from adeye.spec.faults.sensing import DELIVERS, SIGNALS, SignalName, delivered, signals_of
+from adeye.spec.sensor_faults import DELIVERS, SIGNALS, SignalName, delivered, signals_of
 from adeye.spec.sensors import PluginSensor
 from tests.faults.streams import SUITE
 

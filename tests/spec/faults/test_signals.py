@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.spec.fault import FAULT
-from adeye.spec.faults.signals import LONGEST_LAG
+from adeye.spec.fault_base import LONGEST_LAG
 
 
 def read(target: str, model: str, **more: Any) -> Any:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from adeye.spec.fault import FAULT
-from adeye.spec.faults.switch import Late
+from adeye.spec.fault import FAULT, Late
 
 LATE = {
     "id": "slow_relay",

@@ -1,0 +1,4 @@
+"""What files alone say, without a run: dependence of channels, reference cases, sensor suites.
+
+No trace is judged here. Begin with ``suite``.
+"""

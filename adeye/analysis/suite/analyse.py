@@ -1,0 +1,413 @@
+"""What a suite of sensors can see and how fast it lets the vehicle go, without a simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
+from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
+from adeye.analysis.suite.geometry import reach_of, view_of, zones_of
+from adeye.analysis.suite.records import NotAnalysed, Removal, Suite, SuiteReach, SuiteSensor
+from adeye.analysis.suite.speeds import (
+    SHOWN,
+    SPEEDS,
+    Path,
+    chains_of,
+    forward_range,
+    last_run,
+    slack_at,
+    speed_range,
+    supported,
+)
+from adeye.spec.sensors import PluginSensor, model_name
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from adeye.analysis.suite.conditions import Condition
+    from adeye.analysis.suite.coverage import Look
+    from adeye.analysis.suite.geometry import Reach, View
+    from adeye.analysis.suite.records import (
+        BlindBearing,
+        BlindSpot,
+        Slack,
+        SpeedRange,
+        ZoneCoverage,
+    )
+    from adeye.signals import Bools
+    from adeye.spec.architecture import Architecture
+
+# --- What is left of a suite when a sensor, an element or a shared resource fails -----------------
+
+AHEAD = ("front_near", "front_mid", "front_far")
+"""Zones of the lane ahead."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a suite achieves sensor by sensor, so that parts can be left out.
+
+    Attributes:
+        conditions: Weather, light and grip.
+        look: The zones' cells.
+        sensors: Ids, in the order of the rows of ``seen``.
+        seen: (S, K) which sensor detects a car where, by condition.
+        chain_sensors: The sensor of each chain.
+        supported: Speeds that each chain supports, by condition and case.
+    """
+
+    conditions: tuple[Condition, ...]
+    look: Look
+    sensors: tuple[str, ...]
+    seen: Mapping[str, Bools]
+    chain_sensors: tuple[str, ...]
+    supported: Mapping[tuple[str, str], Sequence[Bools]]
+
+
+def without(parts: Parts, what: str, kind: str, lost: Collection[str]) -> Removal:
+    """Say what is left without some sensors.
+
+    Args:
+        parts: The suite.
+        what: Name of what fails; empty for nothing.
+        kind: ``sensor``, ``element`` or ``resource``.
+        lost: Sensors that go with it.
+    """
+    rows = [row for row, name in enumerate(parts.sensors) if name not in lost]
+    look = parts.look
+    total = sum(cells.area for cells in look.cells)
+    ahead = [number for number, zone in enumerate(look.zones) if zone.id in AHEAD]
+    front_total = sum(look.cells[number].area for number in ahead)
+    front_seen, seen = {}, {}
+    highest: dict[str, float | None] = {}
+    least: dict[str, float | None] = {}
+    for condition in parts.conditions:
+        left = anybody(parts.seen[condition.id][rows])
+        front = sum(
+            float(look.of_zone(number, left).sum()) * look.cells[number].cell for number in ahead
+        )
+        front_seen[condition.id] = front / front_total
+        seen[condition.id] = look.area(left) / total
+        speeds = [_highest(parts, condition.id, case.id, lost) for case in CASES]
+        highest[condition.id] = speeds[0]
+        least[condition.id] = min((speed or 0.0 for speed in speeds), default=0.0) or None
+    return Removal(what, kind, tuple(lost), front_seen, seen, highest, least)
+
+
+def _highest(parts: Parts, condition: str, case: str, lost: Collection[str]) -> float | None:
+    left = [
+        ok
+        for sensor, ok in zip(parts.chain_sensors, parts.supported[condition, case], strict=True)
+        if sensor not in lost
+    ]
+    run = last_run(np.any(left, axis=0)) if left else None
+    return None if run is None else float(SPEEDS[run[1]])
+
+
+def groups_of(
+    architecture: Architecture, sensors: Sequence[str], resources: Mapping[str, Sequence[str]]
+) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """List what may fail: each sensor, each element, each resource that elements share.
+
+    An element that one sensor alone realises under the same name is not listed twice.
+
+    Args:
+        architecture: Whose parts say which element they realise.
+        sensors: Those that are analysed.
+        resources: Of each element, from the concept.
+
+    Yields:
+        Name, kind and sensors that go with it.
+    """
+    elements: dict[str, list[str]] = {}
+    shared: dict[str, list[str]] = {}
+    for name in sensors:
+        yield name, "sensor", (name,)
+        element = architecture.sensors[name].realises
+        if element is not None:
+            elements.setdefault(element, []).append(name)
+            for resource in resources.get(element, ()):
+                shared.setdefault(resource, []).append(name)
+    for element, lost in elements.items():
+        if lost != [element]:
+            yield element, "element", tuple(lost)
+    for resource, lost in shared.items():
+        yield resource, "resource", tuple(lost)
+
+
+def critical_of(whole: Removal, removals: Sequence[Removal]) -> str:
+    """Name the sensor whose loss costs most: speed for a stopped car and for all cases, then sight.
+
+    Speeds and shares are added up over the conditions.
+
+    Returns:
+        Empty if the loss of no sensor costs anything.
+    """
+    singles = [item for item in removals if item.kind == "sensor"]
+    if not singles:
+        return ""
+    worst = min(singles, key=_left)
+    return worst.what if _left(worst) < _left(whole) else ""
+
+
+def _left(item: Removal) -> tuple[float, float]:
+    speeds = [*item.highest_mps.values(), *item.all_cases_mps.values()]
+    return sum(speed or 0.0 for speed in speeds), sum(item.seen.values())
+
+
+# --- Analyse the suite of an architecture: coverage, blind spots, range slack, loss of parts ------
+
+NOTES: Final = (
+    "Each target stands alone: what other traffic, buildings, curves and crests hide is left out.",
+    "A target counts as seen where its middle lies in range and field of view, without noise, "
+    "missed detections and false alarms.",
+    "Patches of a camera and the loss of radar signal at the edge of view are left out.",
+    "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
+    "Below a speed in brackets there is a gap: a pedestrian who crosses comes at a wider bearing "
+    "the slower the ego is, and then from outside the field of view.",
+    "Waits are the longest ones, and hits of several sensors on one track are not added up, so "
+    "speeds err on the slow side.",
+)
+"""What the analysis leaves out."""
+
+_LOW_SUN: Final = (
+    "A low sun stands straight ahead. A camera counts with the range that is left where it looks "
+    "nearest to the sun; that an object before the sun shades the lens is left out."
+)
+_NO_SUN: Final = "A low sun is left out: no ODD that limits the sun's elevation is given."
+
+_RADAR_AHEAD: Final = (
+    "A physical radar counts with the range that it has straight ahead, where it detects half of "
+    "the time; what its antenna loses towards the edges and the echo of rain are left out."
+)
+
+
+def analyse(
+    architecture: Architecture,
+    conditions: Sequence[Condition] = DEFAULTS,
+    *,
+    odd_speed: float | None = None,
+    resources: Mapping[str, Sequence[str]] | None = None,
+) -> Suite:
+    """Analyse what the sensors of an architecture see, without a simulation.
+
+    Args:
+        architecture: Vehicle, sensors, channels and switch.
+        conditions: Weather, light and grip, the reference first.
+        odd_speed: Highest speed of the ODD [m/s].
+        resources: What each element of the concept shares with others.
+    """
+    bench = _Bench(architecture, tuple(conditions))
+    whole = without(bench.parts, "", "sensor", ())
+    removals = tuple(
+        without(bench.parts, what, kind, lost)
+        for what, kind, lost in groups_of(architecture, list(bench.eyes), resources or {})
+    )
+    vehicle = architecture.vehicle
+    return Suite(
+        architecture=architecture.architecture,
+        title=architecture.title,
+        cost=architecture.cost,
+        sensor_cost=sum(sensor.cost for sensor in architecture.sensors.values()),
+        length_m=vehicle.length,
+        width_m=vehicle.width,
+        height_m=vehicle.height,
+        odd_speed_mps=odd_speed,
+        sensors=tuple(bench.sensors()),
+        not_analysed=tuple(bench.left_out()),
+        conditions=bench.conditions,
+        zones=bench.look.zones,
+        coverage=tuple(bench.coverage()),
+        blind_spots=tuple(bench.blind_spots()),
+        bearings=tuple(bench.bearings()),
+        chains=tuple(path.chain for path in bench.paths),
+        slacks=tuple(bench.slacks(odd_speed)),
+        speeds=tuple(bench.speeds()),
+        forward=tuple(
+            forward_range(bench.paths, condition, bench.front, odd_speed)
+            for condition in bench.conditions
+        ),
+        whole=whole,
+        removals=removals,
+        critical=critical_of(whole, removals),
+        notes=tuple(bench.notes()),
+    )
+
+
+@dataclass(frozen=True)
+class _Bench:
+    """One architecture with what several parts of its analysis need."""
+
+    architecture: Architecture
+    conditions: tuple[Condition, ...]
+
+    @cached_property
+    def eyes(self) -> dict[str, dict[tuple[str, str], Reach]]:
+        """Reaches by condition and target of each sensor that looks around."""
+        found: dict[str, dict[tuple[str, str], Reach]] = {}
+        for name, sensor in self.architecture.sensors.items():
+            reaches = {
+                (condition.id, kind): reach_of(sensor, target, condition)
+                for condition in self.conditions
+                for kind, target in TARGETS.items()
+            }
+            known = {key: reach for key, reach in reaches.items() if reach is not None}
+            if known:
+                found[name] = known
+        return found
+
+    @cached_property
+    def views(self) -> dict[str, View]:
+        """Where each of them looks."""
+        vehicle = self.architecture.vehicle
+        return {name: view_of(self.architecture.sensors[name], vehicle) for name in self.eyes}
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Length and width of the ego [m]."""
+        return self.architecture.vehicle.length, self.architecture.vehicle.width
+
+    @property
+    def front(self) -> float:
+        """Of the ego, from its box centre [m]."""
+        return 0.5 * self.size[0]
+
+    @cached_property
+    def look(self) -> Look:
+        """The zones as the sensors look at them."""
+        kinds = [str(self.architecture.sensors[name].kind) for name in self.eyes]
+        return look_of(zones_of(*self.size), self.size, self.views, kinds)
+
+    @cached_property
+    def seen(self) -> dict[tuple[str, str], Bools]:
+        """Which sensor detects the target where, by condition and target."""
+        return {
+            (condition.id, target): self.look.seen(
+                [reaches[condition.id, target] for reaches in self.eyes.values()]
+            )
+            for condition in self.conditions
+            for target in TARGETS
+        }
+
+    @cached_property
+    def paths(self) -> tuple[Path, ...]:
+        """Ways from these sensors to the brakes."""
+        return tuple(
+            Path(chain, self.views[chain.sensor], self.eyes[chain.sensor])
+            for chain in chains_of(self.architecture)
+            if chain.sensor in self.eyes
+        )
+
+    @cached_property
+    def supported(self) -> dict[tuple[str, str], list[Bools]]:
+        """Speeds that each path supports, by condition and case."""
+        return {
+            (condition.id, case.id): [
+                supported(path, condition, case, self.front) for path in self.paths
+            ]
+            for condition in self.conditions
+            for case in CASES
+        }
+
+    @cached_property
+    def parts(self) -> Parts:
+        """The suite with parts to take away."""
+        return Parts(
+            conditions=self.conditions,
+            look=self.look,
+            sensors=tuple(self.eyes),
+            seen={condition.id: self.seen[condition.id, "car"] for condition in self.conditions},
+            chain_sensors=tuple(path.chain.sensor for path in self.paths),
+            supported=self.supported,
+        )
+
+    def sensors(self) -> Iterator[SuiteSensor]:
+        """Describe the sensors that look around."""
+        for name, reaches in self.eyes.items():
+            sensor = self.architecture.sensors[name]
+            mount = sensor.mount  # type: ignore[union-attr]
+            yield SuiteSensor(
+                id=name,
+                kind=str(sensor.kind),
+                fidelity=str(getattr(sensor, "fidelity", "object")),
+                x_m=mount.x,
+                y_m=mount.y,
+                z_m=mount.z,
+                yaw_rad=mount.yaw,
+                field_of_view_rad=sensor.field_of_view,  # type: ignore[union-attr]
+                body_m=self.views[name].body,
+                realises=sensor.realises,
+                cost=sensor.cost,
+                reaches=tuple(SuiteReach(*key, *reach) for key, reach in reaches.items()),
+            )
+
+    def left_out(self) -> Iterator[NotAnalysed]:
+        """List the sensors of which nothing can be said, and why."""
+        for name, sensor in self.architecture.sensors.items():
+            if name in self.eyes:
+                continue
+            why = "do not look around"
+            if isinstance(sensor, PluginSensor):
+                why = "plug-ins, whose field of view and range are unknown"
+            elif sensor.kind == "ground_truth":
+                why = "no devices"
+            yield NotAnalysed(name, str(sensor.kind), why)
+
+    def coverage(self) -> Iterator[ZoneCoverage]:
+        """Measure what is seen of each zone."""
+        for condition in self.conditions:
+            for target in TARGETS:
+                seen = self.seen[condition.id, target]
+                yield from coverage(self.look, seen, target, condition)
+
+    def blind_spots(self) -> Iterator[BlindSpot]:
+        """Measure what is blind of each zone."""
+        for condition in self.conditions:
+            for target in TARGETS:
+                seen = self.seen[condition.id, target]
+                yield from blind_spots(self.look, seen, target, condition)
+
+    def bearings(self) -> Iterator[BlindBearing]:
+        """Look for the nearest blind place in each direction."""
+        views = list(self.views.values())
+        for condition in self.conditions:
+            reaches = [reaches[condition.id, "car"] for reaches in self.eyes.values()]
+            yield from blind_bearings(views, reaches, self.size, condition)
+
+    def slacks(self, odd_speed: float | None) -> Iterator[Slack]:
+        """Compare range and need at round speeds and at the ODD's highest."""
+        shown = {speed / 3.6 for speed in SHOWN}
+        shown |= set() if odd_speed is None else {odd_speed}
+        for condition in self.conditions:
+            for case in CASES:
+                for speed in sorted(shown):
+                    yield slack_at(self.paths, condition, case, speed, self.front)
+
+    def speeds(self) -> Iterator[SpeedRange]:
+        """Find the speeds that the suite supports."""
+        for condition in self.conditions:
+            for case in CASES:
+                oks = self.supported[condition.id, case.id]
+                yield speed_range(self.paths, oks, condition, case)
+
+    def notes(self) -> Iterator[str]:
+        """Say what is left out or assumed."""
+        yield from NOTES
+        has_sun = any(item.sun_elevation_rad is not None for item in self.conditions)
+        yield _LOW_SUN if has_sun else _NO_SUN
+        sensors = self.architecture.sensors
+        if any(model_name(sensors[name]) == "radar/physical" for name in self.eyes):
+            yield _RADAR_AHEAD
+        assumed = sorted({path.chain.channel for path in self.paths if path.chain.is_assumed})
+        if assumed:
+            yield (
+                f"Channels that do not state confirmation and braking ({', '.join(assumed)}) are "
+                "taken to have those of the built-in nominal channel."
+            )
+        unlinked = sorted(set(self.eyes) - {path.chain.sensor for path in self.paths})
+        if unlinked:
+            yield f"Linked to no channel, so without a say in speed: {', '.join(unlinked)}."

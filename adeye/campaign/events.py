@@ -1,0 +1,215 @@
+"""What happened in the runs of a batch, as events in order of time, read from their trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adeye.judge.metrics.perception import measuring_sensors
+from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS, Bools
+from adeye.store.block import EventBlock
+from adeye.store.encoding import Dictionary, Texts
+from adeye.store.records import EventRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from adeye.signals import Floats, Ints
+    from adeye.trace import Trace
+
+_KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")
+
+
+@dataclass
+class _Found:
+    """Events as they are found, one part for each kind and subject."""
+
+    runs: list[Ints] = field(default_factory=list)
+    times: list[Floats] = field(default_factory=list)
+    kinds: list[Ints] = field(default_factory=list)
+    subjects: list[Ints] = field(default_factory=list)
+    texts: list[Ints] = field(default_factory=list)
+    names: dict[str, int] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def add(self, kind: str, subject: str, text: str, runs: Ints, times: Floats) -> None:
+        """Add events that differ in run and time only."""
+        if not len(runs):
+            return
+        same = np.zeros(len(runs), dtype=np.int64)
+        self.runs.append(np.asarray(runs, dtype=np.int64))
+        self.times.append(np.asarray(times, dtype=np.float64))
+        self.kinds.append(same + _KINDS.index(kind))
+        self.subjects.append(same + self.names.setdefault(subject, len(self.names)))
+        self.texts.append(same + self.lines.setdefault(text, len(self.lines)))
+
+    def block(self) -> EventBlock:
+        """Sort by run, time, kind and subject; what is found first stays first."""
+
+        def whole(parts: Iterable[Ints]) -> Ints:
+            return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+        names = tuple(self.names)
+        order = {name: place for place, name in enumerate(sorted(names))}
+        rank = np.array([order[name] for name in names], dtype=np.int64)
+        run, kind, subject = whole(self.runs), whole(self.kinds), whole(self.subjects)
+        time = np.concatenate([np.zeros(0), *self.times])
+        chosen = np.lexsort((rank[subject], kind, time, run))
+        return EventBlock(
+            run[chosen],
+            time[chosen],
+            Texts(kind[chosen], Dictionary(_KINDS)),
+            Texts(subject[chosen], Dictionary(names)),
+            Texts(whole(self.texts)[chosen], Dictionary(tuple(self.lines))),
+        )
+
+
+def happenings(trace: Trace, critical: Ints | None = None) -> EventBlock:
+    """List the events of every run of a batch.
+
+    Args:
+        trace: The batch.
+        critical: (B,) object whose first detection by each sensor is an event; -1 for none.
+
+    Returns:
+        Storyboard events, faults, channel states, monitors, handovers, contact and first
+        detections.
+    """
+    found = _Found()
+    # Nothing is decided at the last row of a run.
+    decided = np.arange(trace.time.shape[0]) < (trace.length - 1)[:, np.newaxis]
+    _storyboard(trace, found)
+    for name, active in _flags(trace, trace.layout.faults, trace["fault_active"]):
+        _edges(trace, found, ("fault", f"fault {name}", name), ("begins", "ends"), active, decided)
+    _channels(trace, found, decided)
+    confirmed = trace["monitors"][..., 1]
+    for name, active in _flags(trace, trace.layout.monitors, confirmed):
+        words = ("confirmed", "healed")
+        _edges(trace, found, ("monitor", f"monitor {name}", name), words, active, decided)
+    _handovers(trace, found, decided)
+    _contact(trace, found)
+    if critical is not None:
+        _detections(trace, found, critical)
+    return found.block()
+
+
+def events_of(trace: Trace, run: int) -> tuple[EventRecord, ...]:
+    """List the events of one run of a batch."""
+    events = happenings(trace.select([run]))
+    columns = (events.kind.values(), events.subject.values(), events.text.values())
+    return tuple(
+        EventRecord(time, kind or "", subject, text or "")
+        for time, kind, subject, text in zip(events.time_s.tolist(), *columns, strict=True)
+    )
+
+
+def _storyboard(trace: Trace, found: _Found) -> None:
+    begun = trace["begun"][np.arange(trace.runs), trace.length - 1]
+    for index, name in enumerate(trace.layout.context.event_ids):
+        runs = np.flatnonzero(np.isfinite(begun[:, index]))
+        found.add("storyboard", name, f"{name} begins", runs, begun[runs, index])
+        lost = np.flatnonzero(np.isinf(begun[:, index]))
+        times = trace.time[np.isinf(trace["begun"][lost, :, index]).argmax(axis=1)]
+        text = f"{name} is lost: a later event takes its place at the same time"
+        found.add("storyboard", name, text, lost, times)
+
+
+def _flags(
+    trace: Trace, names: tuple[str, ...], column: np.ndarray[tuple[int, ...], np.dtype[np.generic]]
+) -> Iterable[tuple[str, Bools]]:
+    return ((name, column[:, :, index] != 0) for index, name in enumerate(names) if trace.runs)
+
+
+def _edges(
+    trace: Trace,
+    found: _Found,
+    what: tuple[str, str, str],
+    words: tuple[str, str],
+    active: Bools,
+    decided: Bools,
+) -> None:
+    """Find where a truth value changes; it is false before row 0."""
+    kind, title, name = what
+    if not active.any():
+        return
+    changed = active & decided
+    changed[:, 1:] &= ~active[:, :-1]
+    ended = decided[:, 1:] & active[:, :-1] & ~active[:, 1:]
+    # In order of time, so that events of one time come as they did.
+    runs, rows = np.nonzero(changed)
+    found.add(kind, name, f"{title} {words[0]}", runs, trace.time[rows])
+    runs, rows = np.nonzero(ended)
+    found.add(kind, name, f"{title} {words[1]}", runs, trace.time[rows + 1])
+
+
+def _changes(column: NDArray[Any], decided: Bools) -> tuple[Ints, Ints]:
+    """Find runs and rows at which a code differs from the row before."""
+    runs, rows = np.nonzero((column[:, 1:] != column[:, :-1]) & decided[:, 1:])
+    return runs, rows + 1
+
+
+def _channels(trace: Trace, found: _Found, decided: Bools) -> None:
+    for index, name in enumerate(trace.layout.channels):
+        status = trace["status"][:, :, index]
+        runs, rows = _changes(status, decided)
+        codes = status[runs, rows]
+        for code in np.unique(codes):
+            text = f"channel {name}: {STATUS_LABELS[int(code)]}"
+            chosen = codes == code
+            found.add("channel", name, text, runs[chosen], trace.time[rows[chosen]])
+    for run, event in enumerate(trace.channel_events):
+        for failure in () if event is None else (event, *event.later):
+            text = f"{failure.outcome}: {failure.detail}"
+            found.add("channel", failure.channel, text, np.array([run]), np.array([failure.time]))
+
+
+def _handovers(trace: Trace, found: _Found, decided: Bools) -> None:
+    """Find who has authority after whom and why, and when a handover with a latency begins."""
+    authority, reason = trace["authority"], trace["reason"]
+    names = (*trace.layout.channels, "none")  # NO_CHANNEL counts from the end
+    assert NO_CHANNEL == -1
+    runs, rows = _changes(authority, decided)
+    changes = np.stack([authority[runs, rows], authority[runs, rows - 1], reason[runs, rows]])
+    for change in sorted(set(map(tuple, changes.T.tolist()))):
+        to, before, why = change
+        chosen = (changes == np.array(change)[:, np.newaxis]).all(axis=0)
+        text = f"authority to {names[to]} from {names[before]} ({REASON_LABELS[why]})"
+        found.add("switch", names[to], text, runs[chosen], trace.time[rows[chosen]])
+    # Where the old channel acts meanwhile, authority does not tell that another is to come.
+    runs, rows = _changes(reason, decided)
+    begins = (reason[runs, rows] == REASON_HANDOVER) & (
+        authority[runs, rows] == authority[runs, rows - 1]
+    )
+    runs, rows = runs[begins], rows[begins]
+    for channel in np.unique(authority[runs, rows]).tolist():
+        chosen = authority[runs, rows] == channel
+        text = f"handover from {names[channel]} begins"
+        found.add("switch", names[channel], text, runs[chosen], trace.time[rows[chosen]])
+
+
+def _contact(trace: Trace, found: _Found) -> None:
+    last = trace.length - 1
+    touched = trace["contact"][np.arange(trace.runs), last]
+    for run in np.flatnonzero(touched >= 0):
+        name = trace.layout.context.object_ids[int(touched[run])]
+        speed = float(trace["impact_speed"][run, last[run]])
+        text = f"contact with {name} at {speed:.2f} m/s"
+        found.add("contact", name, text, np.array([run]), trace.time[last[run : run + 1]])
+
+
+def _detections(trace: Trace, found: _Found, critical: Ints) -> None:
+    """Find when each sensor that feeds a channel first detects the critical object."""
+    in_run = np.arange(trace.time.shape[0]) < trace.length[:, np.newaxis]
+    for item in np.unique(critical[critical >= 0]).tolist():
+        runs = np.flatnonzero(critical == item)
+        name = trace.layout.context.object_ids[item]
+        for index in measuring_sensors(trace.layout):
+            sensor = trace.layout.sensors[index]
+            seen = (trace["detected"][runs, :, index, item] != 0) & in_run[runs]
+            has_seen = seen.any(axis=1)
+            times = trace.time[seen.argmax(axis=1)[has_seen]]
+            found.add("sensor", sensor, f"{sensor} first detects {name}", runs[has_seen], times)

@@ -1,0 +1,530 @@
+"""Show a stored run, and run it again to compare every bit of its trace.
+
+A recalled run holds its whole architecture and scenario. Only one part of the runs is recalled at a
+time, so memory does not grow with the campaign.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from itertools import takewhile
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from adeye.campaign.parts import use_plugin_metrics
+from adeye.campaign.plan import folder_of_plugins, recreate
+from adeye.campaign.run import Progress
+from adeye.campaign.work import evaluate, signals_of
+from adeye.errors import InputError, UsageError, suggest
+from adeye.judge.requirements import requirement_digest
+from adeye.kernel.relation import tick_time
+from adeye.outputs import replacing
+from adeye.simulate.channels.process.protocol import Witness
+from adeye.simulate.engine import identity
+from adeye.simulate.engine import run as run_batch
+from adeye.simulate.traffic import VARIANTS
+from adeye.spec.concept import Concept
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.store.location import option
+from adeye.store.repository import Repository
+from adeye.sweep.axes import named_values
+from adeye.sweep.case import structure_key
+from adeye.trace import LINK_TICKS
+from adeye.units import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from adeye.judge.evaluate import Evaluation
+    from adeye.judge.trace_signals import TraceSignals
+    from adeye.judge.uncertainty import NumericUncertainty
+    from adeye.spec.concept import Requirement
+    from adeye.store.records import CampaignInfo, RunRef, StoredCase, StoredRun
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
+
+    Report = Callable[[Progress], None]
+
+# --- Show a stored run, and run it again to compare every bit of its trace ------------------------
+
+CHANGED: Final = (
+    "other code or another machine executed it first, or it keeps state from call to call"
+)
+"""Why a run is not as stored that comes out alike whenever it is executed now."""
+UNSTEADY: Final = (
+    "something in it is not deterministic: look for time, process ids, threads, unseeded "
+    "randomness, and state that is kept from call to call"
+)
+"""Why a run is not as stored that comes out in more than one way now."""
+
+
+@dataclass(frozen=True)
+class Execution:
+    """A stored run, executed again.
+
+    Attributes:
+        run: Where it stands.
+        stored: What the database holds.
+        case: Its test case.
+        trace: The trace of this one run.
+        signals: Its signals by name.
+        evaluation: Metrics and judgements of the trace.
+    """
+
+    run: RunRef
+    stored: StoredRun
+    case: TestCase
+    trace: Trace
+    signals: TraceSignals
+    evaluation: Evaluation
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What running a stored run again came to.
+
+    Attributes:
+        run: Result digest.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        stored_digest: Trace digest in the database.
+        trace_digest: Trace digest now.
+        identical: Whether the two are equal.
+        rows: Ticks of the trace.
+        outcome: What happened.
+        verdicts: Verdict by FSR.
+        note: Why a difference may be expected; empty if none is.
+        same_ticks: Ticks at the beginning that are as recorded, in steps of ``LINK_TICKS``; None
+            where that was not recorded.
+        cause: Why the two differ, as far as executing it once more tells; empty if they do not.
+    """
+
+    run: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    stored_digest: str
+    trace_digest: str
+    identical: bool
+    rows: int
+    outcome: str
+    verdicts: Mapping[str, str]
+    note: str
+    same_ticks: int | None = None
+    cause: str = ""
+
+    def __bool__(self) -> bool:
+        """Be true if the trace is the stored one."""
+        return self.identical
+
+
+@dataclass(frozen=True)
+class Recalled:
+    """A stored run with all that it takes to execute and judge it again.
+
+    Attributes:
+        run: Where it stands.
+        stored: What the database holds.
+        case: Its test case.
+        folder: Folder of its plug-ins.
+        backend: Traffic that it was made with.
+        variant: Arithmetic of it; None if this version has another in its place.
+        requirements: FSRs of its campaign.
+        faults: Fault ids of its ODD.
+        uncertainty: Numeric uncertainty that it was judged with, by FSR.
+        metrics: Metrics from outside the package that its ODD lists.
+        odd_folder: Folder of the ODD's file, where these are looked for.
+    """
+
+    run: RunRef
+    stored: StoredRun
+    case: TestCase
+    folder: Path
+    backend: str
+    variant: str | None
+    requirements: tuple[Requirement, ...]
+    faults: tuple[str, ...]
+    uncertainty: Mapping[str, NumericUncertainty]
+    metrics: tuple[str, ...]
+    odd_folder: Path
+
+    def evaluate(
+        self,
+        trace: Trace,
+        cases: Sequence[TestCase],
+        uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
+    ) -> Evaluation:
+        """Measure and judge executions of its structure as its campaign does.
+
+        Raises:
+            InputError: A metric of the ODD is not there any more.
+        """
+        use_plugin_metrics(self.metrics, self.odd_folder)
+        return evaluate(trace, cases, self.requirements, self.faults, uncertainty)
+
+    def execute(
+        self, cases: Sequence[TestCase], *, drawn: bool = False, witness: Witness | None = None
+    ) -> Trace:
+        """Execute test cases of its structure as it was executed."""
+        return run_batch(
+            cases,
+            backend=self.backend,
+            variant=self.variant,
+            base_dirs={self.case.architecture.architecture: self.folder},
+            drawn=drawn,
+            witness=witness,
+        )
+
+
+def recall(repository: Repository, run: RunRef) -> Recalled:
+    """Make a stored run ready to be executed again.
+
+    Args:
+        repository: The database.
+        run: A run that has a result.
+
+    Raises:
+        InputError: It was planned, but not executed yet.
+        IntegrityError: Its test case does not come out of the database as it went in.
+    """
+    stored = repository.run_row(run.result_digest)
+    if stored is None:
+        raise InputError(
+            f"run {run.result_digest[:12]} was planned, but not executed yet",
+            remedy="Run the campaign first.",
+        )
+    campaign = repository.find_campaign(run.campaign)
+    odd = repository.content("odd", campaign.odd_digest)
+    row = repository.test_case_row(run.test_case)
+    case = recreate(
+        row,
+        run.scenario,
+        odd["odd"],
+        inside_odd=run.inside_odd,
+    )
+    concept = Concept.model_validate(
+        repository.content("concept", campaign.concept_digest), context=SI
+    )
+    name = case.architecture.architecture
+    folder = folder_of_plugins(row, _provenances(repository, campaign), name)
+    return Recalled(
+        run=run,
+        stored=stored,
+        case=case,
+        folder=folder,
+        backend=str(stored.row["backend"]),
+        variant=_known_variant(stored.row),
+        requirements=() if run.is_drive else concept.requirements,
+        faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
+        uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
+        metrics=tuple(odd["odd"].get("plugins", ())),
+        odd_folder=Path(str(campaign.provenance.get("odd_path", ""))).parent,
+    )
+
+
+def _provenances(repository: Repository, campaign: CampaignInfo) -> Iterator[Mapping[str, Any]]:
+    """Tell where a campaign was planned, and then where it was executed, the latest first."""
+    yield campaign.provenance
+    for session in reversed(repository.evidence.sessions(campaign.id)):
+        yield session.provenance
+
+
+@contextmanager
+def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness | None]:
+    """Open the file that gets what a channel is shown.
+
+    Raises:
+        UsageError: There is no such channel, or the file is not to be written over.
+        PlatformError: The file cannot be written.
+    """
+    if dump is None:
+        yield None
+        return
+    channel, path = dump
+    channels = case.architecture.channels
+    if channel not in channels:
+        raise UsageError(
+            f"architecture {case.architecture.architecture} has no channel {shown(channel)}",
+            remedy=suggest(channel, channels),
+        )
+    with replacing(path) as place, place.open("wb") as stream:
+        yield Witness(channel, stream)
+
+
+def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = None) -> Execution:
+    """Execute a stored run again, alone.
+
+    Args:
+        repository: The database.
+        run: A run that has a result.
+        dump: Channel, and the file that gets what it is shown.
+
+    Raises:
+        InputError: It was planned, but not executed yet.
+        IntegrityError: Its test case does not come out of the database as it went in.
+    """
+    recalled = recall(repository, run)
+    case = recalled.case
+    with _witness(dump, case) as witness:
+        trace = recalled.execute([case], drawn=True, witness=witness)
+    return Execution(
+        run=run,
+        stored=recalled.stored,
+        case=case,
+        trace=trace,
+        signals=signals_of(trace, [case], recalled.faults),
+        evaluation=recalled.evaluate(trace, [case], recalled.uncertainty),
+    )
+
+
+def same_ticks(stored: StoredRun, chain: Sequence[str]) -> int | None:
+    """Count the ticks in which an execution is known to be as it was recorded.
+
+    Args:
+        stored: With the digest chain that was recorded.
+        chain: Of the execution.
+
+    Returns:
+        Ticks before the first link that differs; None where no chain was recorded.
+    """
+    if stored.links is None:
+        return None
+    parts = int(stored.row["trace_rows"]) // LINK_TICKS
+    same = zip(stored.links[:parts], chain, strict=False)
+    return LINK_TICKS * sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], same))
+
+
+def _known_variant(row: Mapping[str, Any]) -> str | None:
+    """Give the arithmetic that a run was made with; None if this version has another in its place.
+
+    The version of an arithmetic changes with its bits; its name stays.
+    """
+    backend, name = str(row["backend"]), str(row["variant"])
+    short = name.rpartition("-")[0]
+    return short if short in VARIANTS.get(backend, ()) else None
+
+
+def replay_run(
+    db: str | Path | None,
+    run: str,
+    dump: tuple[str, Path] | None = None,
+    look: Callable[[Trace], None] | None = None,
+) -> Replayed:
+    """Execute a stored run again and compare trace digests.
+
+    Where they differ it is executed once more: what changed and what is never the same are two
+    causes.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+        dump: Channel, and the file that gets what it is shown, a line for each observation.
+        look: Is shown the trace of the run.
+    """
+    with Repository.open(db, create=False) as repository:
+        ref = repository.find_run(run)
+        done = rerun(repository, ref, dump)
+        trace_digest = done.trace.digests()[0]
+        cause = ""
+        if trace_digest != done.stored.trace_digest:
+            (once_more,) = rerun(repository, ref).trace.digests()
+            cause = CHANGED if once_more == trace_digest else UNSTEADY
+    if look is not None:
+        look(done.trace)
+    row = done.stored.row
+    now = identity(str(row["backend"]), _known_variant(row))
+    note = ""
+    if (row["variant"], row["numerics_version"]) != (now.variant, now.numerics_version):
+        note = (
+            f"it was made by {row['variant']}, numerics version {row['numerics_version']}; "
+            f"this is {now.variant}, numerics version {now.numerics_version}"
+        )
+    if row["machine_dependent"]:
+        why = "a deadline or limit that depends on the machine stopped a channel in it"
+        note = f"{note}; {why}" if note else why
+    return Replayed(
+        run=done.run.result_digest,
+        scenario=done.run.scenario,
+        architecture=done.run.architecture,
+        fault_entry=done.case.fault_entry,
+        stored_digest=done.stored.trace_digest,
+        trace_digest=trace_digest,
+        identical=trace_digest == done.stored.trace_digest,
+        rows=int(done.trace.length[0]),
+        outcome=done.evaluation.outcomes[0].outcome.value,
+        verdicts={item.fsr_id: item.verdict.value for item in done.evaluation.judgements[0]},
+        note=note,
+        same_ticks=same_ticks(done.stored, done.trace.chains()[0]),
+        cause=cause,
+    )
+
+
+def _fork_fields(case: StoredCase) -> dict[str, Any]:
+    """Say what a run is a fork of."""
+    if case.fork is None:
+        return {}
+    return {
+        "fork_of": case.fork.origin,
+        "authority": case.fork.authority,
+        "from_tick": case.fork.from_tick,
+        "from_time_s": tick_time(case.fork.from_tick, case.step_s),
+    }
+
+
+def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
+    """Say everything that the database holds about a run, JSON-compatible.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+    """
+    with Repository.open(db, create=False) as repository:
+        ref = repository.find_run(run)
+        stored = repository.run_row(ref.result_digest)
+        case = repository.test_case_row(ref.test_case)
+        campaign = repository.find_campaign(ref.campaign)
+        odd = repository.content("odd", campaign.odd_digest)
+        concept = repository.content("concept", campaign.concept_digest)
+        judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
+    parameters = named_values(dict(case.parameters), odd, ref.scenario)
+    paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
+    described: dict[str, Any] = {
+        "run": ref.result_digest,
+        "test_case": ref.test_case,
+        "situation": case.situation,
+        "campaign": ref.campaign,
+        "ordinal": ref.ordinal,
+        "scenario": ref.scenario,
+        "architecture": ref.architecture,
+        "fault_entry": case.fault_entry,
+        "replicate": case.replicate,
+        "seed": case.seed,
+        "step_s": case.step_s,
+        "parameters": {item.label: item.value for item in parameters},
+        "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
+        **_fork_fields(case),
+        "is_done": stored is not None,
+        "command": f"adeye replay {ref.result_digest[:12]}{option(db)}",
+    }
+    if stored is None:
+        return described
+    row = stored.row
+    requirements = Concept.model_validate(concept, context=SI).requirements
+    attributes = Attributes.model_validate(odd["odd"]["attributes"], context=SI)
+    wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
+    wanted |= {fsr: item.digest for fsr, item in judged.items()}
+    return described | {
+        "outcome": row["outcome"],
+        "outcome_channel": row["outcome_channel"],
+        "outcome_detail": row["outcome_detail"],
+        "end_reason": row["end_reason"],
+        "duration_s": row["duration_s"],
+        "trace_digest": row["trace_digest"],
+        "backend": row["backend"],
+        "variant": row["variant"],
+        "machine_dependent": bool(row["machine_dependent"]),
+        "metrics": {
+            name: {
+                "value": item.value,
+                "status": item.status,
+                "time_s": item.time_s,
+                "actor": item.actor,
+            }
+            for name, item in stored.metrics.items()
+        },
+        "verdicts": [
+            {
+                "fsr": item.fsr_id,
+                "verdict": item.verdict.value,
+                "exercised": item.is_exercised,
+                "margin": item.margin,
+                "unit": item.unit,
+                "predicate": item.predicate,
+                "time_s": item.time_s,
+                "actor": item.actor,
+                "value": item.value,
+                "threshold": item.threshold,
+                "detail": item.detail,
+            }
+            for item in stored.verdicts
+            if wanted.get(item.fsr_id) == item.fsr_digest
+        ],
+        "events": [asdict(item) for item in stored.events],
+    }
+
+
+# --- Recall the runs of a campaign part by part, and say how many are done ------------------------
+
+PART_RUNS: Final = 512
+"""Runs that are recalled at a time."""
+MOST_TOGETHER: Final = 128
+"""Runs that are executed together with their twins or forks."""
+
+T = TypeVar("T")
+
+
+def recalled_parts(repository: Repository, runs: Sequence[RunRef]) -> Iterator[list[Recalled]]:
+    """Make stored runs ready to be executed again, a part at a time.
+
+    Args:
+        repository: The database.
+        runs: In any order.
+
+    Yields:
+        Parts in the order of the plan, in which runs of one structure stand together.
+
+    Raises:
+        InputError: A run was planned, but not executed yet.
+        IntegrityError: A test case does not come out of the database as it went in.
+    """
+    ordered = sorted(runs, key=lambda run: (run.campaign, run.ordinal))
+    for first in range(0, len(ordered), PART_RUNS):
+        yield [recall(repository, run) for run in ordered[first : first + PART_RUNS]]
+
+
+def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterator[list[T]]:
+    """Group what can be executed in one batch, in groups of ``MOST_TOGETHER`` at most.
+
+    Args:
+        items: Recalled runs, or what holds one each.
+        recalled_of: Gives the run of an item.
+    """
+    groups: dict[object, list[T]] = defaultdict(list)
+    for item in items:
+        run = recalled_of(item)
+        context = (run.run.campaign, run.folder, run.backend, run.variant)
+        groups[structure_key(run.case), context].append(item)
+    for group in groups.values():
+        for first in range(0, len(group), MOST_TOGETHER):
+            yield group[first : first + MOST_TOGETHER]
+
+
+class Counter:
+    """Counts runs that are done, and reports each time.
+
+    Attributes:
+        done: Runs so far.
+    """
+
+    def __init__(self, phase: str, total: int, report: Report | None) -> None:
+        """Report that nothing is done yet.
+
+        Args:
+            phase: What is being done.
+            total: Runs that there are.
+            report: Who is told; None for nobody.
+        """
+        self.done = 0
+        self._phase, self._total, self._report = phase, total, report
+        self.add(0)
+
+    def add(self, runs: int) -> None:
+        """Count more runs."""
+        self.done += runs
+        if self._report is not None:
+            self._report(Progress(self._phase, self.done, self._total, 0))

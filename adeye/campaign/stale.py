@@ -1,0 +1,370 @@
+"""Which evidence of a campaign no longer counts under the files as they are now, and why.
+
+Evidence is a run with a verdict of an FSR. It counts as long as the files still ask for that run
+and for that FSR: the same result, judged by the same measure, at a place in the plan where the FSR
+applies. Nothing is executed, judged or saved.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.judge.extremes import measure_of
+from adeye.judge.metrics import METRICS
+from adeye.judge.outcome import bars
+from adeye.judge.requirements import JUDGE_VERSION, measured, reads_odd
+from adeye.spec.concept import Concept
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.store.encoding import json_text
+from adeye.store.evidence.roots import find_kept, folders_of
+from adeye.store.write.content import executable_digest
+from adeye.store.write.results import CHUNK
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.judge.requirements import CheckedRequirement
+    from adeye.spec.concept import Requirement
+    from adeye.store.read.rejudging import Again, StoredEvidence
+    from adeye.store.records import CampaignInfo, EngineKey
+    from adeye.store.repository import Repository
+
+CAUSES: Final = {
+    "scenario": "scenario {subject} has changed",
+    "parameters": "a default value of scenario {subject} has changed",
+    "architecture": "the executable part of architecture {subject} has changed",
+    "faults": "fault entry {subject} has changed",
+    "seed": "the seed of the ODD has changed",
+    "step": "the step of the ODD has changed",
+    "plugins": "code or files of a plug-in of architecture {subject} have changed",
+    "numerics": "traffic or numerics are of another version: {subject}",
+    "not_planned": "the plan no longer has these test cases: {subject}",
+    "requirement": "requirement {subject} is measured otherwise",
+    "judging": "requirement {subject}: its metric or judging is of another version",
+    "attributes": "the attributes of the ODD have changed, on which {subject} depends",
+    "not_asked": "requirement {subject} is no longer asked for there",
+}
+"""Why evidence no longer counts, in words, by the word of the JSON document."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stale:
+    """Evidence that no longer counts for one reason.
+
+    Attributes:
+        cause: A word of ``CAUSES``.
+        subject: What has changed.
+        evidence: Runs with a verdict of an FSR, each pair once.
+        runs: The runs among them.
+        fsrs: The FSRs among them.
+        architectures: The architectures among them.
+    """
+
+    cause: str
+    subject: str
+    evidence: int
+    runs: int
+    fsrs: tuple[str, ...]
+    architectures: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        return CAUSES[self.cause].format(subject=self.subject)
+
+
+@dataclass(frozen=True, slots=True)
+class Staleness:
+    """What of the evidence of a campaign counts under the files as they are now.
+
+    Attributes:
+        campaign: Its id.
+        number: Its number.
+        odd: Id of its ODD.
+        evidence: Runs with a verdict of an FSR.
+        counts: Of these, the ones that count.
+        stale: The others by reason, the most first.
+        pairs: For each stale pair of result digest and FSR why it is.
+        planned: Pairs that the files ask for now.
+        there: Of these, the ones that the database has.
+        to_judge: Results that judging again can complete, at most.
+        to_replay: Results that have to be executed again to be judged.
+        to_execute: Test cases without a result.
+    """
+
+    campaign: str
+    number: int
+    odd: str
+    evidence: int
+    counts: int
+    stale: tuple[Stale, ...]
+    pairs: Mapping[tuple[str, str], tuple[str, str]]
+    planned: int
+    there: int
+    to_judge: int
+    to_replay: int
+    to_execute: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """What a test case is made of, by what may change."""
+
+    result: str
+    inside: bool
+    parts: Mapping[str, str]
+
+
+_ORDER: Final = (
+    "scenario", "parameters", "architecture", "faults", "seed", "step", "plugins", "numerics"
+)  # fmt: skip
+
+_Place = tuple[str, str, str, str, int]
+"""Scenario, architecture, fault entry, swept values and replicate: where a test case stands."""
+
+
+def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInfo) -> Staleness:
+    """Compare the evidence of a campaign with what a plan asks for.
+
+    Args:
+        repository: The database.
+        plan: Of the files as they are now.
+        campaign: Of the same ODD, as a rule.
+    """
+    now, by_place = _planned(plan)
+    requirements = _Requirements(repository, plan, campaign)
+    pairs: dict[tuple[str, str], tuple[str, str]] = {}
+    evidence = 0
+    groups: dict[tuple[str, str], list[tuple[str, str, str]]] = defaultdict(list)
+    for stored in repository.again.evidence(campaign.id):
+        key = stored.scenario, stored.architecture, stored.result
+        here = now.get(key)
+        why = None if here is not None else _why(stored, by_place)
+        for fsr in stored.fsrs:
+            evidence += 1
+            reason = why or requirements.why(stored, fsr, is_inside=bool(here))
+            if reason is not None:
+                # Of two places with one result one may still count, so that the pair does.
+                pairs[stored.result, fsr] = reason
+                groups[reason].append((stored.result, fsr, stored.architecture))
+    stale = [
+        Stale(
+            cause,
+            subject,
+            len(items),
+            len({result for result, _, _ in items}),
+            tuple(sorted({fsr for _, fsr, _ in items})),
+            tuple(sorted({name for _, _, name in items})),
+        )
+        for (cause, subject), items in groups.items()
+    ]
+    stale.sort(key=lambda item: (-item.evidence, item.cause, item.subject))
+    return Staleness(
+        campaign=campaign.id,
+        number=campaign.number,
+        odd=campaign.odd,
+        evidence=evidence,
+        counts=evidence - sum(item.evidence for item in stale),
+        stale=tuple(stale),
+        pairs=pairs,
+        **_needs(repository.again, plan, now, repository.location.beside),
+    )
+
+
+def _planned(
+    plan: CampaignPlan,
+) -> tuple[dict[tuple[str, str, str], bool], dict[_Place, _Case]]:
+    """Find the test cases that the files ask for now, by result and by place."""
+    results: dict[tuple[str, str, str], bool] = {}
+    places: dict[_Place, _Case] = {}
+    for part in plan.planned():
+        shared = {
+            "scenario": _executed("scenario", json_text(part.scenario_content.content)),
+            "architecture": _executed("architecture", json_text(part.architecture_content.content)),
+            "faults": _executed("faults", json_text([dict(fault) for fault in part.faults])),
+            "seed": str(part.seed),
+            "step": repr(float(part.step_s)),
+            **_engine_parts(part.engine),
+        }
+        digests = part.engine.result_digests(part.test_cases)
+        for result, parameters, point, replicate, inside in zip(
+            digests, part.parameters, part.points, part.replicates, part.inside_odd, strict=True
+        ):
+            key = part.scenario, part.architecture, result
+            results[key] = bool(inside) or results.get(key, False)
+            place = part.scenario, part.architecture, part.fault_entry, point, int(replicate)
+            places[place] = _Case(result, bool(inside), {**shared, "parameters": parameters})
+    return results, places
+
+
+def _engine_parts(engine: EngineKey) -> dict[str, str]:
+    version = f"{engine.variant}, numerics version {engine.numerics_version}"
+    return {"plugins": engine.plugins_digest, "numerics": f"{engine.backend} {version}"}
+
+
+_executed = lru_cache(maxsize=512)(executable_digest)
+
+
+def _why(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> tuple[str, str]:
+    """Say why a result is no longer asked for."""
+    place = (
+        stored.scenario,
+        stored.architecture,
+        stored.fault_entry,
+        stored.point,
+        stored.replicate,
+    )
+    here = places.get(place)
+    if here is None:
+        return "not_planned", _gone(stored, places)
+    parts = {
+        "scenario": _executed("scenario", stored.scenario_content),
+        "architecture": _executed("architecture", stored.architecture_content),
+        "faults": _executed("faults", stored.faults),
+        "seed": str(stored.seed),
+        "step": repr(float(stored.step_s)),
+        "parameters": stored.parameters,
+        **_engine_parts(stored.engine),
+    }
+    for cause in _ORDER:
+        if parts[cause] != here.parts[cause]:
+            subjects = {
+                "scenario": stored.scenario,
+                "parameters": stored.scenario,
+                "architecture": stored.architecture,
+                "faults": stored.fault_entry,
+                "plugins": stored.architecture,
+                "numerics": here.parts[cause],
+            }
+            return cause, subjects.get(cause, "")
+    # Two places of the plan may share what tells them apart; which one it was is not known.
+    return "not_planned", f"scenario {stored.scenario}"
+
+
+def _gone(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> str:
+    """Name the first thing of a place in the plan that is not planned any more."""
+    scenarios, architectures = _names(id(places), places)
+    if stored.scenario not in scenarios:
+        return f"scenario {stored.scenario} is not used"
+    if stored.architecture not in architectures:
+        return f"architecture {stored.architecture} is not compared"
+    if stored.fault_entry not in scenarios[stored.scenario]:
+        return f"fault entry {stored.fault_entry} of scenario {stored.scenario}"
+    return f"points of scenario {stored.scenario}"
+
+
+_NAMES: dict[int, tuple[dict[str, set[str]], set[str]]] = {}
+
+
+def _names(key: int, places: Mapping[_Place, _Case]) -> tuple[dict[str, set[str]], set[str]]:
+    """List fault entries by scenario, and architectures, of a plan; once for each plan."""
+    if key not in _NAMES:
+        _NAMES.clear()
+        scenarios: dict[str, set[str]] = defaultdict(set)
+        architectures: set[str] = set()
+        for scenario, architecture, fault_entry, _, _ in places:
+            scenarios[scenario].add(fault_entry)
+            architectures.add(architecture)
+        _NAMES[key] = scenarios, architectures
+    return _NAMES[key]
+
+
+class _Requirements:
+    """Compares the FSRs of a campaign with those of a plan."""
+
+    def __init__(self, repository: Repository, plan: CampaignPlan, campaign: CampaignInfo) -> None:
+        concept = repository.content("concept", campaign.concept_digest)
+        stored = Concept.model_validate(concept, context=SI).requirements
+        odd = repository.content("odd", campaign.odd_digest)["odd"]
+        self._before: dict[str, Requirement] = {item.id: item for item in stored}
+        self._digests = repository.again.fsr_digests(campaign.id)
+        self._now: dict[str, CheckedRequirement] = {
+            item.requirement.id: item for item in plan.requirements
+        }
+        before = Attributes.model_validate(odd["attributes"], context=SI)
+        self._has_same_attributes = before == plan.files.odd.spec.attributes
+
+    def why(self, stored: StoredEvidence, fsr: str, *, is_inside: bool) -> tuple[str, str] | None:
+        """Say why a verdict on a run that is still asked for does not count; None if it does."""
+        now = self._now.get(fsr)
+        if now is None or stored.architecture in now.not_applicable:
+            return "not_asked", fsr
+        if now.digest != self._digests[fsr]:
+            if measured(now.requirement) != measured(self._before[fsr]):
+                return "requirement", fsr
+            if not self._has_same_attributes and reads_odd(now.requirement):
+                return "attributes", fsr
+            return "judging", fsr
+        if not now.concerns(stored.scenario, is_inside=is_inside):
+            return "attributes", fsr
+        return None
+
+
+def _needs(
+    again: Again,
+    plan: CampaignPlan,
+    now: Mapping[tuple[str, str, str], bool],
+    database: Path,
+) -> dict[str, Any]:
+    """Count what the files ask for, what is there, and what would bring the rest."""
+    groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
+    for (scenario, architecture, result), inside in now.items():
+        groups[scenario, architecture, inside].append(result)
+    names = ("planned", "there", "to_judge", "to_replay", "to_execute")
+    count: Counter[str] = Counter(dict.fromkeys(names, 0))
+    for (scenario, architecture, inside), results in groups.items():
+        asked = [
+            item
+            for item in plan.requirements
+            if architecture not in item.not_applicable and item.concerns(scenario, is_inside=inside)
+        ]
+        count["planned"] += len(asked) * len(results)
+        for first in range(0, len(results), CHUNK):
+            part = results[first : first + CHUNK]
+            numbers = again.numbers(part)
+            count["to_execute"] += len(part) - len(numbers)
+            count.update(_judgeable(again, asked, list(numbers.values()), database))
+    return dict(count)
+
+
+def _judgeable(
+    again: Again, asked: Sequence[CheckedRequirement], numbers: Sequence[int], database: Path
+) -> Iterator[str]:
+    """Tell of each run what it has, and what its missing verdicts take."""
+    judged = again.judged(numbers)
+    missing = {
+        number: [item for item in asked if item.digest not in judged.get(number, ())]
+        for number in numbers
+    }
+    yield from ("there" for items in missing.values() for _ in range(len(asked) - len(items)))
+    lacking = [number for number, items in missing.items() if items]
+    bases = again.bases(lacking, JUDGE_VERSION)
+    measures = {
+        item.digest: {*again.extremes(lacking, measure.text, JUDGE_VERSION)}
+        for item in asked
+        if (measure := measure_of(item.formula)) is not None
+    }
+    folders = folders_of(database)
+    kept = {
+        number for number, name, _ in again.files(lacking) if find_kept(folders, name) is not None
+    }
+
+    def is_known(number: int, item: CheckedRequirement) -> bool:
+        if number not in bases:
+            return False
+        if bars(bases[number][1]):
+            return True
+        if item.bound is not None:
+            name = item.bound.column
+            return bases[number][2].get(name) == METRICS[name].uid
+        return number in measures.get(item.digest, ())
+
+    for number in lacking:
+        enough = number in kept or all(is_known(number, item) for item in missing[number])
+        yield "to_judge" if enough else "to_replay"

@@ -1,0 +1,405 @@
+"""``fork`` and ``forks``: a run with another decision, and the takeovers of a campaign."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
+from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, plain, short, width
+from adeye.cli.progress import watching
+
+if TYPE_CHECKING:
+    from adeye.campaign.studies.fault_timing import InjectionTable
+    from adeye.campaign.studies.forks import Forked, TakeoverMatrix
+    from adeye.judge.timeline import Injection, InjectionCount, Timeline
+    from adeye.report.model.assessment import Rate
+
+# --- ``fork`` and ``forks``: a run with another decision, and the takeovers of a campaign ---------
+
+SHOWN: Final = 20
+"""Runs that are listed; JSON has all."""
+
+Start = Annotated[
+    str,
+    typer.Option(
+        "--from",
+        metavar="TICK|TIME",
+        envvar="ADEYE_FROM",
+        help="Tick, such as 40, or time, such as '2 s', from which the authority is another.",
+    ),
+]
+AuthorityId = Annotated[
+    str,
+    typer.Option(
+        "--authority",
+        metavar="CHANNEL",
+        envvar="ADEYE_AUTHORITY",
+        help="The channel that acts from there on, whatever the switch decides.",
+    ),
+]
+Sample = Annotated[
+    int,
+    typer.Option(
+        "--sample",
+        min=0,
+        metavar="N",
+        envvar="ADEYE_SAMPLE",
+        help="Look at so many runs of the campaign, with and without faults, the same every "
+        "time; 0 for all.",
+    ),
+]
+
+
+def fork(
+    run: RunId,
+    start: Start,
+    authority: AuthorityId,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Execute a stored run again with another authority from a tick on.
+
+    The fork runs from the start. Before the tick it must be the stored run bit for bit, else
+    nothing is kept. It is stored as a run of its own, which no campaign counts.
+
+    Exit codes: 0 done, 4 the run or the beginning of its fork is not as it was recorded.
+    """
+    from adeye.campaign.studies.forks import fork_run
+
+    with watching(quiet=quiet) as report:
+        forked = fork_run(db, run, start=start, authority=authority, report=report)
+    if json:
+        emit_json("fork", plain(forked))
+        return
+    _print_fork(forked)
+
+
+def _print_fork(forked: Forked) -> None:
+    origin, other = forked.origin, forked.fork
+    emit_fields(
+        {
+            "Run": origin.run,
+            "Fork": other.run,
+            "Authority": f"{forked.authority} from tick {forked.from_tick}, "
+            f"{forked.from_time_s:g} s",
+            "Prefix": _prefix(forked),
+        }
+    )
+    rows: list[list[object]] = [
+        ["end", origin.end_reason, other.end_reason],
+        ["duration [s]", origin.duration_s, other.duration_s],
+        ["violation [s]", origin.violation_s, other.violation_s],
+        ["outcome", origin.outcome, other.outcome],
+    ]
+    rows += [[name, verdict, other.verdicts.get(name)] for name, verdict in origin.verdicts.items()]
+    emit("")
+    emit_table(("", "Run", "Fork"), rows)
+    if forked.is_same:
+        emit("\nThe fork is the run itself, bit for bit: the switch decides so as well.")
+
+
+def _prefix(forked: Forked) -> str:
+    same = f"{forked.from_tick} ticks as recorded"
+    if forked.links is None:
+        return f"{same}; the run has no digest chain"
+    if forked.links == 0:
+        from adeye.trace import LINK_TICKS
+
+        return (
+            f"{same}, compared bit for bit with the run executed again; shorter than one link of "
+            f"the digest chain ({LINK_TICKS} ticks)"
+        )
+    links = "1 link" if forked.links == 1 else f"{forked.links} links"
+    return f"{same}, {links} of the digest chain"
+
+
+def forks(
+    campaign: CampaignId = None,
+    sample: Sample = 200,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say of the takeovers of a campaign whether each was needed, done, late or missed.
+
+    Every run is forked with the other decision: a takeover with the default channel going on, a
+    run without one with another channel from its fault on, or from the start. The forks are stored
+    and count in no campaign. A run violates if the ego touches something or leaves the road.
+    """
+    from adeye.campaign.studies.forks import look_back
+
+    with watching(quiet=quiet) as report:
+        found = look_back(db, campaign, most=sample or None, report=report)
+    if json:
+        shares = {"precision": found.precision, "recall": found.recall}
+        emit_json("forks", plain(found) | {name: list(pair) for name, pair in shares.items()})
+        return
+    _print_matrix(found)
+
+
+def _share(pair: tuple[int, int]) -> str:
+    return f"{pair[0]} of {pair[1]}"
+
+
+def _print_matrix(found: TakeoverMatrix) -> None:
+    counts = found.counts
+    emit(
+        f"Campaign {short(found.campaign)}: {found.looked_at} of {found.executed} runs forked"
+        + (f", {found.without_choice} without a second channel" if found.without_choice else "")
+    )
+    rows: list[list[object]] = [
+        ["takeover", counts["needed_and_done"], counts["late"], counts["spurious"]],
+        ["no takeover", "", counts["missed"], counts["not_needed"]],
+    ]
+    headers = ("", "Needed and done", "Needed, but late or missed", "Not needed")
+    emit_table(headers, rows, right=headers[1:])
+    emit(
+        f"Of the missed, {found.avoidable} would have been avoided by a takeover; of the takeovers "
+        f"that were not needed, {found.harmful} violate."
+    )
+    emit(
+        f"Precision: {_share(found.precision)} takeovers were needed. "
+        f"Recall: {_share(found.recall)} runs that needed one had it in time."
+    )
+    lines = [line for line in found.lines if line.class_ not in {"not_needed", "needed_and_done"}]
+    if lines:
+        emit("")
+        emit_table(
+            ("Class", "Run", "Fork", "Scenario", "Architecture", "Fault entry", "Takeover [s]"),
+            [
+                [
+                    clean(line.class_),
+                    short(line.run),
+                    short(line.fork),
+                    line.scenario,
+                    line.architecture,
+                    line.fault_entry,
+                    line.takeover_s,
+                ]
+                for line in lines[:SHOWN]
+            ],
+        )
+    if len(lines) > SHOWN:
+        emit(f"and {len(lines) - SHOWN} more; --json lists all.")
+
+
+# --- ``timeline`` and ``faults``: what follows a fault, in one run and over a campaign ------------
+
+_CLASSES: Final = ("not activated", "masked", "in time", "late", "undetected", "violating")
+"""In the order in which they are counted."""
+
+_WIDE: Final = 160
+
+
+def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False) -> None:
+    """Show what follows the fault of a run: times, intervals, and the FTTI that was measured.
+
+    The run is executed again beside its fault-free twin, and beside its twin in which the default
+    channel acts throughout: the time from the fault to that twin's violation is the FTTI. A
+    violation is a contact, or leaving the road.
+
+    Exit codes: 0 done, 4 the run is not as it was recorded.
+    """
+    from adeye.campaign.studies.fault_timing import run_timeline
+
+    with watching(quiet=quiet) as report:
+        found = run_timeline(db, run, report)
+    if json:
+        emit_json("timeline", document(found))
+        return
+    _print_timeline(found)
+
+
+def document(found: Injection) -> dict[str, object]:
+    """Give an injection with what is derived from its times."""
+    return {
+        **plain(found),
+        "fdti_s": found.times.fdti_s,
+        "frti_s": found.times.frti_s,
+        "fhti_s": found.times.fhti_s,
+        "emergency_operation_s": found.times.emergency_operation_s,
+        "ftti_s": found.ftti_s,
+        "margin_s": found.margin_s,
+    }
+
+
+def _print_timeline(found: Injection) -> None:
+    emit_fields(
+        {
+            "Run": found.run,
+            "Scenario": found.scenario,
+            "Architecture": found.architecture,
+            "Fault entry": found.fault_entry,
+            "Class": found.class_,
+        }
+    )
+    emit("")
+    rows = [[what, _time(time)] for what, time in _moments(found.times)]
+    emit_table(("Moment", "Time [s]"), rows, right=("Time [s]",))
+    times = found.times
+    intervals = [
+        ["FDTI", "fault to detection", _time(times.fdti_s)],
+        ["FRTI", "detection to safe state or emergency operation", _time(times.frti_s)],
+        ["FHTI", "fault to safe state or emergency operation", _time(times.fhti_s)],
+        ["FTTI", "fault to violation without the mechanism", _time(found.ftti_s)],
+        ["margin", "FTTI minus FHTI", _time(found.margin_s)],
+        ["emergency operation", "until the safe state", _time(times.emergency_operation_s)],
+    ]
+    emit("")
+    emit_table(("Interval", "From and to", "[s]"), intervals, right=("[s]",))
+    if found.ftti_s is not None and found.fault_free_violation_s is not None:
+        emit("\nWithout the mechanism the situation ends in a violation without the fault too.")
+
+
+def _moments(times: Timeline) -> list[tuple[str, float | None]]:
+    return [
+        ("fault", times.fault_s),
+        ("effect", times.effect_s),
+        ("deviation of the ego", times.deviation_s),
+        ("detection", times.detect_s),
+        ("switch", times.switch_s),
+        ("brake", times.brake_s),
+        ("emergency operation", times.emergency_s),
+        ("safe state", times.safe_s),
+        ("violation", times.violation_s),
+    ]
+
+
+def _time(value: float | None) -> str:
+    return "none" if value is None else f"{value:.2f}"
+
+
+By = Annotated[
+    str | None,
+    typer.Option(
+        "--by",
+        metavar="AXIS",
+        envvar="ADEYE_BY",
+        help="Hold trips without a fault against detection with one, for each value of a swept "
+        "axis, such as safety.parameters.confirm. Nothing is executed.",
+    ),
+]
+
+
+def faults(
+    campaign: CampaignId = None,
+    sample: Sample = 200,
+    by: By = None,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Count what became of the faults of a campaign, by scenario, fault entry and architecture.
+
+    Not activated: the fault never changed a bit. Masked: the ego does the same as without. Late:
+    not handled within the FTTI that was measured, or at all. The share that is detected has an
+    interval only where the points of the scenario are a random sample. What is found is kept, and
+    not executed again.
+    """
+    from adeye.campaign.studies.fault_timing import campaign_injections
+
+    if by is not None:
+        _trade(db, campaign, by, json=json)
+        return
+    with watching(quiet=quiet) as report:
+        found = campaign_injections(db, campaign, most=sample or None, report=report)
+    if json:
+        runs = [document(item) for item in found.injections]
+        emit_json("faults", {**plain(found), "injections": runs})
+        return
+    _print_table(found)
+
+
+def _print_table(found: InjectionTable) -> None:
+    emit(f"Campaign {short(found.campaign)}: {found.looked_at} runs with faults")
+    headers = (
+        "Scenario",
+        "Fault entry",
+        "Architecture",
+        *(name.capitalize() for name in _CLASSES),
+        "Detected",
+        "Least FTTI [s]",
+        "Most FHTI [s]",
+    )
+    rows = [
+        [
+            row.scenario,
+            row.fault_entry,
+            row.architecture,
+            *row.counts.values(),
+            _coverage(row),
+            _time(row.least_ftti_s),
+            _time(row.most_fhti_s),
+        ]
+        for row in found.rows
+    ]
+    if width() < _WIDE:
+        # Nine columns of numbers, most of them zero, would leave no table.
+        headers = (*headers[:3], "Classes", *headers[9:])
+        rows = [
+            [*cells[:3], _classes(row), *cells[9:]]
+            for cells, row in zip(rows, found.rows, strict=True)
+        ]
+        emit_table(headers, rows, right=headers[4:])
+        return
+    emit_table(headers, rows, right=headers[3:])
+
+
+def _classes(row: InjectionCount) -> str:
+    """Write the classes that there are with their counts."""
+    return ", ".join(
+        f"{count} {word}"
+        for word, count in zip(_CLASSES, row.counts.values(), strict=True)
+        if count
+    )
+
+
+def _coverage(row: InjectionCount) -> str:
+    share = f"{row.detected} of {row.activated}"
+    if row.coverage is None:
+        return share
+    return f"{share} ({row.coverage.low:.1%} to {row.coverage.high:.1%})"
+
+
+def _trade(db: str | None, campaign: str | None, axis: str, *, json: bool) -> None:
+    from adeye.report.faults import trades_by
+
+    found, curves = trades_by(db, campaign, axis)
+    if json:
+        documents = [curve.model_dump(mode="json") for curve in curves]
+        emit_json("trade", {"campaign": found, "curves": documents})
+        return
+    headers = (
+        "Value",
+        "Trips",
+        "Driving [h]",
+        "Trips per hour",
+        "Detected",
+        "Median FDTI [s]",
+        "Worst FDTI [s]",
+    )
+    for curve in curves:
+        emit(f"{curve.axis} of {curve.architecture} in {', '.join(curve.scenarios)}")
+        rows = [
+            [
+                point.value,
+                point.calm.trips,
+                f"{point.calm.hours:.3f}",
+                _rate(point.calm),
+                f"{point.detected} of {point.faulty}",
+                _time(point.median_fdti_s),
+                _time(point.worst_fdti_s),
+            ]
+            for point in curve.points
+        ]
+        emit_table(headers, rows, right=headers)
+
+
+def _rate(rate: Rate) -> str:
+    if rate.per_hour is None:
+        return "none"
+    text = f"{rate.per_hour:.1f}"
+    return text if rate.low is None else f"{text} ({rate.low:.1f} to {rate.high:.1f})"

@@ -1,0 +1,202 @@
+"""``show`` and ``replay``: one run, as it is stored and as it comes out again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from adeye.cli.options import Db, Json, RunId, named, named_page
+from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
+from adeye.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adeye.campaign.replay import Replayed
+    from adeye.trace import Trace
+
+_SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
+_COMMAND: Final = "command"
+_DIFFERS: Final = 4
+
+HtmlFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--html",
+        metavar="FILE",
+        envvar="ADEYE_HTML",
+        callback=named_page,
+        help="Write the run as an HTML page with its replay.",
+    ),
+]
+
+
+def show(run: RunId, db: Db = None, json: Json = False) -> None:
+    """Show a run as it is stored: parameters, outcome, metrics, verdicts, events.
+
+    RUN is any unique beginning of the run's digest, as the verdict table and the report print it.
+    """
+    from adeye.campaign.replay import describe_run
+
+    description = describe_run(db, run)
+    if json:
+        emit_json("show", description)
+        return
+    head = {
+        name: value
+        for name, value in description.items()
+        if name not in {*_SECTIONS, _COMMAND} and not isinstance(value, dict | list | tuple)
+    }
+    emit_fields(head)
+    for name, value in description.items():
+        if name not in head and name != _COMMAND:
+            emit_value(name.capitalize().replace("_", " "), value)
+    if _COMMAND in description:
+        emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
+
+
+Channel = Annotated[
+    str | None,
+    typer.Option(
+        "--channel",
+        metavar="ID",
+        envvar="ADEYE_CHANNEL",
+        help="Channel whose observations are saved, or with --grid whose view; needs --dump.",
+    ),
+]
+DumpFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--dump",
+        metavar="FILE",
+        envvar="ADEYE_DUMP",
+        callback=named,
+        help="Save what the channel is shown, as lines of JSON; with --grid, the grid map.",
+    ),
+]
+GridTime = Annotated[
+    str | None,
+    typer.Option(
+        "--grid",
+        metavar="TIME",
+        envvar="ADEYE_GRID",
+        help="Time, such as '4.2 s', of the grid map to save; needs --dump.",
+    ),
+]
+Cells = Annotated[
+    str | None,
+    typer.Option(
+        "--cells",
+        metavar="FILE|adeye",
+        envvar="ADEYE_CELLS",
+        help="Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by "
+        "default the ratings of the safety channel.",
+    ),
+]
+
+
+def replay(  # noqa: PLR0917 - options of the command line
+    run: RunId,
+    db: Db = None,
+    html: HtmlFile = None,
+    channel: Channel = None,
+    dump: DumpFile = None,
+    grid: GridTime = None,
+    cells: Cells = None,
+    json: Json = False,
+) -> None:
+    """Execute a stored run again and compare the digest of its trace.
+
+    With --channel and --dump it saves what that channel is shown, which feeds it again without the
+    simulator: `./program < FILE`, or `adeye.testing.feed`.
+
+    With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
+    NumPy archive: with what is true, or with --channel what that channel believes.
+
+    Exit codes: 0 identical, 4 the trace differs.
+    """
+    from adeye.campaign.replay import replay_run
+
+    if grid is not None:
+        again = replay_run(db, run, look=_grid_saver(grid, cells, channel, dump))
+    else:
+        again = replay_run(db, run, _saved(channel, dump, cells))
+    if json:
+        emit_json("replay", plain(again))
+    else:
+        _print(again)
+    if html is not None:
+        from adeye.reporting import write_replay
+
+        write_replay(db, run, html)
+        wrote(html)
+    if dump is not None:
+        wrote(dump)
+    if not again.identical:
+        raise typer.Exit(_DIFFERS)
+
+
+def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[str, Path] | None:
+    """Give the channel whose observations are saved, and where."""
+    if cells is not None:
+        raise UsageError("--cells belongs to --grid", remedy="Give --grid TIME --dump FILE, too.")
+    if channel is None and dump is None:
+        return None
+    if channel is None or dump is None:
+        raise UsageError(
+            "--channel and --dump belong together",
+            remedy="Give --channel ID --dump FILE, --grid TIME --dump FILE, or neither.",
+        )
+    return channel, dump
+
+
+def _grid_saver(
+    time: str, cells: str | None, channel: str | None, dump: Path | None
+) -> Callable[[Trace], None]:
+    """Give what saves the grid map of a trace; everything that was given is checked before."""
+    from adeye.judge.grid import TRUTH, grid_map
+    from adeye.outputs import write_atomically
+    from adeye.spec.grid import ADEYE_COSTS, GridSettings
+    from adeye.spec.load import load_grid
+    from adeye.units import Dimension, parse_quantity
+
+    if dump is None:
+        raise UsageError("--grid needs --dump", remedy="Give --grid TIME --dump FILE.")
+    at = parse_quantity(time, Dimension.TIME)
+    if cells is None:
+        settings = GridSettings()
+    elif cells == "adeye":
+        settings = GridSettings(costs=ADEYE_COSTS)
+    else:
+        settings = load_grid(cells).spec
+
+    def save(trace: Trace) -> None:
+        found = grid_map(trace, 0, at, settings, view=channel or TRUTH)
+        write_atomically(found.archive(), dump)
+
+    return save
+
+
+def _print(again: Replayed) -> None:
+    emit_fields(
+        {
+            "Run": again.run,
+            "Scenario": again.scenario,
+            "Architecture": again.architecture,
+            "Fault entry": again.fault_entry,
+            "Outcome": again.outcome,
+            "Rows": again.rows,
+            "Stored trace": again.stored_digest,
+            "Trace now": again.trace_digest,
+        }
+    )
+    emit_value("Verdicts", again.verdicts)
+    if again.identical:
+        emit("\nIdentical: the trace has the stored digest.")
+    else:
+        cause = f"; {why}" if (why := again.note or again.cause) else ""
+        emit(clean(f"\nDIFFERENT: the trace does not have the stored digest{cause}.", lines=True))
+        if again.same_ticks is not None:
+            emit(f"The first {again.same_ticks} ticks are as recorded.")

@@ -1,0 +1,595 @@
+"""Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.judge.conflict import (
+    ALONG,
+    DISTANCE,
+    DRAC,
+    GAP,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    REQUIRED,
+    RSS_MARGIN,
+    TIME_HEADWAY,
+    TTC,
+    D,
+    limited_demand,
+    on_road,
+    turn,
+)
+from adeye.judge.following import (
+    DST,
+    ETTC,
+    FOLLOWING,
+    MDRAC,
+    MTC,
+    MTTC,
+    STN,
+    TTB,
+    TTK,
+    TTR,
+    TTS,
+    is_worse_when_larger,
+    measure_following,
+    scene_of,
+)
+from adeye.judge.metrics.registry import CODES, StatusColumn, column_of, metric_entry
+from adeye.judge.metrics.scans import (
+    ERROR,
+    NO_CONFLICT,
+    UNDEFINED,
+    VALUE,
+    first_contacts,
+    worst_at_standstill,
+    worst_conflicts,
+    worst_violations,
+)
+from adeye.judge.series import SERIES, TraceSeries, is_demand
+from adeye.judge.trace_signals import STANDSTILL_SPEED
+from adeye.kernel.criticality import required_deceleration, time_to_collision
+from adeye.kernel.jit import allocating
+from adeye.kernel.relation import tick_times
+from adeye.kernel.road import lane_way
+from adeye.ports import MetricColumn
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
+    EGO_SPEED,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+    Floats,
+    Ints,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.signals import Bools
+
+    Codes = NDArray[np.int8]
+    Shorts = NDArray[np.int16]
+    Found = tuple[Floats, Ints, Ints, NDArray[np.int8]]
+
+# --- Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS --
+
+
+@metric_entry(
+    "adeye:criticality.contact@1",
+    "contact",
+    "1",
+    "higher",
+    "geometry of swept boxes",
+    scale=1.0,
+    least=0.0,
+    most=1.0,
+)
+def contact(series: TraceSeries) -> MetricColumn:
+    """1 if the ego touches an object, else 0."""
+    row, has_contact, touched = contacts_of(series)
+    codes = np.full(row.shape, VALUE)
+    column = column_of(series, codes, row, has_contact.astype(np.float64), touched)
+    time = np.where(has_contact, column.time, np.nan)
+    return MetricColumn(column.value, column.status, time, column.actor)
+
+
+@metric_entry(
+    "adeye:criticality.impact_speed@1",
+    "impact_speed_mps",
+    "m/s",
+    "higher",
+    "size of the relative velocity at contact",
+    scale=10.0,
+)
+def impact_speed(series: TraceSeries) -> MetricColumn:
+    """Relative speed at the first contact; no conflict without contact."""
+    row, has_contact, touched = contacts_of(series)
+    codes = np.where(has_contact, VALUE, NO_CONFLICT)
+    speed = series.column("impact_speed")[np.arange(len(row)), row]
+    return column_of(series, codes, row, speed, touched)
+
+
+@metric_entry(
+    "adeye:criticality.min_distance@1",
+    "min_distance_m",
+    "m",
+    "lower",
+    SERIES["distance"].source,
+    scale=10.0,
+    cap=SERIES["distance"].type.cap,
+    least=0.0,
+)
+def min_distance(series: TraceSeries) -> MetricColumn:
+    """Least distance between the bodies of the ego and any object; 0 at contact."""
+    return worst_of(series, DISTANCE)
+
+
+@metric_entry(
+    "adeye:criticality.min_ttc@1",
+    "min_ttc_s",
+    "s",
+    "lower",
+    SERIES["ttc"].source,
+    scale=1.0,
+    cap=SERIES["ttc"].type.cap,
+    least=0.0,
+)
+def min_ttc(series: TraceSeries) -> MetricColumn:
+    """Least time to collision at constant speeds with an object in the path; 0 at contact."""
+    return worst_of(series, TTC)
+
+
+@metric_entry(
+    "adeye:criticality.min_time_headway@1",
+    "min_time_headway_s",
+    "s",
+    "lower",
+    SERIES["time_headway"].source,
+    scale=1.0,
+    cap=SERIES["time_headway"].type.cap,
+    least=0.0,
+)
+def min_time_headway(series: TraceSeries) -> MetricColumn:
+    """Least time between the front bumpers of ego and object in the path passing one place."""
+    return worst_of(series, TIME_HEADWAY)
+
+
+@metric_entry(
+    "adeye:criticality.max_drac@1",
+    "max_drac_mps2",
+    "m/s²",
+    "higher",
+    SERIES["drac"].source,
+    scale=1.0,
+)
+def max_drac(series: TraceSeries) -> MetricColumn:
+    """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
+    return worst_of(series, DRAC)
+
+
+@metric_entry(
+    "adeye:criticality.max_required_deceleration@1",
+    "max_required_deceleration_mps2",
+    "m/s²",
+    "higher",
+    SERIES["required_deceleration"].source,
+    scale=1.0,
+)
+def max_required_deceleration(series: TraceSeries) -> MetricColumn:
+    """Largest constant deceleration needed, before contact, against who goes on braking."""
+    return worst_of(series, REQUIRED)
+
+
+@metric_entry(
+    "adeye:criticality.rss_violation@2",
+    "rss_violation_s",
+    "s",
+    "higher",
+    SERIES["rss_violation"].source,
+    scale=1.0,
+)
+def rss_violation(series: TraceSeries) -> MetricColumn:
+    """Time with an RSS violation, each row counting one step; when and who was the worst."""
+    margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
+    row, count, is_error = worst_violations(series.trace.length, margins)
+    runs = np.arange(len(row))
+    codes = np.where(count > 0, VALUE, UNDEFINED)
+    worst = column_of(series, codes, row, margins[runs, row], actors[runs, row])
+    seconds = np.where(is_error, np.nan, tick_times(count, series.step))
+    status = StatusColumn(np.where(is_error, ERROR, VALUE))
+    return MetricColumn(seconds, status, worst.time, worst.actor)
+
+
+@metric_entry(
+    "adeye:criticality.standstill_gap@1",
+    "standstill_gap_m",
+    "m",
+    "lower",
+    SERIES["gap"].source,
+    scale=10.0,
+    cap=SERIES["gap"].type.cap,
+)
+def standstill_gap(series: TraceSeries) -> MetricColumn:
+    """Least gap to an object in the path while the ego stands; not applicable if it never does."""
+    gaps, actors = (part[GAP] for part in series.worst_conflicts)
+    speed = series.column("ego")[..., EGO_SPEED]
+    row, codes = worst_at_standstill(series.trace.length, gaps, speed, STANDSTILL_SPEED)
+    runs = np.arange(len(row))
+    return column_of(series, codes, row, gaps[runs, row], actors[runs, row])
+
+
+def worst_of(series: TraceSeries, quantity: int) -> MetricColumn:
+    """Reduce a quantity of ``conflict`` to the worst of each run."""
+    values, actors = (part[quantity] for part in series.worst_conflicts)
+    row, codes = worst_conflicts(
+        series.trace.length, values, actors, series.column("contact"), is_demand(quantity)
+    )
+    runs = np.arange(len(row))
+    return column_of(series, codes, row, values[runs, row], actors[runs, row])
+
+
+def contacts_of(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
+    """Give the row (B,) of the first contact, 0 for none, whether there is one, and with whom."""
+    touched = series.column("contact")
+    row = first_contacts(series.trace.length, touched)
+    has_contact = row >= 0
+    row = np.where(has_contact, row, 0)
+    return row, has_contact, np.where(has_contact, touched[np.arange(len(row)), row], -1)
+
+
+# --- Compiled: the worst of what is left against objects in the path, run by run ------------------
+
+
+@allocating
+def worst_following(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    ego: Floats,
+    ego_place: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    places: Floats,
+    sizes: Floats,
+    contact: Ints,
+    gaps: Floats,
+    ahead: Shorts,
+    limits: Floats,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+    codes: Codes,
+) -> None:
+    """Find the worst of each quantity in B runs, the earliest among equals.
+
+    Args:
+        length: (B,) rows that a run has.
+        ego: (B, T, 7).
+        ego_place: (B, T, 6).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        places: (B, T, M, 6).
+        sizes: (B, M, 3).
+        contact: (B, T) object that the ego touches, -1 for none.
+        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
+        ahead: (B, T) its object, -1 where nobody is in the path.
+        limits: (B, 3) largest braking, lateral acceleration and acceleration of the ego [m/s²].
+        values: (10, B) out.
+        rows: (10, B) out.
+        actors: (10, B) out.
+        codes: (10, B) out: index into the statuses of metrics. A deceleration to safety time is
+            ``undefined`` if at any row the safety time is lost already.
+    """
+    found, who = np.zeros(FOLLOWING), np.zeros(FOLLOWING, dtype=np.int64)
+    turns = np.zeros((objects.shape[2] + 1, 3))
+    for run in range(length.shape[0]):
+        turns[:] = math.nan
+        for quantity in range(FOLLOWING):
+            values[quantity, run] = -math.inf if is_worse_when_larger(quantity) else math.inf
+            rows[quantity, run], actors[quantity, run] = 0, -1
+            codes[quantity, run] = UNDEFINED
+        is_free, is_lost = False, False
+        for row in range(length[run]):
+            if math.isnan(gaps[run, row]):
+                codes[:, run] = ERROR
+                break
+            if ahead[run, row] < 0 and contact[run, row] < 0:
+                is_free = True
+                continue
+            measure_following(
+                run, row, ego, ego_place, ego_size, objects, places, sizes, contact, limits, turns,
+                found, who,
+            )  # fmt: skip
+            for quantity in range(FOLLOWING):
+                if who[quantity] < 0:
+                    is_free |= contact[run, row] < 0
+                    continue
+                value = found[quantity]
+                if quantity == DST and value == math.inf:
+                    is_lost = True
+                sign = -1.0 if is_worse_when_larger(quantity) else 1.0
+                if sign * value < sign * values[quantity, run]:
+                    values[quantity, run] = value
+                    rows[quantity, run], actors[quantity, run] = row, who[quantity]
+                    codes[quantity, run] = VALUE
+        for quantity in range(FOLLOWING):
+            if is_free and codes[quantity, run] == UNDEFINED:
+                codes[quantity, run] = NO_CONFLICT
+        if is_lost and codes[DST, run] != ERROR:
+            codes[DST, run] = UNDEFINED
+
+
+# --- Compiled: what the ego demands of who follows it in its path ---------------------------------
+
+REAR_TTC, REAR_DEMAND = range(2)
+
+_VALUE: Final = CODES["value"]
+_FREE: Final = CODES["no_conflict"]
+_UNDEFINED: Final = CODES["undefined"]
+_ERROR: Final = CODES["error"]
+
+
+@allocating
+def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    ego: Floats,
+    ego_place: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    places: Floats,
+    sizes: Floats,
+    contact: Ints,
+    gaps: Floats,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+    codes: Codes,
+) -> None:
+    """Find the worst of who follows the ego in B runs, the earliest among equals.
+
+    Somebody follows who is behind the ego along the road, whose extent across it overlaps the
+    ego's, with a gap, and who drives the same way.
+
+    Args:
+        length: (B,) rows that a run has.
+        ego: (B, T, 7).
+        ego_place: (B, T, 6).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        places: (B, T, M, 6).
+        sizes: (B, M, 3).
+        contact: (B, T) object that the ego touches, -1 for none.
+        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
+        values: (2, B) out: time to collision [s], required deceleration [m/s²].
+        rows: (2, B) out.
+        actors: (2, B) out.
+        codes: (2, B) out: index into the statuses of metrics.
+    """
+    turns = np.zeros((objects.shape[2] + 1, 3))
+    for run in range(length.shape[0]):
+        turns[:] = math.nan
+        values[REAR_TTC, run], values[REAR_DEMAND, run] = math.inf, -math.inf
+        rows[:, run], actors[:, run] = 0, -1
+        codes[:, run] = _UNDEFINED
+        for row in range(length[run]):
+            if math.isnan(gaps[run, row]):
+                codes[:, run] = _ERROR
+                break
+            if contact[run, row] >= 0:
+                continue
+            if codes[REAR_TTC, run] == _UNDEFINED:
+                codes[:, run] = _FREE
+            s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
+            most = 0.5 * (ego_size[run, 0] + ego_size[run, 1])
+            for thing in range(objects.shape[2]):
+                behind = s - places[run, row, thing, PLACE_S]
+                beside = places[run, row, thing, PLACE_D] - d
+                wide = most + 0.5 * (sizes[run, thing, 0] + sizes[run, thing, 1])
+                if behind <= 0.0 or abs(beside) >= wide:
+                    continue
+                turn(turns, 0, ego[run, row, EGO_HEADING] - ego_place[run, row, PLACE_HEADING])
+                turned = objects[run, row, thing, OBJECT_HEADING]
+                turn(turns, thing + 1, turned - places[run, row, thing, PLACE_HEADING])
+                own = on_road(
+                    s, d, ego[run, row, EGO_SPEED], ego_size[run, 0], ego_size[run, 1],
+                    turns[0, 1], turns[0, 2],
+                )  # fmt: skip
+                other = on_road(
+                    s - behind, d + beside, objects[run, row, thing, OBJECT_SPEED],
+                    sizes[run, thing, 0], sizes[run, thing, 1], turns[thing + 1, 1],
+                    turns[thing + 1, 2],
+                )  # fmt: skip
+                # The follower drives the gap, so that it is as long as on the follower's lane.
+                there = places[run, row, thing]
+                apart = lane_way(
+                    there[PLACE_S], there[PLACE_HEADING], there[PLACE_D],
+                    s, ego_place[run, row, PLACE_HEADING],
+                )  # fmt: skip
+                gap = apart - own[HALF_LENGTH] - other[HALF_LENGTH]
+                apart = abs(other[D] - own[D]) - own[HALF_WIDTH] - other[HALF_WIDTH]
+                if gap <= 0.0 or apart >= 0.0 or other[ALONG] <= 0.0:
+                    continue
+                ttc = time_to_collision(gap, other[ALONG] - own[ALONG])
+                if ttc < values[REAR_TTC, run]:
+                    values[REAR_TTC, run] = ttc
+                    rows[REAR_TTC, run], actors[REAR_TTC, run] = row, thing
+                    codes[REAR_TTC, run] = _VALUE
+                slowing = ego[run, row, EGO_ACCELERATION] * turns[0, 2]
+                ahead = max(own[ALONG], 0.0)
+                demand = limited_demand(required_deceleration(gap, other[ALONG], ahead, slowing))
+                if demand > values[REAR_DEMAND, run]:
+                    values[REAR_DEMAND, run] = demand
+                    rows[REAR_DEMAND, run], actors[REAR_DEMAND, run] = row, thing
+                    codes[REAR_DEMAND, run] = _VALUE
+
+
+# --- Metrics of what is left against objects in the path: times, decelerations, moments to evade --
+
+_HILLENBRAND: Final = (
+    "Hillenbrand et al. (2006), A multilevel collision mitigation approach; "
+    "Tamke et al. (2011), A flexible method for criticality assessment"
+)
+_BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessment algorithm"
+
+
+@metric_entry(
+    "adeye:criticality.min_mttc@1", "min_mttc_s", "s", "lower",
+    "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
+    " measure",
+    scale=1.0, cap=10.0, least=0.0,
+)  # fmt: skip
+def min_mttc(series: TraceSeries) -> MetricColumn:
+    """Least time to collision at constant accelerations; who brakes to a stop stays there."""
+    return _column(series, MTTC)
+
+
+@metric_entry(
+    "adeye:criticality.min_ettc@1", "min_ettc_s", "s", "lower",
+    "ISO 15623, enhanced time to collision", scale=1.0, cap=10.0,
+    least=0.0,
+)  # fmt: skip
+def min_ettc(series: TraceSeries) -> MetricColumn:
+    """Least time to collision while the relative acceleration stays; nobody stops."""
+    return _column(series, ETTC)
+
+
+@metric_entry(
+    "adeye:criticality.max_mdrac@1", "max_mdrac_mps2", "m/s²", "higher",
+    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC", scale=1.0,
+)  # fmt: skip
+def max_mdrac(series: TraceSeries) -> MetricColumn:
+    """Largest deceleration to avoid a crash that begins 1 s late; 100 m/s² where that is too late.
+
+    An object in the path keeps its speed.
+    """
+    return _column(series, MDRAC)
+
+
+@metric_entry(
+    "adeye:criticality.max_dst@1", "max_dst_mps2", "m/s²", "higher",
+    "Hupfer (1997), Deceleration to safety time (DST)", scale=1.0,
+)  # fmt: skip
+def max_dst(series: TraceSeries) -> MetricColumn:
+    """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
+    return _column(series, DST)
+
+
+@metric_entry(
+    "adeye:criticality.min_mtc@1", "min_mtc", "1", "lower",
+    "Kitajima et al. (2009), Comparison of evaluation indices concerning estimation of driver's "
+    "risk perception",
+    scale=1.0, cap=10.0,
+)  # fmt: skip
+def min_mtc(series: TraceSeries) -> MetricColumn:
+    """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
+    return _column(series, MTC)
+
+
+@metric_entry(
+    "adeye:criticality.max_btn@1", "max_btn", "1", "higher", _BRANNSTROM, scale=0.1
+)  # fmt: skip
+def max_btn(series: TraceSeries) -> MetricColumn:
+    """Largest required deceleration over what vehicle and friction allow; from 1 on too late."""
+    needed = max_required_deceleration(series)
+    number = np.asarray(needed.value) / series.abilities[:, 0]
+    return MetricColumn(number, needed.status, needed.time, needed.actor)
+
+
+@metric_entry("adeye:criticality.max_stn@1", "max_stn", "1", "higher", _BRANNSTROM, scale=0.1)
+def max_stn(series: TraceSeries) -> MetricColumn:
+    """Largest lateral acceleration to pass an object in the path over friction; from 1 too late."""
+    return _column(series, STN)
+
+
+@metric_entry(
+    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
+def min_ttb(series: TraceSeries) -> MetricColumn:
+    """Least time to brake: how long full braking may wait; negative when late, at least -10 s."""
+    return _column(series, TTB)
+
+
+@metric_entry(
+    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
+def min_tts(series: TraceSeries) -> MetricColumn:
+    """Least time to steer: how long passing at the limit of friction may wait; at least -10 s."""
+    return _column(series, TTS)
+
+
+@metric_entry(
+    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
+def min_ttk(series: TraceSeries) -> MetricColumn:
+    """Least time to kickdown: how long full acceleration may wait; -10 s where it never helps."""
+    return _column(series, TTK)
+
+
+@metric_entry(
+    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    least=-10.0,
+)  # fmt: skip
+def min_ttr(series: TraceSeries) -> MetricColumn:
+    """Least time to react: how long the best of braking, steering and kickdown may wait."""
+    return _column(series, TTR)
+
+
+@metric_entry(
+    "adeye:criticality.min_rear_ttc@1", "min_rear_ttc_s", "s", "lower",
+    "Hayward (1972), Near-miss determination through use of a scale of danger", scale=1.0,
+    cap=10.0, least=0.0,
+)  # fmt: skip
+def min_rear_ttc(series: TraceSeries) -> MetricColumn:
+    """Least time to collision of somebody who follows the ego in its path."""
+    return _of_followers(series, REAR_TTC)
+
+
+@metric_entry(
+    "adeye:criticality.max_follower_deceleration@1", "max_follower_deceleration_mps2", "m/s²",
+    "higher", "Jansson (2005), Collision avoidance theory, 4.2", scale=1.0,
+)  # fmt: skip
+def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
+    """Largest constant deceleration that the ego's braking demands of who follows it."""
+    return _of_followers(series, REAR_DEMAND)
+
+
+def _column(series: TraceSeries, quantity: int) -> MetricColumn:
+    if "following" not in series.kept:
+        found = _empty(FOLLOWING, series.trace.runs)
+        scene = scene_of(series.trace, *series.worst_conflicts)
+        worst_following(*scene, series.abilities, *found)
+        series.kept["following"] = found
+    return _reported(series, series.kept["following"], quantity)
+
+
+def _of_followers(series: TraceSeries, quantity: int) -> MetricColumn:
+    if "followers" not in series.kept:
+        found = _empty(2, series.trace.runs)
+        scene = scene_of(series.trace, *series.worst_conflicts)
+        worst_followers(*scene[:-1], *found)
+        series.kept["followers"] = found
+    return _reported(series, series.kept["followers"], quantity)
+
+
+def _empty(quantities: int, runs: int) -> Found:
+    shape = (quantities, runs)
+    whole = np.zeros(shape, dtype=np.int64)
+    return np.zeros(shape), whole, whole.copy(), np.zeros(shape, dtype=np.int8)
+
+
+def _reported(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
+    values, rows, actors, codes = (part[quantity] for part in found)
+    # A least time of infinity was found with nobody to blame: there is no conflict.
+    codes = np.where(
+        (codes == CODES["value"]) & np.isinf(values), np.int8(CODES["no_conflict"]), codes
+    )
+    return column_of(series, codes, rows, values, actors)

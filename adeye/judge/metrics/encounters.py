@@ -1,0 +1,704 @@
+"""Metrics of encounters in the plane and of crossings, with all objects.
+
+Bounds that cost little leave out what cannot be the worst; nothing that they leave out changes a
+result.
+
+An actor *crosses* where it moves faster across the road than along it. Its *conflict area* is the
+ego's corridor (d of the ego's centre when it passes there, plus and minus half of its extent),
+along the road from the least to the largest place that the actor takes up while it is in the
+corridor. Times of entry and exit lie between two rows where the motion between them, taken as even,
+has them: they are not those of rows, and nobody passes through the corridor unseen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.judge.conflict import (
+    ACROSS,
+    ALONG,
+    GAP,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    Body,
+    D,
+    S,
+    on_road,
+    reach_of,
+    turn,
+)
+from adeye.judge.metrics.registry import CODES, column_of, metric_entry
+from adeye.kernel.boxes import box_distance
+from adeye.kernel.encounter import closest_encounter, passing_line, worst_time_to_collision
+from adeye.kernel.jit import allocating, inlined
+from adeye.kernel.road import lane_way
+from adeye.signals import (
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+    Floats,
+    Ints,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.judge.series import TraceSeries
+    from adeye.ports import MetricColumn
+
+    Codes = NDArray[np.int8]
+    Found = tuple[Floats, Ints, Ints, NDArray[np.int8]]
+
+# --- Compiled: encounters in the plane with all objects, ahead, beside and behind, in each run ----
+
+PLANAR_TTC, WTTC, DCE, TTCE = range(4)
+ENCOUNTERS: Final = 4
+"""Number of the quantities, all worse when smaller."""
+
+ENCOUNTER_DISTANCE: Final = 1.0
+"""Predicted distance up to which two bodies encounter each other, for the time to closest encounter
+[m]. Our choice: about half of what separates cars in neighbouring lanes."""
+
+ENCOUNTER_HORIZON: Final = 10.0
+"""How far ahead a constant velocity predicts an encounter [s]. Our choice."""
+
+_TOUCHING: Final = 1e-9
+"""Distance at which two bodies pass below which it is looked whether they touch [m]."""
+
+_VALUE: Final = CODES["value"]
+_FREE: Final = CODES["no_conflict"]
+_UNDEFINED: Final = CODES["undefined"]
+_ERROR: Final = CODES["error"]
+
+
+@allocating
+def worst_encounters(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    ego: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    sizes: Floats,
+    contact: Ints,
+    gaps: Floats,
+    actor_count: int,
+    grip: Floats,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+    codes: Codes,
+) -> None:
+    """Find the worst encounters of B runs, the earliest among equals.
+
+    Args:
+        length: (B,) rows that a run has.
+        ego: (B, T, 7).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        sizes: (B, M, 3).
+        contact: (B, T) object that the ego touches, -1 for none.
+        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
+        actor_count: How many of the objects are actors; the others cannot accelerate.
+        grip: (B,) largest acceleration of ego and actors in any direction [m/s²].
+        values: (4, B) out: times to collision in the plane and in the worst case [s], distance of
+            closest encounter [m], time to it while it is no more than ``ENCOUNTER_DISTANCE`` [s].
+        rows: (4, B) out.
+        actors: (4, B) out.
+        codes: (4, B) out: index into the statuses of metrics.
+    """
+    turns = np.zeros((objects.shape[2] + 1, 3))
+    reach = np.zeros(objects.shape[2])
+    for run in range(length.shape[0]):
+        turns[:] = math.nan
+        own_reach = reach_of(ego_size[run, 0], ego_size[run, 1])
+        for thing in range(objects.shape[2]):
+            reach[thing] = own_reach + reach_of(sizes[run, thing, 0], sizes[run, thing, 1])
+        for quantity in range(ENCOUNTERS):
+            values[quantity, run] = math.inf
+            rows[quantity, run], actors[quantity, run] = 0, -1
+            codes[quantity, run] = _FREE if length[run] else _UNDEFINED
+        for row in range(length[run]):
+            if math.isnan(gaps[run, row]):
+                codes[:, run] = _ERROR
+                break
+            touched = contact[run, row]
+            if touched >= 0:
+                for quantity in range(ENCOUNTERS):
+                    _keep(quantity, 0.0, touched, run, row, values, rows, actors)
+                continue
+            _measure_row(
+                run, row, ego, ego_size, objects, sizes, actor_count, grip[run], turns, reach,
+                values, rows, actors,
+            )  # fmt: skip
+        for quantity in range(ENCOUNTERS):
+            if actors[quantity, run] >= 0 and codes[quantity, run] != _ERROR:
+                codes[quantity, run] = _VALUE
+
+
+@inlined
+def _keep(  # noqa: PLR0913, PLR0917 - where it is kept
+    quantity: int,
+    value: float,
+    thing: int,
+    run: int,
+    row: int,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+) -> None:
+    if value < values[quantity, run]:
+        values[quantity, run] = value
+        rows[quantity, run], actors[quantity, run] = row, thing
+
+
+@inlined
+def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kernel
+    run: int,
+    row: int,
+    ego: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    sizes: Floats,
+    actor_count: int,
+    grip: float,
+    turns: Floats,
+    reach: Floats,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+) -> None:
+    x, y = ego[run, row, EGO_X], ego[run, row, EGO_Y]
+    heading, speed = ego[run, row, EGO_HEADING], ego[run, row, EGO_SPEED]
+    length, width = ego_size[run, 0], ego_size[run, 1]
+    is_turned = False
+    for thing in range(objects.shape[2]):
+        o_heading = objects[run, row, thing, OBJECT_HEADING]
+        o_speed = objects[run, row, thing, OBJECT_SPEED]
+        dx = objects[run, row, thing, OBJECT_X] - x
+        dy = objects[run, row, thing, OBJECT_Y] - y
+        square = dx * dx + dy * dy
+        # Each bound is a little on the safe side. The first one needs no trigonometry: one minus a
+        # cosine is at most half of its angle squared.
+        most = 2.0 * grip if thing < actor_count else grip
+        angle, slower = o_heading - heading, o_speed - speed
+        rate = math.sqrt(slower * slower + abs(speed * o_speed) * angle * angle)
+        within = max(values[DCE, run], ENCOUNTER_DISTANCE) + ENCOUNTER_HORIZON * rate
+        within = 1.0000001 * (reach[thing] + max(within, values[PLANAR_TTC, run] * rate))
+        soon = values[WTTC, run]
+        bound = 1.0000001 * (reach[thing] + soon * (rate + 0.5 * most * soon))
+        if square > within * within and square > bound * bound:
+            continue
+        o_length, o_width = sizes[run, thing, 0], sizes[run, thing, 1]
+        if not is_turned:
+            turn(turns, 0, heading)
+            is_turned = True
+        turn(turns, thing + 1, o_heading)
+        rate_x = o_speed * turns[thing + 1, 2] - speed * turns[0, 2]
+        rate_y = o_speed * turns[thing + 1, 1] - speed * turns[0, 1]
+        rate = math.sqrt(rate_x * rate_x + rate_y * rate_y)
+        opening = dx * rate_x + dy * rate_y
+        bound = 1.0000001 * (reach[thing] + soon * (rate + 0.5 * most * soon))
+        if square <= bound * bound:
+            worst = worst_time_to_collision(dx, dy, rate_x, rate_y, reach[thing], most)
+            _keep(WTTC, worst, thing, run, row, values, rows, actors)
+        enough = 1.0000001 * (reach[thing] + values[DCE, run])
+        near = reach[thing] + ENCOUNTER_DISTANCE
+        # Whether it could matter how far apart they are now.
+        is_near = square <= enough * enough or (values[TTCE, run] > 0.0 and square <= near * near)
+        if square > reach[thing] * reach[thing]:
+            if opening >= 0.0:
+                if not is_near:
+                    continue
+            else:
+                line, first, last = passing_line(
+                    dx, dy, rate_x, rate_y, (turns[0, 1], turns[0, 2]), length, width,
+                    (turns[thing + 1, 1], turns[thing + 1, 2]), o_length, o_width,
+                )  # fmt: skip
+                if line > _TOUCHING:
+                    if last >= 0.0 and first <= ENCOUNTER_HORIZON:
+                        _keep(DCE, line, thing, run, row, values, rows, actors)
+                        if line <= ENCOUNTER_DISTANCE:
+                            time = max(first, 0.0)
+                            _keep(TTCE, time, thing, run, row, values, rows, actors)
+                        continue
+                    if not is_near:
+                        continue
+                else:
+                    bound = 1.0000001 * (reach[thing] + values[PLANAR_TTC, run] * rate)
+                    if square > bound * bound and values[DCE, run] <= 0.0:
+                        continue
+        time, distance = closest_encounter(
+            dx, dy, rate_x, rate_y, heading, length, width, o_heading, o_length, o_width
+        )
+        if distance <= 0.0:
+            _keep(PLANAR_TTC, time, thing, run, row, values, rows, actors)
+        if time > ENCOUNTER_HORIZON:
+            time = 0.0
+            distance = box_distance(
+                x, y, heading, length, width, x + dx, y + dy, o_heading, o_length, o_width
+            )
+        _keep(DCE, distance, thing, run, row, values, rows, actors)
+        if distance <= ENCOUNTER_DISTANCE:
+            _keep(TTCE, time, thing, run, row, values, rows, actors)
+
+
+# --- Compiled: who crosses the ego's way, and by how much time both miss each other there ---------
+
+PET, OVERLAP, ENCROACHMENT, PREDICTED_PET = range(4)
+CROSSINGS: Final = 4
+"""Number of the quantities; the times of overlap and encroachment are worse when larger."""
+
+_NO_CROSSING: Final = 0.7
+"""Angle to the road below which nobody moves faster across it than along [rad]."""
+_NOT_APPLICABLE: Final = CODES["not_applicable"]
+_INCOMPLETE: Final = CODES["incomplete"]
+
+
+@allocating
+def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kernel over the scene
+    length: Ints,
+    step: float,
+    ego: Floats,
+    ego_place: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    places: Floats,
+    sizes: Floats,
+    contact: Ints,
+    gaps: Floats,
+    actor_count: int,
+    values: Floats,
+    rows: Ints,
+    actors: Ints,
+    codes: Codes,
+) -> None:
+    """Find the worst crossings of B runs, the earliest actor among equals.
+
+    Args:
+        length: (B,) rows that a run has.
+        step: Time between rows [s].
+        ego: (B, T, 7).
+        ego_place: (B, T, 6).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        places: (B, T, M, 6).
+        sizes: (B, M, 3).
+        contact: (B, T) object that the ego touches, -1 for none.
+        gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
+        actor_count: How many of the objects are actors.
+        values: (4, B) out [s].
+        rows: (4, B) out: row at or before which the second one enters; of a prediction, its row.
+        actors: (4, B) out.
+        codes: (4, B) out: index into the statuses of metrics. The post-encroachment time is
+            ``undefined`` where an actor and the ego are in the conflict area at once or touch, and
+            ``incomplete`` where the run ends before the second one enters. Where nobody crosses,
+            all of them are ``not_applicable``.
+    """
+    turns = np.zeros((2, 3))
+    crossing = np.zeros(actor_count, dtype=np.bool_)
+    for run in range(length.shape[0]):
+        values[PET, run] = values[PREDICTED_PET, run] = math.inf
+        values[OVERLAP, run] = values[ENCROACHMENT, run] = -math.inf
+        rows[:, run], actors[:, run] = 0, -1
+        is_error = False
+        for row in range(length[run]):
+            is_error |= math.isnan(gaps[run, row])
+        if is_error or length[run] == 0:
+            codes[:, run] = _ERROR if is_error else _UNDEFINED
+            continue
+        codes[:, run] = _NOT_APPLICABLE
+        last = length[run] - 1
+        touched = contact[run, last]
+        is_together, is_open, is_cut = False, False, False
+        crossing[:] = False
+        for row in range(length[run]):
+            for thing in range(actor_count):
+                angle = objects[run, row, thing, OBJECT_HEADING]
+                angle -= places[run, row, thing, PLACE_HEADING]
+                if abs(angle) > _NO_CROSSING:
+                    crossing[thing] = True
+        for thing in range(actor_count):
+            if not crossing[thing]:
+                continue
+            turns[:] = math.nan
+            nearest, is_crossing = -1, False
+            least = math.inf
+            for row in range(length[run]):
+                other = _body(objects[run, row, thing], places[run, row, thing], sizes[run, thing],
+                              OBJECT_HEADING, OBJECT_SPEED, turns, 1)  # fmt: skip
+                if not abs(other[ACROSS]) > abs(other[ALONG]):
+                    continue
+                if not is_crossing and codes[ENCROACHMENT, run] == _NOT_APPLICABLE:
+                    codes[:, run] = _FREE
+                is_crossing = True
+                own = _body(ego[run, row], ego_place[run, row], ego_size[run],
+                            EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
+                apart = lane_way(
+                    own[S], ego_place[run, row, PLACE_HEADING], own[D],
+                    other[S], places[run, row, thing, PLACE_HEADING],
+                )  # fmt: skip
+                predicted = _predicted(own, other, apart, 0.5 * ego_size[run, 1])
+                if predicted < values[PREDICTED_PET, run]:
+                    values[PREDICTED_PET, run] = predicted
+                    rows[PREDICTED_PET, run], actors[PREDICTED_PET, run] = row, thing
+                    codes[PREDICTED_PET, run] = _VALUE
+                beside = abs(other[D] - own[D])
+                if beside < least:
+                    least, nearest = beside, row
+            if not is_crossing:
+                continue
+            # Where the ego is when it gets to where the actor crosses.
+            place = places[run, nearest, thing, PLACE_S]
+            passing, least = 0, math.inf
+            for row in range(length[run]):
+                apart = abs(ego_place[run, row, PLACE_S] - place)
+                if apart < least:
+                    least, passing = apart, row
+            own = _body(ego[run, passing], ego_place[run, passing], ego_size[run],
+                        EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
+            enter, leave, low, high = _stay(
+                length[run], own[D], own[HALF_WIDTH], objects[run, :, thing],
+                places[run, :, thing], sizes[run, thing], turns,
+            )  # fmt: skip
+            if enter == math.inf:
+                continue
+            first, gone = _passage(
+                length[run], low, high, ego[run], ego_place[run], ego_size[run], turns
+            )
+            if gone == -math.inf and touched != thing:
+                # The ego was past it before the run began.
+                continue
+            if leave < math.inf and enter >= 0.0:
+                stay = (leave - enter) * step
+                if stay > values[ENCROACHMENT, run]:
+                    values[ENCROACHMENT, run] = stay
+                    rows[ENCROACHMENT, run], actors[ENCROACHMENT, run] = int(enter), thing
+            else:
+                is_cut = True
+            second = max(enter, first, 0.0)
+            miss = max(first - leave, enter - gone)
+            if touched == thing or (second < math.inf and miss < 0.0):
+                is_together = True
+                ends = min(leave, gone, float(last))
+                together = max(0.0, ends - min(second, float(last))) * step
+                if together > values[OVERLAP, run]:
+                    values[OVERLAP, run] = together
+                    rows[OVERLAP, run] = min(last, int(min(second, float(last))))
+                    actors[OVERLAP, run] = thing
+            elif second == math.inf:
+                is_open = True
+            elif miss * step < values[PET, run]:
+                values[PET, run] = miss * step
+                rows[PET, run], actors[PET, run] = int(second), thing
+        if actors[OVERLAP, run] >= 0:
+            codes[OVERLAP, run] = _VALUE
+        if actors[ENCROACHMENT, run] >= 0:
+            codes[ENCROACHMENT, run] = _VALUE
+        if is_cut:
+            codes[ENCROACHMENT, run] = _INCOMPLETE
+        if actors[PET, run] >= 0:
+            codes[PET, run] = _VALUE
+        if is_open:
+            codes[PET, run] = _INCOMPLETE
+        if is_together:
+            codes[PET, run] = _UNDEFINED
+
+
+@inlined
+def _body(  # noqa: PLR0913, PLR0917 - where it is read
+    state: Floats,
+    place: Floats,
+    size: Floats,
+    heading: int,
+    speed: int,
+    turns: Floats,
+    which: int,
+) -> Body:
+    """Read a body on the road from its columns."""
+    turn(turns, which, state[heading] - place[PLACE_HEADING])
+    sine, cosine = turns[which, 1], turns[which, 2]
+    return on_road(place[PLACE_S], place[PLACE_D], state[speed], size[0], size[1], sine, cosine)
+
+
+@inlined
+def _reach(body: Body, place: Floats) -> float:
+    """Half of what a body takes of the reference line [m]: more than its extent inside a bend."""
+    return float(body[HALF_LENGTH] / max(1e-3, 1.0 - place[PLACE_CURVATURE] * body[D]))
+
+
+@inlined
+def _predicted(own: Body, other: Body, apart: float, corridor: float) -> float:
+    """Return the post-encroachment time at constant speeds [s].
+
+    Args:
+        own: Ego on the road.
+        other: Actor on the road.
+        apart: From the ego's centre to the actor's along the ego's lane [m].
+        corridor: Half of the ego's width [m].
+
+    Returns:
+        0 where both would be in the conflict area at once, infinity for an actor that has left the
+        corridor or is not ahead, for an ego that will be past, and for one that stands.
+    """
+    gap = apart - own[HALF_LENGTH] - other[HALF_LENGTH]
+    speed, across = own[ALONG], other[ACROSS]
+    if gap <= 0.0 or speed <= 0.0:
+        return math.inf
+    beside, reach = other[D] - own[D], corridor + other[HALF_WIDTH]
+    enter = (-math.copysign(reach, across) - beside) / across
+    leave = (math.copysign(reach, across) - beside) / across
+    if leave < 0.0:
+        return math.inf
+    # Along the road it goes on while it crosses.
+    begin, end = other[ALONG] * max(enter, 0.0), other[ALONG] * leave
+    first = (gap + min(begin, end)) / speed
+    way = 2.0 * (own[HALF_LENGTH] + other[HALF_LENGTH])
+    gone = (gap + max(begin, end) + way) / speed
+    if gone <= 0.0:
+        return math.inf
+    return max(0.0, max(first, 0.0) - leave, enter - gone)
+
+
+@inlined
+def _share(before: float, after: float) -> float:
+    """Return at which share of a step a clearance that changes its sign is 0."""
+    return before / (before - after) if before != after else 0.0
+
+
+@inlined
+def _stay(  # noqa: PLR0913, PLR0917 - a part of the kernel
+    rows: int,
+    middle: float,
+    corridor: float,
+    states: Floats,
+    places: Floats,
+    size: Floats,
+    turns: Floats,
+) -> tuple[float, float, float, float]:
+    """Find when an actor is in the corridor first, and where along the road.
+
+    Returns:
+        Entry and exit in rows with their shares, infinity for what does not happen and minus
+        infinity for an entry before the run; least and largest place that it takes up [m].
+    """
+    enter, leave, low, high = math.inf, math.inf, math.inf, -math.inf
+    other = _body(states[0], places[0], size, OBJECT_HEADING, OBJECT_SPEED, turns, 1)
+    beside, reach = other[D] - middle, corridor + other[HALF_WIDTH]
+    if abs(beside) < reach:
+        enter = -math.inf
+        low, high = other[S] - _reach(other, places[0]), other[S] + _reach(other, places[0])
+    for row in range(1, rows):
+        before = other
+        side = math.copysign(1.0, beside)
+        is_inside = abs(beside) < reach
+        clear = side * beside - reach
+        past = -side * beside - reach
+        other = _body(states[row], places[row], size, OBJECT_HEADING, OBJECT_SPEED, turns, 1)
+        beside, reach = other[D] - middle, corridor + other[HALF_WIDTH]
+        begin, end = (0.0 if is_inside else math.inf), math.inf
+        if not is_inside and side * beside - reach < 0.0:
+            begin = _share(clear, side * beside - reach)
+            enter = row - 1 + begin
+        if begin < math.inf and abs(beside) >= reach:
+            # It leaves on the other side, or on that from which it came.
+            end = _share(past, -side * beside - reach)
+            if side * beside > 0.0:
+                end = _share(clear, side * beside - reach)
+            leave = row - 1 + end
+        if begin < math.inf:
+            for share in (begin, min(end, 1.0)):
+                center = before[S] + share * (other[S] - before[S])
+                extent = max(_reach(before, places[row - 1]), _reach(other, places[row]))
+                low, high = min(low, center - extent), max(high, center + extent)
+        if leave < math.inf:
+            break
+    return enter, leave, low, high
+
+
+@inlined
+def _passage(  # noqa: PLR0913, PLR0917 - a part of the kernel
+    rows: int,
+    low: float,
+    high: float,
+    states: Floats,
+    places: Floats,
+    size: Floats,
+    turns: Floats,
+) -> tuple[float, float]:
+    """Find when the ego enters and leaves a stretch of the road.
+
+    Returns:
+        Entry and exit in rows with their shares, infinity for what does not happen and minus
+        infinity for what happened before the run.
+    """
+    own = _body(states[0], places[0], size, EGO_HEADING, EGO_SPEED, turns, 0)
+    reach = _reach(own, places[0])
+    front, rear = own[S] + reach, own[S] - reach
+    first = -math.inf if front >= low else math.inf
+    gone = -math.inf if rear >= high else math.inf
+    for row in range(1, rows):
+        front_before, rear_before = front, rear
+        own = _body(states[row], places[row], size, EGO_HEADING, EGO_SPEED, turns, 0)
+        reach = _reach(own, places[row])
+        front, rear = own[S] + reach, own[S] - reach
+        if first == math.inf and front >= low:
+            first = row - 1 + _share(low - front_before, low - front)
+        if gone == math.inf and rear >= high:
+            gone = row - 1 + _share(high - rear_before, high - rear)
+            break
+    return first, gone
+
+
+# --- Metrics of encounters in the plane and of crossings, with all objects ------------------------
+
+_EGGERT: Final = "Eggert (2014), Predictive risk estimation for intelligent ADAS functions"
+_ALLEN: Final = "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions"
+
+
+@metric_entry(
+    "adeye:criticality.min_ttc_2d@1", "min_ttc_2d_s", "s", "lower",
+    "Westhofen et al. (2023), Criticality metrics for automated driving; by separating axes",
+    scale=1.0, cap=10.0, least=0.0,
+)  # fmt: skip
+def min_ttc_2d(series: TraceSeries) -> MetricColumn:
+    """Least time until the bodies of ego and any object touch at constant velocity and heading."""
+    return _encounter(series, PLANAR_TTC)
+
+
+@metric_entry(
+    "adeye:criticality.min_wttc@1", "min_wttc_s", "s", "lower",
+    "Wachenfeld et al. (2016), The worst-time-to-collision metric for situation identification",
+    scale=1.0, cap=10.0, least=0.0,
+)  # fmt: skip
+def min_wttc(series: TraceSeries) -> MetricColumn:
+    """Least time in which ego and any object can touch, whatever both do up to friction."""
+    return _encounter(series, WTTC)
+
+
+@metric_entry(
+    "adeye:criticality.min_dce@1",
+    "min_dce_m",
+    "m",
+    "lower",
+    _EGGERT,
+    scale=10.0,
+    cap=100.0,
+    least=0.0,
+)
+def min_dce(series: TraceSeries) -> MetricColumn:
+    """Least distance of closest encounter with any object within 10 s of constant velocity."""
+    return _encounter(series, DCE)
+
+
+@metric_entry(
+    "adeye:criticality.min_ttce@1",
+    "min_ttce_s",
+    "s",
+    "lower",
+    _EGGERT,
+    scale=1.0,
+    cap=10.0,
+    least=0.0,
+)
+def min_ttce(series: TraceSeries) -> MetricColumn:
+    """Least time to a closest encounter of at most 1 m with any object, at constant velocity."""
+    return _encounter(series, TTCE)
+
+
+@metric_entry(
+    "adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, scale=1.0, cap=10.0, least=0.0
+)
+def min_pet(series: TraceSeries) -> MetricColumn:
+    """Least time from the first one's exit of a conflict area to the second one's entry.
+
+    Undefined where both are inside at once.
+    """
+    return _crossing(series, PET)
+
+
+@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN, scale=1.0)
+def pet_overlap(series: TraceSeries) -> MetricColumn:
+    """Longest time in which ego and a crossing actor are both in their conflict area."""
+    return _crossing(series, OVERLAP)
+
+
+@metric_entry(
+    "adeye:criticality.max_encroachment_time@1", "max_encroachment_time_s", "s", "higher", _ALLEN,
+    scale=1.0,
+)  # fmt: skip
+def max_encroachment_time(series: TraceSeries) -> MetricColumn:
+    """Longest time for which an actor that crosses takes up the ego's corridor."""
+    return _crossing(series, ENCROACHMENT)
+
+
+@metric_entry(
+    "adeye:criticality.min_predicted_pet@1", "min_predicted_pet_s", "s", "lower",
+    f"{_ALLEN}; initially attempted post-encroachment time", scale=1.0, cap=10.0, least=0.0,
+)  # fmt: skip
+def min_predicted_pet(series: TraceSeries) -> MetricColumn:
+    """Least post-encroachment time predicted at constant speeds; 0 where both would be inside."""
+    return _crossing(series, PREDICTED_PET)
+
+
+def _encounter(series: TraceSeries, quantity: int) -> MetricColumn:
+    if "encounters" not in series.kept:
+        context, runs = series.trace.layout.context, series.trace.runs
+        found = _empty(ENCOUNTERS, runs)
+        worst_encounters(
+            series.trace.length,
+            series.column("ego"),
+            context.ego_size,
+            series.column("objects"),
+            context.object_sizes,
+            series.column("contact"),
+            series.worst_conflicts[0][GAP],
+            context.actor_count,
+            np.ascontiguousarray(series.abilities[:, 1]),
+            *found,
+        )
+        series.kept["encounters"] = found
+    return _reported(series, series.kept["encounters"], quantity)
+
+
+def _crossing(series: TraceSeries, quantity: int) -> MetricColumn:
+    if "crossings" not in series.kept:
+        context, runs = series.trace.layout.context, series.trace.runs
+        found = _empty(CROSSINGS, runs)
+        worst_crossings(
+            series.trace.length,
+            series.step,
+            series.column("ego"),
+            series.column("ego_place"),
+            context.ego_size,
+            series.column("objects"),
+            series.column("object_places"),
+            context.object_sizes,
+            series.column("contact"),
+            series.worst_conflicts[0][GAP],
+            context.actor_count,
+            *found,
+        )
+        series.kept["crossings"] = found
+    return _reported(series, series.kept["crossings"], quantity)
+
+
+def _empty(quantities: int, runs: int) -> Found:
+    shape = (quantities, runs)
+    whole = np.zeros(shape, dtype=np.int64)
+    return np.zeros(shape), whole, whole.copy(), np.zeros(shape, dtype=np.int8)
+
+
+def _reported(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
+    values, rows, actors, codes = (part[quantity] for part in found)
+    return column_of(series, codes, rows, values, actors)

@@ -1,0 +1,629 @@
+"""Metrics of perception: how early sensors have what matters, and what the channel believes.
+
+The channel is the one that acts without a request: the switch's default. What it believes is judged
+at every row, also while another channel acts.
+
+An object *matters* at a row if it is the nearest in the path, no farther than the ego gets before
+it can stand (``kernel.reachable``), and half of its extent is to be seen from the ego's centre.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.judge.conflict import GAP, are_finite
+from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags, last_found
+from adeye.judge.outcome import last_rows
+from adeye.kernel.encounter import reachable_distance
+from adeye.kernel.jit import allocating, inlined
+from adeye.kernel.relation import tick_times
+from adeye.kernel.road import lane_way
+from adeye.kernel.sight import visible_fraction
+from adeye.ports import MetricColumn
+from adeye.signals import (
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+)
+from adeye.trace import NO_TRACKS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.judge.series import Shorts, TraceSeries
+    from adeye.signals import Bools, Floats, Ints
+    from adeye.trace import Layout
+
+    Codes = NDArray[np.int8]
+
+# --- Compiled: which objects matter, since when, and whether sensors and channel have them --------
+
+LEAST_SEEN: Final = 0.5
+"""Share of an object's extent that must be to be seen for it to matter. Our choice, as the usual
+``min_visible`` of sensors."""
+
+
+@inlined
+def matters(
+    gap: float,
+    thing: int,
+    ego: Floats,
+    friction: float,
+    objects: Floats,
+    sizes: Floats,
+) -> bool:
+    """Tell whether the nearest object in the path matters at a row, see the module.
+
+    Args:
+        gap: To it [m].
+        thing: Index of it, -1 for none.
+        ego: (7,).
+        friction: Of the road.
+        objects: (M, 5).
+        sizes: (M, 3).
+    """
+    if thing < 0 or not gap <= reachable_distance(ego[EGO_SPEED], friction):
+        return False
+    return bool(visible_fraction(ego[EGO_X], ego[EGO_Y], thing, objects, sizes) >= LEAST_SEEN)
+
+
+@allocating
+def worst_latencies(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    gaps: Floats,
+    ahead: Shorts,
+    ego: Floats,
+    friction: Floats,
+    objects: Floats,
+    sizes: Floats,
+    detected: Bools,
+    sensors: Ints,
+) -> tuple[Ints, Ints, Ints, Codes]:
+    """Find the object that a sensor has latest after it first mattered.
+
+    Args:
+        length: (B,) rows that a run has.
+        gaps: (B, T) to the nearest object in the path [m].
+        ahead: (B, T) that object, -1 for none.
+        ego: (B, T, 7).
+        friction: (B,).
+        objects: (B, T, M, 5).
+        sizes: (B, M, 3).
+        detected: (B, T, S, M).
+        sensors: Those that count.
+
+    Returns:
+        Rows (B,) from mattering to detection, 0 if it was detected before; rows (B,) of the
+        detection, the last one if there is none; objects (B,); and statuses (B,).
+    """
+    runs = length.shape[0]
+    late, rows = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64)
+    worst = np.full(runs, -1, dtype=np.int64)
+    codes = np.full(runs, NOT_APPLICABLE, dtype=np.int8)
+    since = np.zeros(objects.shape[2], dtype=np.int64)
+    for run in range(runs):
+        since[:] = -1
+        for row in range(length[run]):
+            thing = ahead[run, row]
+            if not gaps[run, row] > -math.inf:
+                codes[run] = ERROR
+            # Of the last row nothing is decided, so nothing can be detected at it.
+            elif (
+                row < length[run] - 1
+                and thing >= 0
+                and since[thing] < 0
+                and matters(
+                    gaps[run, row], thing, ego[run, row], friction[run], objects[run, row],
+                    sizes[run],
+                )
+            ):  # fmt: skip
+                since[thing] = row
+        if codes[run] == ERROR or sensors.shape[0] == 0:
+            continue
+        for thing in range(objects.shape[2]):
+            if since[thing] >= 0:
+                first = _first_detection(detected[run], sensors, thing, length[run] - 1)
+                after = max(0, first - since[thing])
+                if after > late[run] or worst[run] < 0:
+                    late[run], rows[run], worst[run] = after, max(first, since[thing]), thing
+                    codes[run] = VALUE
+    return late, rows, worst, codes
+
+
+@inlined
+def _first_detection(detected: Bools, sensors: Ints, thing: int, end: int) -> int:
+    """Return the first row (T, S, M) at which a sensor has an object, ``end`` if none has."""
+    for row in range(end):
+        for place in range(sensors.shape[0]):
+            if detected[row, sensors[place], thing]:
+                return row
+    return end
+
+
+@allocating
+def worst_missed(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    gaps: Floats,
+    ahead: Shorts,
+    ego: Floats,
+    friction: Floats,
+    objects: Floats,
+    sizes: Floats,
+    errors: Floats,
+) -> tuple[Ints, Ints, Ints, Codes]:
+    """Find the object that matters at most rows without being tracked.
+
+    Args:
+        length: (B,) rows that a run has.
+        gaps: (B, T) to the nearest object in the path [m].
+        ahead: (B, T) that object, -1 for none.
+        ego: (B, T, 7).
+        friction: (B,).
+        objects: (B, T, M, 5).
+        sizes: (B, M, 3).
+        errors: (B, T, M, 2) of the channel's tracks [m], NaN for an object without one.
+
+    Returns:
+        Rows (B,) at which it is missed, the first of them (B,), the object (B,) and statuses (B,):
+        ``not_applicable`` where none matters.
+    """
+    runs = length.shape[0]
+    most, rows = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64)
+    worst = np.full(runs, -1, dtype=np.int64)
+    codes = np.full(runs, NOT_APPLICABLE, dtype=np.int8)
+    # Of each object: at how many rows it is missed, -1 before it matters, and the first of them.
+    missed = np.zeros(objects.shape[2], dtype=np.int64)
+    first = np.zeros(objects.shape[2], dtype=np.int64)
+    for run in range(runs):
+        missed[:] = -1
+        first[:] = 0
+        for row in range(length[run] - 1):
+            thing = ahead[run, row]
+            if not gaps[run, row] > -math.inf:
+                codes[run] = ERROR
+            if thing < 0:
+                continue
+            is_tracked = math.isfinite(errors[run, row, thing, 0])
+            if is_tracked and missed[thing] >= 0:
+                continue
+            if matters(
+                gaps[run, row], thing, ego[run, row], friction[run], objects[run, row], sizes[run]
+            ):
+                missed[thing] = max(0, missed[thing])
+                if not is_tracked:
+                    first[thing] = row if missed[thing] == 0 else first[thing]
+                    missed[thing] += 1
+        if codes[run] == ERROR:
+            continue
+        for thing in range(objects.shape[2]):
+            if missed[thing] > most[run] or (missed[thing] == 0 and worst[run] < 0):
+                most[run], rows[run], worst[run] = missed[thing], first[thing], thing
+                codes[run] = VALUE
+    return most, rows, worst, codes
+
+
+@allocating
+def false_rows(length: Ints, false: Codes) -> tuple[Ints, Ints, Codes]:
+    """Count the rows with a false track.
+
+    Args:
+        length: (B,) rows that a run has.
+        false: (B, T) false tracks, ``NO_TRACKS`` where the channel shows none.
+
+    Returns:
+        Rows (B,), the first of them (B,) and statuses (B,): ``not_applicable`` where the channel
+        never shows its tracks.
+    """
+    runs = length.shape[0]
+    counts, rows = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64)
+    codes = np.full(runs, NOT_APPLICABLE, dtype=np.int8)
+    for run in range(runs):
+        for row in range(length[run] - 1):
+            if false[run, row] != NO_TRACKS:
+                codes[run] = VALUE
+            if false[run, row] > 0:
+                if counts[run] == 0:
+                    rows[run] = row
+                counts[run] += 1
+    return counts, rows, codes
+
+
+RANGE, POSITION = range(2)
+"""What ``pooled_errors`` makes of the errors: root mean square along the line of sight, 95th
+percentile of the distance."""
+
+
+@allocating
+def pooled_errors(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    gaps: Floats,
+    ahead: Shorts,
+    ego: Floats,
+    friction: Floats,
+    errors: Floats,
+    what: int,
+) -> tuple[Floats, Ints, Ints, Codes]:
+    """Pool the errors of the tracks of what is nearest in the path and within the ego's reach.
+
+    Args:
+        length: (B,) rows that a run has.
+        gaps: (B, T) to the nearest object in the path [m].
+        ahead: (B, T) that object, -1 for none.
+        ego: (B, T, 7).
+        friction: (B,).
+        errors: (B, T, M, 2) of the channel's tracks [m], NaN for an object without one.
+        what: ``RANGE`` or ``POSITION``.
+
+    Returns:
+        Pooled errors (B,) [m], rows (B,) with the largest, its objects (B,) and statuses (B,):
+        ``not_applicable`` where no such object is tracked.
+    """
+    runs = length.shape[0]
+    values, rows = np.zeros(runs), np.zeros(runs, dtype=np.int64)
+    worst = np.full(runs, -1, dtype=np.int64)
+    codes = np.full(runs, NOT_APPLICABLE, dtype=np.int8)
+    sizes = np.zeros(gaps.shape[1])
+    for run in range(runs):
+        count, most, total = 0, -1.0, 0.0
+        for row in range(length[run] - 1):
+            gap, thing = gaps[run, row], ahead[run, row]
+            if not gap > -math.inf:
+                codes[run] = ERROR
+                break
+            if thing < 0 or not gap <= reachable_distance(ego[run, row, EGO_SPEED], friction[run]):
+                continue
+            along, across = errors[run, row, thing, 0], errors[run, row, thing, 1]
+            if not math.isfinite(along + across):
+                continue
+            size = abs(along)
+            if what == POSITION:
+                size = math.sqrt(along * along + across * across)
+            sizes[count] = size
+            total += size * size
+            count += 1
+            if size > most:
+                most, rows[run], worst[run] = size, row, thing
+        if count and codes[run] != ERROR:
+            codes[run] = VALUE
+            values[run] = math.sqrt(total / count)
+            if what == POSITION:
+                ordered = np.sort(sizes[:count])
+                # The least value that 95 of 100 do not exceed.
+                values[run] = ordered[(95 * count + 99) // 100 - 1]
+    return values, rows, worst, codes
+
+
+# --- Compiled: how far away sensors have who comes from behind in the next lane -------------------
+
+REAR_RESPONSE: Final = 0.4
+REAR_BRAKING: Final = 3.0
+REAR_TIME_GAP: Final = 1.0
+"""What UN R79, 5.6.4.7 grants who comes from behind when the ego changes
+lanes: 0.4 s to respond, 3 m/s² of braking, and at its end 1 s of the ego's speed as distance."""
+
+NEXT_LANE: Final = 1.5
+"""Lateral distance of centres up to which a vehicle is in the next lane [lane widths]."""
+
+
+@allocating
+def rear_margins(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    length: Ints,
+    ego: Floats,
+    ego_place: Floats,
+    ego_size: Floats,
+    objects: Floats,
+    places: Floats,
+    sizes: Floats,
+    lane_width: Floats,
+    detected: Bools,
+    sensors: Ints,
+) -> tuple[Floats, Ints, Ints, Codes]:
+    """Find who comes from behind in the next lane and is seen latest for what a lane change needs.
+
+    Whoever is nearer than that from the start does not count: no sensor could have seen it.
+
+    Args:
+        length: (B,) rows that a run has.
+        ego: (B, T, 7).
+        ego_place: (B, T, 6).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        places: (B, T, M, 6).
+        sizes: (B, M, 3).
+        lane_width: (B,) [m].
+        detected: (B, T, S, M).
+        sensors: Those that count.
+
+    Returns:
+        Distance behind the ego at the first detection less the critical one (B,) [m], with 0 for
+        the distance of who is never detected while behind; rows (B,), objects (B,), statuses (B,).
+    """
+    runs = length.shape[0]
+    margins, rows = np.full(runs, math.inf), np.zeros(runs, dtype=np.int64)
+    worst = np.full(runs, -1, dtype=np.int64)
+    codes = np.full(runs, NOT_APPLICABLE, dtype=np.int8)
+    for run in range(runs):
+        for thing in range(objects.shape[2]):
+            could_be_seen = is_seen = False
+            margin, last = math.inf, 0
+            for row in range(length[run] - 1):
+                behind, critical = _approach(
+                    ego[run, row], ego_place[run, row], ego_size[run], objects[run, row, thing],
+                    places[run, row, thing], sizes[run, thing], lane_width[run],
+                )  # fmt: skip
+                if math.isnan(behind):
+                    codes[run] = ERROR
+                    break
+                for place in range(sensors.shape[0]):
+                    is_seen |= detected[run, row, sensors[place], thing]
+                if behind <= 0.0:
+                    continue
+                could_be_seen |= behind > critical
+                margin, last = -critical, row
+                if is_seen:
+                    margin = behind - critical
+                    break
+            if could_be_seen and margin < margins[run]:
+                margins[run], rows[run], worst[run] = margin, last, thing
+        if worst[run] >= 0 and sensors.shape[0] > 0 and codes[run] != ERROR:
+            codes[run] = VALUE
+    return margins, rows, worst, codes
+
+
+@inlined
+def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
+    own: Floats,
+    place: Floats,
+    size: Floats,
+    other: Floats,
+    other_place: Floats,
+    other_size: Floats,
+    lane_width: float,
+) -> tuple[float, float]:
+    """Return how far behind the ego somebody faster in the next lane is, and what is critical [m].
+
+    Returns:
+        The distance along the lane of the other, 0 for everybody else, NaN with a number that is
+        not finite; and the critical distance of ``REAR_RESPONSE`` and its fellows.
+    """
+    if not are_finite(
+        own[EGO_SPEED], place[PLACE_S], place[PLACE_D], size[0], size[1],
+        other[OBJECT_SPEED], other_place[PLACE_S], other_place[PLACE_D], other_size[0],
+        other[OBJECT_X] + other[OBJECT_Y] + other[OBJECT_HEADING] + other_size[1],
+    ):  # fmt: skip
+        return math.nan, math.nan
+    # Who comes from behind drives the way, so that it is as long as on that lane.
+    behind = lane_way(
+        other_place[PLACE_S], other_place[PLACE_HEADING], other_place[PLACE_D],
+        place[PLACE_S], place[PLACE_HEADING],
+    ) - 0.5 * (size[0] + other_size[0])  # fmt: skip
+    beside = abs(place[PLACE_D] - other_place[PLACE_D])
+    closing = other[OBJECT_SPEED] - own[EGO_SPEED]
+    is_next = 0.5 * (size[1] + other_size[1]) <= beside < NEXT_LANE * lane_width
+    if behind <= 0.0 or closing <= 0.0 or not is_next:
+        return 0.0, 0.0
+    braked = closing * closing / (2.0 * REAR_BRAKING)
+    return behind, closing * REAR_RESPONSE + braked + own[EGO_SPEED] * REAR_TIME_GAP
+
+
+# --- Metrics of perception: how early sensors have what matters, and what the channel believes ----
+
+
+@metric_entry(
+    "adeye:perception.first_detection_distance@1",
+    "first_detection_distance_m",
+    "m",
+    "lower",
+    "own definition: distance between the bodies at the first detection",
+    scale=10.0,
+    settles=True,
+    least=0.0,
+)
+def first_detection_distance(series: TraceSeries) -> MetricColumn:
+    """Distance at which a sensor first has the object in the path that is found last.
+
+    Objects count that are the nearest in the path at any row; sensors count that measure
+    (everything but ground truth) and are linked to a channel. An object that is never detected is
+    found last, at 0 m. Not applicable without such an object or sensor.
+    """
+    trace, context = series.trace, series.trace.layout.context
+    values, actors = series.worst_conflicts
+    row, distance, found, is_error = last_found(
+        trace.length,
+        values[GAP],
+        actors[GAP],
+        as_flags(series.column("detected")),
+        np.array(measuring_sensors(trace.layout), dtype=np.int64),
+        series.column("ego"),
+        series.column("ego_place"),
+        context.ego_size,
+        series.column("objects"),
+        series.column("object_places"),
+        context.object_sizes,
+        series.column("contact"),
+    )
+    codes = np.select([is_error, found >= 0], [ERROR, VALUE], NOT_APPLICABLE)
+    column = column_of(series, codes, np.minimum(row, last_rows(trace)), distance, found)
+    # An error, too, tells who was looked at, and when.
+    time = np.where(found >= 0, trace.time[np.minimum(row, last_rows(trace))], np.nan)
+    return MetricColumn(column.value, column.status, time, found)
+
+
+@metric_entry(
+    "adeye:perception.detection_latency@1",
+    "detection_latency_s",
+    "s",
+    "higher",
+    "own definition over the stopping sight distance",
+    scale=1.0,
+)
+def detection_latency(series: TraceSeries) -> MetricColumn:
+    """Time from when an object first matters until a sensor has it; 0 if one has it before.
+
+    Of several objects the latest counts; one that is never detected counts to the end of the run.
+    Not applicable without an object that matters (``relevance``) or a measuring sensor that is
+    linked to a channel.
+    """
+    late, row, thing, codes = worst_latencies(
+        *_nearest_in_path(series),
+        series.trace.layout.context.object_sizes,
+        as_flags(series.column("detected")),
+        _sensors(series),
+    )
+    return column_of(series, codes, row, tick_times(late, series.step), thing)
+
+
+@metric_entry(
+    "adeye:perception.missed_time@1",
+    "missed_time_s",
+    "s",
+    "higher",
+    "own definition over the stopping sight distance",
+    scale=1.0,
+)
+def missed_time(series: TraceSeries) -> MetricColumn:
+    """Time for which an object that matters is in no confirmed track, each row counting one step.
+
+    Of several objects the one that is missed longest counts; the time is that of the first miss.
+    Not applicable without an object that matters or where the channel never shows its tracks.
+    """
+    channel = _default_channel(series)
+    missed, row, thing, codes = worst_missed(
+        *_nearest_in_path(series),
+        series.trace.layout.context.object_sizes,
+        series.column("track_error")[:, :, channel],
+    )
+    _, _, shown = false_rows(series.trace.length, series.column("false_tracks")[:, :, channel])
+    codes = np.where((codes == VALUE) & (shown != VALUE), NOT_APPLICABLE, codes)
+    return column_of(series, codes, row, tick_times(missed, series.step), thing)
+
+
+@metric_entry(
+    "adeye:perception.false_track_time@1",
+    "false_track_time_s",
+    "s",
+    "higher",
+    "own definition over the stopping sight distance",
+    scale=1.0,
+)
+def false_track_time(series: TraceSeries) -> MetricColumn:
+    """Time with a confirmed track of nothing in the corridor, no farther than the ego's reach.
+
+    Each row counts one step. Not applicable where the channel never shows its tracks.
+    """
+    channel = _default_channel(series)
+    wrong, row, codes = false_rows(
+        series.trace.length, series.column("false_tracks")[:, :, channel]
+    )
+    return column_of(series, codes, row, tick_times(wrong, series.step))
+
+
+@metric_entry(
+    "adeye:perception.range_error_rms@1",
+    "range_error_rms_m",
+    "m",
+    "higher",
+    "root mean square over the rows with a track",
+    scale=1.0,
+)
+def range_error_rms(series: TraceSeries) -> MetricColumn:
+    """Error along the line of sight of the tracks of what is nearest in the path, within reach.
+
+    It compares the centres at the time of the channel's observation; when and who had the largest.
+    Not applicable without such a track.
+    """
+    return _pooled(series, RANGE)
+
+
+@metric_entry(
+    "adeye:perception.position_error_p95@1",
+    "position_error_p95_m",
+    "m",
+    "higher",
+    "95th percentile over the rows with a track",
+    scale=1.0,
+)
+def position_error_p95(series: TraceSeries) -> MetricColumn:
+    """Distance of the tracks of what is nearest in the path, within reach, from its true place.
+
+    As the range error otherwise.
+    """
+    return _pooled(series, POSITION)
+
+
+@metric_entry(
+    "adeye:perception.rear_detection_margin@1",
+    "rear_detection_margin_m",
+    "m",
+    "lower",
+    "UN R79, 5.6.4.7: critical situation of a lane change",
+    scale=10.0,
+    settles=True,
+)
+def rear_detection_margin(series: TraceSeries) -> MetricColumn:
+    """Distance at which a sensor has who comes from behind, beyond what a lane change needs.
+
+    Objects count that are faster than the ego, behind it and in the next lane, and were farther
+    away than needed at first; one that is never detected while behind is at 0 m. The worst counts.
+    Not applicable without such an object or a measuring sensor that is linked to a channel.
+    """
+    context = series.trace.layout.context
+    margin, row, thing, codes = rear_margins(
+        series.trace.length,
+        series.column("ego"),
+        series.column("ego_place"),
+        context.ego_size,
+        series.column("objects"),
+        series.column("object_places"),
+        context.object_sizes,
+        context.road.lane_width,
+        as_flags(series.column("detected")),
+        _sensors(series),
+    )
+    return column_of(series, codes, row, margin, thing)
+
+
+def _nearest_in_path(series: TraceSeries) -> tuple[Ints, Floats, Shorts, Floats, Floats, Floats]:
+    """Give lengths, gap and object of the nearest in the path, ego, friction and objects."""
+    values, actors = series.worst_conflicts
+    friction = series.trace.layout.context.surroundings.friction
+    own, objects = series.column("ego"), series.column("objects")
+    return series.trace.length, values[GAP], actors[GAP], own, friction, objects
+
+
+def _pooled(series: TraceSeries, what: int) -> MetricColumn:
+    length, gaps, ahead, own, friction, _ = _nearest_in_path(series)
+    errors = series.column("track_error")[:, :, _default_channel(series)]
+    value, row, thing, codes = pooled_errors(length, gaps, ahead, own, friction, errors, what)
+    return column_of(series, codes, row, value, thing)
+
+
+def _default_channel(series: TraceSeries) -> int:
+    layout = series.trace.layout
+    return layout.channels.index(layout.architecture.switch.default)
+
+
+def _sensors(series: TraceSeries) -> Ints:
+    return np.array(measuring_sensors(series.trace.layout), dtype=np.int64)
+
+
+def measuring_sensors(layout: Layout) -> tuple[int, ...]:
+    """Give the indices of the sensors that measure and are linked to a channel."""
+    architecture = layout.architecture
+    linked = {link for channel in architecture.channels.values() for link in channel.links}
+    return tuple(
+        index
+        for index, name in enumerate(layout.sensors)
+        if name in linked and architecture.sensors[name].kind != "ground_truth"
+    )

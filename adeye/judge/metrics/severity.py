@@ -1,0 +1,189 @@
+"""Metrics of how grave a collision is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.judge.metrics.criticality import contacts_of
+from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, VALUE
+from adeye.judge.outcome import on_road
+from adeye.judge.trace_signals import STANDSTILL_SPEED
+from adeye.kernel.boxes import boxes_overlap
+from adeye.kernel.criticality import fatality_probability, speed_change
+from adeye.ports import MetricColumn
+from adeye.signals import (
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    OBJECT_CLASSES,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_HEADING,
+    PLACE_OFFSET,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.judge.series import TraceSeries
+    from adeye.signals import Floats, Ints
+
+# --- Metrics of how grave a collision is ----------------------------------------------------------
+
+MASSES: Final = {
+    "car": 1500.0,
+    "van": 2500.0,
+    "truck": 15000.0,
+    "bus": 12000.0,
+    "motorcycle": 300.0,
+    "cyclist": 90.0,
+    "pedestrian": 75.0,
+    "parked_truck": 15000.0,
+    "parked_car": 1500.0,
+    "barrier": np.inf,
+    "building": np.inf,
+}
+"""Mass that each kind of object is taken to have, riders included [kg]; what stands fast has no
+end. The ego's is that of its vehicle."""
+
+_MASS_OF_CLASS: Final = np.array([MASSES[name] for name in OBJECT_CLASSES])
+_SHELBY: Final = "Shelby (2011), Delta-V as a measure of traffic conflict severity"
+
+
+@metric_entry(
+    "adeye:severity.delta_v@1", "delta_v_mps", "m/s", "higher", _SHELBY, scale=10.0
+)  # fmt: skip
+def delta_v(series: TraceSeries) -> MetricColumn:
+    """Change of the ego's speed by its collision, both going on as one; masses by kind."""
+    return _reported(series, 0)
+
+
+@metric_entry(
+    "adeye:severity.other_delta_v@1", "other_delta_v_mps", "m/s", "higher", _SHELBY, scale=10.0
+)
+def other_delta_v(series: TraceSeries) -> MetricColumn:
+    """Change of the speed of what the ego collides with; masses by kind, 0 of what stands fast."""
+    return _reported(series, 1)
+
+
+@metric_entry(
+    "adeye:severity.fatality_probability@1", "fatality_probability", "1", "higher",
+    "Joksch (1993), Velocity change and fatality risk in a crash: a rule of thumb", scale=0.1,
+    least=0.0, most=1.0,
+)  # fmt: skip
+def fatality(series: TraceSeries) -> MetricColumn:
+    """Probability that somebody dies of the larger change of speed, by the rule for car occupants.
+
+    0 without a collision.
+    """
+    return _reported(series, 2)
+
+
+def _reported(series: TraceSeries, what: int) -> MetricColumn:
+    found, row, has_contact, touched = _changes(series)
+    if what == 2:
+        codes = np.full(len(row), VALUE)
+        column = column_of(series, codes, row, np.where(has_contact, found[2], 0.0), touched)
+        time = np.where(has_contact, column.time, np.nan)
+        return type(column)(column.value, column.status, time, column.actor)
+    return column_of(series, np.where(has_contact, VALUE, NO_CONFLICT), row, found[what], touched)
+
+
+def _changes(series: TraceSeries) -> tuple[Floats, Ints, NDArray[np.bool_], Ints]:
+    """Give changes of both speeds and probability (3, B), and rows, whether and what is touched."""
+    if "severity" not in series.kept:
+        row, has_contact, touched = contacts_of(series)
+        layout = series.trace.layout
+        found = np.zeros((3, len(row)))
+        for run in np.flatnonzero(has_contact).tolist():
+            own = layout.architectures[run].vehicle.mass
+            other = float(_MASS_OF_CLASS[layout.context.object_classes[touched[run]]])
+            speed = float(series.column("impact_speed")[run, row[run]])
+            found[0, run] = speed_change(own, other, speed)
+            found[1, run] = 0.0 if np.isinf(other) else speed_change(other, own, speed)
+            # NaN stays one: an unknown speed is no harmless one.
+            larger = max(found[0, run], found[1, run]) if np.isfinite(speed) else np.nan
+            found[2, run] = fatality_probability(larger)
+        series.kept["severity"] = found, row, has_contact, touched
+    kept: tuple[Floats, Ints, NDArray[np.bool_], Ints] = series.kept["severity"]
+    return kept
+
+
+# --- Whether a collision is the ego's fault: a label beside it, for it counts in any case ---------
+
+BEHIND: Final = math.radians(150.0)
+"""Bearing from which an object is behind the ego [rad]."""
+
+
+@metric_entry(
+    "adeye:at_fault.contact@1",
+    "contact_at_fault",
+    "1",
+    "higher",
+    "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
+    scale=1.0,
+    least=0.0,
+    most=1.0,
+)
+def contact_at_fault(series: TraceSeries) -> MetricColumn:
+    """1 if the ego touches an object and is at fault, else 0.
+
+    It is if it moves, and the object stands, or its front touches the object, or its side does
+    while it is not within one lane. It is not if it stands, or is hit from behind.
+    """
+    row, has_contact, touched = contacts_of(series)
+    found = np.zeros(len(row))
+    for run in np.flatnonzero(has_contact).tolist():
+        found[run] = _is_at_fault(series, run, int(row[run]), int(touched[run]))
+    codes = np.where(np.isnan(found), ERROR, VALUE)
+    column = column_of(series, codes, row, found, touched)
+    time = np.where(has_contact, column.time, np.nan)
+    return MetricColumn(column.value, column.status, time, column.actor)
+
+
+def _is_at_fault(series: TraceSeries, run: int, row: int, other: int) -> float:
+    """Judge one contact: 1 or 0, NaN where a number is not finite."""
+    ego, place = series.column("ego")[run, row], series.column("ego_place")[run, row]
+    state, context = series.column("objects")[run, row, other], series.trace.layout.context
+    if not (np.isfinite(ego).all() and np.isfinite(place).all() and np.isfinite(state).all()):
+        return math.nan
+    if abs(ego[EGO_SPEED]) <= STANDSTILL_SPEED:
+        return 0.0
+    if abs(state[OBJECT_SPEED]) <= STANDSTILL_SPEED:
+        return 1.0
+    length, width = context.ego_size[run, :2]
+    heading = ego[EGO_HEADING]
+    away_x, away_y = state[OBJECT_X] - ego[EGO_X], state[OBJECT_Y] - ego[EGO_Y]
+    along = away_x * math.cos(heading) + away_y * math.sin(heading)
+    across = away_y * math.cos(heading) - away_x * math.sin(heading)
+    if abs(math.atan2(across, along)) > BEHIND:
+        return 0.0
+    half = 0.5 * length
+    bumper = (ego[EGO_X] + half * math.cos(heading), ego[EGO_Y] + half * math.sin(heading))
+    other_box = (state[OBJECT_X], state[OBJECT_Y], state[OBJECT_HEADING])
+    size = context.object_sizes[run, other, :2]
+    # Where the step ends beyond the contact, the bodies may have parted again.
+    is_ahead = along >= half and abs(across) <= 0.5 * width
+    if is_ahead or boxes_overlap(*bumper, heading, 0.0, width, *other_box, *size):
+        return 1.0
+    return float(not _is_within_lane(series, run, row, 0.5 * width, half))
+
+
+def _is_within_lane(
+    series: TraceSeries, run: int, row: int, half_width: float, half_length: float
+) -> bool:
+    """Tell whether the body of the ego is on the road and within the lane of its centre."""
+    place = series.column("ego_place")[run, row]
+    road = series.trace.layout.context.road.of(np.array([run]))
+    if not on_road(road, place[np.newaxis, np.newaxis])[0, 0]:
+        return False
+    turned = series.column("ego")[run, row, EGO_HEADING] - place[PLACE_HEADING]
+    extent = half_width * abs(math.cos(turned)) + half_length * abs(math.sin(turned))
+    return bool(abs(place[PLACE_OFFSET]) + extent <= 0.5 * road.lane_width[0])

@@ -1,0 +1,596 @@
+"""FSRs checked against a plan: names and metrics are known, windows lie within the tails."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.identity import digest
+from adeye.judge.metrics import METRICS, MetricDefinition
+from adeye.judge.stl.constancy import FAR, first_constant
+from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
+from adeye.judge.stl.parser import KEYWORDS
+from adeye.judge.stl.syntax import (
+    PREDICATES,
+    Node,
+    Temporal,
+    Until,
+    Window,
+    canonical,
+    children,
+    names_in,
+    needed_time,
+    nested_implications,
+    read_back,
+    window_of,
+    window_rows,
+)
+from adeye.judge.trace_signals import is_decision, plan_dictionary
+from adeye.kernel.relation import differences
+from adeye.signals import SignalType
+from adeye.units import UNITS, Dimension, read_quantity, shown
+
+if TYPE_CHECKING:
+    from adeye.judge.stl.parser import Parameters
+    from adeye.signals import Bools, Floats
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.concept import Concept, Requirement
+    from adeye.spec.odd import Attributes
+    from adeye.spec.scenario import LogicalScenario
+
+# --- What an FSR measures, apart from how it is spelt: the part of its identity that a user
+# writes.
+
+
+def measured(requirement: Requirement) -> dict[str, Any]:
+    """Give what an FSR asks for and where, in the one way that does not tell how it is spelt.
+
+    Formula and bound are in SI with the values of their parameters, see ``stl.canonical``; the
+    order of its scenarios does not matter.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+    """
+    part: dict[str, Any] = requirement.judged()
+    part.pop("parameters", None)
+    part["scenarios"] = sorted(set(requirement.scenarios))
+    if requirement.formula is not None:
+        part["formula"] = _formula(requirement)[0]
+    elif requirement.bound is not None:
+        limit = requirement.bound.limit
+        value = requirement.constants[limit][0] if isinstance(limit, str) else limit
+        # A whole number may be written without a fraction, and is no other bound for it.
+        part["bound"] = {
+            **part["bound"],
+            requirement.bound.side: None if value is None else float(value),
+        }
+        part["bound"].pop("unusual_side", None)
+    return part
+
+
+def reads_odd(requirement: Requirement) -> bool:
+    """Tell whether a verdict depends on the attributes of the ODD: the formula names ``in_odd``."""
+    return requirement.formula is not None and "in_odd" in _formula(requirement)[1]
+
+
+def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str, ...]:
+    """Quote the antecedents of the implications below the top level of a formula.
+
+    Args:
+        formula: Its text; None for a bound, which has none.
+        constants: Parameters in SI with their exponents.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+    """
+    return () if formula is None else _written(formula, tuple(sorted(constants.items())))[2]
+
+
+def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    constants = tuple(sorted(requirement.constants.items()))
+    return _written(requirement.formula or "", constants)
+
+
+@lru_cache(maxsize=1024)
+def _written(
+    text: str, constants: tuple[tuple[str, tuple[float, tuple[int, int, int]]], ...]
+) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """Read a formula; give its canonical text, the signals that it names and nested antecedents."""
+    formula = parse_formula(text, parameters=dict(constants))
+    nested = tuple(formula.quote(node.left) for node in nested_implications(formula.root))
+    return canonical(formula.root), formula.names, nested
+
+
+# --- A bound on a metric: what an FSR without a formula asks for ----------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A bound on a metric.
+
+    Attributes:
+        column: Id of the metric.
+        limit: In the metric's unit.
+        is_lower: Whether the metric has to be at least, not at most, the limit.
+    """
+
+    column: str
+    limit: float
+    is_lower: bool
+
+    @property
+    def metric(self) -> MetricDefinition:
+        """The metric, as registered in this process."""
+        return METRICS[self.column]
+
+    def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
+        """Give the distances (R,) to the limit in the metric's unit, negative when violated.
+
+        What differs from the limit by rounding only lies on it, with the margin 0; a conflict that
+        is farther from the limit than the cap is none.
+
+        Args:
+            values: (R,) of the metric.
+            is_free: (R,) whether there was no conflict, so that the value is not read.
+
+        Returns:
+            The distances, and whether there was no conflict, or one beyond the cap.
+        """
+        measured = np.where(is_free, 0.0, values)
+        ends = (measured, self.limit) if self.is_lower else (self.limit, measured)
+        margin, cap = differences(*ends), self.metric.cap
+        if cap is None:
+            return margin, is_free
+        is_free = is_free | (measured - self.limit > cap)
+        return np.where(is_free, cap if self.is_lower else -cap, margin), is_free
+
+    @property
+    def text(self) -> str:
+        """Write it as a predicate."""
+        relation = ">=" if self.is_lower else "<="
+        unit = "" if self.metric.unit == "1" else f" {self.metric.unit}"
+        return f"{self.column} {relation} {self.limit:g}{unit}"
+
+
+def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> Bound:
+    """Find the metric of an FSR with a bound.
+
+    Args:
+        requirement: What the concept says.
+        where: Place of the bound in the concept's file.
+
+    Raises:
+        SpecError: There is no such metric, the bound is not finite, or it was written with a unit
+            of something else than the metric's.
+    """
+    written = requirement.bound
+    name = "" if written is None else written.metric
+    if written is None or name not in METRICS:
+        raise SpecError(
+            f"requirement {requirement.id}: there is no metric {name!r}",
+            where=where,
+            remedy=suggest(name, METRICS),
+        )
+    limit, text = written.limit, written.written
+    if isinstance(limit, str):
+        # A parameter without a unit is in the metric's own, like a plain number.
+        value = requirement.parameters[limit]
+        limit, text = requirement.constants[limit][0], value if isinstance(value, str) else None
+    if text is not None:
+        _check_unit(requirement.id, name, text, where)
+    is_lower = written.at_least is not None
+    if limit is None or not math.isfinite(limit):
+        raise SpecError(
+            f"requirement {requirement.id}: the bound is {limit}",
+            where=where,
+            remedy="Give a finite number.",
+        )
+    return Bound(name, float(limit), is_lower)
+
+
+def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | None) -> None:
+    """Refuse a bound that keeps a metric from being good, or that no value violates.
+
+    Raises:
+        SpecError: It does, and ``unusual_side`` does not say that it is meant.
+    """
+    metric, written = bound.metric, requirement.bound
+    if written is None or written.unusual_side:
+        return
+    if bound.is_lower:
+        is_wrong, end = metric.worse == "higher", metric.least
+        end = -FAR if end is None else end
+        cannot_fail = bound.limit <= end
+    else:
+        is_wrong, end = metric.worse == "lower", metric.most
+        end = FAR if end is None else end
+        cannot_fail = bound.limit >= end
+    if cannot_fail:
+        what = f"'{bound.text}' cannot fail: no value is {'below' if bound.is_lower else 'above'}"
+        what += f" {end:g}"
+    elif is_wrong:
+        what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
+    else:
+        return
+    other = "at_most" if bound.is_lower else "at_least"
+    remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
+    raise SpecError(
+        f"requirement {requirement.id}: {what}",
+        where=where,
+        remedy=f"{remedy}, or unusual_side: true in the bound if it is meant.",
+    )
+
+
+def _check_unit(name: str, column: str, text: str, where: SourceLocation | None) -> None:
+    """Refuse a bound that was written with a unit of something else than its metric."""
+    unit = METRICS[column].unit
+    wanted, (_, found) = unit_exponents(unit), read_quantity(text)
+    known = UNITS.get(unit)
+    is_si = known is not None and known.numerator == known.denominator
+    if wanted == found and (is_si or found == Dimension.NONE.exponents):
+        return
+    remedy = "Write a plain number."
+    measured = "is a plain number" if wanted == Dimension.NONE.exponents else f"is in {unit}"
+    if is_si:
+        names = ", ".join(item for item, other in UNITS.items() if other.exponents == wanted)
+        remedy = f"Write a plain number in {unit}, or one with a unit ({names})."
+    raise SpecError(
+        f"requirement {name}: {shown(text)} does not fit metric {column}, which {measured}",
+        where=where,
+        remedy=remedy,
+    )
+
+
+# --- FSRs checked against a plan: names and metrics are known, windows lie within the tails -------
+
+Loc = tuple[str | int, ...]
+Locate = Callable[[Loc], SourceLocation]
+Dictionary = Mapping[str, SignalType]
+
+JUDGE_VERSION = 3
+"""Raised whenever a verdict or margin can change although formula and trace do not."""
+
+_SLACK_S = 1e-9
+
+
+@dataclass(frozen=True)
+class JudgedPlan:
+    """What the FSRs of a concept will be judged on.
+
+    Attributes:
+        scenarios: By the id under which the ODD uses them.
+        architectures: By their own id.
+        gate: Architectures that decide the exit code; an FSR must be applicable to them.
+        step: Master clock [s].
+        faults: Fault ids of the ODD.
+        monitors: Monitor ids that the channels of an architecture declare, by architecture id.
+        attributes: Attributes of the ODD, for FSRs about leaving it.
+    """
+
+    scenarios: Mapping[str, LogicalScenario]
+    architectures: Mapping[str, Architecture]
+    gate: Sequence[str]
+    step: float
+    faults: Sequence[str] = ()
+    monitors: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    attributes: Attributes | None = None
+
+    def dictionary(self, scenario: str, architecture: str) -> dict[str, SignalType]:
+        """List what a formula may name in the runs of a scenario and an architecture."""
+        return plan_dictionary(
+            self.scenarios[scenario],
+            self.architectures[architecture],
+            self.faults,
+            self.monitors.get(architecture, ()),
+        )
+
+
+@dataclass(frozen=True)
+class CheckedRequirement:
+    """An FSR that can be judged.
+
+    Attributes:
+        requirement: What the concept says.
+        digest: Identity of what its verdict depends on beside the trace.
+        formula: Its formula, parsed; None if it is a bound.
+        bound: Its bound on a metric; None if it is a formula.
+        not_applicable: Why it cannot be judged, by architecture id.
+    """
+
+    requirement: Requirement
+    digest: str
+    formula: Formula | None = None
+    bound: Bound | None = None
+    not_applicable: Mapping[str, str] = field(default_factory=dict)
+
+    def concerns(self, scenario: str, *, is_inside: bool) -> bool:
+        """Tell whether it is judged in a scenario, on runs inside or outside the ODD."""
+        requirement = self.requirement
+        if requirement.scenarios and scenario not in requirement.scenarios:
+            return False
+        wanted = {"inside": (True,), "outside": (False,), "everywhere": (True, False)}
+        return is_inside in wanted[requirement.applies]
+
+
+CheckedRequirements = tuple[CheckedRequirement, ...]
+"""The FSRs of a concept, in its order."""
+
+
+def requirement_digest(requirement: Requirement, attributes: Attributes | None = None) -> str:
+    """Identify everything that a verdict depends on beside the trace, however it is spelt.
+
+    Args:
+        requirement: What the concept says.
+        attributes: Attributes of the ODD; they count where a formula names ``in_odd``.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+    """
+    preimage: dict[str, Any] = {"requirement": measured(requirement), "judge": JUDGE_VERSION}
+    if nested_antecedents(requirement.formula, requirement.constants):
+        # Of these a verdict tells what no verdict told before.
+        preimage["nested"] = 1
+    if requirement.bound is not None and requirement.bound.metric in METRICS:
+        preimage["metric"] = METRICS[requirement.bound.metric].uid
+    if attributes is not None and reads_odd(requirement):
+        preimage["attributes"] = attributes.model_dump(mode="json")
+    return digest(preimage)
+
+
+def compile_requirement(
+    requirement: Requirement,
+    where: SourceLocation | None = None,
+    attributes: Attributes | None = None,
+) -> CheckedRequirement:
+    """Parse the formula or find the metric of an FSR, without a plan to check it against.
+
+    Args:
+        requirement: What the concept says.
+        where: Place of its formula or bound in the concept's file.
+        attributes: Attributes of the ODD.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+        SpecError: There is no such metric, or the bound is not finite.
+    """
+    formula = bound = None
+    if requirement.formula is not None:
+        formula = parse_formula(requirement.formula, where, requirement.constants)
+    else:
+        bound = bound_of(requirement, where)
+    identity = requirement_digest(requirement, attributes)
+    return CheckedRequirement(requirement, identity, formula, bound)
+
+
+def check_requirements(
+    concept: Concept, plan: JudgedPlan, locate: Locate | None = None
+) -> CheckedRequirements:
+    """Check every FSR of a concept against what it will be judged on, before anything runs.
+
+    Args:
+        concept: The functional safety concept.
+        plan: Scenarios, architectures and clock.
+        locate: Finds file, line and column of a place in the concept.
+
+    Returns:
+        The FSRs in the concept's order, ready to judge with.
+
+    Raises:
+        InputError: A name, metric or scenario does not exist, a dimension does not fit, a part of
+            a formula does not depend on its signals, a window exceeds a tail, or an architecture in
+            the gate lacks a signal. Several errors come as ``InputErrors``.
+    """
+    checked: list[CheckedRequirement] = []
+    errors: list[InputError] = []
+    for number, requirement in enumerate(concept.requirements):
+        check = _Check(requirement, number, plan, locate)
+        try:
+            checked.append(check.run())
+        except InputError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise InputErrors(errors)
+    return tuple(checked)
+
+
+def _place_of(requirement: Requirement) -> tuple[str, ...]:
+    """Name the key that says what is wrong, if anything is."""
+    bound = requirement.bound
+    if bound is None:
+        return ("formula",)
+    if bound.metric not in METRICS:
+        return ("bound", "metric")
+    return ("bound", "at_most" if bound.at_least is None else "at_least")
+
+
+class _Check:
+    """One FSR against the plan."""
+
+    def __init__(
+        self, requirement: Requirement, number: int, plan: JudgedPlan, locate: Locate | None
+    ) -> None:
+        self._requirement = requirement
+        self._number = number
+        self._plan = plan
+        self._locate = locate
+
+    def run(self) -> CheckedRequirement:
+        scenarios = self._scenarios()
+        self._check_parameter_names(scenarios)
+        place = _place_of(self._requirement)
+        compiled = compile_requirement(
+            self._requirement, self._where(*place), self._plan.attributes
+        )
+        if compiled.bound is not None:
+            check_side(self._requirement, compiled.bound, self._where(*place))
+        if compiled.formula is None:
+            return compiled
+        self._check_names(compiled.formula, scenarios)
+        self._check_truth(compiled.formula)
+        self._check_parameters(compiled.formula, scenarios)
+        self._check_windows(compiled.formula, scenarios)
+        missing = self._not_applicable(compiled.formula, scenarios)
+        return CheckedRequirement(
+            compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
+        )
+
+    def _where(self, *loc: str | int) -> SourceLocation | None:
+        if self._locate is None:
+            return None
+        return self._locate(("requirements", self._number, *loc))
+
+    def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
+        text = f"requirement {self._requirement.id}: {message}"
+        return SpecError(text, where=self._where(*(loc or ("formula",))), remedy=remedy)
+
+    def _scenarios(self) -> tuple[str, ...]:
+        for index, name in enumerate(self._requirement.scenarios):
+            if name not in self._plan.scenarios:
+                raise self._refuse(
+                    f"the ODD has no scenario {name!r}",
+                    suggest(name, self._plan.scenarios),
+                    "scenarios",
+                    index,
+                )
+        return self._requirement.scenarios or tuple(self._plan.scenarios)
+
+    def _check_names(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        known = {name: self._union(name) for name in scenarios}
+        anywhere = {name for dictionary in known.values() for name in dictionary}
+        for name in formula.names:
+            if name not in anywhere:
+                words = sorted(anywhere) + sorted(self._requirement.parameters)
+                near = difflib.get_close_matches(name, words, n=1)
+                raise self._refuse(
+                    f"no scenario and architecture has a signal {name!r}",
+                    f"Did you mean {near[0]!r}?" if near else "See `adeye signals`.",
+                )
+            lacking = [scenario for scenario in scenarios if name not in known[scenario]]
+            if lacking:
+                having = [scenario for scenario in scenarios if name in known[scenario]]
+                raise self._refuse(
+                    f"scenario {lacking[0]!r} has no signal {name!r}",
+                    f"Judge it where it exists: scenarios: [{', '.join(having)}].",
+                )
+        for dictionary in known.values():
+            formula.check(dictionary)
+
+    def _check_truth(self, formula: Formula) -> None:
+        found = first_constant(formula.root)
+        if found is not None:
+            part, is_held = found
+            raise self._refuse(
+                f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) "
+                f"{'always' if is_held else 'never'} holds, whatever its signals are",
+                "Write a limit or condition that depends on them, or leave the part out.",
+            )
+
+    def _check_parameter_names(self, scenarios: Sequence[str]) -> None:
+        for name in self._requirement.parameters:
+            if name in KEYWORDS or name in TRUTH_LABELS:
+                raise self._refuse_parameter(name, "is a word of the language")
+            if any(name in self._union(scenario) for scenario in scenarios):
+                raise self._refuse_parameter(name, "is the name of a signal, too")
+
+    def _check_parameters(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        named = {name for name, _ in formula.parameters}
+        words = {word for name in formula.names for word in self._labels(name, scenarios)}
+        for name in self._requirement.parameters:
+            if name in words:
+                raise self._refuse_parameter(name, "is a value of a signal, too")
+            if name not in named:
+                text = f"the formula does not name parameter {name!r}"
+                raise self._refuse(text, "Remove it or name it.", "parameters", name)
+
+    def _refuse_parameter(self, name: str, reason: str) -> SpecError:
+        text = f"parameter {name!r} {reason}"
+        return self._refuse(text, "Give it another name.", "parameters", name)
+
+    def _labels(self, signal: str, scenarios: Sequence[str]) -> Iterator[str]:
+        """List the words that a signal can be compared with."""
+        for scenario in scenarios:
+            entry = self._union(scenario)[signal]
+            yield from entry.labels
+
+    def _union(self, scenario: str) -> dict[str, SignalType]:
+        union: dict[str, SignalType] = {}
+        for architecture in self._plan.architectures:
+            union |= self._plan.dictionary(scenario, architecture)
+        return union
+
+    def _not_applicable(self, formula: Formula, scenarios: Sequence[str]) -> Mapping[str, str]:
+        reasons: dict[str, str] = {}
+        for architecture in self._plan.architectures:
+            dictionaries = [self._plan.dictionary(name, architecture) for name in scenarios]
+            lacking = [
+                name
+                for name in formula.names
+                if any(name not in dictionary for dictionary in dictionaries)
+            ]
+            if lacking:
+                reasons[architecture] = f"it has no signal {', '.join(lacking)}"
+        for architecture in self._plan.gate:
+            if architecture in reasons:
+                raise self._refuse(
+                    f"architecture {architecture!r} is in the gate, but {reasons[architecture]}",
+                    "Take it out of the gate, or write the FSR over signals that it has.",
+                )
+        return reasons
+
+    def _check_windows(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        step = self._plan.step
+        for window in _windows(formula.root):
+            window_rows(window, step)
+        if not math.isfinite(formula.reach_s):
+            raise self._refuse(
+                "an operator below another one has no window, so that no trace is long enough",
+                "Give it a window, for example eventually[0 s, 2 s].",
+            )
+        for name in scenarios:
+            scenario = self._plan.scenarios[name]
+            last = needed_time(formula.root, scenario.horizon)
+            # Nothing is decided from the last row, so decisions must be read before it.
+            last = max(last, last_decision(formula.root, scenario.horizon) + step)
+            needed = last - scenario.horizon
+            if needed > scenario.tail + _SLACK_S:
+                raise self._refuse(
+                    f"it looks {needed:g} s beyond the horizon, and scenario {name!r} has a tail "
+                    f"of {scenario.tail:g} s",
+                    f"Give the scenario a tail of {needed:g} s or shorten the window.",
+                )
+
+
+def last_decision(node: Node, horizon_s: float) -> float:
+    """Give the last time at which a formula of finite reach reads what was decided [s].
+
+    Args:
+        node: The formula's root, evaluated at time 0.
+        horizon_s: Last time at which an obligation of an outermost operator may start [s].
+
+    Returns:
+        The time; minus infinity if the formula reads scenes only.
+    """
+    if isinstance(node, PREDICATES):
+        return 0.0 if any(is_decision(name) for name in names_in(node)) else -math.inf
+    reads = (last_decision(child, horizon_s) - back for child, back in read_back(node))
+    inner = max(reads, default=-math.inf)
+    if isinstance(node, Temporal | Until):
+        return inner + (horizon_s if node.window is None else node.window.last_s)
+    return inner
+
+
+def _windows(node: Node) -> Iterator[Window]:
+    window = window_of(node)
+    if window is not None:
+        yield window
+    for child in children(node):
+        yield from _windows(child)

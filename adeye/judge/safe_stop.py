@@ -1,0 +1,310 @@
+"""How well a run stopped: the rating of where it stands, and the best that was to be had.
+
+Judged from the trace, in hindsight: what was reachable is what the library of stops offers at the
+row of the fault, among the objects as they then moved. Who was behind the ego in its own lane is
+not asked, because whoever follows reacts to the ego.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.judge.trace_signals import STANDSTILL_SPEED
+from adeye.kernel.boxes import signed_box_distance
+from adeye.kernel.elementary import atan, tan
+from adeye.kernel.jit import compiled
+from adeye.kernel.profiles import PATH_EXISTS, PATH_ROW, PATH_START, PROFILE_ROW, PROFILE_S, at_path
+from adeye.kernel.road import NO_REFUGE, position
+from adeye.kernel.stops import (
+    ANYWHERE,
+    CONTACT,
+    LAID_PATHS,
+    LAID_PROFILES,
+    RULE_NAMES,
+    STOP_INTERVAL,
+    STOP_LEVELS,
+    STOP_SAMPLES,
+    STOPS,
+    fill_stop,
+    fits_limits,
+    lay_refuge_stops,
+    lay_stops,
+    path_of,
+    profile_of,
+    rate_footprint,
+    rate_stop,
+    stands_at,
+    stop_jerk,
+    stop_level,
+)
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
+    EGO_SPEED,
+    OBJECT_HEADING,
+    OBJECT_X,
+    OBJECT_Y,
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+    parameter_record,
+)
+from adeye.spec.channels import SafetyChannel, StopRatings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.signals import Floats
+    from adeye.spec.architecture import Architecture
+    from adeye.trace import Trace
+
+DECELERATIONS: Final = {"stop_deceleration": 4.0, "emergency_deceleration": 8.0}
+"""Of the library that says what was reachable, where no safety channel has its own [m/s²]: the
+defaults of the safety channel, so that architectures with and without one can be compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopQuality:
+    """Where a run stands, on the scale of ``kernel.stop_rating``.
+
+    Attributes:
+        achieved: Rating of the place; contact if it touched anything, NaN if it does not stand.
+        best: Best rating that was reachable at the row of the fault, contact if no stop was
+            feasible; NaN without a fault.
+        regret: Their difference, NaN where either is missing.
+    """
+
+    achieved: float
+    best: float
+    regret: float
+
+
+def rate_run(trace: Trace, run: int, rules: Sequence[float] | None = None) -> StopQuality:
+    """Rate where a run stands, against the best that was reachable when its first fault began.
+
+    What comes within reach later does not count as reachable, so a regret may be negative: the run
+    went on to a better place than the library of stops had at the fault. Vehicle and decelerations
+    are those of the run's own architecture, swept values applied.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        rules: (RULES,) rating of each kind of place; those of the run's own safety channel, or the
+            defaults where there is none, unless given.
+    """
+    own = rules_of(trace.layout.architectures[run])
+    table = own if rules is None else np.array(rules, dtype=np.float64)
+    active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
+    achieved = achieved_rating(trace, run, table)
+    if not active.any():
+        return StopQuality(achieved, np.nan, np.nan)
+    best = best_rating(trace, run, int(np.argmax(active)), table)
+    return StopQuality(achieved, best, achieved - best)
+
+
+def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
+    """Rate the place where a run ends; NaN if the ego does not stand there.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        rules: (RULES,).
+    """
+    last = int(trace.length[run]) - 1
+    if trace["contact"][run, last] >= 0:
+        return CONTACT
+    ego, place = trace["ego"][run, last], trace["ego_place"][run, last]
+    if not ego[EGO_SPEED] <= STANDSTILL_SPEED:
+        return np.nan
+    road = trace.layout.context.road
+    length, width = trace.layout.context.ego_size[run, :2]
+    return rate_footprint(
+        rules,
+        road.segments[run],
+        road.refuges[run],
+        place[PLACE_S],
+        place[PLACE_D],
+        tan(ego[EGO_HEADING] - place[PLACE_HEADING]),
+        length,
+        width,
+        road.lane_width[run],
+        road.lanes,
+        road.shoulder[run],
+        road.verge[run],
+        road.speed_limit[run],
+    )
+
+
+def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
+    """Return the best rating of the stops that were feasible from a row on.
+
+    Args:
+        trace: The batch that the run is in.
+        run: Its row in the batch.
+        row: From which row of the trace on the ego might have stopped.
+        rules: (RULES,).
+    """
+    record = _record(trace, run, trace.layout.architectures[run])
+    road = trace.layout.context.road
+    ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
+    s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
+    slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
+    lane = min(road.lanes - 1, max(0, int(d // road.lane_width[run])))
+    paths = np.zeros((LAID_PATHS, PATH_ROW))
+    profiles = np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW))
+    center, driven = (lane + 0.5) * road.lane_width[run], np.full(PATH_ROW, np.nan)
+    curvature, acceleration = place[PLACE_CURVATURE], ego[EGO_ACCELERATION]
+    lay_stops(record, s, d, slope, 0.0, speed, center, curvature, driven, paths)
+    for level in range(STOP_LEVELS):
+        wanted, jerk = stop_level(record, level), stop_jerk(level)
+        fill_stop(speed, acceleration, wanted, jerk, record["acceleration_lag"], profiles[level])
+    lay_refuge_stops(
+        record,
+        road.refuges[run],
+        ANYWHERE,
+        (s, d, speed, acceleration),
+        (s, d, slope, 0.0),
+        0.0,
+        center,
+        NO_REFUGE,
+        driven,
+        paths,
+        profiles,
+    )
+    context, objects = trace.layout.context, trace["object_places"][run, row]
+    beside = 0.5 * (context.object_sizes[run, :, 1] + context.ego_size[run, 1])
+    follows = (objects[:, PLACE_S] < s) & (abs(objects[:, PLACE_D] - d) < beside)
+    meets = np.flatnonzero(~follows)
+    later = np.rint((np.arange(STOP_SAMPLES) + 1) * STOP_INTERVAL / context.step).astype(np.int64)
+    rows = np.minimum(int(trace.length[run]) - 1, row + later)
+    return _best_of(
+        record,
+        rules,
+        road.segments[run],
+        road.refuges[run],
+        (s, d),
+        paths,
+        profiles,
+        trace["objects"][run, rows][:, meets],
+        context.object_sizes[run, meets],
+    )
+
+
+def decelerations_of(architecture: Architecture) -> dict[str, float]:
+    """Return the stop and emergency deceleration [m/s²] of the first built-in safety channel.
+
+    Args:
+        architecture: Without such a channel ``DECELERATIONS`` count.
+    """
+    for channel in architecture.channels.values():
+        if isinstance(channel, SafetyChannel):
+            return {name: getattr(channel.parameters, name) for name in DECELERATIONS}
+    return dict(DECELERATIONS)
+
+
+def ratings_of(architecture: Architecture) -> StopRatings:
+    """Return how the safety channel of an architecture rates places; the defaults without one."""
+    for channel in architecture.channels.values():
+        if isinstance(channel, SafetyChannel):
+            return channel.parameters.ratings
+    return StopRatings()
+
+
+def rules_of(architecture: Architecture) -> Floats:
+    """Return the ratings (RULES,) of ``ratings_of`` as a table."""
+    ratings = ratings_of(architecture)
+    return np.array([getattr(ratings, name) for name in RULE_NAMES], dtype=np.float64)
+
+
+def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
+    """Pack what the library reads of a run's vehicle and road."""
+    road, vehicle = trace.layout.context.road, architecture.vehicle
+    fields = decelerations_of(architecture) | {
+        "length": trace.layout.context.ego_size[run : run + 1, 0],
+        "width": trace.layout.context.ego_size[run, 1],
+        "lane_width": road.lane_width[run],
+        "lanes": float(road.lanes),
+        "shoulder": road.shoulder[run],
+        "verge": road.verge[run],
+        "speed_limit": road.speed_limit[run],
+        "acceleration_lag": vehicle.acceleration_lag,
+        "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
+    }
+    record: np.void = parameter_record(fields)[0]
+    return record
+
+
+@compiled
+def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are feasible
+    record: Any,
+    rules: Floats,
+    segments: Floats,
+    refuges: Floats,
+    start: tuple[float, float],
+    paths: Floats,
+    profiles: Floats,
+    objects: Floats,
+    sizes: Floats,
+) -> float:
+    """Find the best rating of the feasible stops; contact if none is.
+
+    Args:
+        record: See ``_record``.
+        rules: (RULES,).
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5).
+        start: Place of the ego on the road [m].
+        paths: (LAID_PATHS, PATH_ROW).
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
+        objects: (STOP_SAMPLES, M, 5) states at the time of each sample of a profile.
+        sizes: (M, 3).
+    """
+    s, d = start
+    best = CONTACT
+    for stop in range(STOPS):
+        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
+        if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
+            continue
+        if not fits_limits(record, refuges, path, s - path[PATH_START], profile, d):
+            continue
+        rating = rate_stop(record, rules, segments, refuges, s, path, profile)
+        if rating < best and _is_free(record, segments, s, path, profile, objects, sizes):
+            best = rating
+    return best
+
+
+@compiled
+def _is_free(  # noqa: PLR0913, PLR0917 - a stop and what it may meet
+    record: Any,
+    segments: Floats,
+    start: float,
+    path: Floats,
+    profile: Floats,
+    objects: Floats,
+    sizes: Floats,
+) -> bool:
+    """Tell whether a stop meets no object, as these moved; after the end of the run they stay."""
+    for sample in range(min(stands_at(profile) + 1, STOP_SAMPLES)):
+        s = start + profile[sample, PROFILE_S]
+        d, slope, _ = at_path(path, s - path[PATH_START])
+        x, y, heading = position(segments, s, d)
+        for index in range(sizes.shape[0]):
+            apart = signed_box_distance(
+                x,
+                y,
+                heading + atan(slope),
+                record["length"],
+                record["width"],
+                objects[sample, index, OBJECT_X],
+                objects[sample, index, OBJECT_Y],
+                objects[sample, index, OBJECT_HEADING],
+                sizes[index, 0],
+                sizes[index, 1],
+            )
+            if not apart > 0.0:
+                return False
+    return True

@@ -1,0 +1,373 @@
+"""Compiled: from a formula's robustness down to the predicate and row that it comes from.
+
+Robustness is a maximum of minima over predicates and rows, so one predicate at one row carries it.
+The search goes down the formula, at each operator to the part that decided; ties go to the
+earliest row and the leftmost part. Truth and robustness order alike, except where robustness is 0
+or where a part is open: then the parts that leave the formula open are the ones to show.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from adeye.judge.stl.measures import parted
+from adeye.judge.stl.program import (
+    ALWAYS,
+    AND,
+    CODE,
+    COMPARE,
+    FALL,
+    FIRST_PART,
+    FROM_ROW,
+    HAS_WINDOW,
+    HISTORICALLY,
+    IMPLIES,
+    IS_START,
+    KIND,
+    LOWER_CAP,
+    NOT,
+    OR,
+    PREVIOUS,
+    RISE,
+    SECOND_PART,
+    SINCE,
+    SLACK,
+    THRESHOLD,
+    TO_ROW,
+    UNTIL,
+    UPPER_CAP,
+    VALUE,
+    WORD,
+)
+from adeye.kernel.jit import compiled
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from adeye.signals import Floats, Ints
+
+    Bytes = NDArray[np.int8]
+
+BINDING_STATUSES: Final = (
+    "value",
+    "no_conflict",
+    "not_applicable",
+    "beyond_trace",
+    "before_trace",
+)
+"""What a binding predicate can be, by code."""
+_NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = 1, 2, 3, 4
+
+
+@compiled
+def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
+    bound: int,
+    nodes: Ints,
+    limits: Floats,
+    known: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    values: Floats,
+    flags: Bytes,
+    bounds: Floats,
+    truth: Bytes,
+    start: Floats,
+    numbers: Floats,
+    facts: Ints,
+) -> None:
+    """Find the binding predicate of a run and what it says there.
+
+    Args:
+        bound: Which bound of the robustness to explain: 0 lower, 1 upper.
+        nodes: Of the ``Program``, like ``limits``.
+        limits: (N, 5).
+        known: Rows of the run.
+        last: Last known row at which an outermost obligation starts.
+        is_cut: Whether obligations lie beyond the trace.
+        values: (K, T) of the terms.
+        flags: (K, T) of the terms.
+        bounds: (N, 2, T) robustness of the conditions.
+        truth: (N, 2, T).
+        start: (N, 4) states as whole formulas.
+        numbers: (5,) out, from 2: value, threshold, difference.
+        facts: (7,) out, from 3: node, row, obligation, status.
+    """
+    node, row, side, obligation = nodes.shape[0] - 1, 0, bound, 0
+    while row < known and nodes[node, KIND] > WORD:
+        kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+        is_start = nodes[node, IS_START] != 0
+        above = node
+        if kind == NOT:
+            node, side = first, 1 - side
+        elif kind in (AND, OR, IMPLIES):
+            is_left, side = _connective(
+                kind, first, second, row, side, is_start, known, bounds, truth, start
+            )
+            node = first if is_left else second
+        elif kind in (RISE, FALL):
+            if row == 0:
+                break
+            row, side = _edge(kind, first, row, side, bounds, truth)
+            node = first
+        else:
+            node, row = _through_time(node, nodes, row, side, known, last, is_cut, bounds, truth)
+            if row < 0:
+                row = -1 - row
+                break
+            if is_start and not nodes[above, HAS_WINDOW] and kind != UNTIL:
+                obligation = row
+    facts[3], facts[4], facts[5] = node, row, obligation
+    if row >= known:
+        facts[4], facts[6] = -1, _BEYOND
+        numbers[2] = numbers[3] = numbers[4] = math.nan
+        return
+    facts[6] = _read(nodes[node], limits[node], values, flags, row, numbers)
+    if side != bound:
+        numbers[4] = -numbers[4]
+
+
+@compiled
+def _through_time(  # noqa: PLR0913, PLR0917 - a kernel
+    node: int,
+    nodes: Ints,
+    row: int,
+    side: int,
+    known: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    bounds: Floats,
+    truth: Bytes,
+) -> tuple[int, int]:
+    """Go to the part and row that decide a temporal operator; row is -1 - row if there is none."""
+    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    if kind < PREVIOUS:
+        is_start = nodes[node, IS_START] != 0
+        begin, end = _window(nodes[node], row, is_start, known, last, is_cut)
+        if kind == UNTIL:
+            return _until(first, second, row, begin, end, side, known, bounds, truth)
+        return first, _temporal(kind == ALWAYS, first, begin, end, side, known, bounds, truth)
+    oldest, newest = _look_back(nodes[node], row)
+    if newest < 0:
+        return node, -1 - row
+    if kind == SINCE:
+        return _since(first, second, row, oldest, newest, side, bounds, truth)
+    is_least = kind == HISTORICALLY
+    return first, _temporal(is_least, first, oldest, newest, side, known, bounds, truth)
+
+
+@compiled
+def _key(
+    node: int, row: int, side: int, known: int, bounds: Floats, truth: Bytes
+) -> tuple[float, float]:
+    """Rank a condition at a row: truth (-2 false, 0 open, 2 true), then robustness."""
+    if row >= known:
+        return 0.0, (-math.inf if side == 0 else math.inf)
+    return float(truth[node, 0, row] + truth[node, 1, row]), bounds[node, side, row]
+
+
+@compiled
+def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return one[0] < other[0] or (one[0] == other[0] and one[1] < other[1])
+
+
+@compiled
+def _connective(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    first: int,
+    second: int,
+    row: int,
+    side: int,
+    is_start: bool,  # noqa: FBT001 - compiled
+    known: int,
+    bounds: Floats,
+    truth: Bytes,
+    start: Floats,
+) -> tuple[bool, int]:
+    """Tell whether the left part decides, and which of its bounds."""
+    near = 1 - side if kind == IMPLIES else side
+    if is_start:
+        left = (start[first, 2] + start[first, 3], start[first, near])
+        right = (start[second, 2] + start[second, 3], start[second, side])
+    else:
+        left = _key(first, row, near, known, bounds, truth)
+        right = _key(second, row, side, known, bounds, truth)
+    if kind == IMPLIES:
+        # In a tie, what should have followed says more than what it should have followed.
+        is_left = _is_less(right, (-left[0], -left[1]))
+    elif kind == AND:
+        is_left = not _is_less(right, left)
+    else:
+        is_left = not _is_less(left, right)
+    return is_left, (near if is_left else side)
+
+
+@compiled
+def _edge(
+    kind: int, first: int, row: int, side: int, bounds: Floats, truth: Bytes
+) -> tuple[int, int]:
+    """Go to the row or the one before, whichever decides; its bound comes along."""
+    near = 1 - side if kind == FALL else side
+    now = _key(first, row, near, row + 1, bounds, truth)
+    before = _key(first, row - 1, 1 - near, row + 1, bounds, truth)
+    if kind == FALL:
+        now = (-now[0], -now[1])
+    else:
+        before = (-before[0], -before[1])
+    if _is_less(before, now):
+        return row - 1, 1 - near
+    return row, near
+
+
+@compiled
+def _window(
+    node: Ints,
+    row: int,
+    is_start: bool,  # noqa: FBT001 - compiled
+    known: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+) -> tuple[int, int]:
+    """Give first and last row; the first row beyond the trace stands for all of them."""
+    if node[HAS_WINDOW]:
+        begin, end = node[FROM_ROW], node[TO_ROW]
+    elif is_start:
+        begin, end = 0, known if is_cut else last
+    else:
+        begin, end = 0, known
+    return min(row + begin, known), min(row + end, known)
+
+
+@compiled
+def _look_back(node: Ints, row: int) -> tuple[int, int]:
+    """Give first and last row that an operator reads before a row; below 0 there is none."""
+    if node[KIND] == PREVIOUS:
+        return row - 1, row - 1
+    if node[HAS_WINDOW]:
+        return max(row - node[TO_ROW], 0), row - node[FROM_ROW]
+    return 0, row
+
+
+@compiled
+def _temporal(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    first: int,
+    begin: int,
+    end: int,
+    side: int,
+    known: int,
+    bounds: Floats,
+    truth: Bytes,
+) -> int:
+    """Find the earliest row that decides."""
+    sign = 1.0 if is_always else -1.0
+    found = begin
+    best = (math.inf, math.inf)
+    for row in range(begin, end + 1):
+        key = _key(first, row, side, known, bounds, truth)
+        signed = (sign * key[0], sign * key[1])
+        if _is_less(signed, best):
+            best, found = signed, row
+    return found
+
+
+@compiled
+def _until(  # noqa: PLR0913, PLR0917 - a kernel
+    first: int,
+    second: int,
+    row: int,
+    begin: int,
+    end: int,
+    side: int,
+    known: int,
+    bounds: Floats,
+    truth: Bytes,
+) -> tuple[int, int]:
+    """Find the part and row that decide an ``until``."""
+    held = (math.inf, math.inf)
+    held_row = -1
+    best = (-math.inf, -math.inf)
+    earliest_node = latest_node = second
+    earliest_row = latest_row = begin
+    has_best = False
+    for k in range(row, end + 1):
+        key = _key(second, k, side, known, bounds, truth)
+        if k >= begin:
+            node, place = second, k
+            if held_row >= 0 and not _is_less(key, held):
+                key, node, place = held, first, held_row
+            if not has_best or _is_less(best, key):
+                has_best = True
+                best = key
+                earliest_node, earliest_row = node, place
+                latest_node, latest_row = node, place
+            elif best[0] == key[0] and best[1] == key[1]:
+                latest_node, latest_row = node, place
+        left = _key(first, k, side, known, bounds, truth)
+        if held_row < 0 or _is_less(left, held):
+            held, held_row = left, k
+    # In a tie, a row that was too late shows what had been broken before it.
+    if best[0] > 0.0:
+        return earliest_node, earliest_row
+    return latest_node, latest_row
+
+
+@compiled
+def _since(  # noqa: PLR0913, PLR0917 - a kernel
+    first: int,
+    second: int,
+    row: int,
+    oldest: int,
+    newest: int,
+    side: int,
+    bounds: Floats,
+    truth: Bytes,
+) -> tuple[int, int]:
+    """Find the part and row that decide a ``since``: of several, the latest."""
+    held = best = (math.inf, math.inf)
+    held_row = -1
+    found_node, found_row = second, newest
+    has_best = False
+    for k in range(row, oldest - 1, -1):
+        if k <= newest:
+            key = _key(second, k, side, row + 1, bounds, truth)
+            node, place = second, k
+            if held_row >= 0 and not _is_less(key, held):
+                key, node, place = held, first, held_row
+            if not has_best or _is_less(best, key):
+                has_best = True
+                best, found_node, found_row = key, node, place
+        left = _key(first, k, side, row + 1, bounds, truth)
+        if held_row < 0 or _is_less(left, held):
+            held, held_row = left, k
+    return found_node, found_row
+
+
+@compiled
+def _read(
+    node: Ints, limits: Floats, values: Floats, flags: Bytes, row: int, numbers: Floats
+) -> int:
+    """Write value, threshold and difference of a predicate at a row; return the status."""
+    numbers[2] = numbers[3] = numbers[4] = math.nan
+    kind = node[KIND]
+    if kind > WORD:
+        # At row 0 an edge is false by definition, and nothing lies before: nothing is measured.
+        return _BEFORE if kind >= PREVIOUS else 0
+    first, second = node[FIRST_PART], node[SECOND_PART]
+    if (flags[first, row] | flags[second, row]) & 1:
+        return _NOT_APPLICABLE
+    value, threshold = values[node[VALUE], row], values[node[THRESHOLD], row]
+    if kind == WORD:
+        numbers[2] = value
+        numbers[3] = limits[CODE] if limits[CODE] >= 0.0 else threshold
+        return 0
+    numbers[2] = value if math.isfinite(value) else math.nan
+    numbers[3] = threshold if math.isfinite(threshold) else math.nan
+    if kind != COMPARE:
+        # What is equal or not has no distance that anybody would keep.
+        return 0
+    # A conflict beyond the cap is none, however far beyond.
+    difference = parted(values[first, row] - values[second, row], limits[SLACK])
+    numbers[4] = min(max(difference, limits[LOWER_CAP]), limits[UPPER_CAP])
+    return 0 if numbers[4] == difference else _NO_CONFLICT

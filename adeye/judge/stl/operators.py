@@ -1,0 +1,679 @@
+"""Compiled: operators of a numbered formula at the rows of one run.
+
+A state is lower and upper bound of robustness and of truth. Operators without a window reach to the
+end of time, of which the trace shows a part; only those that no other temporal operator encloses
+range over the rows 0 to the horizon (``fill_start``).
+
+Source:
+    Donze, Ferrere and Maler (2013), "Efficient robust monitoring for STL" (until, lemma 2).
+
+A run is a one-dimensional array of which the first ``length`` entries are known. What lies beyond
+is one number, ``beyond``: minus infinity for a lower and plus infinity for an upper bound of
+robustness. The loop is linear in the length, whatever the window.
+
+They are the operators that look ahead, on the rows in reverse order, with one difference: before
+row 0 there is nothing, where after the last row there is something that is not known. So a window
+is cut off at row 0 and opens no bound. Of an empty one, the largest value is minus infinity:
+nothing was there once, and everything was there historically.
+
+Source:
+    Maler and Nickovic (2013), "Monitoring properties of analog and mixed-signal circuits" (past
+    operators); Donze, Ferrere and Maler (2013), "Efficient robust monitoring for STL", lemma 2.
+
+What is known of a condition at every row is its truth; where its bounds are 1 or -1 as the truth
+is, a window of it is found without comparing any bound. A row at which nothing is known, like the
+last one of what is decided, is as one beyond the trace.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adeye.judge.stl.measures import EXACT, OPEN, SIGN
+from adeye.judge.stl.program import (
+    ALWAYS,
+    AND,
+    EVENTUALLY,
+    FALL,
+    FIRST_PART,
+    FROM_ROW,
+    HAS_WINDOW,
+    HISTORICALLY,
+    IMPLIES,
+    IS_START,
+    KIND,
+    NOT,
+    OR,
+    PREVIOUS,
+    RISE,
+    SECOND_PART,
+    SINCE,
+    TO_ROW,
+    UNTIL,
+    WORD,
+)
+from adeye.kernel.jit import allocating, compiled
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.signals import Bools, Floats, Ints
+
+    Bytes = NDArray[np.int8]
+
+# --- Compiled: the largest value in a sliding window of one run -----------------------------------
+
+
+@compiled
+def sliding_maximum(  # noqa: PLR0913, PLR0917 - a kernel
+    values: Floats, length: int, first: int, last: int, beyond: float, queue: Ints, out: Floats
+) -> None:
+    """Write ``max(values[k + first .. k + last])`` to ``out[k]`` for each known row k.
+
+    Args:
+        values: One run (T,).
+        length: Known rows; reads past them give ``beyond``.
+        first: Rows from k to the window's first row, >= 0.
+        last: Rows from k to the window's last row, >= ``first``.
+        beyond: Value of every unknown row.
+        queue: Scratch (T,): rows of the window in which no later maximum hides them.
+        out: Result (T,); ``beyond`` from ``length`` on.
+
+    Source:
+        Lemire (2006), "Streaming maximum-minimum filter using no more than three comparisons per
+        element", run backwards.
+    """
+    for k in range(length, out.shape[0]):
+        out[k] = beyond
+    head = 0
+    tail = 0
+    for k in range(length - 1, -1, -1):
+        entering = k + first
+        if entering < length:
+            while tail > head and values[queue[tail - 1]] <= values[entering]:
+                tail -= 1
+            queue[tail] = entering
+            tail += 1
+        while tail > head and queue[head] > k + last:
+            head += 1
+        best = beyond if k + last >= length else -np.inf
+        if tail > head and values[queue[head]] > best:
+            best = values[queue[head]]
+        out[k] = best
+
+
+# --- Compiled: operators that look back, at the rows of one run -----------------------------------
+
+
+@compiled
+def fill_previous(state: Floats, truth: Bytes, known: int, out: Floats, sign: Bytes) -> None:
+    """Write the state of ``previous``: that of the row before; false at row 0."""
+    for plane in range(2):
+        out[plane, 0], sign[plane, 0] = -math.inf, -1
+        for k in range(1, known):
+            out[plane, k], sign[plane, k] = state[plane, k - 1], truth[plane, k - 1]
+
+
+@compiled
+def fill_once(  # noqa: PLR0913, PLR0917 - a kernel
+    node: Ints,
+    state: Floats,
+    truth: Bytes,
+    known: int,
+    rows: int,
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+    sign: Bytes,
+) -> None:
+    """Write the state of ``once``, or of ``historically`` as its dual, at the known rows.
+
+    Args:
+        node: Of the ``Program``.
+        state: (2, T) bounds of the operand's robustness.
+        truth: (2, T) bounds of its truth.
+        known: Rows of the run.
+        rows: Of the arrays: the reach of an operator without a window.
+        scratch: (3, T).
+        queue: (T,) scratch.
+        out: (2, T) bounds of the robustness, out.
+        sign: (2, T) bounds of the truth, out.
+    """
+    first, last = 0, rows
+    if node[HAS_WINDOW]:
+        first, last = node[FROM_ROW], node[TO_ROW]
+    factor = -1.0 if node[KIND] == HISTORICALLY else 1.0
+    for plane in range(4):
+        half = plane % 2
+        turned, found = scratch[0], scratch[1]
+        for k in range(known):
+            value = state[half, k] if plane < 2 else float(truth[half, k])
+            turned[known - 1 - k] = factor * value
+        nothing = -math.inf if plane < 2 else -1.0
+        sliding_maximum(turned, known, first, last, nothing, queue, found)
+        for k in range(known):
+            value = factor * found[known - 1 - k]
+            if plane < 2:
+                out[half, k] = value
+            else:
+                sign[half, k] = int(value)
+
+
+@compiled
+def fill_since(  # noqa: PLR0913, PLR0917 - a kernel
+    node: Ints,
+    left: Floats,
+    left_truth: Bytes,
+    right: Floats,
+    right_truth: Bytes,
+    known: int,
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+    sign: Bytes,
+) -> None:
+    """Write the state of ``since``: that of one without end, restricted to the window."""
+    for plane in range(4):
+        half = plane % 2
+        nothing = -math.inf if plane < 2 else -1.0
+        before, after, endless = scratch[0], scratch[1], scratch[2]
+        earlier = nothing
+        for k in range(known):
+            turned = known - 1 - k
+            before[turned] = -(left[half, k] if plane < 2 else float(left_truth[half, k]))
+            after[turned] = right[half, k] if plane < 2 else float(right_truth[half, k])
+            earlier = max(after[turned], min(-before[turned], earlier))
+            endless[turned] = earlier
+        if node[HAS_WINDOW]:
+            restrict(before, after, endless, known, node[FROM_ROW], node[TO_ROW], nothing, queue)
+        for k in range(known):
+            value = endless[known - 1 - k]
+            if plane < 2:
+                out[half, k] = value
+            else:
+                sign[half, k] = int(value)
+
+
+@allocating
+def restrict(  # noqa: PLR0913, PLR0917 - a kernel
+    before: Floats,
+    after: Floats,
+    endless: Floats,
+    known: int,
+    first: int,
+    last: int,
+    beyond: float,
+    queue: Ints,
+) -> None:
+    """Restrict an ``until`` without end to a window; ``before`` comes negated.
+
+    Args:
+        before: (T,) what has to hold before, negated.
+        after: (T,) what has to hold in the window.
+        endless: (T,) the ``until`` without end, in and out.
+        known: Rows of the run.
+        first: Rows to the window's first row.
+        last: Rows to the window's last row.
+        beyond: Bound of every row from ``known`` on.
+        queue: (T,) scratch.
+    """
+    found = np.empty(before.shape[0])
+    sliding_maximum(after, known, first, last, beyond, queue, found)
+    for k in range(known):
+        endless[k] = min(found[k], endless[k + first] if k + first < known else beyond)
+    if first > 0:
+        # The negation of a bound is the other bound of the negation.
+        sliding_maximum(before, known, 0, first - 1, -beyond, queue, found)
+        for k in range(known):
+            endless[k] = min(endless[k], -found[k])
+
+
+@compiled
+def fill_past(  # noqa: PLR0913, PLR0917 - a kernel
+    node: Ints,
+    state: Floats,
+    truth: Bytes,
+    known: int,
+    rows: int,
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+    sign: Bytes,
+) -> None:
+    """Write the state of an operator with one operand that looks back; see ``fill_once``."""
+    if node[KIND] == PREVIOUS:
+        fill_previous(state, truth, known, out, sign)
+    else:
+        fill_once(node, state, truth, known, rows, scratch, queue, out, sign)
+
+
+# --- Compiled: ``eventually`` and ``always`` over a window that slides along one run --------------
+
+
+@compiled
+def slide(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    level: int,
+    state: Floats,
+    truth: Bytes,
+    known: int,
+    first: int,
+    last: int,
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+    sign: Bytes,
+) -> None:
+    """Write the state of ``eventually``, or of ``always``, at the known rows.
+
+    Args:
+        is_always: Which of them.
+        level: ``OPEN``, ``EXACT`` or ``SIGN``: what is known of the condition beforehand.
+        state: (2, T) bounds of its robustness.
+        truth: (2, T) bounds of its truth.
+        known: Rows of the run.
+        first: Rows to the window's first row.
+        last: Rows to the window's last row.
+        scratch: (3, T).
+        queue: (T,) scratch.
+        out: (2, T) bounds of the robustness, out.
+        sign: (2, T) bounds of the truth, out.
+    """
+    level, reach = _known_part(level, state, truth, known)
+    if level == OPEN:
+        _slide_open_truth(is_always, truth, known, first, last, sign)
+    else:
+        _slide_truth(is_always, truth[0], known, reach, first, last, sign)
+    if level == SIGN:
+        _slide_signs(is_always, sign, known, reach, first, last, out)
+    else:
+        _slide(is_always, state, known, reach, first, last, level == EXACT, scratch, queue, out)
+
+
+@compiled
+def _known_part(level: int, state: Floats, truth: Bytes, known: int) -> tuple[int, int]:
+    """Tell what is known of a condition, and at how many rows: an open last one is as none."""
+    low, high = state[0, known - 1], state[1, known - 1]
+    no, yes = truth[0, known - 1], truth[1, known - 1]
+    if low == -math.inf and high == math.inf and no < yes:
+        return level, known - 1
+    if low != high or no != yes or (level == SIGN and low != no):
+        return OPEN, known
+    return level, known
+
+
+@compiled
+def _slide(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    state: Floats,
+    known: int,
+    reach: int,
+    first: int,
+    last: int,
+    is_exact: bool,  # noqa: FBT001 - compiled
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+) -> None:
+    """Write the bounds of ``eventually``, or of ``always`` as its dual, over a window.
+
+    The lower bound of ``always`` is the negated upper bound of ``eventually not``.
+    """
+    for plane in range(2):
+        beyond = -math.inf if plane == 0 else math.inf
+        target = 1 - plane if is_always else plane
+        if plane == 1 and is_exact:
+            # Bounds differ only where the window reaches beyond the trace.
+            near = 1 if is_always else 0
+            for k in range(known):
+                is_open = k + last >= reach
+                out[target, k] = (-math.inf if is_always else math.inf) if is_open else out[near, k]
+        else:
+            source = state[plane]
+            if is_always:
+                source = scratch[0]
+                for k in range(known):
+                    source[k] = -state[target, k]
+            sliding_maximum(source, reach, first, last, beyond, queue, scratch[1])
+            for k in range(known):
+                out[target, k] = -scratch[1, k] if is_always else scratch[1, k]
+
+
+@compiled
+def _slide_open_truth(
+    is_always: bool,  # noqa: FBT001 - compiled
+    truth: Bytes,
+    known: int,
+    first: int,
+    last: int,
+    sign: Bytes,
+) -> None:
+    """Write the truth of ``eventually`` or ``always`` of what may be open at some rows."""
+    wanted = -1 if is_always else 1
+    for plane in range(2):
+        target = 1 - plane if is_always else plane
+        nearest = known + last + 1
+        for k in range(known - 1, -1, -1):
+            entering = k + first
+            if entering < known and truth[target, entering] == wanted:
+                nearest = entering
+            is_met = nearest <= k + last or (plane == 1 and k + last >= known)
+            sign[target, k] = wanted if is_met else -wanted
+
+
+@compiled
+def _slide_truth(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    truth: Bytes,
+    known: int,
+    reach: int,
+    first: int,
+    last: int,
+    sign: Bytes,
+) -> None:
+    """Write the truth of ``eventually`` or ``always`` of what is known at the rows to ``reach``."""
+    wanted = -1 if is_always else 1
+    near = 1 if is_always else 0
+    nearest = known + last + 1
+    for k in range(known - 1, -1, -1):
+        entering = k + first
+        if entering < reach and truth[entering] == wanted:
+            nearest = entering
+        sign[near, k] = wanted if nearest <= k + last else -wanted
+    # Behind them everything may still be met.
+    end = min(max(reach - last, 0), known)
+    for k in range(end):
+        sign[1 - near, k] = sign[near, k]
+    for k in range(end, known):
+        sign[1 - near, k] = wanted
+
+
+@compiled
+def _slide_signs(  # noqa: PLR0913, PLR0917 - a kernel
+    is_always: bool,  # noqa: FBT001 - compiled
+    sign: Bytes,
+    known: int,
+    reach: int,
+    first: int,
+    last: int,
+    out: Floats,
+) -> None:
+    """Write the bounds of ``eventually`` or ``always`` where they are 1 or -1, as the truth is."""
+    near = 1 if is_always else 0
+    beyond = math.inf if is_always else -math.inf
+    for k in range(known):
+        out[near, k] = sign[near, k]
+    for k in range(max(reach - first, 0), known):
+        out[near, k] = beyond
+    end = min(max(reach - last, 0), known)
+    for k in range(end):
+        out[1 - near, k] = out[near, k]
+    for k in range(end, known):
+        out[1 - near, k] = -beyond
+
+
+# --- Compiled: operators of a numbered formula at the rows of one run -----------------------------
+
+
+@compiled
+def needs_rows(node: Ints) -> bool:
+    """Tell whether a condition is read row by row, not only as part of the whole formula."""
+    if not node[IS_START]:
+        return True
+    kind = node[KIND]
+    if kind in (NOT, AND, OR, IMPLIES):
+        return False
+    return not is_open_ended(node)
+
+
+@compiled
+def is_open_ended(node: Ints) -> bool:
+    """Tell whether a condition ranges over the rows to the horizon: outermost, without window."""
+    kind = node[KIND]
+    is_temporal = kind == EVENTUALLY or kind == ALWAYS or kind == UNTIL  # noqa: PLR1714
+    return bool(node[IS_START]) and is_temporal and not node[HAS_WINDOW]
+
+
+@compiled
+def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for each operator
+    node: int,
+    nodes: Ints,
+    known: int,
+    rows: int,
+    bounds: Floats,
+    truth: Bytes,
+    exact: Bytes,
+    scratch: Floats,
+    queue: Ints,
+) -> None:
+    """Combine the states of the parts of an operator at the known rows."""
+    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    exact[node] = min(exact[first], exact[second])
+    out, sign = bounds[node], truth[node]
+    a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
+    if kind in (EVENTUALLY, ALWAYS):
+        from_row, to_row = 0, rows
+        if nodes[node, HAS_WINDOW]:
+            from_row, to_row = nodes[node, FROM_ROW], nodes[node, TO_ROW]
+        slide(
+            kind == ALWAYS, exact[first], a, p, known, from_row, to_row, scratch, queue, out, sign
+        )
+        exact[node] = OPEN
+        return
+    if kind == UNTIL:
+        _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        exact[node] = OPEN
+        return
+    if kind >= PREVIOUS:
+        if kind == SINCE:
+            fill_since(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        else:
+            fill_past(nodes[node], a, p, known, rows, scratch, queue, out, sign)
+        # Where nothing lies in a window, the bounds are infinite.
+        exact[node] = min(exact[node], EXACT)
+        return
+    for plane in range(2):
+        other = 1 - plane
+        if kind == NOT:
+            for k in range(known):
+                out[plane, k], sign[plane, k] = -a[other, k], -p[other, k]
+        elif kind == AND:
+            for k in range(known):
+                out[plane, k] = min(a[plane, k], b[plane, k])
+                sign[plane, k] = min(p[plane, k], q[plane, k])
+        elif kind == OR:
+            for k in range(known):
+                out[plane, k] = max(a[plane, k], b[plane, k])
+                sign[plane, k] = max(p[plane, k], q[plane, k])
+        elif kind == IMPLIES:
+            for k in range(known):
+                out[plane, k] = max(-a[other, k], b[plane, k])
+                sign[plane, k] = max(-p[other, k], q[plane, k])
+        elif kind == RISE:
+            for k in range(1, known):
+                out[plane, k] = min(a[plane, k], -a[other, k - 1])
+                sign[plane, k] = min(p[plane, k], -p[other, k - 1])
+        elif kind == FALL:
+            for k in range(1, known):
+                out[plane, k] = min(-a[other, k], a[plane, k - 1])
+                sign[plane, k] = min(-p[other, k], p[plane, k - 1])
+        if kind in (RISE, FALL):
+            out[plane, 0], sign[plane, 0] = -1.0, -1
+
+
+@compiled
+def _until(  # noqa: PLR0913, PLR0917 - a kernel
+    node: Ints,
+    left: Floats,
+    left_truth: Bytes,
+    right: Floats,
+    right_truth: Bytes,
+    known: int,
+    scratch: Floats,
+    queue: Ints,
+    out: Floats,
+    sign: Bytes,
+) -> None:
+    """Write the state of ``until``: that of one without end, restricted to the window."""
+    first, last = node[FROM_ROW], node[TO_ROW]
+    for plane in range(4):
+        half = plane % 2
+        beyond = (-math.inf if half == 0 else math.inf) if plane < 2 else 2.0 * half - 1.0
+        before, after, endless = scratch[0], scratch[1], scratch[2]
+        later = beyond
+        for k in range(known - 1, -1, -1):
+            before[k] = -(left[half, k] if plane < 2 else float(left_truth[half, k]))
+            after[k] = right[half, k] if plane < 2 else float(right_truth[half, k])
+            later = max(after[k], min(-before[k], later))
+            endless[k] = later
+        if node[HAS_WINDOW]:
+            restrict(before, after, endless, known, first, last, beyond, queue)
+        for k in range(known):
+            if plane < 2:
+                out[half, k] = endless[k]
+            else:
+                sign[half, k] = int(endless[k])
+
+
+@compiled
+def fill_start(  # noqa: PLR0913, PLR0917 - one branch for each operator
+    node: int,
+    nodes: Ints,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    bounds: Floats,
+    truth: Bytes,
+    start: Floats,
+) -> None:
+    """Write the state (4,) of a condition as a whole formula.
+
+    Operators without a window that no temporal operator encloses range over the rows 0 to ``last``
+    and, if the trace was cut short, over unknown ones; everything else is that of row 0.
+    """
+    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    out = start[node]
+    if needs_rows(nodes[node]):
+        out[0], out[1] = bounds[node, 0, 0], bounds[node, 1, 0]
+        out[2], out[3] = truth[node, 0, 0], truth[node, 1, 0]
+        return
+    if kind in (EVENTUALLY, ALWAYS):
+        _start_over_rows(kind == ALWAYS, bounds[first], truth[first], last, is_cut, out)
+        return
+    for plane in range(4):
+        half = plane % 2
+        other = plane + 1 - 2 * half
+        if kind == NOT:
+            out[plane] = -start[first, other]
+        elif kind == AND:
+            out[plane] = min(start[first, plane], start[second, plane])
+        elif kind == OR:
+            out[plane] = max(start[first, plane], start[second, plane])
+        elif kind == IMPLIES:
+            out[plane] = max(-start[first, other], start[second, plane])
+        else:
+            most = -math.inf if plane < 2 else -1.0
+            if is_cut and half == 1:
+                most = -most
+            for k in range(last, -1, -1):
+                one = bounds[first, half, k] if plane < 2 else float(truth[first, half, k])
+                two = bounds[second, half, k] if plane < 2 else float(truth[second, half, k])
+                most = max(two, min(one, most))
+            out[plane] = most
+
+
+@compiled
+def _start_over_rows(
+    is_always: bool,  # noqa: FBT001 - compiled
+    state: Floats,
+    truth: Bytes,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    out: Floats,
+) -> None:
+    """Write the extremes of a condition over the rows that obligations start at."""
+    # One loop for all four: each alone would wait for its last comparison.
+    low, high = state[0, 0], state[1, 0]
+    no, yes = truth[0, 0], truth[1, 0]
+    if is_always:
+        for k in range(1, last + 1):
+            low, high = min(low, state[0, k]), min(high, state[1, k])
+            no, yes = min(no, truth[0, k]), min(yes, truth[1, k])
+        if is_cut:
+            low, no = -math.inf, np.int8(-1)
+    else:
+        for k in range(1, last + 1):
+            low, high = max(low, state[0, k]), max(high, state[1, k])
+            no, yes = max(no, truth[0, k]), max(yes, truth[1, k])
+        if is_cut:
+            high, yes = math.inf, np.int8(1)
+    out[0], out[1], out[2], out[3] = low, high, float(no), float(yes)
+
+
+@compiled
+def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
+    nodes: Ints,
+    decided: Ints,
+    known: int,
+    rows: int,
+    last: int,
+    is_cut: bool,  # noqa: FBT001 - compiled
+    bounds: Floats,
+    truth: Bytes,
+    start: Floats,
+    exact: Bytes,
+    scratch: Floats,
+    queue: Ints,
+    is_changed: Bools,
+) -> None:
+    """Take antecedents as true or false without a degree, and write again what hangs on them.
+
+    An implication is worth its consequent then at the rows at which its antecedent held, and
+    nothing at the others; so the least of them is the margin that people read.
+    """
+    is_changed[:] = False
+    for place in range(decided.shape[0]):
+        node = decided[place]
+        is_changed[node] = True
+        exact[node] = min(exact[node], EXACT)
+        for k in range(known):
+            if truth[node, 0, k] == truth[node, 1, k]:
+                bounds[node, 0, k] = bounds[node, 1, k] = math.inf * truth[node, 0, k]
+        if start[node, 2] == start[node, 3]:
+            start[node, 0] = start[node, 1] = math.inf * start[node, 2]
+    for node in range(nodes.shape[0]):
+        if nodes[node, KIND] <= WORD or is_changed[node]:
+            continue
+        if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
+            is_changed[node] = True
+            if needs_rows(nodes[node]):
+                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+            if nodes[node, IS_START]:
+                fill_start(node, nodes, last, is_cut, bounds, truth, start)
+
+
+@compiled
+def is_vacuous(
+    implied: Ints, antecedents: Ints, known: int, last: int, truth: Bytes, start: Floats
+) -> bool:
+    """Tell whether a top-level implication was never exercised."""
+    for item in range(implied.shape[0]):
+        begin, end = implied[item, 0], implied[item, 0] + implied[item, 1]
+        is_held = False
+        if implied[item, 2] == 0:
+            is_held = True
+            for place in range(begin, end):
+                is_held = is_held and start[antecedents[place], 2] > 0.0
+        else:
+            stop = last if implied[item, 4] < 0 else min(implied[item, 4], known - 1)
+            for k in range(implied[item, 3], stop + 1):
+                is_held = True
+                for place in range(begin, end):
+                    is_held = is_held and truth[antecedents[place], 0, k] > 0
+                if is_held:
+                    break
+        if not is_held:
+            return True
+    return False

@@ -1,0 +1,354 @@
+"""A formula as tables of numbers, which compiled code evaluates run by run.
+
+Terms are numbered so that operands come before what uses them, conditions the same way. What does
+not depend on a sample (scales, caps, units, texts) is settled here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.judge.stl.series import Scale, combined, label_code, unit_of
+from adeye.judge.stl.syntax import (
+    PREDICATES,
+    ROW_SLACK,
+    Arithmetic,
+    Assertion,
+    Comparison,
+    Condition,
+    Connective,
+    Constant,
+    Edge,
+    Equality,
+    Not,
+    Operator,
+    Past,
+    Predicate,
+    Previous,
+    Signal,
+    Since,
+    Temporal,
+    Term,
+    Until,
+    children,
+    find_implications,
+    label_of,
+    names_in,
+    nested_implications,
+    window_of,
+    window_rows,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.judge.stl.formula import Formula
+    from adeye.judge.stl.series import Series
+    from adeye.signals import Floats, Ints
+
+SIGNAL, CONSTANT, ADD, SUBTRACT, LEAST, GREATEST, MULTIPLY, DIVIDE, NEGATE, SIZE = range(10)
+"""Operations of a term."""
+COMPARE, EQUAL, WORD, NOT, AND, OR, IMPLIES, RISE, FALL, EVENTUALLY, ALWAYS, UNTIL = range(12)
+PREVIOUS, ONCE, HISTORICALLY, SINCE = range(12, 16)
+"""Kinds of a condition; the first three are predicates, the last four look back."""
+NUMBER, BOOLEAN, ENUMERATION = range(3)
+"""Kinds of a signal."""
+
+KIND, FIRST_PART, SECOND_PART, FROM_ROW, TO_ROW, HAS_WINDOW, IS_START, FLAG, VALUE, THRESHOLD = (
+    range(10)
+)
+"""Columns of ``Program.nodes``. ``FLAG`` is strict of a comparison, negated of an equality; the
+last two are the terms that people see as value and threshold."""
+LOWER_CAP, UPPER_CAP, SCALE, CODE, SLACK = range(5)
+"""Columns of ``Program.limits``."""
+
+_OPERATIONS: Final = {
+    "+": ADD, "-": SUBTRACT, "min": LEAST, "max": GREATEST, "*": MULTIPLY, "/": DIVIDE,
+}  # fmt: skip
+_KINDS: Final = {"number": NUMBER, "boolean": BOOLEAN, "enumeration": ENUMERATION}
+_CONNECTIVES: Final = {"and": AND, "or": OR, "implies": IMPLIES}
+_OTHERS: Final[dict[type, int]] = {Not: NOT, Until: UNTIL, Previous: PREVIOUS, Since: SINCE}
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What people see of one condition.
+
+    Attributes:
+        text: As it was written.
+        signal: Its signal, or the first of several.
+        names: Every signal that it reads.
+        unit: Of value and threshold; empty where they are words.
+        empty_unit: The same where a sample does not apply.
+        values: Words of the value by code; empty for numbers.
+        is_value_shown: Whether the value is shown as a number: numbers and truth values.
+        is_threshold_shown: Whether the threshold is.
+    """
+
+    text: str
+    signal: str
+    names: tuple[str, ...]
+    unit: str = ""
+    empty_unit: str = ""
+    values: tuple[str, ...] = ()
+    is_value_shown: bool = True
+    is_threshold_shown: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A formula for given signals and a given step.
+
+    Attributes:
+        names: S signals in the order of ``signals``.
+        signals: (S, 3) whether a cap is declared, kind, number of labels.
+        terms: (K, 3) operation, operands (of a signal its index).
+        constants: (K,) value of a constant.
+        nodes: (N, 10) conditions, children first; the last is the formula.
+        limits: (N, 5) caps, scale, code of a word, difference up to which numbers are equal.
+        implied: (I, 5) implications: first antecedent, their number, 1 if they are judged row by
+            row, first row, last row (-1: of the obligations).
+        antecedents: Conditions of the implications.
+        decided: Those of them that the margin takes as true or false, without a degree: they say
+            at which rows the consequent counts.
+        nested: (J,) implications below the top level, by their conditions.
+        words: N, what people see.
+    """
+
+    names: tuple[str, ...]
+    signals: Ints
+    terms: Ints
+    constants: Floats
+    nodes: Ints
+    limits: Floats
+    implied: Ints
+    antecedents: Ints
+    decided: Ints
+    nested: Ints
+    words: tuple[Words, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    """A numbered term with what is known about it beforehand."""
+
+    index: int
+    scale: Scale
+
+
+_PROGRAMS: Final[dict[tuple[Any, ...], Program]] = {}
+_MOST_PROGRAMS: Final = 1024
+
+
+def compile_formula(
+    formula: Formula,
+    inputs: Mapping[str, Series],
+    step_s: float,
+    row_slack: float = ROW_SLACK,
+) -> Program:
+    """Number the parts of a formula; the same again is remembered.
+
+    Raises:
+        ExpressionError: A signal has the wrong kind or dimension, or a window contains no row.
+    """
+    declared = tuple(
+        (
+            *(name, series.scale, series.unit, series.kind, series.labels, series.cap),
+            *(series.slack, series.is_scaled),
+        )
+        for name, series in inputs.items()
+    )
+    key = (formula.text, formula.parameters, declared, step_s, row_slack)
+    if key not in _PROGRAMS:
+        formula.check(inputs)
+        if len(_PROGRAMS) >= _MOST_PROGRAMS:
+            _PROGRAMS.clear()
+        _PROGRAMS[key] = _Compiler(formula, inputs, step_s, row_slack).program()
+    return _PROGRAMS[key]
+
+
+@dataclass
+class _Compiler:
+    formula: Formula
+    inputs: Mapping[str, Series]
+    step_s: float
+    row_slack: float
+    terms: list[tuple[int, int, int]] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    nodes: list[list[int]] = field(default_factory=list)
+    limits: list[tuple[float, ...]] = field(default_factory=list)
+    words: list[Words] = field(default_factory=list)
+    numbers: dict[int, int] = field(default_factory=dict)
+
+    @property
+    def is_scaled(self) -> bool:
+        """Whether robustness is divided by the scales of the signals."""
+        return all(series.is_scaled for series in self.inputs.values())
+
+    def program(self) -> Program:
+        self._condition(self.formula.root, is_start=True)
+        implied, antecedents, decided = self._implied()
+        nested = nested_implications(self.formula.root)
+        signals = [
+            (int(series.cap is not None), _KINDS[series.kind], len(series.labels))
+            for series in self.inputs.values()
+        ]
+        return Program(
+            tuple(self.inputs),
+            np.array(signals, dtype=np.int64).reshape(-1, 3),
+            np.array(self.terms, dtype=np.int64).reshape(-1, 3),
+            np.array(self.constants, dtype=np.float64),
+            np.array(self.nodes, dtype=np.int64),
+            np.array(self.limits, dtype=np.float64),
+            np.array(implied, dtype=np.int64).reshape(-1, 5),
+            np.array(antecedents, dtype=np.int64),
+            np.array(decided, dtype=np.int64),
+            np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
+            tuple(self.words),
+        )
+
+    def _implied(self) -> tuple[list[tuple[int, ...]], list[int], list[int]]:
+        implied: list[tuple[int, ...]] = []
+        antecedents: list[int] = []
+        decided: list[int] = []
+        for parts, operator in find_implications(self.formula.root):
+            first, last = 0, -1
+            if operator is not None and operator.window is not None:
+                first, last = window_rows(operator.window, self.step_s, self.row_slack)
+            implied.append((len(antecedents), len(parts), int(operator is not None), first, last))
+            numbers = [self.numbers[id(part)] for part in parts]
+            antecedents += numbers
+            # Of an ``eventually`` any row is enough, also one at which nothing is asked for.
+            if operator is None or operator.operator == "always":
+                decided += numbers
+        return implied, antecedents, decided
+
+    def _condition(self, node: Condition, *, is_start: bool) -> int:
+        row = [0] * 10
+        limits: tuple[float, ...] = (0.0, 0.0, 1.0, 0.0, 0.0)
+        words = Words(self.formula.quote(node), names_in(node)[0], names_in(node))
+        if isinstance(node, PREDICATES):
+            row, limits, words = self._predicate(node)
+        else:
+            goes_on = is_start and isinstance(node, Not | Connective)
+            parts = [self._condition(child, is_start=goes_on) for child in _conditions(node)]
+            row[FIRST_PART], row[SECOND_PART] = parts[0], parts[-1]
+            row[KIND] = _kind(node)
+            window = window_of(node)
+            if window is not None:
+                row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s, self.row_slack)
+                row[HAS_WINDOW] = 1
+        row[IS_START] = int(is_start)
+        self.nodes.append(row)
+        self.limits.append(limits)
+        self.words.append(words)
+        self.numbers[id(node)] = len(self.nodes) - 1
+        return len(self.nodes) - 1
+
+    def _predicate(self, node: Predicate) -> tuple[list[int], tuple[float, ...], Words]:
+        if isinstance(node, Assertion):
+            return self._word(node, node.name, None, is_negated=False)
+        if isinstance(node, Equality) and self.inputs[names_in(node)[0]].kind != "number":
+            return self._word(node, names_in(node)[0], node, is_negated=node.is_negated)
+        left, right = self._term(node.left), self._term(node.right)
+        value, threshold = left.index, right.index
+        if isinstance(node.left, Constant):
+            value, threshold = threshold, value
+        row = [0] * 10
+        row[KIND], row[VALUE], row[THRESHOLD] = COMPARE, value, threshold
+        is_comparison = isinstance(node, Comparison)
+        if isinstance(node, Equality):
+            row[KIND], row[FLAG] = EQUAL, int(node.is_negated)
+        else:
+            row[FLAG] = int(node.operator in {">", "<"})
+            if node.operator in {"<", "<="}:
+                left, right = right, left
+        row[FIRST_PART], row[SECOND_PART] = left.index, right.index
+        difference = combined("-", left.scale, right.scale)
+        upper, lower = difference.caps
+        limits = (
+            -np.inf if lower is None or not is_comparison else -lower,
+            np.inf if upper is None or not is_comparison else upper,
+            difference.divisor if self.is_scaled else 1.0,
+            0.0,
+            max(self.inputs[name].slack for name in names_in(node)),
+        )
+        names, unit = names_in(node), unit_of(node, self.inputs)
+        return row, limits, Words(self.formula.quote(node), names[0], names, unit, unit)
+
+    def _word(
+        self, node: Predicate, name: str, equality: Equality | None, *, is_negated: bool
+    ) -> tuple[list[int], tuple[float, ...], Words]:
+        row, code = [0] * 10, 1.0
+        label = None if equality is None else label_of(equality)
+        first = second = self._load(name).index
+        names = names_in(node)
+        if label is not None:
+            code = float(label_code(self.inputs[name], label))
+        elif equality is not None:
+            second, code = self._load(names[-1]).index, -1.0
+        row[KIND], row[FLAG] = WORD, int(is_negated)
+        row[FIRST_PART], row[SECOND_PART] = first, second
+        row[VALUE], row[THRESHOLD] = first, second
+        is_truth = self.inputs[name].kind == "boolean"
+        seen = Words(
+            self.formula.quote(node),
+            names[0],
+            names,
+            empty_unit=unit_of(node, self.inputs),
+            values=("false", "true") if is_truth else self.inputs[name].labels,
+            is_value_shown=is_truth,
+            is_threshold_shown=is_truth and label is None,
+        )
+        return row, (0.0, 0.0, 1.0, code, 0.0), seen
+
+    def _load(self, name: str) -> _Term:
+        series = self.inputs[name]
+        load = (SIGNAL, list(self.inputs).index(name), 0)
+        # What is read twice is the same term.
+        index = self.terms.index(load) if load in self.terms else self._add(*load)
+        return _Term(index, Scale(series.scale, caps=(series.cap, None)))
+
+    def _add(self, operation: int, first: int = 0, second: int = 0, value: float = 0.0) -> int:
+        self.terms.append((operation, first, second))
+        self.constants.append(value)
+        return len(self.terms) - 1
+
+    def _term(self, term: Term) -> _Term:
+        if isinstance(term, Constant):
+            index = self._add(CONSTANT, value=term.value)
+            return _Term(index, Scale(1.0, term.value))
+        if isinstance(term, Signal):
+            return self._load(term.name)
+        parts = [self._term(operand) for operand in term.operands]
+        return self._operation(term, parts)
+
+    def _operation(self, term: Arithmetic, parts: list[_Term]) -> _Term:
+        result = parts[0]
+        if term.operator == "negate":
+            return _Term(self._add(NEGATE, result.index), result.scale.opposite)
+        if term.operator == "abs":
+            return _Term(self._add(SIZE, result.index), result.scale.magnitude)
+        for part in parts[1:]:
+            index = self._add(_OPERATIONS[term.operator], result.index, part.index)
+            result = _Term(index, combined(term.operator, result.scale, part.scale))
+        return result
+
+
+def _conditions(node: Operator) -> list[Condition]:
+    return [part for part in children(node) if not isinstance(part, Constant | Signal | Arithmetic)]
+
+
+def _kind(node: Operator) -> int:
+    if isinstance(node, Connective):
+        return _CONNECTIVES[node.operator]
+    if isinstance(node, Edge):
+        return RISE if node.operator == "rise" else FALL
+    if isinstance(node, Temporal):
+        return ALWAYS if node.operator == "always" else EVENTUALLY
+    if isinstance(node, Past):
+        return ONCE if node.operator == "once" else HISTORICALLY
+    return _OTHERS[type(node)]

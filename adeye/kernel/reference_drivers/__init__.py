@@ -1,0 +1,4 @@
+"""Numerics of the reference drivers: parameters, reactions, scenes.
+
+Begin with ``drivers``.
+"""

@@ -1,0 +1,609 @@
+"""A network of lanes: which one a vehicle is on, which are beside it, and which comes next.
+
+Lanes are numbered road by road, in the order in which the roads were added and within a road from
+the left, so the lanes of a road have consecutive numbers. Geometry stands in the lanes' rows
+(``kernel.lanes``), what is connected in rows of ``links``, which all runs of a batch share.
+
+Source:
+    The rules are those of highway-env 1.12 (``RoadNetwork`` in ``road/road.py``), without routes.
+
+The things on a road are the rows of ``vehicles`` (N, VEHICLE_WIDTH) and ``marks`` (N, MARK_WIDTH):
+vehicles first, then fixed objects. Two searches give the same answer to the last bit: one looks at
+everybody, the other keeps a sorted list for each lane, which pays with many.
+
+Source:
+    The rules are those of highway-env 1.12 (``Road.neighbour_vehicles`` in ``road/road.py``).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.traffic.lanes import (
+    ALONGSIDE,
+    ARC,
+    KIND,
+    LANE_COSINE,
+    LANE_LENGTH,
+    LANE_SINUS,
+    LANE_X,
+    LANE_Y,
+    OVERHANG,
+    RADIUS,
+    STRAIGHT,
+    WIDTH,
+    distance_to_lane,
+    is_on_lane,
+    lane_heading,
+    lane_local,
+    lane_point,
+    least_distance,
+    wrapped,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Sequence
+
+# --- A network of lanes: which one a vehicle is on, which are beside it, and which comes next -----
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Columns of a lane's links: the first lane of its road, how many the road has, which of them it is;
+# how many roads follow, and how many lanes are looked into; then the first lane of each road that
+# follows, and the lanes that are looked into.
+FIRST, COUNT, PLACE, NEXT_ROADS, LINKED, LIST = range(6)
+
+_SLACK = 1e-6
+"""Rounding that ``least_distance`` may be off by [m], amply."""
+
+_SAME = 1e-9
+"""Rounding of where a lane begins [m], amply."""
+
+
+def build_links(roads: Sequence[tuple[Hashable, Hashable, int]], *, connected: bool = True) -> Ints:
+    """Number the lanes of roads and connect them.
+
+    A driver looks beyond the ends of a lane into one lane of each road that follows, then into one
+    of each road that leads to the lane's: the same from the left, or else the first.
+
+    Args:
+        roads: Node at which a road starts, node at which it ends, and its number of lanes.
+        connected: Whether drivers look beyond the ends of a lane.
+
+    Returns:
+        (L, T) one row for each lane, filled with -1.
+    """
+    firsts = np.cumsum([0, *(count for _, _, count in roads)])
+    rows: list[list[int]] = []
+    for number, (begin, end, count) in enumerate(roads):
+        after = [k for k, road in enumerate(roads) if road[0] == end]
+        before = [k for k, road in enumerate(roads) if road[1] == begin]
+        others = [*after, *before] if connected else []
+        for place in range(count):
+            row = [int(firsts[number]), count, place, len(after), len(others)]
+            row += [int(firsts[k]) for k in after]
+            row += [int(firsts[k]) + (place if place < roads[k][2] else 0) for k in others]
+            rows.append(row)
+    links = np.full((len(rows), max(len(row) for row in rows)), -1, dtype=np.int64)
+    for number, row in enumerate(rows):
+        links[number, : len(row)] = row
+    return links
+
+
+@compiled
+def mark_alongside(lanes: Floats, links: Ints) -> None:
+    """Say in all lanes whether they are one straight road: then a place along one is one along all.
+
+    They have one direction, one beginning and one end, and none overlaps another: of somebody
+    between the edges of one lane, no other is nearer.
+
+    Args:
+        lanes: (L, LANE_WIDTH) in and out.
+        links: (L, T), see ``build_links``.
+    """
+    alongside = links[0, COUNT] == lanes.shape[0]
+    for lane in range(lanes.shape[0]):
+        alongside &= links[lane, NEXT_ROADS] == 0 and links[lane, LINKED] == 0
+        alongside &= (
+            lanes[lane, KIND] == STRAIGHT and lanes[lane, LANE_LENGTH] == lanes[0, LANE_LENGTH]
+        )
+        alongside &= (
+            lanes[lane, LANE_COSINE] == lanes[0, LANE_COSINE]
+            and lanes[lane, LANE_SINUS] == lanes[0, LANE_SINUS]
+        )
+        for other in range(lane):
+            dx, dy = (
+                lanes[lane, LANE_X] - lanes[other, LANE_X],
+                lanes[lane, LANE_Y] - lanes[other, LANE_Y],
+            )
+            along = dx * lanes[0, LANE_COSINE] + dy * lanes[0, LANE_SINUS]
+            across = dy * lanes[0, LANE_COSINE] - dx * lanes[0, LANE_SINUS]
+            width = max(lanes[lane, WIDTH], lanes[other, WIDTH])
+            alongside &= abs(along) <= _SAME and abs(across) >= width - _SAME
+    for lane in range(lanes.shape[0]):
+        lanes[lane, ALONGSIDE] = 1.0 if alongside else 0.0
+
+
+@inlined
+def is_alone_nearest(lanes: Floats, lane: int, lateral: float) -> bool:
+    """Tell whether no other lane can be nearer, for certain, by the place beside this one [m].
+
+    So it is between the edges of a lane of one straight road; there that place is
+    ``straight_local``, anywhere else the answer is no.
+    """
+    return lanes[lane, ALONGSIDE] != 0.0 and abs(lateral) < 0.5 * lanes[lane, WIDTH] - _SLACK
+
+
+@inlined
+def _weight(
+    lanes: Floats, lane: int, curves: Floats | None, s: float, lateral: float, heading: float
+) -> float:
+    """Return the distance of a place from a lane, with a radian for a metre."""
+    turned = wrapped(heading - lane_heading(lanes, lane, curves, s))
+    return distance_to_lane(lanes, lane, s, lateral) + abs(turned)
+
+
+@compiled
+def search_lanes(
+    lanes: Floats, curves: Floats | None, x: float, y: float, heading: float
+) -> tuple[int, float, float]:
+    """Find the lane that a vehicle is on by looking at every lane.
+
+    Args:
+        lanes: (L, LANE_WIDTH), L >= 1.
+        curves: See ``kernel.lanes``.
+        x: [m].
+        y: [m].
+        heading: [rad].
+
+    Returns:
+        The lane nearest in place and direction, the first of equals, and the place (s, lateral)
+        beside it [m].
+    """
+    found = 0
+    found_s, found_lateral = lane_local(lanes, 0, curves, x, y)
+    least = _weight(lanes, 0, curves, found_s, found_lateral, heading)
+    for number in range(1, lanes.shape[0]):
+        s, lateral = lane_local(lanes, number, curves, x, y)
+        weight = _weight(lanes, number, curves, s, lateral, heading)
+        if weight < least:
+            least, found, found_s, found_lateral = weight, number, s, lateral
+    return found, found_s, found_lateral
+
+
+@inlined
+def nearest_lane(
+    lanes: Floats,
+    links: Ints,
+    curves: Floats | None,
+    guess: int,
+    x: float,
+    y: float,
+    heading: float,
+) -> tuple[int, float, float]:
+    """Find what ``search_lanes`` finds, beginning where it probably is.
+
+    A lane is skipped if it is further away for certain than the best one so far; the best is known
+    early because the guess, its neighbours and what follows it are looked at first.
+
+    Args:
+        lanes: (L, LANE_WIDTH), L >= 1.
+        links: (L, T), see ``build_links``.
+        curves: See ``kernel.lanes``.
+        guess: Lane of the vehicle a tick ago.
+        x: [m].
+        y: [m].
+        heading: [rad].
+    """
+    found = guess
+    found_s, found_lateral = lane_local(lanes, guess, curves, x, y)
+    least = _weight(lanes, guess, curves, found_s, found_lateral, heading)
+    if not 0.0 <= found_s <= lanes[guess, LANE_LENGTH]:
+        # Past the end of its lane a vehicle is on the road that follows.
+        for k in range(links[guess, NEXT_ROADS]):
+            first = links[guess, LIST + k]
+            number = first + min(links[guess, PLACE], links[first, COUNT] - 1)
+            s, lateral = lane_local(lanes, number, curves, x, y)
+            weight = _weight(lanes, number, curves, s, lateral, heading)
+            if weight < least or (weight == least and number < found):
+                least, found, found_s, found_lateral = weight, number, s, lateral
+    begun = found
+    for number in range(lanes.shape[0]):
+        if number == begun or least_distance(lanes, number, x, y) > least + _SLACK:
+            continue
+        if lanes[number, KIND] == ARC:
+            dx, dy = x - lanes[number, LANE_X], y - lanes[number, LANE_Y]
+            if abs(lanes[number, RADIUS] - math.sqrt(dx * dx + dy * dy)) > least + _SLACK:
+                continue
+        s, lateral = lane_local(lanes, number, curves, x, y)
+        weight = _weight(lanes, number, curves, s, lateral, heading)
+        if weight < least or (weight == least and number < found):
+            least, found, found_s, found_lateral = weight, number, s, lateral
+    return found, found_s, found_lateral
+
+
+@compiled
+def next_lane(
+    lanes: Floats, links: Ints, curves: Floats | None, lane: int, x: float, y: float
+) -> int:
+    """Return the lane to go on in at the end of a lane; itself if none follows.
+
+    Of each road that follows, the same lane if it has as many, else the nearest one; of these, the
+    nearest, the first of equals.
+
+    Args:
+        lanes: (L, LANE_WIDTH).
+        links: (L, T), see ``build_links``.
+        curves: See ``kernel.lanes``.
+        lane: That ends.
+        x: Of the vehicle [m].
+        y: Of the vehicle [m].
+    """
+    s, _ = lane_local(lanes, lane, curves, x, y)
+    x, y = lane_point(lanes, lane, curves, s, 0.0)
+    chosen = lane
+    least = math.inf
+    for k in range(links[lane, NEXT_ROADS]):
+        first = links[lane, LIST + k]
+        begin, end = first, first + links[first, COUNT]
+        if links[first, COUNT] == links[lane, COUNT]:
+            begin = first + links[lane, PLACE]
+            end = begin + 1
+        for number in range(begin, end):
+            along, lateral = lane_local(lanes, number, curves, x, y)
+            distance = distance_to_lane(lanes, number, along, lateral)
+            if distance < least:
+                least, chosen = distance, number
+    return chosen
+
+
+# --- Vehicles in rows of numbers, and who drives ahead of and behind a place on a lane ------------
+
+# Columns of a vehicle: its state, its place beside its lane, its control, then what its driver is.
+(
+    X,
+    Y,
+    HEADING,
+    SPEED,
+    SINUS,
+    COSINE,
+    S,
+    LATERAL,
+    CONTROL,
+    ACCELERATION,
+    TIMER,
+    DESIRED_SPEED,
+    EXPONENT,
+    JAM_DISTANCE,
+    TIME_GAP,
+    GAIN,
+    BRAKING,
+    TOP_SPEED,
+    LENGTH,
+) = range(19)
+VEHICLE_WIDTH: Final = 19
+
+# Columns of its marks: the lane that it is on, the lane that it steers for, its role, and whether
+# it has crashed; its line in the list of its lane. The last two are not its own: line k names the
+# k-th thing in the order along the lanes and along x, as it was a tick ago.
+LANE, TARGET, ROLE, CRASHED, RANK, ORDER, ORDER_X = range(7)
+MARK_WIDTH: Final = 7
+
+FIXED, PLACED, CRUISING, FOLLOWING, CHANGING = range(5)
+"""Roles: an object; a vehicle moved by others; one that keeps lane and speed; one that follows the
+vehicle ahead; one that changes lanes too."""
+
+UNSEEN: Final = -1
+"""Instead of how many are listed: nobody has looked at this lane in this tick."""
+
+MARGIN: Final = 1.0
+"""A vehicle is seen on a lane up to this far beside it [m]."""
+
+
+def make_lists(lanes: int, things: int) -> tuple[Floats, Floats, Ints]:
+    """Make room for who is seen on the lanes of a network, as scratch for a tick.
+
+    Returns:
+        seen: (L, N) where everybody is along each lane [m], NaN if not seen on it.
+        along: (L, N) the same ascending, of those who are seen.
+        listed: (L, 1 + N) how many these are, then who; of equal places the lower number first.
+            All three hold for the lanes that somebody has looked at, the others are ``UNSEEN``.
+    """
+    shape = (lanes, things)
+    return np.zeros(shape), np.zeros(shape), np.zeros((lanes, 1 + things), dtype=np.int64)
+
+
+@inlined
+def place_along(
+    lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints, lane: int, who: int
+) -> float:
+    """Return where somebody is along a lane [m]."""
+    s = vehicles[who, S]
+    if marks[who, LANE] != lane:
+        s, _ = lane_local(lanes, lane, curves, vehicles[who, X], vehicles[who, Y])
+    return s
+
+
+@inlined
+def _linked(links: Ints, lane: int, link: int) -> int:
+    return links[lane, LIST + links[lane, NEXT_ROADS] + link]
+
+
+@inlined
+def forget_lists(listed: Ints) -> None:
+    """Begin a tick: nobody is seen on any lane (L, 1 + N) yet."""
+    for lane in range(listed.shape[0]):
+        listed[lane, 0] = UNSEEN
+
+
+@inlined
+def _place_seen(
+    lanes: Floats, curves: Floats | None, lane: int, reach: float, x: float, y: float
+) -> float:
+    """Return where a point is along a lane [m], NaN if not seen on it."""
+    near = True
+    if lanes[lane, KIND] != STRAIGHT:
+        near = least_distance(lanes, lane, x, y) <= reach + OVERHANG + MARGIN
+        if lanes[lane, KIND] == ARC:
+            dx, dy = x - lanes[lane, LANE_X], y - lanes[lane, LANE_Y]
+            near &= abs(lanes[lane, RADIUS] - math.sqrt(dx * dx + dy * dy)) <= reach
+    place = math.nan
+    if near:
+        s, lateral = lane_local(lanes, lane, curves, x, y)
+        if is_on_lane(lanes, lane, s, lateral, MARGIN):
+            place = s
+    return place
+
+
+@inlined
+def see_around(
+    lanes: Floats,
+    links: Ints,
+    curves: Floats | None,
+    vehicles: Floats,
+    seen: Floats,
+    listed: Ints,
+    lane: int,
+) -> None:
+    """Find out who is seen on a lane and those linked to it, unless that is known.
+
+    Args:
+        lanes: (L, LANE_WIDTH).
+        links: Of the lanes, see ``kernel.network``.
+        curves: See ``kernel.lanes``.
+        vehicles: (N, VEHICLE_WIDTH).
+        seen: (L, N) out, see ``make_lists``.
+        listed: (L, 1 + N) out: which lanes are known.
+        lane: Where to look.
+    """
+    for link in range(-1, links[lane, LINKED]):
+        number = lane if link < 0 else _linked(links, lane, link)
+        if listed[number, 0] != UNSEEN:
+            continue
+        listed[number, 0] = 0
+        reach = lanes[number, WIDTH] / 2.0 + MARGIN
+        for who in range(vehicles.shape[0]):
+            x, y = vehicles[who, X], vehicles[who, Y]
+            seen[number, who] = _place_seen(lanes, curves, number, reach, x, y)
+
+
+@inlined
+def _link_offset(lanes: Floats, links: Ints, lane: int, link: int) -> float:
+    """Return what to add to a place on a linked lane to have it on the lane itself [m]."""
+    offset = lanes[lane, LANE_LENGTH]
+    if link >= links[lane, NEXT_ROADS]:
+        offset = -lanes[_linked(links, lane, link), LANE_LENGTH]
+    return offset
+
+
+@inlined
+def neighbours(
+    lanes: Floats, links: Ints, seen: Floats, lane: int, who: int, s: float
+) -> tuple[int, int]:
+    """Find who is ahead of and who is behind somebody on a lane, by looking at everybody.
+
+    Args:
+        lanes: (L, LANE_WIDTH).
+        links: Of the lanes, see ``kernel.network``.
+        seen: (L, N) see ``see_around``.
+        lane: Where to look.
+        who: For whom.
+        s: Where that is along the lane [m].
+
+    Returns:
+        The nearest at or ahead of the place and the nearest behind it, -1 for nobody. Somebody on
+        the lane and on linked ones counts on the first of them.
+    """
+    front = rear = -1
+    front_s, rear_s = math.inf, -math.inf
+    count = links[lane, LINKED]
+    for other in range(seen.shape[1]):
+        place = seen[lane, other]
+        link = 0
+        while link < count and math.isnan(place):
+            place = seen[_linked(links, lane, link), other] + _link_offset(lanes, links, lane, link)
+            link += 1
+        if other != who:
+            if s <= place <= front_s:
+                front, front_s = other, place
+            if rear_s < place < s:
+                rear, rear_s = other, place
+    return front, rear
+
+
+@compiled
+def sort_along(vehicles: Floats, marks: Ints) -> None:
+    """Sort everybody by the place along the own lane, beginning with the order of a tick ago."""
+    for k in range(marks.shape[0]):
+        who = marks[k, ORDER]
+        place = k
+        while place > 0 and vehicles[marks[place - 1, ORDER], S] > vehicles[who, S]:
+            marks[place, ORDER] = marks[place - 1, ORDER]
+            place -= 1
+        marks[place, ORDER] = who
+
+
+@compiled
+def _list_lane(
+    lanes: Floats,
+    curves: Floats | None,
+    vehicles: Floats,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    lane: int,
+) -> None:
+    reach = lanes[lane, WIDTH] / 2.0 + MARGIN
+    count = 0
+    for k in range(marks.shape[0]):
+        who = marks[k, ORDER]
+        s = _place_seen(lanes, curves, lane, reach, vehicles[who, X], vehicles[who, Y])
+        seen[lane, who] = s
+        if math.isnan(s):
+            continue
+        place = count
+        while place > 0 and (
+            along[lane, place - 1] > s
+            or (along[lane, place - 1] == s and listed[lane, place] > who)
+        ):
+            along[lane, place] = along[lane, place - 1]
+            listed[lane, 1 + place] = listed[lane, place]
+            place -= 1
+        along[lane, place], listed[lane, 1 + place] = s, who
+        count += 1
+    listed[lane, 0] = count
+    for k in range(count):
+        who = listed[lane, 1 + k]
+        if marks[who, LANE] == lane:
+            marks[who, RANK] = k
+
+
+@inlined
+def list_around(
+    lanes: Floats,
+    links: Ints,
+    curves: Floats | None,
+    vehicles: Floats,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    lane: int,
+) -> None:
+    """Sort who is seen on a lane and those linked to it, unless that is done.
+
+    Args:
+        lanes: (L, LANE_WIDTH).
+        links: Of the lanes, see ``kernel.network``.
+        curves: See ``kernel.lanes``.
+        vehicles: (N, VEHICLE_WIDTH).
+        marks: (N, MARK_WIDTH) in and out: the rank.
+        seen: (L, N) out, see ``make_lists``.
+        along: (L, N) out.
+        listed: (L, 1 + N) out.
+        lane: Where to look.
+    """
+    for link in range(-1, links[lane, LINKED]):
+        number = lane if link < 0 else _linked(links, lane, link)
+        if listed[number, 0] == UNSEEN:
+            _list_lane(lanes, curves, vehicles, marks, seen, along, listed, number)
+
+
+@inlined
+def _is_seen_before(links: Ints, seen: Floats, lane: int, before: int, who: int) -> bool:
+    """Tell whether somebody is on a lane or one of its links before a link; -1 is before both."""
+    found = False
+    for link in range(-1, before):
+        number = lane if link < 0 else _linked(links, lane, link)
+        found |= not math.isnan(seen[number, who])
+    return found
+
+
+@inlined
+def _first_at(along: Floats, lane: int, count: int, offset: float, s: float) -> int:
+    """Return the first line of a lane's list that is at or ahead of a place."""
+    first, high = 0, count
+    while first < high:
+        middle = (first + high) // 2
+        if along[lane, middle] + offset < s:
+            first = middle + 1
+        else:
+            high = middle
+    return first
+
+
+@inlined
+def front_listed(
+    lanes: Floats,
+    links: Ints,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    lane: int,
+    who: int,
+    s: float,
+) -> int:
+    """Find who is ahead, as ``neighbours`` does, in the lists that ``list_around`` made.
+
+    Of equal places the higher number is ahead, as when everybody is looked at in turn.
+    """
+    front = -1
+    front_s = math.inf
+    for link in range(-1, links[lane, LINKED]):
+        number = lane if link < 0 else _linked(links, lane, link)
+        offset = 0.0 if link < 0 else _link_offset(lanes, links, lane, link)
+        count = listed[number, 0]
+        if number == marks[who, LANE] and link < 0 and seen[number, who] == s:
+            k = marks[who, RANK]
+            while k > 0 and along[number, k - 1] == s:
+                k -= 1
+        else:
+            k = _first_at(along, number, count, offset, s)
+        while k < count and along[number, k] + offset <= front_s:
+            other, place = listed[number, 1 + k], along[number, k] + offset
+            if (
+                other != who
+                and (place < front_s or other > front)
+                and not _is_seen_before(links, seen, lane, link, other)
+            ):
+                front, front_s = other, place
+            k += 1
+    return front
+
+
+@inlined
+def rear_listed(
+    lanes: Floats,
+    links: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    lane: int,
+    who: int,
+    s: float,
+) -> int:
+    """Find who is behind, as ``front_listed`` does; of equal places it is the lower number."""
+    rear = -1
+    rear_s = -math.inf
+    for link in range(-1, links[lane, LINKED]):
+        number = lane if link < 0 else _linked(links, lane, link)
+        offset = 0.0 if link < 0 else _link_offset(lanes, links, lane, link)
+        k = _first_at(along, number, listed[number, 0], offset, s) - 1
+        while k >= 0 and along[number, k] + offset >= rear_s:
+            other, place = listed[number, 1 + k], along[number, k] + offset
+            if (
+                other != who
+                and (place > rear_s or other < rear)
+                and not _is_seen_before(links, seen, lane, link, other)
+            ):
+                rear, rear_s = other, place
+            k -= 1
+    return rear

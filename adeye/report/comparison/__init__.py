@@ -1,0 +1,4 @@
+"""Comparisons of architectures: pairs, tables, statistics of differences.
+
+Begin with ``compare``.
+"""

@@ -1,0 +1,474 @@
+"""What each compared architecture costs and achieves, and which of them are worth choosing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.judge import pairing as pareto
+from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS
+from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, severities
+from adeye.judge.statistics import median_low
+from adeye.judge.verdict import Verdict
+from adeye.report.comparison.records import (
+    OBJECTIVES,
+    Candidate,
+    Contribution,
+    Cost,
+    Objective,
+    Sighting,
+    Unexecuted,
+    Unmet,
+)
+from adeye.spec.architecture import Architecture
+from adeye.spec.quantity import SI
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from adeye.signals import Ints
+    from adeye.store.read.bulk import Compared
+    from adeye.store.records import CampaignInfo
+    from adeye.store.repository import Repository
+
+# --- What an architecture consists of: its cost, its sensors, what it has beyond another ----------
+
+
+def cost_of(content: Mapping[str, Any]) -> Cost | None:
+    """Add up what an architecture costs.
+
+    Its own ``cost`` is the total where it covers that of the parts, and the rest is what has no
+    part. Where the parts cost more, as after a part was added, their sum is the total.
+
+    Args:
+        content: The architecture.
+
+    Returns:
+        None if neither is declared: what costs nothing is not known to be cheap.
+
+    >>> cost_of({"cost": 300.0, "sensors": {"camera": {"cost": 120.0}}, "channels": {}}).total
+    300.0
+    """
+    parts = {
+        f"{kind}.{name}": float(part["cost"])
+        for kind in ("sensors", "channels")
+        for name, part in content[kind].items()
+        if part["cost"] > 0.0
+    }
+    declared = float(content["cost"])
+    total = max(declared, sum(parts.values()))
+    return Cost(total=total, declared=declared, parts=parts) if total > 0.0 else None
+
+
+def measuring(content: Mapping[str, Any]) -> list[str]:
+    """List the sensors that measure and feed a channel."""
+    linked = {link for channel in content["channels"].values() for link in channel["links"]}
+    return [
+        name
+        for name, sensor in content["sensors"].items()
+        if name in linked and sensor["kind"] not in {"ground_truth", "localisation"}
+    ]
+
+
+def suite_of(content: Mapping[str, Any]) -> dict[str, int]:
+    """Count the sensors that measure and feed a channel, by kind."""
+    return dict(Counter(content["sensors"][name]["kind"] for name in measuring(content)))
+
+
+def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None:
+    """Name the one sensor that an architecture has beyond another that is equal in all else.
+
+    Args:
+        more: Executable part of the one.
+        less: Executable part of the other.
+    """
+    extra = [name for name in more["sensors"] if name not in less["sensors"]]
+    if len(extra) != 1 or len(more["sensors"]) != len(less["sensors"]) + 1:
+        return None
+    gone = {extra[0], f"health.{extra[0]}"}
+    without = {
+        **more,
+        "sensors": {key: item for key, item in more["sensors"].items() if key != extra[0]},
+        "channels": {
+            key: {**item, "links": [link for link in item["links"] if link not in gone]}
+            for key, item in more["channels"].items()
+        },
+    }
+    return extra[0] if without == dict(less) else None
+
+
+# --- What each compared architecture costs and achieves, and which of them are worth choosing -----
+
+_NO_FAULT: Final = "none"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The candidates with their place among each other.
+
+    Attributes:
+        candidates: In the order given.
+        objectives: Those that could be used.
+        left_out: Those that could not, and why.
+        cheapest: Ids of the cheapest for which every mandatory FSR passes.
+    """
+
+    candidates: tuple[Candidate, ...]
+    objectives: tuple[Objective, ...]
+    left_out: tuple[str, ...]
+    cheapest: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Figures:
+    """What is known of one candidate."""
+
+    cost: Cost | None
+    unmet: tuple[Unmet, ...]
+    cases: int
+    failing: int
+    undecided: int
+    worst: tuple[float, str, str] | None
+    has_unknown_margin: bool
+    availability: float | None
+    fault_free: int
+
+    def value(self, objective: str) -> float | None:
+        """Give the value of an objective, None if it is not known."""
+        if objective == "failures":
+            return float(self.failing + self.undecided)
+        if objective == "availability":
+            return self.availability
+        if objective == "cost":
+            return None if self.cost is None else self.cost.total
+        return None if self.worst is None or self.has_unknown_margin else self.worst[0]
+
+
+class Candidates:
+    """Measures the compared architectures on the test cases that all share and have executed."""
+
+    def __init__(
+        self,
+        repository: Repository,
+        campaign: CampaignInfo,
+        odd: Mapping[str, Any],
+        names: Sequence[str],
+        matching: Matching,
+    ) -> None:
+        """Use what a comparison has read.
+
+        Args:
+            repository: The database.
+            campaign: The campaign.
+            odd: Stored content of its ODD.
+            names: Architectures.
+            matching: Of their cases.
+        """
+        self._campaign = campaign
+        self._contents: Mapping[str, Any] = odd["architectures"]
+        self._names = names
+        self._matching = matching
+        self._compared = matching.compared
+        self._gate = [
+            item for item in repository.gate(campaign.id) if item.architecture in set(names)
+        ]
+        self._shared = matching.common(names)
+        self._rows = matching.common(names, executed=True)
+        mandatory = {item.fsr for item in self._gate}
+        applicable = {
+            name: {
+                item.fsr for item in self._gate if item.architecture == name and item.is_applicable
+            }
+            for name in names
+        }
+        self.fsrs = [
+            fsr
+            for fsr in self._compared.fsrs
+            if fsr in mandatory and all(fsr in applicable[name] for name in names)
+        ]
+        """Mandatory FSRs that are applicable to all."""
+
+    def judge(self, objectives: Sequence[str], epsilon: Mapping[str, float]) -> Judged:
+        """Measure the candidates and find the front.
+
+        Args:
+            objectives: Names of ``OBJECTIVES``, the first decides between equals.
+            epsilon: Difference that does not count, by objective.
+        """
+        figures = {name: self._figures(name) for name in self._names}
+        used: list[Objective] = []
+        left_out: list[str] = []
+        has_evidence = all(item.cases for item in figures.values())
+        if not has_evidence:
+            # A front of costs alone would be an advice that nothing supports.
+            left_out.append("all of them, because no test case was executed for every architecture")
+        for objective in objectives if has_evidence else ():
+            unknown = [name for name, item in figures.items() if item.value(objective) is None]
+            if unknown:
+                left_out.append(f"{objective}: not known for {', '.join(unknown)}")
+            else:
+                better = OBJECTIVES[objective]
+                used.append(
+                    Objective.model_validate(
+                        {"name": objective, "better": better, "epsilon": epsilon.get(objective, 0)}
+                    )
+                )
+        values = {
+            name: {item.name: item_value(figure, item.name) for item in used}
+            for name, figure in figures.items()
+        }
+        dominators = pareto.dominators(
+            {name: tuple(found.values()) for name, found in values.items()},
+            [pareto.Objective(item.name, item.better, item.epsilon) for item in used],
+        )
+        candidates = tuple(
+            self._candidate(name, figures[name], values[name], dominators[name] if used else None)
+            for name in self._names
+        )
+        return Judged(candidates, tuple(used), tuple(left_out), _cheapest(candidates))
+
+    def _candidate(
+        self, name: str, figure: _Figures, values: dict[str, float], dominator: str | None
+    ) -> Candidate:
+        worst = figure.worst or (None, "", "")
+        return Candidate(
+            id=name,
+            title=self._contents[name]["title"],
+            is_gate=name in self._campaign.gate,
+            cost=figure.cost,
+            sensors=suite_of(self._contents[name]),
+            mandatory=sum(item.architecture == name for item in self._gate),
+            unmet=figure.unmet,
+            cases=figure.cases,
+            left_out=len(self._shared[name]) - figure.cases,
+            unexecuted=tuple(self._unexecuted(name)),
+            failing=figure.failing,
+            undecided=figure.undecided,
+            worst_margin=worst[0],
+            worst_fsr=worst[1],
+            worst_run=worst[2],
+            availability=figure.availability,
+            fault_free=figure.fault_free,
+            values=values,
+            is_on_front=bool(values) and dominator is None,
+            dominated_by=dominator,
+        )
+
+    def _figures(self, name: str) -> _Figures:
+        rows = self._rows[name]
+        compared = self._compared
+        columns = self._columns()
+        severity = severities(compared.verdict[np.ix_(rows, columns)]).max(axis=1, initial=HELD)
+        is_free = np.array([word == _NO_FAULT for word in compared.fault_entry.words])
+        free = rows[is_free[compared.fault_entry.codes[rows]]]
+        default = self._contents[name]["switch"]["default"]
+        own = compared.channels.index(default) if default in compared.channels else None
+        foreign = compared.acting[free] & ~(0 if own is None else 1 << own)
+        worst, is_unknown = self._worst(rows, columns)
+        return _Figures(
+            cost=cost_of(self._contents[name]),
+            unmet=tuple(
+                Unmet(fsr=item.fsr, verdict=item.verdict, failing=self._failing(item.fsr, rows))
+                for item in self._gate
+                if item.architecture == name and item.verdict is not Verdict.PASS
+            ),
+            cases=len(rows),
+            failing=int((severity == FAILED).sum()),
+            undecided=int((severity == UNDECIDED).sum()),
+            worst=worst,
+            has_unknown_margin=is_unknown,
+            availability=float((foreign == 0).mean()) if len(free) else None,
+            fault_free=len(free),
+        )
+
+    def _unexecuted(self, name: str) -> Iterator[Unexecuted]:
+        """Count the planned test cases of an architecture without a result, by scenario."""
+        compared = self._compared
+        rows = self._matching.rows(name)
+        for code, scenario in enumerate(compared.scenario.words):
+            is_done = compared.is_done[rows[compared.scenario.codes[rows] == code]]
+            if not is_done.all():
+                missing = int((~is_done).sum())
+                yield Unexecuted(scenario=scenario, planned=len(is_done), missing=missing)
+
+    def _failing(self, fsr: str, rows: Ints) -> dict[str, int]:
+        """Count the test cases that fail an FSR, by scenario in the order of the ODD."""
+        compared = self._compared
+        fails = rows[compared.verdict[rows, compared.fsrs.index(fsr)] == FAIL]
+        counts = np.bincount(compared.scenario.codes[fails], minlength=1)
+        words = compared.scenario.words
+        return {words[code]: int(count) for code, count in enumerate(counts) if count > 0}
+
+    def _columns(self) -> Ints:
+        """Give the columns of the mandatory FSRs that are applicable to all."""
+        return np.array([self._compared.fsrs.index(fsr) for fsr in self.fsrs], dtype=np.int64)
+
+    def _worst(self, rows: Ints, columns: Ints) -> tuple[tuple[float, str, str] | None, bool]:
+        """Find the least robustness, its FSR and run, and whether a FAIL has none."""
+        compared = self._compared
+        verdict = compared.verdict[np.ix_(rows, columns)]
+        robustness = compared.robustness[np.ix_(rows, columns)]
+        counted = np.isin(verdict, (PASS, FAIL, INCONCLUSIVE))
+        is_unknown = bool(((verdict == FAIL) & ~np.isfinite(robustness)).any())
+        known = np.where(counted & np.isfinite(robustness), robustness, np.inf)
+        if not known.size or not np.isfinite(known.min()):
+            return None, is_unknown
+        ties = zip(*(part.tolist() for part in np.nonzero(known == known.min())), strict=True)
+        row, column = min(ties, key=lambda at: (compared.result[int(rows[at[0]])], at[1]))
+        value = float(known[row, column])
+        return (value, self.fsrs[column], compared.result[int(rows[row])]), is_unknown
+
+    # Sensors
+
+    def contributions(self) -> tuple[Contribution, ...]:
+        """Find architectures that equal another but for one sensor, and what that sensor adds."""
+        parts = {
+            name: Architecture.model_validate(self._contents[name], context=SI).executable()
+            for name in self._names
+        }
+        found = []
+        for more in self._names:
+            for less in self._names:
+                sensor = extra_sensor(parts[more], parts[less])
+                if sensor is not None:
+                    found.append(self._contribution(sensor, more, less))
+        return tuple(found)
+
+    def _contribution(self, sensor: str, more: str, less: str) -> Contribution:
+        columns = self._columns()
+        rows = self._matching.pairs(more, less)
+        is_done = self._compared.is_done[rows[0]] & self._compared.is_done[rows[1]]
+        with_it, without_it = (
+            severities(self._compared.verdict[np.ix_(own[is_done], columns)]).max(
+                axis=1, initial=HELD
+            )
+            for own in rows
+        )
+        return Contribution(
+            sensor=sensor,
+            with_it=more,
+            without_it=less,
+            cost=self._contents[more]["sensors"][sensor]["cost"],
+            pairs=int(is_done.sum()),
+            rescued=int(((without_it == FAILED) & (with_it == HELD)).sum()),
+            harmed=int(((with_it == FAILED) & (without_it == HELD)).sum()),
+        )
+
+    def sightings(self) -> tuple[Sighting, ...]:
+        """Count which sensor is the first to detect the object that matters."""
+        return tuple(item for name in self._names for item in self._sightings(name))
+
+    def _sightings(self, name: str) -> list[Sighting]:
+        compared = self._compared
+        rows = self._rows[name]
+        rows = rows[compared.has_object[rows]]
+        sensors = measuring(self._contents[name])
+        if not sensors or not len(rows):
+            return []
+        seen = np.full((len(rows), len(sensors)), np.inf)
+        for place, sensor in enumerate(sensors):
+            if sensor in compared.sensors:
+                times = compared.seen_s[rows, compared.sensors.index(sensor)]
+                seen[:, place] = np.where(np.isfinite(times), times, np.inf)
+        found = []
+        for place, sensor in enumerate(sensors):
+            own = seen[:, place]
+            others = np.delete(seen, place, axis=1).min(axis=1, initial=np.inf)
+            has_seen = np.isfinite(own)
+            is_first = has_seen & (own < others) & np.isfinite(others)
+            leads = others[is_first] - own[is_first]
+            found.append(
+                Sighting(
+                    architecture=name,
+                    sensor=sensor,
+                    runs=len(rows),
+                    first=int((has_seen & (own < others)).sum()),
+                    shared=int((has_seen & (own == others)).sum()),
+                    only=int((has_seen & ~np.isfinite(others)).sum()),
+                    never=int((~has_seen).sum()),
+                    lead_s=median_low(leads) if len(leads) else None,
+                )
+            )
+        return found
+
+
+def item_value(figure: _Figures, objective: str) -> float:
+    """Give the value of an objective that is known."""
+    value = figure.value(objective)
+    assert value is not None
+    return value
+
+
+def _cheapest(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Name the cheapest for which every mandatory FSR passes; nobody if a price is missing."""
+    good = [item for item in candidates if item.mandatory > 0 and not item.unmet]
+    if not good or any(item.cost is None for item in good):
+        return ()
+    least = min(item.cost.total for item in good if item.cost is not None)
+    return tuple(item.id for item in good if item.cost is not None and item.cost.total == least)
+
+
+# --- Which test cases of two or more architectures are the same: situation, faults and swept axes -
+
+
+class Matching:
+    """Finds the same test cases among the planned cases of a campaign."""
+
+    def __init__(self, compared: Compared) -> None:
+        """Use cases with their verdicts."""
+        self.compared = compared
+        self._rows = {
+            name: np.flatnonzero(compared.architecture.codes == code)
+            for code, name in enumerate(compared.architecture.words)
+        }
+
+    def rows(self, name: str) -> Ints:
+        """Give the cases of an architecture."""
+        return self._rows.get(name, np.zeros(0, dtype=np.int64))
+
+    def pairs(self, a: str, b: str) -> tuple[Ints, Ints]:
+        """Give the cases (P,) of both on the same test cases.
+
+        An axis of the architecture that only one of them has leaves several cases of that one for
+        each of the other; all of them are pairs.
+        """
+        keys = self._keys((a, b))
+        rows_a, rows_b = self.rows(a), self.rows(b)
+        at_a, at_b = pair_up(keys[rows_a], keys[rows_b])
+        return rows_a[at_a], rows_b[at_b]
+
+    def common(self, names: Sequence[str], *, executed: bool = False) -> dict[str, Ints]:
+        """Give the cases of each architecture on the test cases that all of them share.
+
+        Args:
+            names: Architectures.
+            executed: Leave out a test case unless every case of all of them has its results.
+        """
+        keys = self._keys(names)
+        shared = np.unique(keys)
+        for name in names:
+            own = self.rows(name)
+            shared = np.intersect1d(shared, keys[own])
+            if executed:
+                shared = np.setdiff1d(shared, keys[own[~self.compared.is_done[own]]])
+        return {name: self.rows(name)[np.isin(keys[self.rows(name)], shared)] for name in names}
+
+    def _keys(self, names: Sequence[str]) -> Ints:
+        """Number the test cases (N,) as far as these architectures have their axes in common."""
+        compared = self.compared
+        columns = [compared.situation, compared.fault_entry.codes]
+        for axis in compared.axes.values():
+            codes = axis.codes.copy()
+            for scenario in range(len(compared.scenario.words)):
+                here = compared.scenario.codes == scenario
+                if not all(self._has_axis(axis.codes, here, name) for name in names):
+                    codes[here] = -1
+            columns.append(codes)
+        return number_rows(*columns)
+
+    def _has_axis(self, codes: Ints, here: Ints, name: str) -> bool:
+        own = self.rows(name)
+        return bool((codes[own[here[own]]] >= 0).any())

@@ -1,0 +1,460 @@
+"""What a report repeats from the files of a campaign: concept, architectures, scenarios, counts.
+
+The database holds what the files said, not their lines. A line is told only where the file still
+says what the campaign was judged by; otherwise it would point at something else.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import defaultdict
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import quote
+
+from adeye.analysis.dependence import dependencies
+from adeye.analysis.suite.analyse import analyse
+from adeye.analysis.suite.conditions import conditions_of
+from adeye.errors import InputError
+from adeye.judge.verdict import Verdict
+from adeye.report.model.concept import (
+    Assumption,
+    Decomposition,
+    DependentFailure,
+    Element,
+    Hazard,
+    IntegrityFinding,
+    SafetyGoal,
+    Waiver,
+)
+from adeye.report.model.part import Label, Place
+from adeye.report.model.report import Architecture, Factors, Fsr, Scenario
+from adeye.spec import architecture
+from adeye.spec.concept import scheme
+from adeye.spec.load import load_odd
+from adeye.spec.odd import Attributes
+from adeye.spec.quantity import SI
+from adeye.store.rules import RULES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from adeye.analysis.dependence import Dependencies
+    from adeye.analysis.suite.records import Suite
+    from adeye.errors import SourceLocation
+    from adeye.report.model.report import Cell
+    from adeye.spec.concept import Concept, Requirement
+    from adeye.spec.load import OddFiles
+    from adeye.store.read.checking import Violation
+    from adeye.store.records import CampaignInfo
+
+# --- Where the FSRs and scenarios of a campaign stand in the user's files -------------------------
+
+
+@dataclass(frozen=True)
+class Places:
+    """Lines of the files.
+
+    Attributes:
+        fsrs: In the concept, by id.
+        scenarios: In the ODD, by the id under which it uses them.
+        odd: Beginning of the ODD's file; None if nobody knows which.
+    """
+
+    odd: Place | None = None
+    fsrs: Mapping[str, Place] = field(default_factory=dict)
+    scenarios: Mapping[str, Place] = field(default_factory=dict)
+
+
+def places_of(
+    path: str, odd: Mapping[str, Any], concept: Concept, near: Path | None = None
+) -> Places:
+    """Find the lines of what a campaign was planned from.
+
+    Args:
+        path: The ODD's file as the campaign was given it; empty if nobody knows.
+        odd: Stored content of the ODD and everything that it names.
+        concept: The concept that judged the campaign.
+        near: Folder of the database.
+
+    Returns:
+        No lines where the file is not there or cannot be read any more.
+    """
+    if not path:
+        return Places()
+    found = find_odd(path, near)
+    place = Place(path=str(found), line=1, column=1)
+    try:
+        files = load_odd(found)
+    except (InputError, OSError):
+        return Places(place)
+    return Places(place, _fsrs(files, concept), _scenarios(files, odd))
+
+
+def find_odd(path: str, near: Path | None = None) -> Path:
+    """Find the file of an ODD that was named from a folder that nobody remembers.
+
+    Args:
+        path: As it was named.
+        near: Folder of the database, which often lies beside it.
+
+    Returns:
+        The path as it is, if it leads to a file from here; else where it does from the folder of
+        the database or one above; else where it would from the root of the repository.
+    """
+    asked, here = Path(path), (near or Path()).resolve()
+    tried = (asked, *(folder / asked for folder in (here, *here.parents)))
+    known = next((item for item in tried if item.is_file()), None)
+    if known is None:
+        root = _repository(here)
+        known = asked if root is None else root / asked
+    return asked if known is asked else Path(os.path.relpath(known))
+
+
+def uri_of(path: str) -> str:
+    """Write a path as a code host looks it up: from the root of its repository, percent-encoded.
+
+    Outside of a repository it is from the innermost folder that holds both the file and the folder
+    where adeye was called, so that it never leads upwards.
+
+    Args:
+        path: From the folder where adeye was called, or absolute; nothing has to be there.
+    """
+    asked = Path(path)
+    whole = asked.parent.resolve() / asked.name
+    root = _repository(whole.parent) or os.path.commonpath([whole.parent, Path.cwd()])
+    return quote(os.fsencode(whole.relative_to(root).as_posix()))
+
+
+def _repository(folder: Path) -> Path | None:
+    return next((item for item in (folder, *folder.parents) if (item / ".git").exists()), None)
+
+
+def _fsrs(files: OddFiles, concept: Concept) -> dict[str, Place]:
+    judged = {item.id: item.model_dump(mode="json") for item in concept.requirements}
+    return {
+        item.id: _place(files.concept.locate(("requirements", at, "id")))
+        for at, item in enumerate(files.concept.spec.requirements)
+        if judged.get(item.id) == item.model_dump(mode="json")
+    }
+
+
+def _scenarios(files: OddFiles, odd: Mapping[str, Any]) -> dict[str, Place]:
+    ran = {use.get("as") or use["use"]: use for use in odd["odd"]["scenarios"]}
+    return {
+        use.name: _place(files.odd.locate(("scenarios", at)))
+        for at, use in enumerate(files.odd.spec.scenarios)
+        if ran.get(use.name) == use.model_dump(mode="json", by_alias=True)
+    }
+
+
+def _place(where: SourceLocation) -> Place:
+    return Place(path=where.path, line=where.line, column=where.column)
+
+
+# --- What a report repeats from the files of a campaign: concept, architectures, scenarios,
+# counts.
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignContent:
+    """The files behind a campaign.
+
+    Attributes:
+        campaign: The campaign.
+        concept: The concept that judged it.
+        odd: Stored content of the ODD and everything that it names.
+        places: Lines of the files.
+        fsr_digests: Digest by which each FSR is judged, by id.
+    """
+
+    campaign: CampaignInfo
+    concept: Concept
+    odd: Mapping[str, Any]
+    places: Places = field(default_factory=Places)
+    fsr_digests: Mapping[str, str] = field(default_factory=dict)
+
+
+_UNITS: Final[Mapping[str, tuple[float, str]]] = {
+    "ego_speed": (3.6, " km/h"),
+    "rain": (3.6e6, " mm/h"),
+    "sun_elevation": (180.0 / math.pi, " deg"),
+    "fog": (1.0, " m"),
+    "min_radius": (1.0, " m"),
+}
+"""What the bounds of an ODD are written in, by attribute: factor and unit."""
+
+
+def attributes_of(content: CampaignContent) -> Iterator[Label]:
+    """List the bounds of the ODD; what it does not bound is left out."""
+    for group in content.odd["odd"].get("attributes", {}).values():
+        for name, bound in group.items():
+            text = _bound_text(bound, *_UNITS.get(name, (1.0, "")))
+            if text:
+                yield Label(label=name.replace("_", " "), value=text)
+
+
+def _bound_text(bound: Any, factor: float, unit: str) -> str:
+    if isinstance(bound, list):
+        return ", ".join(map(str, bound))
+    if isinstance(bound, dict):
+        low, high = bound.get("min", bound.get("min_visibility")), bound.get("max")
+        ends = [
+            f"{word} {value * factor:.6g}{unit}"
+            for word, value in (("at least", low), ("at most", high))
+            if value is not None
+        ]
+        return ", ".join(ends)
+    return "" if bound is None else f"{bound * factor:.6g}{unit}"
+
+
+def architectures_of(content: CampaignContent) -> Iterable[Architecture]:
+    """List the architectures with what they are made of."""
+    for name, part_of in content.odd["architectures"].items():
+        parts = [
+            Label(label=f"sensor {key}", value=sensor["kind"])
+            for key, sensor in part_of["sensors"].items()
+        ]
+        parts += [
+            Label(label=f"channel {key}", value=f"{item['kind']} ← {', '.join(item['links'])}")
+            for key, item in part_of["channels"].items()
+        ]
+        switch = part_of["switch"]
+        policy = f"{switch['policy']}: {' > '.join(switch['priority'])}"
+        yield Architecture(
+            id=name,
+            title=part_of["title"],
+            is_gate=name in content.campaign.gate,
+            cost=part_of["cost"] or None,
+            parts=(*parts, Label(label="switch", value=policy)),
+        )
+
+
+def suites_of(content: CampaignContent) -> Iterable[Suite]:
+    """Analyse the sensors of each architecture in the ODD's conditions, as they are written.
+
+    A sweep that varies an architecture varies what its runs had, not this.
+    """
+    attributes = Attributes.model_validate(content.odd["odd"].get("attributes", {}), context=SI)
+    limit = attributes.dynamic_elements.ego_speed
+    resources = {element.id: element.resources for element in content.concept.elements}
+    for part_of in content.odd["architectures"].values():
+        yield analyse(
+            architecture.Architecture.model_validate(part_of, context=SI),
+            conditions_of(attributes.environment),
+            odd_speed=None if limit is None else limit.max,
+            resources=resources,
+        )
+
+
+def dependencies_of(content: CampaignContent) -> Iterable[Dependencies]:
+    """List what the channels of each architecture share, as the architectures are written."""
+    for part_of in content.odd["architectures"].values():
+        yield dependencies(
+            architecture.Architecture.model_validate(part_of, context=SI), content.concept.elements
+        )
+
+
+def scenarios_of(content: CampaignContent) -> Iterable[Scenario]:
+    """List the scenarios with where they stand in the field's catalogues."""
+    exposures = {
+        use.get("as") or use["use"]: use.get("exposure") for use in content.odd["odd"]["scenarios"]
+    }
+    for name, part_of in content.odd["scenarios"].items():
+        exposure = exposures.get(name)
+        yield Scenario(
+            id=name,
+            title=part_of["title"],
+            text=part_of["text"],
+            tags=tuple(
+                Label(label=key, value=value) for key, value in part_of["tags"].items() if value
+            ),
+            exposure=f"{exposure * 3600.0:.4g} /h" if exposure else "",
+            where=content.places.scenarios.get(name),
+        )
+
+
+def factors_of(content: CampaignContent) -> Iterable[Factors]:
+    """Say how the test cases of each scenario were counted."""
+    by_scenario: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+    for factor in content.campaign.factors:
+        by_scenario[factor["scenario"]].append(factor)
+    for name, factors in by_scenario.items():
+        entries = dict.fromkeys(entry for item in factors for entry in item["fault_entries"])
+        yield Factors(
+            scenario=name,
+            points=max(item["points"] for item in factors),
+            fault_entries=tuple(entries),
+            architectures=len(factors),
+            replicates=factors[0]["replicates"],
+            test_cases=sum(item["test_cases"] for item in factors),
+            axes=tuple(
+                Label(label=axis, value=values) for axis, values in factors[0]["axes"].items()
+            ),
+            command=f"adeye plan {content.campaign.provenance.get('odd_path', '')}".strip(),
+        )
+
+
+def fsr_of(content: CampaignContent, item: Requirement) -> Fsr:
+    """Describe an FSR in its measurable form."""
+    goals = [goal for goal in content.concept.safety_goals if goal.id in item.goals]
+    return Fsr(
+        id=item.id,
+        text=item.text,
+        formula=measure_text(item),
+        asil=item.asil,
+        goals=item.goals,
+        mandatory=item.mandatory,
+        allocation=item.allocation,
+        threshold_source=item.threshold_source,
+        ftti_s=min(goal.ftti for goal in goals),
+        fdti_s=item.fdti,
+        frti_s=item.frti,
+        min_exercised=item.min_exercised,
+        on_contact=item.on_contact,
+        scenarios=item.scenarios,
+        digest=content.fsr_digests.get(item.id, ""),
+        assumptions=item.assumptions,
+        where=content.places.fsrs.get(item.id),
+    )
+
+
+def hazards_of(content: CampaignContent) -> Iterable[Hazard]:
+    """List the hazardous events with their classification."""
+    for event in content.concept.hazardous_events:
+        yield Hazard(
+            id=event.id,
+            text=f"{event.malfunction} ({event.situation})",
+            severity=event.severity,
+            exposure=event.exposure,
+            controllability=event.controllability,
+            asil=event.asil,
+            function=event.function,
+            severity_rationale=event.severity_rationale,
+            exposure_rationale=event.exposure_rationale,
+            controllability_rationale=event.controllability_rationale,
+            exposure_method=event.exposure_method or "",
+        )
+
+
+def goals_of(content: CampaignContent) -> Iterable[SafetyGoal]:
+    """List the safety goals."""
+    for goal in content.concept.safety_goals:
+        yield SafetyGoal(
+            id=goal.id,
+            text=goal.text,
+            asil=content.concept.goal_asil(goal.id),
+            hazards=goal.hazardous_events,
+            safe_state=goal.safe_state,
+            ftti_s=goal.ftti,
+            ftti_rationale=goal.ftti_rationale,
+        )
+
+
+def elements_of(content: CampaignContent) -> Iterable[Element]:
+    """List the elements and the parts that realise them."""
+    realised: dict[str, list[str]] = defaultdict(list)
+    for name, part_of in content.odd["architectures"].items():
+        # A sensor and a channel may have one name.
+        parts = [*part_of["sensors"].items(), *part_of["channels"].items()]
+        for key, part in (*parts, ("switch", part_of["switch"])):
+            if part.get("realises"):
+                realised[part["realises"]].append(f"{name}.{key}")
+    for element in content.concept.elements:
+        yield Element(
+            id=element.id,
+            kind=element.kind,
+            text=element.text,
+            asil_capability=element.asil_capability,
+            legacy=element.legacy,
+            realised_by=tuple(realised[element.id]),
+            resources=element.resources,
+        )
+
+
+def assumptions_of(content: CampaignContent) -> Iterable[Assumption]:
+    """List what the concept relies on."""
+    for item in content.concept.assumptions:
+        yield Assumption(
+            id=item.id,
+            text=item.text,
+            owner=item.owner,
+            valid_until=item.valid_until.isoformat(),
+            is_expired=item.valid_until < today(),
+        )
+
+
+def waivers_of(content: CampaignContent, cells: Sequence[Cell]) -> Iterable[Waiver]:
+    """List the waivers with the runs that they accept."""
+    for item in content.concept.waivers:
+        missing = sum(
+            count
+            for cell in cells
+            if cell.fsr == item.requirement and cell.scenario is None
+            for verdict, count in cell.counts.items()
+            if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
+        )
+        yield Waiver(
+            fsr=item.requirement,
+            reason=item.reason,
+            author=item.author,
+            expires=item.expires.isoformat(),
+            runs=missing,
+            is_expired=item.expires < today(),
+        )
+
+
+def measure_text(item: Requirement) -> str:
+    """Write what an FSR measures: its formula or its bound."""
+    return item.measure
+
+
+def today() -> date:
+    """Return the date by which validity is judged, in UTC."""
+    return datetime.now(UTC).date()
+
+
+# --- What a report tells of decompositions, dependent failures and broken integrity rules ---------
+
+
+def decompositions_of(concept: Concept) -> Iterator[Decomposition]:
+    """List the decompositions with the scheme that their children make."""
+    for item in concept.decompositions:
+        yield Decomposition(
+            fsr=item.requirement,
+            into=item.into,
+            scheme=scheme(concept, item),
+            independence=item.independence,
+            dfa=item.dfa,
+        )
+
+
+def dependent_failures_of(concept: Concept, today: date) -> Iterator[DependentFailure]:
+    """List the records of the dependent-failure analysis."""
+    for item in concept.dependent_failures:
+        yield DependentFailure(
+            id=item.id,
+            covers=item.covers,
+            argument=item.argument,
+            owner=item.owner,
+            valid_until=item.valid_until.isoformat(),
+            is_expired=item.valid_until < today,
+        )
+
+
+def findings_of(violations: Iterable[Violation]) -> Iterator[IntegrityFinding]:
+    """Say what breaks an integrity rule, and what to do about it."""
+    rules = {rule.name: rule for rule in RULES}
+    for item in violations:
+        rule = rules[item.rule]
+        yield IntegrityFinding(
+            rule=rule.name,
+            text=rule.text,
+            part=item.part,
+            id=item.id,
+            detail=item.detail,
+            remedy=rule.remedy,
+        )

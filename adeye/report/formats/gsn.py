@@ -1,0 +1,511 @@
+"""The argument of a campaign in the Goal Structuring Notation (GSN): from goals to evidence.
+
+Safety goals and FSRs are goals, the ways to argue for them strategies, verdicts of scenarios are
+solutions; ODD, versions and assumptions are contexts and assumptions. The argument is about the
+architectures of the gate. It says what the evidence supports, not that it is enough: a safety case
+needs more.
+
+Source:
+    Assurance Case Working Group, GSN Community Standard, version 3 (2021).
+
+Contexts and assumptions stand below the goal at the left, which they belong to. A goal that serves
+several parents stands below the first and has lines from all.
+"""
+
+from __future__ import annotations
+
+import json
+import textwrap
+import xml.etree.ElementTree as ET
+from collections import defaultdict
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Final, Literal
+
+from adeye.judge.verdict import Verdict
+from adeye.report.formats.sarif import judged_in
+from adeye.report.words import binding_sentence, margin_text, printable, verdict_word
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from adeye.report.model.concept import SafetyGoal
+    from adeye.report.model.report import Cell, Fsr, Report
+
+# --- The argument of a campaign in the Goal Structuring Notation (GSN): from goals to evidence ----
+
+SCHEMA: Final = "adeye/gsn@1"
+
+NodeKind = Literal["goal", "strategy", "solution", "context", "assumption"]
+State = Literal["supported", "undeveloped", "defeated", ""]
+Relation = Literal["supported_by", "in_context_of"]
+SIGNS: Final[dict[State, str]] = {
+    "supported": "\N{CHECK MARK}",
+    "undeveloped": "\N{WHITE DIAMOND}",
+    "defeated": "\N{MULTIPLICATION X}",
+    "": "",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GsnNode:
+    """An element of the argument.
+
+    Attributes:
+        id: Stable from one campaign to the next.
+        kind: What it is.
+        title: A few words.
+        text: What it says.
+        state: Of what is claimed: supported by the evidence, defeated by it, or undeveloped (no
+            evidence that decides); empty where nothing is claimed.
+        evidence: Digest and command of a solution.
+    """
+
+    id: str
+    kind: NodeKind
+    title: str
+    text: str
+    state: State = ""
+    evidence: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class GsnEdge:
+    """A relation between two elements, from the claim to what it rests on."""
+
+    source: str
+    target: str
+    relation: Relation = "supported_by"
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """A goal structure.
+
+    Attributes:
+        title: Of the campaign.
+        nodes: The top goal first; a node comes after what it supports.
+        edges: By source, in the order in which they are drawn.
+    """
+
+    title: str
+    nodes: tuple[GsnNode, ...]
+    edges: tuple[GsnEdge, ...]
+
+    def children(self, relation: Relation = "supported_by") -> dict[str, list[str]]:
+        """Targets by source, in order."""
+        found: dict[str, list[str]] = defaultdict(list)
+        for edge in self.edges:
+            if edge.relation == relation:
+                found[edge.source].append(edge.target)
+        return found
+
+
+def argument_of(report: Report) -> Argument:
+    """Build the argument of a report."""
+    return _Builder(report).build()
+
+
+def render_gsn_json(argument: Argument) -> str:
+    """Write an argument as JSON."""
+    document = {"schema": SCHEMA, **asdict(argument)}
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def fold_states(states: Sequence[State]) -> State:
+    """Fold what a claim rests on: one that is defeated defeats it, nothing supports nothing."""
+    if "defeated" in states:
+        return "defeated"
+    return "undeveloped" if not states or "undeveloped" in states else "supported"
+
+
+def state_of(cell: Cell | None) -> State:
+    """Say what a folded verdict does to the claim that the FSR holds."""
+    if cell is None or cell.verdict is None:
+        return "undeveloped"
+    return {Verdict.PASS: "supported", Verdict.FAIL: "defeated"}.get(  # type: ignore[return-value]
+        cell.verdict, "undeveloped"
+    )
+
+
+class _Builder:
+    """Collects nodes and edges."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._gate = [item.id for item in report.architectures if item.is_gate]
+        self._nodes: dict[str, GsnNode] = {}
+        self._edges: list[GsnEdge] = []
+
+    def build(self) -> Argument:
+        report = self._report
+        states = [self._goal_state(goal) for goal in report.goals]
+        # Nothing is wholly argued for on files that do not fit together.
+        states += ["undeveloped"] if report.findings else []
+        gate = ", ".join(self._gate) or "no architecture"
+        self._add(
+            GsnNode(
+                "G-top",
+                "goal",
+                report.concept_title or report.title,
+                f"The functional safety requirements hold for {gate} in the ODD {report.odd}.",
+                fold_states(states),
+            )
+        )
+        for node in self._contexts():
+            self._add(node)
+            self._edges.append(GsnEdge("G-top", node.id, "in_context_of"))
+        self._add(
+            GsnNode("S-top", "strategy", "Argue over safety goals", "Each goal of the concept.")
+        )
+        self._edges.append(GsnEdge("G-top", "S-top"))
+        for goal in report.goals:
+            self._goal(goal)
+        return Argument(report.title, tuple(self._nodes.values()), tuple(self._edges))
+
+    def _add(self, node: GsnNode) -> None:
+        self._nodes.setdefault(node.id, node)
+
+    def _contexts(self) -> Iterator[GsnNode]:
+        report = self._report
+        bounds = "; ".join(f"{item.label} {item.value}" for item in report.odd_attributes)
+        yield GsnNode("C-odd", "context", f"ODD {report.odd}", bounds or "No bounds are stated.")
+        versions = f"adeye {report.tool_version}, numerics {report.numerics_version}"
+        text = f"campaign {report.campaign[:12]}, ODD {report.odd_digest[:12]}, "
+        text += f"concept {report.concept_digest[:12]}"
+        yield GsnNode("C-versions", "context", versions, text)
+        if report.findings:
+            yield GsnNode(
+                "C-findings",
+                "context",
+                "Integrity of concept and evidence",
+                f"{len(report.findings)} findings by adeye check.",
+            )
+        for item in report.assumptions:
+            expired = f" Expired on {item.valid_until}." if item.is_expired else ""
+            yield GsnNode(f"A-{item.id}", "assumption", item.id, f"{item.text.strip()}{expired}")
+
+    def _serving(self, goal: SafetyGoal) -> list[Fsr]:
+        return [item for item in self._report.fsrs if goal.id in item.goals]
+
+    def _goal_state(self, goal: SafetyGoal) -> State:
+        return fold_states([self._fsr_state(item) for item in self._needed(goal)])
+
+    def _needed(self, goal: SafetyGoal) -> list[Fsr]:
+        """FSRs that a goal hangs on: the mandatory ones."""
+        return [item for item in self._serving(goal) if item.mandatory]
+
+    def _fsr_state(self, fsr: Fsr) -> State:
+        cells = [self._report.cell(fsr.id, name) for name in self._gate]
+        return fold_states([state_of(cell) for cell in cells])
+
+    def _goal(self, goal: SafetyGoal) -> None:
+        title = f"{goal.id} ({_asil(goal.asil)})"
+        self._add(GsnNode(f"G-{goal.id}", "goal", title, goal.text, self._goal_state(goal)))
+        self._edges.append(GsnEdge("S-top", f"G-{goal.id}"))
+        serving = self._serving(goal)
+        if not serving:
+            return
+        strategy = f"S-{goal.id}"
+        text = "Each requirement that the goal was refined into."
+        self._add(GsnNode(strategy, "strategy", "Argue over FSRs", text))
+        self._edges.append(GsnEdge(f"G-{goal.id}", strategy))
+        for fsr in serving:
+            self._edges.append(GsnEdge(strategy, f"G-{fsr.id}"))
+            if f"G-{fsr.id}" not in self._nodes:
+                self._fsr(fsr)
+
+    def _fsr(self, fsr: Fsr) -> None:
+        name, word = f"G-{fsr.id}", "" if fsr.mandatory else ", optional"
+        title = f"{fsr.id} ({_asil(fsr.asil)}{word})"
+        text = f"{' '.join(fsr.text.split())} Allocated to {', '.join(fsr.allocation)}."
+        self._add(GsnNode(name, "goal", title, text, self._fsr_state(fsr)))
+        for item in fsr.assumptions:
+            self._edges.append(GsnEdge(name, f"A-{item}", "in_context_of"))
+        scenarios = [item.id for item in judged_in(self._report, fsr)]
+        if not scenarios or not self._gate:
+            return
+        strategy = f"S-{fsr.id}"
+        self._add(
+            GsnNode(strategy, "strategy", "Argue over scenarios and faults", self._faults(fsr))
+        )
+        self._edges.append(GsnEdge(name, strategy))
+        for architecture in self._gate:
+            for scenario in scenarios:
+                self._evidence(fsr, architecture, scenario, strategy)
+
+    def _faults(self, fsr: Fsr) -> str:
+        names = {item.id for item in judged_in(self._report, fsr)}
+        entries = dict.fromkeys(
+            entry
+            for item in self._report.factors
+            if item.scenario in names
+            for entry in item.fault_entries
+        )
+        rows = [row for row in self._report.verification if row.fsr == fsr.id]
+        design = f"Design: {rows[0].design}. " if rows and rows[0].design else ""
+        return f"{design}Fault entries: {', '.join(entries) or 'none'}."
+
+    def _evidence(self, fsr: Fsr, architecture: str, scenario: str, strategy: str) -> None:
+        cell = self._report.cell(fsr.id, architecture, scenario)
+        state = state_of(cell)
+        place = f"{fsr.id}-{architecture}-{scenario}"
+        self._edges.append(GsnEdge(strategy, f"E-{place}"))
+        if cell is None:
+            text = "No result is recorded."
+            node = GsnNode(f"E-{place}", "goal", f"{architecture} in {scenario}", text, state)
+        elif state == "undeveloped":
+            text = f"{verdict_word(cell.verdict)}: exercised in {cell.exercised_text}"
+            title = f"{architecture} in {scenario}"
+            node = GsnNode(f"E-{place}", "goal", title, f"{text} runs.", state)
+        else:
+            text = f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs"
+            text += f", worst margin {margin_text(cell)}" if margin_text(cell) else ""
+            found = {
+                "evidence_digest": self._report.evidence_digest,
+                "fsr_digest": fsr.digest,
+                "worst_run": cell.worst_run or "",
+                "command": cell.command,
+                "binding": binding_sentence(cell.binding) if cell.binding else "",
+            }
+            title = f"{architecture} in {scenario}"
+            node = GsnNode(f"E-{place}", "solution", title, f"{text}.", state, found)
+        self._add(node)
+
+
+def _asil(asil: str) -> str:
+    return "QM" if asil == "QM" else f"ASIL {asil}"
+
+
+# --- A goal structure as SVG: a tree from left to right, a column per layer, evidence at the
+# right.
+
+WIDTHS: Final = (250.0, 190.0, 240.0, 170.0, 320.0, 220.0, 300.0)
+"""Of the columns: top goal, strategy, safety goal, strategy, FSR, strategy, evidence."""
+_GAP_X: Final = 34.0
+_GAP_Y: Final = 10.0
+_LINE: Final = 15.0
+_PAD: Final = 9.0
+_CHARACTER: Final = 6.3
+"""Width of a letter of 12 px; a little more than the mean, so that lines fit."""
+_MARGIN: Final = 16.0
+_HEAD: Final = 54.0
+_COLOURS: Final[Mapping[State, tuple[str, str]]] = {
+    "supported": ("#e4f4e8", "#1e7a3c"),
+    "undeveloped": ("#f6f1df", "#8a6d00"),
+    "defeated": ("#fbe4e2", "#b3261e"),
+    "": ("#f2f3f5", "#6b7280"),
+}
+_LEGEND: Final = (
+    "Rectangle: goal. Slanted: strategy. Round ends: evidence. Rounded: context. Oval: assumption. "
+    "\N{CHECK MARK} supported by the evidence, \N{MULTIPLICATION X} defeated by it, "
+    "\N{WHITE DIAMOND} undeveloped: no evidence that decides."
+)
+
+
+@dataclass(slots=True)
+class Box:
+    """A node with its place; y is its middle."""
+
+    node: GsnNode
+    lines: tuple[str, ...]
+    x: float
+    width: float
+    y: float = 0.0
+
+    @property
+    def height(self) -> float:
+        """Of the outline."""
+        return _LINE * len(self.lines) + 2.0 * _PAD
+
+
+def render_svg(argument: Argument) -> str:
+    """Draw an argument as one SVG that needs nothing else."""
+    boxes = place_boxes(argument)
+    width = max(box.x + box.width for box in boxes.values()) + _MARGIN
+    height = max(box.y + box.height / 2.0 for box in boxes.values()) + _MARGIN
+    root = ET.Element(
+        "svg",
+        {
+            "xmlns": "http://www.w3.org/2000/svg",
+            "width": f"{width:.0f}",
+            "height": f"{height:.0f}",
+            "viewBox": f"0 0 {width:.0f} {height:.0f}",
+            "font-family": "system-ui, sans-serif",
+            "font-size": "12",
+            "role": "img",
+        },
+    )
+    ET.SubElement(root, "title").text = printable(argument.title)
+    ET.SubElement(root, "rect", {"width": "100%", "height": "100%", "fill": "#ffffff"})
+    _text(root, (_MARGIN, 22.0), printable(argument.title), {"font-size": "15", **_BOLD})
+    _text(root, (_MARGIN, 40.0), _LEGEND, {"fill": "#4b5563"})
+    for edge in argument.edges:
+        _draw_edge(root, boxes[edge.source], boxes[edge.target], edge.relation)
+    for box in boxes.values():
+        _draw_box(root, box)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+_BOLD: Final = {"font-weight": "600"}
+
+
+def place_boxes(argument: Argument) -> dict[str, Box]:
+    """Give every node its place; no two overlap."""
+    children = argument.children()
+    nodes = {node.id: node for node in argument.nodes}
+    top = argument.nodes[0].id
+    depth = {top: 0}
+    owned: dict[str, list[str]] = {}
+    for node in argument.nodes:
+        if node.id not in depth:
+            continue
+        own = [name for name in children.get(node.id, []) if name not in depth]
+        depth |= dict.fromkeys(own, depth[node.id] + 1)
+        owned[node.id] = own
+    boxes = {name: _box(nodes[name], at) for name, at in depth.items()}
+    beside = argument.children("in_context_of").get(top, [])
+    _place(top, owned, boxes, _HEAD)
+    bottom = boxes[top].y + boxes[top].height / 2.0 + _GAP_Y
+    needed = bottom
+    for name in beside:
+        box = _box(nodes[name], 0)
+        box.y = needed + box.height / 2.0
+        needed += box.height + _GAP_Y
+        boxes[name] = box
+    return boxes
+
+
+def _place(name: str, owned: Mapping[str, list[str]], boxes: dict[str, Box], top: float) -> float:
+    """Place a subtree from a height on; returns where it ends."""
+    box, own = boxes[name], owned.get(name, [])
+    end = top
+    for child in own:
+        end = _place(child, owned, boxes, end)
+    if own:
+        first, last = boxes[own[0]], boxes[own[-1]]
+        box.y = (first.y + last.y) / 2.0
+        lack = top - (box.y - box.height / 2.0)
+        if lack > 0.0:
+            _shift(name, owned, boxes, lack)
+            end += lack
+        return max(end, box.y + box.height / 2.0 + _GAP_Y)
+    box.y = top + box.height / 2.0
+    return top + box.height + _GAP_Y
+
+
+def _shift(name: str, owned: Mapping[str, list[str]], boxes: dict[str, Box], down: float) -> None:
+    boxes[name].y += down
+    for child in owned.get(name, []):
+        _shift(child, owned, boxes, down)
+
+
+def _box(node: GsnNode, column: int) -> Box:
+    at = min(column, len(WIDTHS) - 1)
+    x = _MARGIN + sum(WIDTHS[:at]) + _GAP_X * at
+    sign = f"{SIGNS[node.state]} " if node.state else ""
+    inset = 26.0 if node.kind in {"strategy", "solution", "assumption"} else 2.0 * _PAD
+    letters = int((WIDTHS[at] - inset) / _CHARACTER)
+    title = textwrap.wrap(printable(f"{sign}{node.title}"), letters - letters // 10) or [""]
+    text = textwrap.wrap(printable(node.text), letters)
+    return Box(node, (f"\0{title[0]}", *(f"\0{part}" for part in title[1:]), *text), x, WIDTHS[at])
+
+
+def _draw_edge(root: ET.Element, source: Box, target: Box, relation: str) -> None:
+    style = {"fill": "none", "stroke": "#6b7280", "stroke-width": "1.2"}
+    if relation == "in_context_of":
+        if source.x != target.x:
+            # An assumption stands at the left once; the goals that rest on it name it in the JSON.
+            return
+        style |= {"stroke-dasharray": "4 3"}
+        x = source.x + 6.0
+        path = f"M{x:.1f},{source.y:.1f} L{x:.1f},{target.y:.1f}"
+        ET.SubElement(root, "path", {"d": path, **style})
+        return
+    begin, end = source.x + source.width, target.x
+    middle = end - _GAP_X / 2.0
+    path = f"M{begin:.1f},{source.y:.1f} H{middle:.1f} V{target.y:.1f} H{end:.1f}"
+    ET.SubElement(root, "path", {"d": path, **style})
+
+
+def _draw_box(root: ET.Element, box: Box) -> None:
+    fill, stroke = _COLOURS[box.node.state]
+    group = ET.SubElement(root, "g", {"id": box.node.id})
+    ET.SubElement(group, "title").text = printable(box.node.id)
+    style = {"fill": fill, "stroke": stroke, "stroke-width": "1.3"}
+    if box.node.state == "undeveloped":
+        style |= {"stroke-dasharray": "5 3"}
+    top = box.y - box.height / 2.0
+    if box.node.kind == "strategy":
+        x, end, low, slant = box.x, box.x + box.width, box.y + box.height / 2.0, 9.0
+        points = f"{x + slant:.1f},{top:.1f} {end:.1f},{top:.1f} "
+        points += f"{end - slant:.1f},{low:.1f} {x:.1f},{low:.1f}"
+        ET.SubElement(group, "polygon", {"points": points, **style})
+    else:
+        round_ = {"goal": 0.0, "context": 10.0}.get(box.node.kind, box.height / 2.0)
+        place = {
+            "x": f"{box.x:.1f}",
+            "y": f"{top:.1f}",
+            "width": f"{box.width:.1f}",
+            "height": f"{box.height:.1f}",
+            "rx": f"{min(round_, 22.0):.1f}",
+        }
+        ET.SubElement(group, "rect", place | style)
+    inset = 13.0 if box.node.kind in {"strategy", "solution", "assumption"} else _PAD
+    for number, line in enumerate(box.lines):
+        y = top + _PAD + _LINE * number + 11.0
+        bold = _BOLD if line.startswith("\0") else {}
+        _text(group, (box.x + inset, y), line.removeprefix("\0"), {"fill": "#111827", **bold})
+
+
+def _text(parent: ET.Element, at: tuple[float, float], text: str, style: dict[str, str]) -> None:
+    place = {"x": f"{at[0]:.1f}", "y": f"{at[1]:.1f}"}
+    ET.SubElement(parent, "text", place | style).text = text
+
+
+# --- A goal structure as Mermaid text, which code hosts draw in Markdown --------------------------
+
+_SHAPES: Final[Mapping[NodeKind, tuple[str, str]]] = {
+    "goal": ("[", "]"),
+    "strategy": ("[/", "/]"),
+    "solution": ("((", "))"),
+    "context": ("(", ")"),
+    "assumption": ("([", "])"),
+}
+"""Brackets by kind: rectangle, parallelogram, circle, rounded, ellipse."""
+_STYLES: Final = (
+    "classDef supported fill:#e4f4e8,stroke:#1e7a3c,color:#10301b",
+    "classDef undeveloped fill:#f6f1df,stroke:#8a6d00,color:#3a2f00,stroke-dasharray:5 3",
+    "classDef defeated fill:#fbe4e2,stroke:#b3261e,color:#410e0b",
+    "classDef plain fill:#f2f3f5,stroke:#6b7280,color:#1f2937",
+)
+
+
+def render_mermaid(argument: Argument) -> str:
+    """Write an argument as a Mermaid flowchart from left to right."""
+    names = {node.id: f"n{number}" for number, node in enumerate(argument.nodes)}
+    lines = ["flowchart LR"]
+    lines += [f"  {names[node.id]}{_mermaid_box(node)}" for node in argument.nodes]
+    for edge in argument.edges:
+        arrow = "-->" if edge.relation == "supported_by" else "-.-"
+        lines.append(f"  {names[edge.source]} {arrow} {names[edge.target]}")
+    lines += [f"  {style}" for style in _STYLES]
+    lines += [f"  class {names[node.id]} {node.state or 'plain'}" for node in argument.nodes]
+    return "\n".join(lines) + "\n"
+
+
+def _mermaid_box(node: GsnNode) -> str:
+    begin, end = _SHAPES[node.kind]
+    sign = f"{SIGNS[node.state]} " if node.state else ""
+    return f'{begin}"<b>{sign}{quoted(node.title)}</b><br>{quoted(node.text)}"{end}'
+
+
+def quoted(text: str) -> str:
+    """Write text so that Mermaid neither ends the label nor reads markup in it.
+
+    >>> quoted('a "b" <c> #1;')
+    'a #quot;b#quot; #lt;c#gt; #35;1;'
+    """
+    for sign, code in (("#", "#35;"), ('"', "#quot;"), ("<", "#lt;"), (">", "#gt;")):
+        text = text.replace(sign, code)
+    return " ".join(text.replace("&", "#amp;").split())

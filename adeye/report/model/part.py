@@ -1,0 +1,85 @@
+"""The small records that summaries and replays are both made of."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from adeye.judge.verdict import Verdict
+
+Id = Annotated[str, Field(min_length=1)]
+Count = Annotated[int, Field(ge=0)]
+Asil = Literal["QM", "A", "B", "C", "D"]
+
+
+class Part(BaseModel):
+    """A frozen record of a report; a number that is not finite has no place in it."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+
+class Label(Part):
+    """A name and a value, both ready for people."""
+
+    label: str
+    value: str
+
+
+class Place(Part):
+    """A place in a file of the user, counted from 1."""
+
+    path: str
+    line: Annotated[int, Field(ge=1)]
+    column: Annotated[int, Field(ge=1)]
+
+    def __str__(self) -> str:
+        """Write it as ``path:line``."""
+        return f"{self.path}:{self.line}"
+
+
+class Command(Part):
+    """A command line and what it reproduces."""
+
+    text: str
+    """What it reproduces."""
+    command: str
+
+
+class Margin(Part):
+    """Distance to the threshold, positive where the FSR holds."""
+
+    value: float
+    """In the unit of the binding predicate's signal."""
+    unit: str
+    robustness: float | None = None
+    """The same divided by the signal's scale; comparable between signals."""
+
+
+class Binding(Part):
+    """The predicate that a margin comes from, at one time of one run."""
+
+    predicate: str
+    """As it was written."""
+    signal: str
+    time_s: float | None = None
+    """None where the trace ended before."""
+    obligation_time_s: float | None = None
+    """When the obligation began that it decides."""
+    actor: str | None = None
+    value: bool | float | str | None = None
+    threshold: bool | float | str | None = None
+    difference: float | None = None
+    unit: str = ""
+    note: str = ""
+    """Why there is no value, such as "no conflict" or "ended by contact"."""
+
+
+class RunVerdict(Part):
+    """The verdict of one FSR on one run."""
+
+    fsr: Id
+    verdict: Verdict
+    margin: Margin | None = None
+    binding: Binding | None = None
+    note: str = ""

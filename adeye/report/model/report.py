@@ -1,0 +1,380 @@
+"""What a report says, as one typed record: every page and file of it is written from this.
+
+The record refuses to contradict itself: a green exit code beside a requirement that does not pass,
+a PASS over a failed run, a number that belongs to nothing.
+"""
+
+from collections.abc import Hashable, Iterable
+from functools import cached_property
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from adeye.analysis.dependence import Dependencies
+from adeye.analysis.suite.records import Suite
+from adeye.judge.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_fsrs
+from adeye.report.claims import Claims
+from adeye.report.comparison.records import Comparison
+from adeye.report.credibility import SelfTestResult
+from adeye.report.model.assessment import Assessment, FaultEvidence
+from adeye.report.model.concept import (
+    Assumption,
+    Decomposition,
+    DependentFailure,
+    Element,
+    Hazard,
+    IntegrityFinding,
+    OpenPoint,
+    Realisation,
+    SafetyGoal,
+    VerificationRow,
+    Waiver,
+)
+from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
+from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place
+from adeye.report.page.replay import Replay
+from adeye.spec.concept import RequirementAsil
+from adeye.store.read.totals import ChannelFailure
+
+SCHEMA = "adeye/report@1"
+
+
+class Architecture(Part):
+    """A candidate: sensors, channels, links, switch and vehicle."""
+
+    id: Id
+    title: str
+    is_gate: bool
+    """Whether it decides the exit code."""
+    cost: float | None = None
+    parts: tuple[Label, ...] = ()
+    """What it is made of."""
+
+
+class Scenario(Part):
+    """A logical scenario of the ODD."""
+
+    id: Id
+    title: str
+    text: str = ""
+    tags: tuple[Label, ...] = ()
+    exposure: str = ""
+    where: Place | None = None
+    """Its line in the ODD, where that still says what was run."""
+
+
+class Factors(Part):
+    """How the test cases of a scenario are counted."""
+
+    scenario: Id
+    points: Count
+    fault_entries: tuple[str, ...]
+    architectures: Count
+    replicates: Count
+    test_cases: Count
+    """The product, unless an axis exists in some architectures only."""
+    axes: tuple[Label, ...] = ()
+    """Swept parameters and their values."""
+    command: str = ""
+
+
+class Fsr(Part):
+    """A functional safety requirement in its measurable form."""
+
+    id: Id
+    text: str
+    formula: str
+    asil: RequirementAsil
+    goals: tuple[str, ...]
+    mandatory: bool = True
+    allocation: tuple[str, ...] = ()
+    threshold_source: str
+    ftti_s: float | None = None
+    """The shortest fault-tolerant time interval of its safety goals."""
+    fdti_s: float | None = None
+    frti_s: float | None = None
+    min_exercised: Annotated[int, Field(ge=1)] = 1
+    on_contact: str = "inconclusive"
+    scenarios: tuple[str, ...] = ()
+    """Scenarios that it is judged in; empty: all."""
+    digest: str = ""
+    """Of what its verdicts depend on."""
+    assumptions: tuple[str, ...] = ()
+    where: Place | None = None
+    """Its line in the concept, where that still says what was judged."""
+
+
+class Cell(Part):
+    """One FSR for one architecture in one scenario, folded over the runs."""
+
+    fsr: Id
+    architecture: Id
+    scenario: str | None = None
+    """None for all scenarios together."""
+    verdict: Verdict | None
+    """None where the FSR is not applicable to the architecture."""
+    counts: dict[Verdict, Count] = {}
+    """Runs per verdict."""
+    exercised: Count = 0
+    runs: Count = 0
+    min_exercised: Annotated[int, Field(ge=1)] = 1
+    """Runs that must PASS here."""
+    margin: Margin | None = None
+    """Of the worst run."""
+    binding: Binding | None = None
+    worst_run: str | None = None
+    command: str
+    """Reproduces the worst run, or lists the runs."""
+    note: str = ""
+
+    @property
+    def exercised_text(self) -> str:
+        """Of how many runs, or of how many that are needed, it was exercised."""
+        return exercised_of(self.verdict, self.exercised, self.runs, self.min_exercised)
+
+    @model_validator(mode="after")
+    def _adds_up(self) -> Self:
+        where = f"{self.fsr}, {self.architecture}, {self.scenario or 'all scenarios'}"
+        if sum(self.counts.values()) != self.runs or self.exercised > self.runs:
+            msg = f"{where}: {self.runs} runs, but counts {self.counts}, {self.exercised} exercised"
+            raise ValueError(msg)
+        if self.verdict is not Verdict.FAIL and self.counts.get(Verdict.FAIL, 0) > 0:
+            msg = f"{where}: {self.verdict} over a failed run"
+            raise ValueError(msg)
+        if self.verdict is Verdict.PASS and self.counts.get(Verdict.PASS, 0) == 0:
+            msg = f"{where}: PASS without a run that passed"
+            raise ValueError(msg)
+        return self
+
+
+class WorstCase(Part):
+    """One run that an FSR holds in least, or not at all."""
+
+    fsr: Id
+    architecture: Id
+    scenario: Id
+    run: Id
+    verdict: Verdict
+    outcome: Outcome
+    fault: str = "none"
+    parameters: tuple[Label, ...] = ()
+    margin: Margin | None = None
+    binding: Binding | None = None
+    command: str
+
+
+class DeadAxis(Part):
+    """A swept axis that moves no metric."""
+
+    scenario: Id
+    axis: str
+    values: str
+    command: str = ""
+
+
+class Extreme(Part):
+    """A value of a metric and the run that it comes from."""
+
+    value: float
+    run: Id
+    command: str
+
+
+class MetricSummary(Part):
+    """A metric over the runs of one scenario and architecture."""
+
+    metric: Id
+    title: str
+    unit: str
+    scenario: Id
+    architecture: Id
+    runs: Count
+    undefined: Count = 0
+    """Runs without a value, such as no conflict."""
+    minimum: Extreme | None = None
+    median: Extreme | None = None
+    """The run at the lower middle, so that it is one run."""
+    maximum: Extreme | None = None
+
+
+class Report(Part):
+    """Everything that a report says about one campaign."""
+
+    title: str
+    odd: Id
+    odd_digest: str
+    tool_version: str
+    numerics_version: str
+    created: str | None = None
+    """UTC, ``YYYY-MM-DDTHH:MM:SS``; None makes the same campaign give the same bytes."""
+    campaign: Id
+    database: str
+    """Without a password."""
+    concept: str = ""
+    """Id of the concept: the item is what its hazards and requirements are about."""
+    concept_title: str = ""
+    concept_digest: str = ""
+    evidence_digest: str = ""
+    """Merkle root over plan, results and verdicts; equal for every execution of the plan."""
+    exit_code: ExitCode
+    message: str
+    determinism: str
+    """What is promised about running it again."""
+    statements: tuple[str, ...] = ()
+    """The conditions that the numbers hold under."""
+    planned: Count
+    accounted: Count
+    outcomes: dict[Outcome, Count] = {}
+    machine_dependent: Count = 0
+    """Runs that hit a wall-clock deadline: another machine may get other results."""
+    contacts: dict[str, Count] = {}
+    """Runs that a contact ended, by architecture."""
+    channel_failures: tuple[ChannelFailure, ...] = ()
+    """How channels failed, also where that is mastered; what is refused blocks the gate."""
+    command: str
+    """Reproduces the campaign."""
+    commands: tuple[Command, ...] = ()
+    where: Place | None = None
+    """The ODD's file, also where it is not what was run any more."""
+    architectures: tuple[Architecture, ...]
+    scenarios: tuple[Scenario, ...]
+    factors: tuple[Factors, ...] = ()
+    fsrs: tuple[Fsr, ...]
+    cells: tuple[Cell, ...]
+    comparison: Comparison | None = None
+    """Of campaigns with several architectures."""
+    worst_cases: tuple[WorstCase, ...] = ()
+    """Worst first."""
+    dead_axes: tuple[DeadAxis, ...] = ()
+    metrics: tuple[MetricSummary, ...] = ()
+    faults: FaultEvidence | None = None
+    assessment: Assessment | None = None
+    """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
+    impact: Impact | None = None
+    """What changed since a baseline; None without one."""
+    verification: tuple[VerificationRow, ...] = ()
+    """Every FSR for every architecture, from goal to evidence."""
+    open_points: tuple[OpenPoint, ...] = ()
+    """What is not shown, and what it rests on; the gate's first."""
+    realisations: tuple[Realisation, ...] = ()
+    confidence: Claims | None = None
+    """Bounds of the probability of a violation, or why there is none."""
+    confidence_command: str = ""
+    """Says it again, with other levels and methods."""
+    odd_coverage: OddCoverage | None = None
+    step_uncertainty: StepUncertainty | None = None
+    odd_attributes: tuple[Label, ...] = ()
+    """Bounds of the ODD, as it states them."""
+    hazards: tuple[Hazard, ...] = ()
+    goals: tuple[SafetyGoal, ...] = ()
+    elements: tuple[Element, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    waivers: tuple[Waiver, ...] = ()
+    decompositions: tuple[Decomposition, ...] = ()
+    dependent_failures: tuple[DependentFailure, ...] = ()
+    integrity_rules: Count = 0
+    """How many integrity rules were asked; 0 for none."""
+    findings: tuple[IntegrityFinding, ...] = ()
+    """What breaks them."""
+    dependencies: tuple[Dependencies, ...] = ()
+    """What the channels of each architecture share, read from the files."""
+    suites: tuple[Suite, ...] = ()
+    """What the sensors of each architecture see, without a simulation."""
+    self_test: SelfTestResult | None = None
+    """Which known-bad masters the version of the campaign detects; None if it was not tried."""
+    replays: tuple[Replay, ...] = ()
+    """The most important first; a page that grows too large leaves out the last."""
+
+    @model_validator(mode="after")
+    def _refers_to_what_it_has(self) -> Self:
+        fsrs = _unique("fsrs", (fsr.id for fsr in self.fsrs))
+        architectures = _unique("architectures", (item.id for item in self.architectures))
+        scenarios = _unique("scenarios", (item.id for item in self.scenarios))
+        _unique("cells", ((cell.fsr, cell.architecture, cell.scenario) for cell in self.cells))
+        suites = _unique("suites", (suite.architecture for suite in self.suites))
+        _known("an architecture", sorted(map(str, suites)), architectures)
+        _unique("replays", (replay.run for replay in self.replays))
+        _known("an FSR", [cell.fsr for cell in self.cells], fsrs)
+        _known("an FSR", [case.fsr for case in self.worst_cases], fsrs)
+        _known("an architecture", [cell.architecture for cell in self.cells], architectures)
+        failing = [item.architecture for item in self.channel_failures]
+        _known("an architecture", [*failing, *self.contacts], architectures)
+        _known("a scenario", [cell.scenario for cell in self.cells if cell.scenario], scenarios)
+        _known("a scenario", [axis.scenario for axis in self.dead_axes], scenarios)
+        for places in (self.worst_cases, self.metrics, self.replays):
+            _known("an architecture", [place.architecture for place in places], architectures)
+            _known("a scenario", [place.scenario for place in places], scenarios)
+        claims = () if self.confidence is None else self.confidence.claims
+        lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
+        _known("an FSR", [claim.fsr for claim in claims], fsrs)
+        _known("an architecture", [item.architecture for item in claims], architectures)
+        _known("an architecture", [item.architecture for item in lines], architectures)
+        _known("a scenario", [item.scenario for item in claims if item.scenario], scenarios)
+        _known("a scenario", [item.scenario for item in lines], scenarios)
+        return self
+
+    @model_validator(mode="after")
+    def _is_green_only_if_all_is(self) -> Self:
+        if self.exit_code is not ExitCode.OK:
+            return self
+        if not 0 < self.planned == self.accounted:
+            msg = f"exit code 0, but {self.accounted} of {self.planned} test cases accounted for"
+            raise ValueError(msg)
+        gate = {item.id: self.verdict_of(item.id) for item in self.architectures if item.is_gate}
+        refused = [str(item) for item in self.channel_failures if item.refused]
+        if refused:
+            msg = f"exit code 0, but {'; '.join(refused)}"
+            raise ValueError(msg)
+        if not gate or any(verdict is not Verdict.PASS for verdict in gate.values()):
+            msg = f"exit code 0, but the gate is {gate}"
+            raise ValueError(msg)
+        return self
+
+    def cell(self, fsr: str, architecture: str, scenario: str | None = None) -> Cell | None:
+        """Find one cell; None if nothing was recorded there."""
+        if self._index[0] is not self.cells:
+            # A copy with other cells begins with what was computed for the old ones.
+            del self.__dict__["_index"]
+        return self._index[1].get((fsr, architecture, scenario))
+
+    @cached_property
+    def _index(self) -> tuple[tuple[Cell, ...], dict[tuple[str, str, str | None], Cell]]:
+        index = {(cell.fsr, cell.architecture, cell.scenario): cell for cell in self.cells}
+        return self.cells, index
+
+    def verdict_of(self, architecture: str) -> Verdict:
+        """Fold the mandatory FSRs of an architecture.
+
+        An FSR without a cell is NOT_RUN; one that is not applicable is an ERROR for an architecture
+        in the gate and NOT_RUN for the others: it never counts as PASS.
+        """
+        in_gate = any(item.is_gate for item in self.architectures if item.id == architecture)
+        verdicts: list[Verdict] = []
+        for fsr in self.fsrs:
+            if not fsr.mandatory:
+                continue
+            cell = self.cell(fsr.id, architecture)
+            if cell is None:
+                verdicts.append(Verdict.NOT_RUN)
+            elif cell.verdict is None:
+                verdicts.append(Verdict.ERROR if in_gate else Verdict.NOT_RUN)
+            else:
+                verdicts.append(cell.verdict)
+        return fold_fsrs(verdicts)
+
+
+def _unique(what: str, keys: Iterable[Hashable]) -> set[Hashable]:
+    seen: set[Hashable] = set()
+    for key in keys:
+        if key in seen:
+            msg = f"{what}: {key!r} is there twice"
+            raise ValueError(msg)
+        seen.add(key)
+    return seen
+
+
+def _known(what: str, keys: Iterable[Hashable], known: set[Hashable]) -> None:
+    for key in keys:
+        if key not in known:
+            msg = f"{key!r} is not {what} of the report"
+            raise ValueError(msg)

@@ -1,0 +1,4 @@
+"""The HTML page: views of the record, charts, the replay.
+
+Nothing here reads a database. Begin with ``html``.
+"""

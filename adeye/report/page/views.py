@@ -1,0 +1,598 @@
+"""What the page shows, in the order in which it shows it: worst first."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.judge.verdict import Verdict
+from adeye.report.claims import refusals_of
+from adeye.report.formats.gsn import argument_of, render_svg
+from adeye.report.formats.matrix import By, grouped, matrix_of
+from adeye.report.words import (
+    SYMBOLS,
+    binding_sentence,
+    counted,
+    margin_text,
+    number,
+    quantity,
+    unit_text,
+    verdict_word,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from adeye.report.claims import Claim, Claims, Refusal
+    from adeye.report.formats.matrix import TraceGroup
+    from adeye.report.model.evidence import OddCoverage, StepLine, StepUncertainty
+    from adeye.report.model.report import Architecture, Cell, Fsr, Report
+
+# --- What the page shows, in the order in which it shows it: worst first --------------------------
+
+SEVERITY: tuple[Verdict | None, ...] = (
+    Verdict.FAIL,
+    Verdict.ERROR,
+    Verdict.INVALID,
+    Verdict.INCONCLUSIVE,
+    Verdict.NOT_RUN,
+    None,
+    Verdict.VACUOUS,
+    Verdict.PASS,
+)
+"""Verdicts from the worst; None is "not applicable"."""
+_NO_MARGIN = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Badge:
+    """A verdict as a sign, a word and a class of the style sheet."""
+
+    word: str
+    symbol: str
+    style: str
+
+
+@dataclass(frozen=True, slots=True)
+class ArchitectureCard:
+    """One architecture in the headline."""
+
+    architecture: Architecture
+    badge: Badge
+    counts: tuple[tuple[Badge, int], ...]
+    """Mandatory FSRs per verdict."""
+    worst: str
+    cost: str
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixCell:
+    """One cell of the verdict matrix."""
+
+    number: int
+    architecture: str
+    scenario: str
+    """Empty for all scenarios together."""
+    badge: Badge
+    margin: str
+    exercised: str
+    hint: str
+    run: str
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixRow:
+    """One FSR of the verdict matrix."""
+
+    number: int
+    """Its place in the concept, from 1."""
+    fsr: Fsr
+    cells: tuple[MatrixCell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """The matrix of a report, ready for the template and the script."""
+
+    gate: Badge
+    cards: tuple[ArchitectureCard, ...]
+    architectures: tuple[Architecture, ...]
+    """Those in the gate first."""
+    rows: tuple[MatrixRow, ...]
+    details: tuple[dict[str, Any], ...]
+    """What the script shows for each cell, by its number."""
+
+
+def badge(verdict: Verdict | None) -> Badge:
+    """Give the sign, word and style class of a verdict; None is "not applicable"."""
+    style = "NOT_APPLICABLE" if verdict is None else verdict.value
+    return Badge(verdict_word(verdict), SYMBOLS[verdict], style)
+
+
+def arrange(report: Report) -> Page:
+    """Put a report into the order of the page.
+
+    Rows are FSRs, the worst for the gate first: by verdict, then by robustness; then what is worst
+    for the compared architectures; then as the concept lists them.
+    """
+    architectures = sorted(report.architectures, key=lambda item: not item.is_gate)
+    fsrs = sorted(report.fsrs, key=lambda fsr: _rank(report, fsr))
+    rows: list[MatrixRow] = []
+    details: list[dict[str, Any]] = []
+    for fsr in fsrs:
+        cells: list[MatrixCell] = []
+        for architecture in architectures:
+            for scenario in (None, *(item.id for item in report.scenarios)):
+                cell = report.cell(fsr.id, architecture.id, scenario)
+                cells.append(_matrix_cell(len(details), fsr, architecture, scenario, cell))
+                details.append(_detail(fsr, architecture, scenario, cell))
+        rows.append(MatrixRow(report.fsrs.index(fsr) + 1, fsr, tuple(cells)))
+    cards = tuple(_card(report, architecture) for architecture in architectures)
+    gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
+    gate = min(gates, key=SEVERITY.index) if gates else Verdict.NOT_RUN
+    return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
+
+
+def filters() -> dict[str, Any]:
+    """Functions that the template calls."""
+    return {
+        "badge": badge,
+        "binding": binding_sentence,
+        "margin": margin_text,
+        "counted": counted,
+        "number": number,
+        "quantity": quantity,
+        "unit": unit_text,
+    }
+
+
+def _robustness(cell: Cell | None) -> float:
+    if cell is None or cell.margin is None or cell.margin.robustness is None:
+        return _NO_MARGIN
+    return cell.margin.robustness
+
+
+def _rank(report: Report, fsr: Fsr) -> tuple[Any, ...]:
+    def worst(*, in_gate: bool) -> tuple[int, float]:
+        ids = [item.id for item in report.architectures if item.is_gate is in_gate]
+        cells = [report.cell(fsr.id, architecture) for architecture in ids]
+        states = [Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells]
+        severity = min((SEVERITY.index(state) for state in states), default=len(SEVERITY))
+        return severity, min((_robustness(cell) for cell in cells), default=_NO_MARGIN)
+
+    return (not fsr.mandatory, *worst(in_gate=True), *worst(in_gate=False))
+
+
+def _matrix_cell(
+    position: int, fsr: Fsr, architecture: Architecture, scenario: str | None, cell: Cell | None
+) -> MatrixCell:
+    is_judged = scenario is None or not fsr.scenarios or scenario in fsr.scenarios
+    verdict = Verdict.NOT_RUN if cell is None and is_judged else None
+    mark = badge(verdict if cell is None else cell.verdict)
+    if cell is None and not is_judged:
+        mark = Badge("not judged here", SYMBOLS[None], "NOT_APPLICABLE")
+    place = "all scenarios" if scenario is None else scenario
+    hint = f"{fsr.id}, {architecture.id}, {place}: {mark.word}"
+    if cell is not None and cell.binding is not None:
+        hint += f"\n{binding_sentence(cell.binding)}"
+    if cell is not None:
+        hint += f"\n{cell.command}"
+    return MatrixCell(
+        number=position,
+        architecture=architecture.id,
+        scenario=scenario or "",
+        badge=mark,
+        # Beside any other verdict a margin would read as if it meant something.
+        margin=margin_text(cell)
+        if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
+        else "",
+        exercised="" if cell is None else cell.exercised_text.replace(" of ", "/"),
+        hint=hint,
+        run="" if cell is None or cell.worst_run is None else cell.worst_run,
+    )
+
+
+def _detail(
+    fsr: Fsr, architecture: Architecture, scenario: str | None, cell: Cell | None
+) -> dict[str, Any]:
+    lines: list[tuple[str, str]] = []
+    if cell is None:
+        lines.append(("Runs", "no result is recorded here"))
+    else:
+        counts = [
+            f"{counted(runs)} {verdict_word(verdict)}" for verdict, runs in cell.counts.items()
+        ]
+        lines.append(("Runs", f"{counted(cell.runs)}: " + (", ".join(counts) or "none")))
+        lines.append(("Exercised", cell.exercised_text))
+        if cell.margin is not None:
+            text = quantity(cell.margin.value, cell.margin.unit, signed=True)
+            if cell.margin.robustness is not None:
+                text += f" (robustness {number(cell.margin.robustness, signed=True)})"
+            lines.append(("Worst margin", text))
+        if cell.binding is not None:
+            lines.append(("Binding predicate", binding_sentence(cell.binding)))
+        if cell.worst_run is not None:
+            lines.append(("Worst run", cell.worst_run))
+        if cell.note:
+            lines.append(("Note", cell.note))
+    return {
+        "title": f"{fsr.id} \N{MIDDLE DOT} {architecture.id} \N{MIDDLE DOT} "
+        f"{scenario or 'all scenarios'}",
+        "style": badge(Verdict.NOT_RUN if cell is None else cell.verdict).style,
+        "text": fsr.text,
+        "lines": lines,
+        "run": "" if cell is None else cell.worst_run or "",
+        "time": None if cell is None or cell.binding is None else cell.binding.time_s,
+        "command": "" if cell is None else cell.command,
+    }
+
+
+def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
+    cells = [report.cell(fsr.id, architecture.id) for fsr in report.fsrs if fsr.mandatory]
+    states = Counter(Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells)
+    counts = tuple((badge(state), states[state]) for state in SEVERITY if states[state])
+    worst = min((cell for cell in cells if cell is not None), key=_robustness, default=None)
+    text = ""
+    if worst is not None and _robustness(worst) < _NO_MARGIN:
+        text = f"{worst.fsr} {margin_text(worst) or verdict_word(worst.verdict)}"
+    cost = "" if architecture.cost is None else f"{architecture.cost:,g}"
+    verdict = report.verdict_of(architecture.id)
+    return ArchitectureCard(architecture, badge(verdict), counts, text, cost)
+
+
+# --- What the page shows of confidence, coverage of the ODD and the step, placed and put in order -
+
+MAX_LINES: Final = 1_000
+"""Metrics of which the page shows what the step changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimRow:
+    """One bound.
+
+    Attributes:
+        claim: As it was made.
+        share: Failing share, in words; empty where there is none.
+        interval: Two-sided interval, in words.
+        upper: One-sided bound, in words.
+        dot: Where the share lies on the axis [%]; None without one.
+        low: Where the interval begins on the axis [%]; None without one.
+        high: Where it ends [%].
+        bound: Where the one-sided bound lies [%].
+    """
+
+    claim: Claim
+    share: str
+    interval: str
+    upper: str
+    dot: float | None
+    low: float | None
+    high: float | None
+    bound: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ConfidencePage:
+    """Bounds and refusals.
+
+    Attributes:
+        rows: Bounds, those of the gate first.
+        percent: Level of confidence, in words.
+        end: Where the axis of the intervals ends, in words.
+        has_rates: Whether any bound is weighted to a rate.
+        refusals: Why there is no other bound.
+        populations: What the points are in scenarios with a bound.
+        is_silent: Whether nothing may be said about some mandatory FSR of the gate.
+        silent: Those, with the architecture where the gate has several.
+    """
+
+    rows: tuple[ClaimRow, ...]
+    percent: str
+    end: str
+    has_rates: bool
+    refusals: tuple[Refusal, ...]
+    populations: tuple[tuple[str, str], ...]
+    is_silent: bool
+    silent: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BinBox:
+    """One bin.
+
+    Attributes:
+        label: Of the bin.
+        state: ``covered``, ``uncovered`` or ``impossible``.
+        text: How many test cases, or why none.
+        share: Of the counted test cases [%], at least a visible one where there is any.
+    """
+
+    label: str
+    state: str
+    text: str
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeRow:
+    """One attribute: how many of its feasible bins are covered, and each of them."""
+
+    attribute: str
+    covered: int
+    feasible: int
+    boxes: tuple[BinBox, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CoveragePage:
+    """Coverage of the ODD.
+
+    Attributes:
+        rows: By attribute.
+        bins: Feasible bins of all attributes.
+        covered_bins: Those that a test case has.
+        not_counted: How many test cases do not count, and why.
+        pairs: Uncovered pairs by their attributes.
+        unlisted: Uncovered pairs that are not listed.
+    """
+
+    rows: tuple[AttributeRow, ...]
+    bins: int
+    covered_bins: int
+    not_counted: tuple[str, ...]
+    pairs: tuple[tuple[str, tuple[str, ...]], ...]
+    unlisted: int
+
+
+@dataclass(frozen=True, slots=True)
+class StepPage:
+    """What halving the step changes.
+
+    Attributes:
+        margins: Lines of FSRs with a value in some pair, or another verdict.
+        metrics: The same of metrics, as far as they are shown.
+        without: Lines in which no pair has a value.
+        unlisted: Lines of metrics that are not shown.
+        known: Margins with an uncertainty.
+        differing: Verdicts that are others with half the step.
+    """
+
+    margins: tuple[StepLine, ...]
+    metrics: tuple[StepLine, ...]
+    without: int
+    unlisted: int
+    known: int
+    differing: int
+
+
+@dataclass(frozen=True, slots=True)
+class EvidencePage:
+    """The three sections; None where the report says nothing."""
+
+    confidence: ConfidencePage | None
+    coverage: CoveragePage | None
+    step: StepPage | None
+
+
+def arrange_evidence(report: Report) -> EvidencePage:
+    """Put what a report says of confidence, coverage and step into the order of the page."""
+    claims, coverage, step = report.confidence, report.odd_coverage, report.step_uncertainty
+    return EvidencePage(
+        None if claims is None else _confidence(claims),
+        None if coverage is None else _coverage(coverage),
+        None if step is None else _step(step),
+    )
+
+
+def _confidence(claims: Claims) -> ConfidencePage:
+    said = sorted(
+        (item for item in claims.claims if not item.refusal),
+        key=lambda item: (not item.is_in_gate, item.architecture),
+    )
+    end = _axis_end(said)
+    scenarios = dict.fromkeys(item.scenario for item in said if item.scenario)
+    return ConfidencePage(
+        rows=tuple(_claim(item, end) for item in said),
+        percent=f"{100.0 * claims.level:g} %",
+        end=number(end),
+        has_rates=any(item.rate_per_h is not None for item in said),
+        refusals=refusals_of(claims),
+        populations=tuple((name, claims.populations[name]) for name in scenarios),
+        is_silent=bool(claims.missing) or not claims.claims,
+        silent=_silent(claims),
+    )
+
+
+def _silent(claims: Claims) -> tuple[str, ...]:
+    gate = {item.architecture for item in claims.claims if item.is_in_gate}
+    return tuple(
+        fsr if len(gate) == 1 else f"{fsr} for {architecture}"
+        for fsr, architecture in claims.missing
+    )
+
+
+def _axis_end(said: Sequence[Claim]) -> float:
+    """Choose a round end that every bound is left of: 1, 2 or 5 times a power of ten, at most 1."""
+    largest = max((end for item in said for end in _ends(item)), default=0.0)
+    if largest <= 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(largest))
+    end = next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= largest)
+    return min(1.0, end)
+
+
+def _ends(claim: Claim) -> Iterator[float]:
+    for value in (claim.share, claim.upper):
+        if value is not None:
+            yield value
+    for span in (claim.interval, claim.upper_varied):
+        if span is not None:
+            yield span.high
+
+
+def _claim(claim: Claim, end: float) -> ClaimRow:
+    def at(value: float | None) -> float | None:
+        return None if value is None else round(100.0 * value / end, 2)
+
+    interval, varied = claim.interval, claim.upper_varied
+    upper = "" if claim.upper is None else number(claim.upper)
+    if varied is not None:
+        upper += f" ({number(varied.low)} to {number(varied.high)})"
+    return ClaimRow(
+        claim=claim,
+        share="" if claim.share is None else number(claim.share),
+        interval="" if interval is None else f"{number(interval.low)} to {number(interval.high)}",
+        upper=upper,
+        dot=at(claim.share),
+        low=None if interval is None else at(interval.low),
+        high=None if interval is None else at(interval.high),
+        bound=at(claim.upper),
+    )
+
+
+def _coverage(found: OddCoverage) -> CoveragePage:
+    rows = tuple(
+        AttributeRow(
+            item.attribute,
+            item.covered,
+            item.feasible,
+            tuple(
+                BinBox(
+                    label=own.label,
+                    state=own.state,
+                    text=_words(own.state, own.test_cases),
+                    # A few of many test cases are not to be taken for none.
+                    share=round(max(2.0, 100.0 * own.test_cases / found.counted), 2)
+                    if own.test_cases
+                    else 0.0,
+                )
+                for own in item.bins
+            ),
+        )
+        for item in found.attributes
+    )
+    counts = (
+        (found.without_result, "without a result"),
+        (found.not_judged, "in which the scenario did not come about"),
+        (found.outside_odd, "outside the ODD"),
+        (found.in_no_bin, "with an attribute in no bin, counted for the others only"),
+    )
+    pairs: dict[str, list[str]] = {}
+    for pair in found.uncovered_pairs:
+        pairs.setdefault(" × ".join(pair.attributes), []).append(" × ".join(pair.bins))
+    return CoveragePage(
+        rows=rows,
+        bins=sum(row.feasible for row in rows),
+        covered_bins=sum(row.covered for row in rows),
+        not_counted=tuple(f"{counted(count)} {why}" for count, why in counts if count),
+        pairs=tuple((names, tuple(labels)) for names, labels in pairs.items()),
+        unlisted=found.missing_pairs - len(found.uncovered_pairs),
+    )
+
+
+def _words(state: str, test_cases: int) -> str:
+    if state == "covered":
+        return counted(test_cases)
+    return "uncovered" if state == "uncovered" else "no scenario"
+
+
+def _step(found: StepUncertainty) -> StepPage:
+    shown = [line for line in found.lines if line.pairs or line.differing]
+    margins = tuple(_of_kind(shown, "fsr"))
+    metrics = tuple(_of_kind(shown, "metric"))
+    return StepPage(
+        margins=margins,
+        metrics=metrics[:MAX_LINES],
+        without=len(found.lines) - len(shown),
+        unlisted=max(0, len(metrics) - MAX_LINES),
+        known=sum(line.uncertainty is not None for line in margins),
+        differing=sum(line.differing for line in margins),
+    )
+
+
+def _of_kind(lines: Iterable[StepLine], kind: str) -> Iterator[StepLine]:
+    return (line for line in lines if line.kind == kind)
+
+
+# --- The traceability matrix both ways and the goal structure, as the page shows them -------------
+
+_NAMESPACE: Final = ' xmlns="http://www.w3.org/2000/svg"'
+_WAYS: Final[tuple[tuple[By, str, tuple[By, ...]], ...]] = (
+    ("hazard", "Forwards: what answers a hazardous event", ("goal", "fsr", "element", "scenario")),
+    ("element", "Backwards: what an element is there for", ("fsr", "goal", "hazard", "scenario")),
+    ("scenario", "Backwards: what a scenario is there for", ("fsr", "goal", "hazard", "element")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class TraceLine:
+    """One thing of a matrix, ready for the template.
+
+    Attributes:
+        id: Of the thing; empty for what belongs to none.
+        links: Ids by the columns of the way.
+        verdicts: Verdict and how many cells have it, the worst first; None is "not applicable".
+        gaps: What is missing, each once.
+    """
+
+    id: str
+    links: tuple[tuple[str, ...], ...]
+    verdicts: tuple[tuple[Verdict | None, int], ...]
+    gaps: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TraceWay:
+    """The matrix from one of its columns.
+
+    Attributes:
+        by: The column that the rows are about.
+        title: For people.
+        columns: The others that are shown.
+        lines: One for each thing.
+    """
+
+    by: By
+    title: str
+    columns: tuple[By, ...]
+    lines: tuple[TraceLine, ...]
+
+
+def ways_of(report: Report) -> tuple[TraceWay, ...]:
+    """Turn the matrix of a report: from hazardous events on, and back from what was built."""
+    return tuple(
+        TraceWay(
+            by,
+            title,
+            columns,
+            tuple(_line(group, columns) for group in grouped(matrix_of(report, by), by)),
+        )
+        for by, title, columns in _WAYS
+    )
+
+
+def _line(group: TraceGroup, columns: tuple[By, ...]) -> TraceLine:
+    counts = [
+        (None if name == "NOT_APPLICABLE" else Verdict(name), count)
+        for name, count in group.verdicts.items()
+    ]
+    counts.sort(key=lambda item: SEVERITY.index(item[0]))
+    links = tuple(group.links[column] for column in columns)
+    return TraceLine(group.id, links, tuple(counts), group.gaps)
+
+
+def goal_structure(report: Report) -> str:
+    """Draw the argument of a report as an SVG that can stand inside of a page.
+
+    Its ids get a beginning of their own, so that none is one of the page.
+    """
+    # Inside of HTML an SVG needs no namespace, and the page names no address.
+    drawing = render_svg(argument_of(report)).replace(_NAMESPACE, "", 1)
+    root = ET.fromstring(drawing)  # noqa: S314 - our own drawing
+    for node in root.iter():
+        if "id" in node.attrib:
+            node.set("id", f"gsn-{node.get('id')}")
+    return ET.tostring(root, encoding="unicode")

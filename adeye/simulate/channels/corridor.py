@@ -1,0 +1,197 @@
+"""Which tracks are in the ego's path: the corridor along its lane, now and within a short time."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.kernel.criticality import required_deceleration, time_to_collision
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import inlined
+from adeye.kernel.profiles import MIN_LATERAL_SPEED
+from adeye.kernel.road import lane_way, local
+from adeye.simulate.channels.perception.pose import (
+    POSE_ALIGN,
+    POSE_D,
+    POSE_HEADING,
+    POSE_S,
+    POSE_SPEED,
+    POSE_X,
+    POSE_Y,
+)
+from adeye.simulate.channels.perception.tracks import (
+    TRACK_BRAKING,
+    TRACK_HITS,
+    TRACK_LENGTH,
+    TRACK_VAR_VX,
+    TRACK_VAR_VY,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_WIDTH,
+    TRACK_X,
+    TRACK_Y,
+)
+
+if TYPE_CHECKING:
+    from adeye.signals import Floats
+
+# Columns of a view of the path.
+(
+    PATH_GAP,  # bumper to bumper to the nearest object in the path [m], inf for none
+    PATH_SPEED,  # its speed along the road [m/s]
+    PATH_REQUIRED,  # greatest required deceleration for any object in the path [m/s²]
+) = range(3)
+PATH_WIDTH: Final = 3
+
+PREDICTION: Final = 3.0
+"""How far ahead a crossing object is predicted at constant velocity [s]. Our choice: about the time
+in which a car stops from 13.9 m/s (50 km/h) with 6 m/s² after 0.75 s."""
+
+SOON: Final = 1.0
+"""An object that will be in the corridor this soon counts as in it, whoever passes first [s]. UN
+R157 5.2.5.2 counts a cut-in as seen when its lateral movement is visible for 0.72 s before the lane
+is taken (0.3 m past its marking); a little more here. Our choice."""
+
+PASSING_MARGIN: Final = 0.5
+"""How close in time to the ego's own passage an object may use the corridor [s]. Our choice."""
+
+_LEAST_BRAKING: Final = 1.5
+_MOST_BRAKING: Final = 10.0
+"""Deceleration of an object ahead that counts as braking, and the most that is believed [m/s²]."""
+
+MAX_SPEED_VARIANCE: Final = 36.0
+"""Variance of a track's speed above which it does not count yet [m²/s²]: one that has just begun
+would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m seems to require
+1 m/s² where none is. Our choice."""
+
+
+@inlined
+def view_path(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    end: int,
+    pose: Floats,
+    segments: Floats,
+    path_d: float,
+    ego_length: float,
+    ego_width: float,
+    margin: float,
+    confirm_hits: float,
+    path: Floats,
+) -> None:
+    """Find the nearest object in the path, and the greatest deceleration that any requires.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+        end: Rows of tracks from here on are free places.
+        pose: (POSE_WIDTH,).
+        segments: (K, 5) reference line of the road.
+        path_d: Lateral place of the path: the centre of the ego's lane [m].
+        ego_length: [m].
+        ego_width: [m].
+        margin: How much nearer than touching an object's side must come to count [m].
+        confirm_hits: Detections that confirm a track.
+        path: (PATH_WIDTH,) out.
+    """
+    path[PATH_GAP] = math.inf
+    path[PATH_SPEED] = 0.0
+    path[PATH_REQUIRED] = 0.0
+    ego_s, ego_d, ego_x, ego_y = pose[POSE_S], pose[POSE_D], pose[POSE_X], pose[POSE_Y]
+    ego_heading = pose[POSE_HEADING]
+    road = ego_heading - pose[POSE_ALIGN]
+    sine, cosine = sin_cos(ego_heading)
+    # Seldom is it not the angle that the next track needs, too.
+    turn = pose[POSE_ALIGN]
+    turn_sine, turn_cosine = sin_cos(turn) if turn != ego_heading else (sine, cosine)
+    speed = pose[POSE_SPEED] * turn_cosine
+    for row in range(end):
+        if tracks[row, TRACK_HITS] < confirm_hits or tracks[row, TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+            continue
+        track = tracks[row]
+        x = ego_x + cosine * track[TRACK_X] - sine * track[TRACK_Y]
+        y = ego_y + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        s, d, heading, _ = local(segments, x, y)
+        if s <= ego_s:
+            continue
+        apart = lane_way(ego_s, road, ego_d, s, heading)
+        gap = apart - 0.5 * (ego_length + track[TRACK_LENGTH])
+        # Zeros are equal although their signs may differ, so they do not count as known.
+        if ego_heading - heading != turn or turn == 0.0:
+            turn = ego_heading - heading
+            turn_sine, turn_cosine = sin_cos(turn)
+        forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
+        sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
+        half = 0.5 * (ego_width + track[TRACK_WIDTH]) + margin
+        offset = offset_from_corridor(d, path_d, ego_d)
+        length = ego_length + track[TRACK_LENGTH]
+        # Towards the corridor, as far as the track is sure of it.
+        inward = -sideways if offset > 0.0 else sideways
+        inward -= math.sqrt(track[TRACK_VAR_VY])
+        if not uses_path(abs(offset), inward, half, gap, length, speed - forward):
+            continue
+        # Oncoming: to stop before the place is what the ego can do about it.
+        ahead = max(0.0, forward)
+        braking = max(-_MOST_BRAKING, track[TRACK_BRAKING])
+        if ahead <= 0.0 or braking > -_LEAST_BRAKING:
+            braking = 0.0
+        path[PATH_REQUIRED] = max(
+            path[PATH_REQUIRED], required_deceleration(gap, speed, ahead, braking)
+        )
+        if gap < path[PATH_GAP]:
+            path[PATH_GAP] = gap
+            path[PATH_SPEED] = ahead
+
+
+@inlined
+def offset_from_corridor(d: float, path_d: float, ego_d: float) -> float:
+    """Lateral distance from the strip between the path and the ego itself [m], left positive.
+
+    An ego beside the centre of its lane blocks the strip between, on its way back.
+
+    Args:
+        d: Lateral place of the object [m].
+        path_d: Lateral place of the path [m].
+        ego_d: Lateral place of the ego [m].
+    """
+    left, right = max(path_d, ego_d), min(path_d, ego_d)
+    if d > left:
+        return d - left
+    return d - right if d < right else 0.0
+
+
+@inlined
+def uses_path(
+    offset: float, inward: float, half: float, gap: float, length: float, closing: float
+) -> bool:
+    """Tell whether an object is in the corridor or will be when the ego comes by.
+
+    Args:
+        offset: Lateral distance from the corridor's centre strip, >= 0 [m].
+        inward: Its lateral speed towards that strip [m/s].
+        half: Lateral distance from which the two touch, with margin [m].
+        gap: Bumper-to-bumper distance along the road [m].
+        length: Of ego and object together [m].
+        closing: Ego speed minus its speed along the road [m/s].
+
+    Returns:
+        True if it is inside, will be within ``SOON``, or, at constant velocities, is inside within
+        ``PREDICTION`` while the ego passes.
+    """
+    beyond = offset - half
+    if beyond <= 0.0:
+        return True
+    if not inward >= MIN_LATERAL_SPEED:
+        return False
+    enters = beyond / inward
+    if enters <= SOON:
+        return True
+    leaves = (offset + half) / inward
+    arrives = time_to_collision(gap, closing)
+    passed = time_to_collision(gap + length, closing)
+    return bool(
+        enters <= PREDICTION
+        and enters <= passed + PASSING_MARGIN
+        and leaves >= arrives - PASSING_MARGIN
+        and np.isfinite(arrives)
+    )

@@ -1,0 +1,199 @@
+"""How both built-in channels steer along a lane and choose a speed; their own rules differ."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.kernel.control import idm_acceleration, lane_keeping_steering
+from adeye.kernel.jit import inlined
+from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
+from adeye.signals import parameter_record, spec_columns
+from adeye.simulate.channels.perception.pose import (
+    POSE_ALIGN,
+    POSE_CURVATURE,
+    POSE_D,
+    POSE_S,
+    POSE_SPEED,
+)
+from adeye.simulate.channels.perception.tracks import BEHIND
+from adeye.spec.channels import BESIDE_NUMBERS, NominalParameters, SafetyParameters
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.ports import ChannelContext
+    from adeye.signals import Floats
+
+STANDSTILL: Final = 0.05
+"""Speed below which the ego stands [m/s]."""
+
+HOLD_DECELERATION: Final = 2.0
+"""Commanded while the ego is to stand [m/s²]: holds on a grade of 20 %."""
+
+PREVIEW_TIME: Final = 0.8
+LEAST_PREVIEW: Final = 6.0
+"""Preview of the lane keeping [s], [m]: what its law recommends."""
+
+MAX_LATERAL: Final = 3.0
+"""Lateral acceleration that is planned for [m/s²]: the table of UN R79, 5.6.2.1.3 allows lane
+keeping systems of passenger cars at most 3 m/s²."""
+
+IDM_EXPONENT: Final = 4.0
+_CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
+"""Where the curvature ahead is read, in seconds at the present speed."""
+
+
+_FIELDS: Final = (
+    *NominalParameters.model_fields,
+    *(name for name in SafetyParameters.model_fields if name not in BESIDE_NUMBERS),
+    "confirm_ticks",
+    "heal_ticks",
+)
+
+
+def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
+    """List what the compiled steps read of vehicle, road and clock, for the parameter record."""
+    vehicles, road = context.vehicles, context.road
+    names = ("length", "width", "wheelbase", "max_steering_angle")
+    return {
+        **spec_columns(vehicles, lambda vehicle: {name: getattr(vehicle, name) for name in names}),
+        "lane_width": road.lane_width,
+        "lanes": road.lanes,
+        "shoulder": road.shoulder,
+        "verge": road.verge,
+        "speed_limit": road.speed_limit,
+        "desired_speed": context.desired_speed,
+        "period": context.period,
+    }
+
+
+def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[np.void]:
+    """Pack what the compiled steps of a channel read, one record a run.
+
+    All built-in channels have the same fields, so that a function which several of them call is
+    compiled once; what a channel lacks is NaN.
+
+    Args:
+        context: Of the channel.
+        fields: Scalars or (B,) columns by name, beside the names of ``vehicle_fields``.
+
+    Returns:
+        (B,) structured array, see ``parameter_record``.
+    """
+    unset = dict.fromkeys(_FIELDS, math.nan) | {"behind": BEHIND}
+    return parameter_record(unset | fields | vehicle_fields(context))
+
+
+@inlined
+def lane_at(d: float, lane_width: float, lanes: int) -> int:
+    """Return the lane at a lateral place, the outermost one for places off the lanes.
+
+    Args:
+        d: From the right edge to the left [m].
+        lane_width: [m].
+        lanes: How many there are.
+    """
+    lane = lane_of(d, lane_width, lanes)
+    if lane >= 0:
+        return lane
+    return 0 if d < 0.0 else lanes - 1
+
+
+@inlined
+def steer(record: Any, pose: Floats, path_d: float) -> float:
+    """Return the steering angle that keeps the ego on a line beside the reference line [rad].
+
+    Args:
+        record: Has ``wheelbase`` and ``max_steering_angle``.
+        pose: (POSE_WIDTH,).
+        path_d: Lateral place of the path [m].
+    """
+    return lane_keeping_steering(
+        pose[POSE_D] - path_d,
+        pose[POSE_ALIGN],
+        offset_curvature(pose[POSE_CURVATURE], path_d),
+        pose[POSE_SPEED],
+        record["wheelbase"],
+        0.5 * record["wheelbase"],
+        PREVIEW_TIME,
+        LEAST_PREVIEW,
+        # What is planned for in curves, and room to correct.
+        1.5 * MAX_LATERAL,
+        record["max_steering_angle"],
+    )
+
+
+@inlined
+def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) -> float:
+    """Return the speed that desire, speed limit and the curves ahead allow [m/s].
+
+    Args:
+        record: Has ``desired_speed``, ``speed_limit`` and ``comfort_deceleration``.
+        segments: (K, 5) reference line of the road.
+        pose: (POSE_WIDTH,).
+        path_d: Lateral place of the path [m].
+    """
+    allowed = min(record["desired_speed"], record["speed_limit"])
+    if segments.shape[0] == 1 and segments[0, 4] == 0.0:
+        return float(allowed)
+    for seconds in _CURVE_PREVIEWS:
+        way = seconds * pose[POSE_SPEED]
+        x, y, _ = position(segments, pose[POSE_S] + way, 0.0)
+        bend = abs(offset_curvature(local(segments, x, y)[3], path_d))
+        if bend > 0.0:
+            square = MAX_LATERAL / bend + record["comfort_deceleration"] * way
+            allowed = min(allowed, math.sqrt(square))
+    return float(allowed)
+
+
+@inlined
+def follow(
+    record: Any, speed: float, allowed: float, gap: float, front_speed: float, hardest: float
+) -> float:
+    """Return the acceleration of car following, and hold the ego where it is to stand [m/s²].
+
+    Args:
+        record: Has ``time_gap``, ``standstill_gap``, ``max_acceleration`` and
+            ``comfort_deceleration``.
+        speed: Of the ego [m/s].
+        allowed: Speed on a free road [m/s].
+        gap: To the object in the path [m], inf for none.
+        front_speed: Its speed [m/s].
+        hardest: Largest deceleration [m/s²].
+    """
+    wanted = idm_acceleration(
+        speed,
+        gap,
+        front_speed,
+        allowed,
+        record["time_gap"],
+        record["standstill_gap"],
+        record["max_acceleration"],
+        record["comfort_deceleration"],
+        IDM_EXPONENT,
+        hardest,
+    )
+    if speed < STANDSTILL and wanted <= 0.0:
+        return -min(HOLD_DECELERATION, hardest)
+    return wanted
+
+
+@inlined
+def path_of_lane(record: Any, d: float) -> float:
+    """Return the lateral place of the centre of the lane at a lateral place [m].
+
+    Args:
+        record: Has ``lane_width`` and ``lanes``.
+        d: From the right edge to the left [m].
+    """
+    lanes = int(record["lanes"])
+    return lane_center(lane_at(d, record["lane_width"], lanes), record["lane_width"])
+
+
+@inlined
+def is_number(one: float, other: float) -> bool:
+    """Tell whether two numbers are finite."""
+    return bool(np.isfinite(one) and np.isfinite(other))

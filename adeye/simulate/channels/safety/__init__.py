@@ -1,0 +1,7 @@
+"""The safety channel: monitors and a safe stop, in lane or planned; or a supervisor's own ones."""
+
+from adeye.simulate.channels.safety.in_lane import SafetyChannel
+from adeye.simulate.channels.safety.planned_stop import PlannedSafetyChannel
+from adeye.simulate.channels.safety.supervisor import SupervisedSafetyChannel
+
+__all__ = ["PlannedSafetyChannel", "SafetyChannel", "SupervisedSafetyChannel"]

@@ -1,0 +1,526 @@
+"""The safety channel's monitors: small functions of one interface, debounced by counters.
+
+Every monitor takes the parameters and the evidence of one run at one tick, and tells whether it
+fires. What is missing or no number makes a monitor fire, except evidence that is not linked.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from adeye.kernel.control import limit_jerk
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import clip
+from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    OK,
+    REASON_DEFAULT,
+    REASON_NONE,
+    REASON_VOTED,
+    REQUESTS_AUTHORITY,
+    Bools,
+    Floats,
+    Ints,
+)
+from adeye.simulate.channels.corridor import PATH_GAP, PATH_REQUIRED, PATH_SPEED, view_path
+from adeye.simulate.channels.driving import (
+    HOLD_DECELERATION,
+    STANDSTILL,
+    allowed_speed,
+    follow,
+    is_number,
+    path_of_lane,
+    steer,
+)
+from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
+from adeye.simulate.channels.perception.step import NOTE_END
+
+# --- The safety channel's monitors: small functions of one interface, debounced by counters -------
+
+MONITOR_IDS: Final = ("nominal_silent", "nominal_implausible", "object_danger", "lane_departure")
+OBJECT_DANGER: Final = 2
+"""Names of the monitors, in the order of their columns."""
+
+# Columns of the evidence.
+(
+    SEEN_CHANNELS,  # how many channels are linked
+    SEEN_HEARD,  # whether every one of them has given a usable command yet
+    SEEN_TIME,  # time since the start [s]
+    SEEN_STATUS,  # worst state of a linked channel: 1 for silent or fault, else 0
+    SEEN_AGE,  # age of the oldest of their commands [s]
+    SEEN_ACCELERATION,  # largest magnitude of their accelerations [m/s²]
+    SEEN_STEERING,  # largest magnitude of their steering angles [rad]
+    SEEN_POSE,  # whether the ego knows where it is
+    SEEN_REQUIRED,  # required deceleration for the objects in the path [m/s²]
+    SEEN_OFFSET,  # distance from the nearest lane's centre [m]
+    SEEN_D,  # lateral place from the right edge [m]
+) = range(11)
+EVIDENCE_WIDTH: Final = 11
+
+# Columns of a monitor's state.
+(
+    STATE_COUNT,
+    STATE_CONFIRMED,
+    STATE_RAW,  # whether it fired when it was last asked
+    STATE_FROZEN,  # whether a fault keeps it from being asked
+) = range(4)
+STATE_WIDTH: Final = 4
+
+_TIME_TOLERANCE: Final = 1e-9
+
+
+@inlined
+def nominal_silent(record: Any, seen: Floats) -> bool:
+    """Fire when a linked channel is silent or in fault, or its command is too old.
+
+    A channel that has not given a command yet is given the staleness time from the start.
+
+    Args:
+        record: Has ``staleness`` [s].
+        seen: (EVIDENCE_WIDTH,).
+    """
+    if seen[SEEN_CHANNELS] <= 0.0:
+        return False
+    if seen[SEEN_HEARD] <= 0.0:
+        return bool(seen[SEEN_TIME] > record["staleness"] + _TIME_TOLERANCE)
+    is_fresh = seen[SEEN_AGE] <= record["staleness"] + _TIME_TOLERANCE
+    return bool(seen[SEEN_STATUS] > 0.0 or not is_fresh)
+
+
+@inlined
+def nominal_implausible(record: Any, seen: Floats) -> bool:
+    """Fire when a linked channel commands no number or what the vehicle is not built for.
+
+    Args:
+        record: Has ``max_command`` [m/s²] and ``max_steering_angle`` [rad].
+        seen: (EVIDENCE_WIDTH,).
+    """
+    if seen[SEEN_CHANNELS] <= 0.0:
+        return False
+    is_plausible = (
+        seen[SEEN_ACCELERATION] <= record["max_command"]
+        and seen[SEEN_STEERING] <= record["max_steering_angle"] + _TIME_TOLERANCE
+    )
+    return not is_plausible
+
+
+@inlined
+def object_danger(record: Any, seen: Floats) -> bool:
+    """Fire when an object in the path requires a deceleration from the threshold on.
+
+    Args:
+        record: Has ``danger_threshold`` [m/s²].
+        seen: (EVIDENCE_WIDTH,).
+    """
+    if seen[SEEN_POSE] <= 0.0:
+        return False
+    return not seen[SEEN_REQUIRED] < record["danger_threshold"]
+
+
+@inlined
+def lane_departure(record: Any, seen: Floats) -> bool:
+    """Fire when the ego is too far from the centre of every lane, or off the lanes.
+
+    Args:
+        record: Has ``max_lane_offset``, ``lane_width`` [m] and ``lanes``.
+        seen: (EVIDENCE_WIDTH,).
+    """
+    if seen[SEEN_POSE] <= 0.0:
+        return False
+    is_near = abs(seen[SEEN_OFFSET]) <= record["max_lane_offset"]
+    return not (is_near and 0.0 <= seen[SEEN_D] <= record["lanes"] * record["lane_width"])
+
+
+@inlined
+def debounce(state: Ints, fires: bool, confirm_ticks: int, heal_ticks: int) -> None:  # noqa: FBT001 - a kernel
+    """Count a monitor's firing up and its rest down, saturating, with one switching point each.
+
+    Confirmed once it has fired for the confirm time: at the tick that lies that long after the
+    first one, if it fired at all between; each rest takes one tick of firing back. Healed likewise
+    after resting for the heal time.
+
+    Args:
+        state: (2,) count and whether it is confirmed; in and out.
+        fires: Whether the monitor fires at this tick.
+        confirm_ticks: Confirm time in ticks of the channel, rounded up.
+        heal_ticks: Heal time in ticks, rounded up.
+    """
+    if state[STATE_CONFIRMED]:
+        state[STATE_COUNT] = (
+            min(heal_ticks + 1, state[STATE_COUNT] + 1) if fires else (state[STATE_COUNT] - 1)
+        )
+        if state[STATE_COUNT] <= 0:
+            state[STATE_COUNT] = 0
+            state[STATE_CONFIRMED] = 0
+    else:
+        state[STATE_COUNT] = state[STATE_COUNT] + 1 if fires else max(0, state[STATE_COUNT] - 1)
+        if state[STATE_COUNT] > confirm_ticks:
+            state[STATE_COUNT] = heal_ticks + 1
+            state[STATE_CONFIRMED] = 1
+
+
+@inlined
+def run_monitors(record: Any, seen: Floats, states: Ints, shown: Bools) -> bool:
+    """Run every monitor of one run at one tick.
+
+    Args:
+        record: Parameters.
+        seen: (EVIDENCE_WIDTH,) evidence.
+        states: (Q, STATE_WIDTH) state of each monitor; in and out. A frozen one keeps it.
+        shown: (Q, 2) raw and confirmed, out.
+
+    Returns:
+        Whether any monitor is confirmed.
+    """
+    shown[0, 0] = nominal_silent(record, seen)
+    shown[1, 0] = nominal_implausible(record, seen)
+    shown[2, 0] = object_danger(record, seen)
+    shown[3, 0] = lane_departure(record, seen)
+    confirm, heal = int(record["confirm_ticks"]), int(record["heal_ticks"])
+    is_any = False
+    for monitor in range(states.shape[0]):
+        if states[monitor, STATE_FROZEN]:
+            shown[monitor, 0] = states[monitor, STATE_RAW] > 0
+        else:
+            states[monitor, STATE_RAW] = shown[monitor, 0]
+            debounce(states[monitor], shown[monitor, 0], confirm, heal)
+        shown[monitor, 1] = states[monitor, STATE_CONFIRMED] > 0
+        is_any = is_any or states[monitor, STATE_CONFIRMED] > 0
+    return is_any
+
+
+@inlined
+def gather_commands(time: float, numbers: Floats, status: Ints, heard: Bools, seen: Floats) -> None:
+    """Put together what the linked channels commanded at the previous tick.
+
+    Args:
+        time: [s].
+        numbers: (N, 3) acceleration [m/s²], steering angle [rad], stamp [s].
+        status: (N,).
+        heard: (N,) whether each has given a usable command yet; in and out.
+        seen: (EVIDENCE_WIDTH,) out.
+    """
+    seen[SEEN_CHANNELS] = status.shape[0]
+    seen[SEEN_TIME] = time
+    seen[SEEN_HEARD] = 1.0
+    seen[SEEN_STATUS] = seen[SEEN_AGE] = 0.0
+    seen[SEEN_ACCELERATION] = seen[SEEN_STEERING] = 0.0
+    for channel in range(status.shape[0]):
+        # A silent channel says nothing, so only the age of its last command tells.
+        is_down = status[channel] == FAULT
+        if numbers[channel, 2] >= 0.0 and not is_down:
+            heard[channel] = True
+        if not heard[channel]:
+            seen[SEEN_HEARD] = 0.0
+            continue
+        if is_down:
+            seen[SEEN_STATUS] = 1.0
+        seen[SEEN_AGE] = _worse(seen[SEEN_AGE], time - numbers[channel, 2])
+        seen[SEEN_ACCELERATION] = _worse(seen[SEEN_ACCELERATION], abs(numbers[channel, 0]))
+        seen[SEEN_STEERING] = _worse(seen[SEEN_STEERING], abs(numbers[channel, 1]))
+
+
+@inlined
+def _worse(one: float, other: float) -> float:
+    """Return the larger number, NaN if either is none."""
+    if np.isnan(one) or np.isnan(other):
+        return np.nan
+    return max(one, other)
+
+
+# --- The in-lane safe stop: how hard to brake, from its onset to standstill -----------------------
+
+RESERVE: Final = 1.2
+"""How much more than the required deceleration is commanded, for the lag of the brakes and for
+what the object may still do. Our choice."""
+
+
+@compiled
+def stop_acceleration(
+    record: Any,
+    previous: float,
+    speed: float,
+    required: float,
+    is_danger: bool,  # noqa: FBT001 - a kernel
+) -> float:
+    """Return the acceleration of the safe stop at this tick [m/s²].
+
+    The stop deceleration if it is enough, up to the emergency deceleration if an object in the path
+    needs more; then it is built up at once, else at limited jerk. What an object needed is kept as
+    long as the danger is confirmed, because an object that has left the measurements may still be
+    there; once the monitor has healed, the stop goes on with no more than its own deceleration, so
+    that it does not endanger who follows.
+
+    Args:
+        record: Has ``stop_deceleration``, ``emergency_deceleration`` [m/s²] and ``period`` [s].
+        previous: Acceleration of the stop at the previous tick, at its onset that of the ego
+            [m/s²].
+        speed: Of the ego [m/s].
+        required: Required deceleration for the objects in the path [m/s²].
+        is_danger: Whether an object ahead is a confirmed danger.
+    """
+    wanted = record["stop_deceleration"]
+    return brake(record, previous, speed, wanted, ONSET_JERK, required, is_danger)
+
+
+@compiled
+def brake(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    previous: float,
+    speed: float,
+    wanted: float,
+    jerk: float,
+    required: float,
+    is_danger: bool,  # noqa: FBT001 - a kernel
+) -> float:
+    """Return the acceleration on the way to a deceleration, or to what an object needs [m/s²].
+
+    Args:
+        record: See ``stop_acceleration``.
+        previous: Acceleration of the stop at the previous tick [m/s²].
+        speed: Of the ego [m/s].
+        wanted: Deceleration if no object needs more [m/s²].
+        jerk: How quickly that is built up [m/s³].
+        required: Required deceleration for the objects in the path [m/s²].
+        is_danger: Whether an object ahead is a confirmed danger.
+    """
+    hardest = max(record["emergency_deceleration"], record["stop_deceleration"])
+    if speed < STANDSTILL:
+        return -float(min(HOLD_DECELERATION, hardest))
+    if RESERVE * required > wanted:
+        wanted = min(RESERVE * required, hardest)
+        jerk = BRAKES_AT_ONCE
+    if is_danger:
+        wanted = max(wanted, -previous)
+    return clip(limit_jerk(previous, -wanted, jerk, record["period"]), -hardest, 0.0)
+
+
+# --- The safety channel's decision at one tick: supervise, and the command that it would give -----
+
+# Columns of what the channel remembers beside pose, tracks and monitors.
+(
+    MEMORY_PATH,  # lateral place of its lane's centre [m], NaN before it knows where it is
+    MEMORY_STOPPING,  # whether it is on the way to a safe stop
+    MEMORY_BRAKING,  # acceleration of the stop at the previous tick [m/s²]
+) = range(3)
+MEMORY_WIDTH: Final = 3
+
+NO_SWITCH: Final = -1
+"""Reason that stands for a switch that is not linked."""
+
+
+class Batch(NamedTuple):
+    """What a tick of the channel reads and writes, run by run.
+
+    Attributes:
+        records: (B,) parameters, see ``channel.SafetyChannel``.
+        segments: (B, K, 5) reference line of the road.
+        running: (B,) runs that have not ended; the others are left alone.
+        numbers: (B, N, 3) acceleration, steering angle, stamp of the linked channels.
+        channel_status: (B, N) their states.
+        reason: (B,) why the acting channel acts, ``NO_SWITCH`` without link.
+        pose: (B, POSE_WIDTH).
+        tracks: (B, K, TRACK_STATE).
+        notes: (B, NOTE_WIDTH), see ``perception``.
+        degraded: (B,) whether a linked sensor does not deliver.
+        heard: (B, N) whether each linked channel has given a usable command yet; in and out.
+        states: (B, Q, STATE_WIDTH) debounce of the monitors; in and out.
+        memory: (B, MEMORY_WIDTH) in and out.
+        command: (B, 2) acceleration [m/s²] and steering angle [rad]; in and out.
+        status: (B,) out.
+        monitors: (B, Q, 2) raw and confirmed state of the monitors, out.
+        path: (PATH_WIDTH,) scratch.
+        evidence: (EVIDENCE_WIDTH,) scratch.
+    """
+
+    records: Any
+    segments: Floats
+    running: Bools
+    numbers: Floats
+    channel_status: Ints
+    reason: Ints
+    pose: Floats
+    tracks: Floats
+    notes: Floats
+    degraded: Bools
+    heard: Bools
+    states: Ints
+    memory: Floats
+    command: Floats
+    status: Ints
+    monitors: Bools
+    path: Floats
+    evidence: Floats
+
+
+@inlined
+def safety_step(batch: Batch, run: int, time: float) -> int:
+    """Decide one run at one tick.
+
+    Args:
+        batch: What it reads and writes.
+        run: Which row is meant.
+        time: [s].
+
+    Returns:
+        OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate: then it coasts with the
+        steering held.
+    """
+    record, pose, memory = batch.records[run], batch.pose[run], batch.memory[run]
+    shown = batch.monitors[run]
+    knows_pose = perceive(batch, run, time)
+    confirmed = run_monitors(record, batch.evidence, batch.states[run], shown)
+    if not knows_pose:
+        return coast(batch, run)
+    update_stopping(memory, confirmed, batch.reason[run], pose[POSE_ACCELERATION])
+    if memory[MEMORY_STOPPING] > 0.0:
+        return stop_in_lane(batch, run, confirmed, shown[OBJECT_DANGER, 1])
+    return shadow(batch, run, confirmed)
+
+
+@inlined
+def perceive(batch: Batch, run: int, time: float) -> bool:
+    """Take the evidence of linked channels and scene; tell whether the ego knows where it is."""
+    seen, path = batch.evidence, batch.path
+    seen[:] = 0.0
+    path[:] = 0.0
+    gather_commands(time, batch.numbers[run], batch.channel_status[run], batch.heard[run], seen)
+    pose = batch.pose[run]
+    if not has_pose(pose, time):
+        return False
+    look(
+        batch.records[run],
+        batch.segments[run],
+        pose,
+        batch.tracks[run],
+        int(batch.notes[run, NOTE_END]),
+        batch.memory[run],
+        path,
+        seen,
+    )
+    return True
+
+
+@inlined
+def coast(batch: Batch, run: int) -> int:
+    """Coast with the steering held, for want of anything better."""
+    batch.command[run, 0] = 0.0
+    return FAULT
+
+
+@inlined
+def answer(batch: Batch, run: int, acceleration: float, steering: float, requests: bool) -> int:  # noqa: FBT001 - a kernel
+    """Give a command, unless it is no number.
+
+    Args:
+        batch: What is read and written.
+        run: Which row is meant.
+        acceleration: [m/s²].
+        steering: [rad].
+        requests: Whether authority is wanted.
+    """
+    if not is_number(acceleration, steering):
+        return coast(batch, run)
+    batch.command[run, 0], batch.command[run, 1] = acceleration, steering
+    return REQUESTS_AUTHORITY if requests else OK
+
+
+@inlined
+def tell(batch: Batch, run: int, state: int) -> None:
+    """Write the state of the channel; one without all of its sensors is degraded."""
+    batch.status[run] = DEGRADED if state == OK and batch.degraded[run] else state
+
+
+@inlined
+def look(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    segments: Floats,
+    pose: Floats,
+    tracks: Floats,
+    end: int,
+    memory: Floats,
+    path: Floats,
+    seen: Floats,
+) -> None:
+    """Take the evidence of the scene: the lane, and the objects in the path."""
+    nearest = path_of_lane(record, pose[POSE_D])
+    offset = pose[POSE_D] - nearest
+    # A lane is taken over once the ego is well inside it, so a departure leads back.
+    if np.isnan(memory[MEMORY_PATH]) or abs(offset) <= 0.5 * record["max_lane_offset"]:
+        memory[MEMORY_PATH] = nearest
+    view_path(
+        tracks,
+        end,
+        pose,
+        segments,
+        memory[MEMORY_PATH],
+        record["length"],
+        record["width"],
+        record["lateral_margin"],
+        record["confirm_hits"],
+        path,
+    )
+    seen[SEEN_POSE] = 1.0
+    seen[SEEN_REQUIRED] = path[PATH_REQUIRED]
+    seen[SEEN_OFFSET] = offset
+    seen[SEEN_D] = pose[POSE_D]
+
+
+@inlined
+def update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: float) -> None:  # noqa: FBT001 - a kernel
+    """Begin a safe stop on a confirmed monitor; give it up once another channel acts by default.
+
+    A stop goes on although its monitors have healed as long as authority was given on request, for
+    staleness or is latched, and for good if the switch is not linked: to drive on from a safe stop
+    is for somebody else to decide.
+    """
+    if confirmed:
+        if memory[MEMORY_STOPPING] <= 0.0:
+            memory[MEMORY_BRAKING] = min(0.0, acceleration)
+        memory[MEMORY_STOPPING] = 1.0
+    elif reason in (REASON_NONE, REASON_DEFAULT, REASON_VOTED):
+        memory[MEMORY_STOPPING] = 0.0
+
+
+@inlined
+def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int:  # noqa: FBT001 - a kernel
+    """Give the command of the in-lane stop.
+
+    Args:
+        batch: What is read and written.
+        run: Which row is meant.
+        requests: Whether authority is wanted.
+        is_danger: Whether an object ahead is a confirmed danger.
+    """
+    record, pose, memory = batch.records[run], batch.pose[run], batch.memory[run]
+    memory[MEMORY_BRAKING] = stop_acceleration(
+        record, memory[MEMORY_BRAKING], pose[POSE_SPEED], batch.path[PATH_REQUIRED], is_danger
+    )
+    steering = steer(record, pose, memory[MEMORY_PATH])
+    return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
+
+
+@inlined
+def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a kernel
+    """Give the command while no stop is driven: car following in the lane."""
+    record, pose = batch.records[run], batch.pose[run]
+    steering = steer(record, pose, batch.memory[run, MEMORY_PATH])
+    return answer(batch, run, follow_lane(batch, run), steering, requests)
+
+
+@inlined
+def follow_lane(batch: Batch, run: int) -> float:
+    """Return the acceleration of car following in the lane [m/s²]."""
+    record, pose, path = batch.records[run], batch.pose[run], batch.path
+    return follow(
+        record,
+        pose[POSE_SPEED],
+        allowed_speed(record, batch.segments[run], pose, batch.memory[run, MEMORY_PATH]),
+        path[PATH_GAP],
+        path[PATH_SPEED],
+        record["stop_deceleration"],
+    )

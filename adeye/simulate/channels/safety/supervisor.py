@@ -1,0 +1,545 @@
+"""The safety channel with a supervisor: monitors of its own choice, levels, manoeuvres."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.road import REST_AREA as REST_AREA_KIND
+from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
+from adeye.signals import DEGRADED, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
+from adeye.simulate.channels.links import linked_channels
+from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_S
+from adeye.simulate.channels.perception.step import NOTE_END
+from adeye.simulate.channels.safety.monitor_kinds import (
+    CHANGE_ROW,
+    CHANGE_STAMP,
+    CHANNEL_IMPLAUSIBLE,
+    CHANNEL_STUCK,
+    LAST_SAFE_STOP,
+    OBJECT_DANGER,
+    RULE_FIRST,
+    RULE_KIND,
+    RULE_LEVEL,
+    RULE_ROW,
+    SENSOR_ROW,
+    SENSOR_SILENT,
+    SENSOR_STAMP,
+    Watch,
+    count,
+    forget_changes,
+    misses_pose,
+    of_scene,
+    of_watched,
+    remember,
+    steps_to_confirm,
+)
+from adeye.simulate.channels.safety.monitors import (
+    MEMORY_STOPPING,
+    STATE_CONFIRMED,
+    STATE_FROZEN,
+    STATE_RAW,
+    Batch,
+    coast,
+    perceive,
+    shadow,
+    stop_in_lane,
+    tell,
+    update_stopping,
+)
+from adeye.simulate.channels.safety.planned_stop import (
+    KEPT_STOP,
+    PlannedSafetyChannel,
+    Plans,
+    ask_for_stop,
+    drive_stop,
+    foresee,
+    is_last_stop,
+    show_plan,
+    take_stop,
+)
+from adeye.simulate.channels.safety.stop_planner import FOUND_FEASIBLE, FOUND_PLACE, NO_STOP
+from adeye.spec.architecture import HEALTH
+from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS, MANOEUVRES, Monitor
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.ports import ChannelContext
+    from adeye.signals import Bools, Observation
+    from adeye.spec.channels import SafetyParameters
+    from adeye.spec.supervisor import Supervisor
+
+# --- Minimal-risk manoeuvres of a supervisor: which is asked for, and which is in force -----------
+
+NONE, CONTINUE, REST_AREA, ROADSIDE_PARKING, STOP = range(5)
+"""No manoeuvre, and those of ``spec.supervisor.MANOEUVRES`` in their order."""
+
+assert len(MANOEUVRES) == STOP
+
+# Columns of the settings.
+(
+    SET_EVERY,  # ticks of the channel from one evaluation of the monitors to the next
+    SET_PATIENCE,  # [s]
+    SET_LEAST,  # how far ahead a rest area must be [m]
+    SET_SIGHT,  # how far ahead the map is searched [m]
+    SET_OF_LEVEL,  # manoeuvre of level 1; those of the others follow
+) = range(5)
+SET_ROW: Final = 8
+
+# Columns of the state.
+(
+    FORCE_ASKED,  # manoeuvre that the highest level asks for
+    FORCE_HELD,  # that which is in force
+    FORCE_WAITED,  # since it is [s]
+    FORCE_LEVEL,  # highest level among the confirmed monitors, 0 for none
+    FORCE_LEFT,  # ticks until the monitors are asked again
+) = range(5)
+FORCE_ROW: Final = 5
+
+
+class Force(NamedTuple):
+    """What decides about manoeuvres.
+
+    Attributes:
+        settings: (B, SET_ROW).
+        state: (B, FORCE_ROW) in and out.
+    """
+
+    settings: Floats
+    state: Floats
+
+
+@inlined
+def ask(state: Floats, settings: Floats, stopping: bool, period: float) -> None:  # noqa: FBT001 - a kernel
+    """Take the manoeuvre that the level asks for.
+
+    What has given way stays so while the level is the same; a lower level begins anew. Once the
+    channel has taken over, the manoeuvre only becomes harder.
+
+    Args:
+        state: (FORCE_ROW,) in and out.
+        settings: (SET_ROW,).
+        stopping: Whether the channel has taken over.
+        period: Since the previous call [s].
+    """
+    level = int(state[FORCE_LEVEL])
+    asked = settings[SET_OF_LEVEL + level - 1] if level > 0 else float(NONE)
+    held = state[FORCE_HELD]
+    begins_anew = asked < state[FORCE_ASKED] and not stopping
+    wanted = asked if begins_anew else max(held, asked)
+    state[FORCE_ASKED], state[FORCE_HELD] = asked, wanted
+    state[FORCE_WAITED] = (
+        state[FORCE_WAITED] + period if wanted == held and not begins_anew else 0.0
+    )
+
+
+@inlined
+def give_way(state: Floats, settings: Floats, has_rest_area: bool, has_parking: bool) -> None:  # noqa: FBT001 - a kernel
+    """Let what cannot be had, or not in time, give way to the next manoeuvre.
+
+    Args:
+        state: (FORCE_ROW,) in and out.
+        settings: (SET_ROW,).
+        has_rest_area: Whether the map shows one ahead.
+        has_parking: Whether the map shows a place to park at the side ahead.
+    """
+    if state[FORCE_HELD] == REST_AREA and not (has_rest_area and _is_patient(state, settings)):
+        state[FORCE_HELD], state[FORCE_WAITED] = ROADSIDE_PARKING, 0.0
+    if state[FORCE_HELD] == ROADSIDE_PARKING and not (has_parking and _is_patient(state, settings)):
+        state[FORCE_HELD], state[FORCE_WAITED] = STOP, 0.0
+
+
+@inlined
+def look_ahead(settings: Floats, refuges: Floats, s: float) -> int:
+    """Return the best kind of place to stop in that the map shows ahead.
+
+    Args:
+        settings: (SET_ROW,).
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        s: Of the ego along the road [m].
+
+    Returns:
+        ``ONLY_REST_AREA``, ``ROADSIDE`` for a parking bay, ``ANYWHERE`` for neither.
+    """
+    best = ANYWHERE
+    for row in range(refuges.shape[0]):
+        ahead = refuges[row, REFUGE_S] - s
+        if settings[SET_LEAST] < ahead <= settings[SET_SIGHT]:
+            is_rest_area = refuges[row, REFUGE_KIND] == REST_AREA_KIND
+            best = max(best, ONLY_REST_AREA if is_rest_area else ROADSIDE)
+    return best
+
+
+@inlined
+def _is_patient(state: Floats, settings: Floats) -> bool:
+    return bool(state[FORCE_WAITED] <= settings[SET_PATIENCE] + 1e-9)
+
+
+@inlined
+def show_manoeuvre(state: Floats, shown: Bools) -> None:
+    """Write the columns of the manoeuvres (3, 2): asked for, and in force."""
+    for row in range(3):
+        shown[row, 0] = state[FORCE_ASKED] == REST_AREA + row
+        shown[row, 1] = state[FORCE_HELD] == REST_AREA + row
+
+
+# --- The supervised channel at one tick: ask the monitors, choose a manoeuvre, give a command -----
+
+CHANNEL_KINDS: Final = SENSOR_SILENT
+"""Kinds up to this one watch channels or sensors; the ones after it the scene."""
+
+_UNHURRIED: Final = 1
+"""Hardest level of the library of stops that brakes no harder than the stop deceleration."""
+
+
+@inlined
+def supervised_step(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch,
+    plans: Plans,
+    watch: Watch,
+    force: Force,
+    run: int,
+    time: float,
+    planned: bool,  # noqa: FBT001 - a kernel
+    shows: bool,  # noqa: FBT001 - a kernel
+) -> int:
+    """Decide one run at one tick.
+
+    Args:
+        batch: What it reads and writes.
+        plans: And of the stops.
+        watch: And of the monitors.
+        force: And of the manoeuvres.
+        run: Which row is meant.
+        time: [s].
+        planned: Whether it plans its stops; without, it stops in its lane.
+        shows: Whether somebody looks at the stops.
+
+    Returns:
+        OK; DEGRADED while a monitor is confirmed and the nominal channel is to go on;
+        REQUESTS_AUTHORITY; or FAULT without a recent ego estimate.
+    """
+    state, memory, kept = force.state[run], batch.memory[run], plans.kept[run]
+    knows_pose = perceive(batch, run, time)
+    objects = foresee(batch, plans, run) if knows_pose and planned else 0
+    remember(batch, watch, run, time, knows_pose)
+    if state[FORCE_LEFT] <= 0.0:
+        state[FORCE_LEFT] = force.settings[run, SET_EVERY]
+        _ask_monitors(batch, plans, watch, force, run, time, objects, knows_pose)
+    state[FORCE_LEFT] -= 1.0
+    ask(state, force.settings[run], memory[MEMORY_STOPPING] > 0.0, batch.records[run]["period"])
+    if not knows_pose:
+        kept[KEPT_STOP] = NO_STOP
+        show_manoeuvre(state, batch.monitors[run, watch.rules.shape[1] :])
+        return coast(batch, run)
+    _choose(batch, plans, force, run, objects, planned, shows)
+    show_manoeuvre(state, batch.monitors[run, watch.rules.shape[1] :])
+    if memory[MEMORY_STOPPING] <= 0.0:
+        told = shadow(batch, run, False)  # noqa: FBT003 - a kernel
+    else:
+        requests = state[FORCE_ASKED] >= REST_AREA
+        is_danger = _is_danger(batch, watch, run)
+        if planned:
+            told = drive_stop(batch, plans, run, requests, is_danger)
+        else:
+            told = stop_in_lane(batch, run, requests, is_danger)
+    return DEGRADED if told == OK and state[FORCE_LEVEL] > 0.0 else told
+
+
+@inlined
+def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch,
+    plans: Plans,
+    watch: Watch,
+    force: Force,
+    run: int,
+    time: float,
+    objects: int,
+    knows_pose: bool,  # noqa: FBT001 - a kernel
+) -> None:
+    """Ask every monitor, count, and find the highest level among the confirmed ones."""
+    end, level = int(batch.notes[run, NOTE_END]), 0.0
+    period = batch.records[run]["period"]
+    for monitor in range(watch.rules.shape[1]):
+        rule = watch.rules[run, monitor]
+        kind = int(rule[RULE_KIND])
+        asks_pose = kind in (CHANNEL_IMPLAUSIBLE, CHANNEL_STUCK) or kind > CHANNEL_KINDS
+        fires = asks_pose and misses_pose(watch, run, time, knows_pose)
+        if kind <= CHANNEL_KINDS:
+            fires = fires or of_watched(batch, watch, run, monitor, time)
+        elif knows_pose and kind == LAST_SAFE_STOP:
+            # One tick more, and the evaluations in which the monitor is confirmed.
+            wait = (steps_to_confirm(rule) * force.settings[run, SET_EVERY] + 1.0) * period
+            fires = is_last_stop(batch, plans, run, objects, wait)
+        elif knows_pose:
+            fires = of_scene(batch, plans.refuges[run], run, end, rule)
+        counted = batch.states[run, monitor]
+        if counted[STATE_FROZEN]:
+            fires = counted[STATE_RAW] > 0
+        else:
+            counted[STATE_RAW] = fires
+            count(counted, fires, rule)
+        confirmed = counted[STATE_CONFIRMED] > 0
+        batch.monitors[run, monitor, 0] = fires
+        batch.monitors[run, monitor, 1] = confirmed
+        if confirmed:
+            level = max(level, rule[RULE_LEVEL])
+    force.state[run, FORCE_LEVEL] = level
+    forget_changes(watch, run)
+
+
+@inlined
+def _choose(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch,
+    plans: Plans,
+    force: Force,
+    run: int,
+    objects: int,
+    planned: bool,  # noqa: FBT001 - a kernel
+    shows: bool,  # noqa: FBT001 - a kernel
+) -> None:
+    """Take over where the manoeuvre wants it, and choose a stop for it."""
+    state, memory, kept = force.state[run], batch.memory[run], plans.kept[run]
+    was_stopping = memory[MEMORY_STOPPING] > 0.0
+    if not was_stopping:
+        record, settings = batch.records[run], force.settings[run]
+        shown = look_ahead(settings, plans.refuges[run], batch.pose[run, POSE_S])
+        has_parking = shown > ANYWHERE or record["shoulder"] >= record["width"]
+        give_way(state, settings, planned and shown == ONLY_REST_AREA, planned and has_parking)
+    held = int(state[FORCE_HELD])
+    if was_stopping:
+        takes = state[FORCE_ASKED] >= REST_AREA
+    elif held in (REST_AREA, ROADSIDE_PARKING):
+        # Nothing hurries it, so a stop that brakes harder than the usual one is waited out.
+        stop = _stop_of(batch, plans, run, objects, held)
+        takes = stop != NO_STOP and stop % STOP_LEVELS <= _UNHURRIED
+    else:
+        takes = held == STOP
+    update_stopping(memory, takes, batch.reason[run], batch.pose[run, POSE_ACCELERATION])
+    if memory[MEMORY_STOPPING] <= 0.0:
+        kept[KEPT_STOP] = NO_STOP
+        if was_stopping:
+            state[FORCE_HELD] = state[FORCE_ASKED]
+        if shows and planned:
+            ask_for_stop(batch, plans, run, objects, ANYWHERE, 0.0, NO_STOP)
+    elif planned:
+        stop = _stop_of(batch, plans, run, objects, held)
+        if stop == NO_STOP:
+            # What was begun can be had no more.
+            state[FORCE_HELD] = STOP
+            stop = _stop_of(batch, plans, run, objects, STOP)
+        take_stop(plans, run, stop)
+
+
+@inlined
+def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int) -> int:
+    """Choose a stop that a manoeuvre allows, ``NO_STOP`` if none is feasible."""
+    places = ANYWHERE
+    if manoeuvre == REST_AREA:
+        places = ONLY_REST_AREA
+    elif manoeuvre == ROADSIDE_PARKING:
+        places = ROADSIDE
+    kept = int(plans.kept[run, KEPT_STOP])
+    stop = ask_for_stop(batch, plans, run, objects, places, 0.0, kept)
+    is_hurried = stop != NO_STOP and stop % STOP_LEVELS > _UNHURRIED
+    if places != ANYWHERE and kept != NO_STOP and is_hurried:
+        # A better place is not worth a harder braking.
+        is_had = plans.found[kept, FOUND_FEASIBLE] > 0.0
+        return kept if is_had and plans.found[kept, FOUND_PLACE] >= places else stop
+    return stop
+
+
+@inlined
+def _is_danger(batch: Batch, watch: Watch, run: int) -> bool:
+    """Tell whether an object ahead is a confirmed danger."""
+    for monitor in range(watch.rules.shape[1]):
+        is_kind = watch.rules[run, monitor, RULE_KIND] == OBJECT_DANGER
+        if is_kind and batch.states[run, monitor, STATE_CONFIRMED] > 0:
+            return True
+    return False
+
+
+# --- The safety channel with a supervisor: monitors of its own choice, levels, manoeuvres ---------
+
+_ENDLESS: Final = math.inf
+
+THRESHOLDS: Final[Mapping[str, Mapping[str, float]]] = {
+    "channel_silent": {"timeout": _ENDLESS},
+    "channel_implausible": {
+        "max_acceleration": _ENDLESS,
+        "max_lateral_acceleration": _ENDLESS,
+        "max_lateral_error": _ENDLESS,
+        "max_jerk": _ENDLESS,
+        "max_steering_rate": _ENDLESS,
+    },
+    "channel_stuck": {"timeout": _ENDLESS, "min_speed": 0.0},
+    "sensor_silent": {"timeout": _ENDLESS, "max_age": _ENDLESS},
+    "off_road": {"margin": 0.0},
+    "lane_departure": {"max_offset": _ENDLESS},
+    "object_danger": {"threshold": _ENDLESS},
+    "critical_area": {"time": 0.0, "width_factor": 0.0},
+    "rss_danger": {
+        "response_time": 0.0,
+        "acceleration": 0.0,
+        "least_braking": 0.0,
+        "most_braking": 0.0,
+    },
+    "odd_exit": {
+        "max_speed": _ENDLESS,
+        "from_s": -_ENDLESS,
+        "to_s": _ENDLESS,
+        "from_d": -_ENDLESS,
+        "to_d": _ENDLESS,
+    },
+    "last_safe_stop": {},
+}
+"""Thresholds of each kind in the order of a rule's columns, and what stands for one not given."""
+
+
+class SupervisedSafetyChannel(PlannedSafetyChannel):
+    """Supervises with the monitors that its parameters name, and does what their levels ask for.
+
+    The monitors are asked at the supervisor's rate; each is confirmed and cleared by its counter.
+    The highest level among the confirmed ones asks for a manoeuvre: to go on, to go on until a rest
+    area or a place at the side of the road can be reached, or to stop at once. Three columns beside
+    the monitors tell which is asked for, and which is in force.
+    """
+
+    def __init__(self, parameters: SafetyParameters) -> None:
+        """Take the monitors from the parameters of any run; they are structure.
+
+        Args:
+            parameters: With a supervisor.
+        """
+        supervisor = _of(parameters)
+        self._names = tuple(supervisor.monitors)
+        self._watches = tuple(
+            tuple(getattr(monitor, "watches", ())) for monitor in supervisor.monitors.values()
+        )
+        self._kinds = tuple(monitor.kind for monitor in supervisor.monitors.values())
+        self._is_planned = parameters.stop == "planned"
+        self.monitor_ids = (*self._names, *MANOEUVRE_MONITORS)
+
+    def reset(self, context: ChannelContext) -> None:
+        """Prepare for the runs of a batch."""
+        super().reset(context)
+        runs, count = context.runs, len(self._names)
+        columns = spec_columns(context.parameters, self._numbers_of)
+        shape = (runs, count, RULE_ROW)
+        rules = np.zeros(shape)
+        for row in range(count):
+            for column in range(RULE_ROW):
+                rules[:, row, column] = columns[f"{row}/{column}"]
+        settings = np.stack([columns[f"set/{column}"] for column in range(SET_ROW)], axis=1)
+        settings[:, SET_EVERY] = np.round(1.0 / (settings[:, SET_EVERY] * context.period))
+        for row in range(count):
+            # A monitor begins healed.
+            self._states[:, row, 0] = rules[:, row, RULE_FIRST - 1].astype(np.int64)
+        self._sensors, watched = self._wire(context)
+        sensors, channels = len(self._sensors), len(linked_channels(context.links))
+        known = np.zeros((runs, sensors, SENSOR_ROW))
+        known[:, :, SENSOR_STAMP] = -1.0
+        changes = np.zeros((runs, channels, CHANGE_ROW))
+        changes[:, :, CHANGE_STAMP] = -1.0
+        self._watch = Watch(
+            rules=rules,
+            watched=watched,
+            stamps=np.full((runs, sensors), -1.0),
+            alive=np.ones((runs, sensors), dtype=np.bool_),
+            sensors=known,
+            changes=changes,
+            known=np.zeros(runs, dtype=np.bool_),
+        )
+        self._force = Force(settings, np.zeros((runs, FORCE_ROW)))
+
+    def _wire(self, context: ChannelContext) -> tuple[tuple[str, ...], Ints]:
+        """Return the links of the watched sensors, and what each monitor watches by number."""
+        channels = linked_channels(context.links)
+        sensors: list[str] = []
+        widest = max([1, *map(len, self._watches)])
+        watched = np.full((len(self._names), widest), -1, dtype=np.int64)
+        for row, (kind, names) in enumerate(zip(self._kinds, self._watches, strict=True)):
+            for place, name in enumerate(names):
+                if kind != "sensor_silent":
+                    watched[row, place] = channels.index(name)
+                    continue
+                link = f"{HEALTH}{name}" if f"{HEALTH}{name}" in context.links else name
+                if link not in sensors:
+                    sensors.append(link)
+                watched[row, place] = sensors.index(link)
+        return tuple(sensors), watched
+
+    def _numbers_of(self, parameters: SafetyParameters) -> dict[str, float]:
+        supervisor = _of(parameters)
+        numbers: dict[str, float] = {}
+        for row, (name, monitor) in enumerate(supervisor.monitors.items()):
+            for column, value in enumerate(_rule(supervisor, name, monitor)):
+                numbers[f"{row}/{column}"] = value
+        asked = [float(MANOEUVRES.index(word) + 1) for word in supervisor.manoeuvres.values()]
+        first = [supervisor.rate, supervisor.patience, supervisor.least_distance, supervisor.sight]
+        assert len(first) == SET_OF_LEVEL
+        return numbers | {f"set/{column}": value for column, value in enumerate(first + asked)}
+
+    def _read(self, observation: Observation) -> None:
+        super()._read(observation)
+        for row, link in enumerate(self._sensors):
+            measurement = observation.measurements[link]
+            self._watch.stamps[:, row] = measurement.stamp
+            self._watch.alive[:, row] = measurement.alive
+
+    def _decide(self, time: float) -> None:
+        _act(
+            self._batch(),
+            self._plans(),
+            self._watch,
+            self._force,
+            time,
+            self._is_planned,
+            self._shows,
+            self._candidates,
+            self._costs,
+            self._chosen,
+        )
+
+
+def _of(parameters: Any) -> Supervisor:
+    supervisor: Supervisor = parameters.supervisor
+    return supervisor
+
+
+def _rule(supervisor: Supervisor, name: str, monitor: Monitor) -> list[float]:
+    """List the columns of a rule, see ``kinds.RULE_KIND``."""
+    counter = supervisor.counter_of(name)
+    values = [KINDS.index(monitor.kind), monitor.level, counter.increment, counter.decrement]
+    values += [counter.fault, counter.heal]
+    rule = [float(value) for value in values]
+    for field, missing in THRESHOLDS[monitor.kind].items():
+        value = getattr(monitor, field)
+        rule.append(missing if value is None else float(value))
+    return rule + [0.0] * (RULE_ROW - len(rule))
+
+
+@compiled
+def _act(  # noqa: PLR0913, PLR0917 - a kernel
+    batch: Batch,
+    plans: Plans,
+    watch: Watch,
+    force: Force,
+    time: float,
+    planned: bool,  # noqa: FBT001 - a kernel
+    shows: bool,  # noqa: FBT001 - a kernel
+    candidates: Floats,
+    costs: Floats,
+    chosen: Ints,
+) -> None:
+    for run in range(batch.records.shape[0]):
+        if not batch.running[run]:
+            continue
+        state = supervised_step(batch, plans, watch, force, run, time, planned, shows)
+        tell(batch, run, state)
+        if shows and planned:
+            show_plan(batch, plans, run, state, candidates, costs, chosen)

@@ -1,0 +1,324 @@
+"""One Python object per run as a channel on the batch: the simplest way to write a channel.
+
+    class MyChannel:
+        def __init__(self, parameters, context): ...
+        def act(self, observation): return acceleration, steering_angle
+
+An object that raises, or answers with anything but two finite numbers, is silent from that tick on;
+the other runs of the batch do not notice.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Floats, Observation
+from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
+from adeye.simulate.channels.links import no_command
+from adeye.supervision import is_asked
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.ports import ChannelContext
+    from adeye.spec.architecture import Vehicle
+    from adeye.trace import ChannelEvent
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarRoad:
+    """The road of one run.
+
+    Attributes:
+        segments: Reference line, the right edge (K, 5): x, y, heading, length, curvature.
+        lane_width: [m].
+        lanes: Number of lanes.
+        shoulder: Width beside the right edge [m].
+        speed_limit: [m/s].
+        verge: Width of free ground beside the shoulder [m].
+        refuges: Parking bays and rest areas (R, 5), see ``signals.REFUGE_COLUMNS``.
+    """
+
+    segments: Floats
+    lane_width: float
+    lanes: int
+    shoulder: float
+    speed_limit: float
+    verge: float
+    refuges: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarContext:
+    """What the channel object of one run is built with.
+
+    Attributes:
+        channel_id: Its name in the architecture.
+        links: Ids of what is linked to it.
+        sensors: Kind of each linked sensor, by id.
+        mounts: (4,) x, y, z, yaw of each linked sensor that has a mount, by id.
+        vehicle: The ego.
+        road: The map.
+        desired_speed: Speed that the ego is asked to drive [m/s].
+        step: Master clock [s].
+        period: Time between two of its ticks [s].
+    """
+
+    channel_id: str
+    links: tuple[str, ...]
+    sensors: Mapping[str, str]
+    mounts: Mapping[str, Floats]
+    vehicle: Vehicle
+    road: ScalarRoad
+    desired_speed: float
+    step: float
+    period: float
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarMeasurement:
+    """The newest sample of one sensor in one run.
+
+    Attributes:
+        stamp: Time of the sample [s], -1 before the first.
+        fresh: Whether it was delivered at this tick.
+        alive: Whether the sensor delivers at all.
+        detections: (N, 7) of the objects that it sees, see ``signals.DETECTION_COLUMNS``.
+        estimate: (13,) ego estimate, see ``signals.ESTIMATE_COLUMNS``, or None.
+        values: (V,) of a sensor of the ego's motion, see ``signals.GNSS_COLUMNS`` and
+            ``signals.IMU_COLUMNS``, or None.
+    """
+
+    stamp: float
+    fresh: bool
+    alive: bool
+    detections: Floats
+    estimate: Floats | None
+    values: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarCommand:
+    """What the channel object of one run wants the ego to do.
+
+    Attributes:
+        acceleration: [m/s²].
+        steering_angle: [rad].
+        status: Index into ``signals.STATUS_LABELS``.
+    """
+
+    acceleration: float
+    steering_angle: float
+    status: int = OK
+
+
+@dataclass(frozen=True, slots=True)
+class LinkedCommand:
+    """The command of a linked channel at the previous tick.
+
+    Attributes:
+        acceleration: [m/s²].
+        steering_angle: [rad].
+        stamp: Time of the observation that it answers [s], -1 before the first.
+        status: Index into ``signals.STATUS_LABELS``.
+    """
+
+    acceleration: float
+    steering_angle: float
+    stamp: float
+    status: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarObservation:
+    """What is linked to the channel object of one run.
+
+    Attributes:
+        time: [s].
+        measurements: Linked sensors by id.
+        commands: Linked channels by id: their command of the previous tick.
+        authority: Index of the acting channel at the previous tick, if the switch is linked.
+        reason: Why it acts, index into ``signals.REASON_LABELS``, if the switch is linked.
+    """
+
+    time: float
+    measurements: Mapping[str, ScalarMeasurement]
+    commands: Mapping[str, LinkedCommand]
+    authority: int | None
+    reason: int | None
+
+
+class ScalarAct(Protocol):
+    """The channel object of one run."""
+
+    def act(self, observation: ScalarObservation, /) -> ScalarCommand | tuple[float, float]:
+        """Answer one observation."""
+        ...
+
+
+class ScalarFactory(Protocol):
+    """A class of channel objects."""
+
+    def __call__(self, parameters: Any, context: ScalarContext, /) -> ScalarAct:
+        """Make the object of one run."""
+        ...
+
+
+class ScalarChannel:
+    """Puts one object per run behind the interface of a channel on the batch."""
+
+    monitor_ids: tuple[str, ...] = ()
+
+    def __init__(self, factory: ScalarFactory) -> None:
+        """Wrap a class.
+
+        Args:
+            factory: Called with parameters and context once per run.
+        """
+        self._factory = factory
+        self._objects: dict[int, ScalarAct] = {}
+        self._failures = Failures("", 0)
+        self._previous = no_command("", 0)
+
+    @property
+    def events(self) -> list[ChannelEvent | None]:
+        """First failure of the channel in each run, or None."""
+        return self._failures.events
+
+    def reset(self, context: ChannelContext) -> None:
+        """Make the object of every run; one that fails here is silent from the start."""
+        self._failures = Failures(context.channel_id, context.runs)
+        self._previous = no_command(context.channel_id, context.runs)
+        self._objects = {}
+        for run in range(context.runs):
+            try:
+                parameters = context.parameters[run]
+                self._objects[run] = self._factory(parameters, _context(context, run))
+            except BaseException as error:
+                if is_asked(error):
+                    raise
+                self._fail(run, ERROR, 0.0, describe(error))
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Ask the object of every run that has not ended."""
+        command = self._previous.copy()
+        # How strict numpy is about overflow is not for a channel to decide for the others.
+        with np.errstate():
+            for run in np.flatnonzero(observation.running & ~self._failures.silent):
+                answer = self._ask(int(run), observation)
+                if answer is None:
+                    continue
+                command.status[run] = answer.status
+                if answer.status != SILENT:
+                    command.acceleration[run] = answer.acceleration
+                    command.steering_angle[run] = answer.steering_angle
+                    command.stamp[run] = observation.time
+        self._previous = self._failures.hold(command, self._previous)
+        return self._previous
+
+    def _ask(self, run: int, observation: Observation) -> ScalarCommand | None:
+        channel = self._objects[run]
+        try:
+            # What it answers with may have code of its own, too.
+            command, wrong = _command(channel.act(_observation(observation, run)))
+        except BaseException as error:
+            if is_asked(error):
+                raise
+            self._fail(run, ERROR, observation.time, describe(error))
+            return None
+        if command is None:
+            self._fail(run, INVALID_OUTPUT, observation.time, wrong)
+        return command
+
+    def _fail(self, run: int, outcome: str, time: float, detail: str) -> None:
+        runs = np.zeros(self._failures.silent.shape[0], dtype=np.bool_)
+        runs[run] = True
+        self._failures.add(runs, outcome, time, detail)
+
+
+def _command(answer: Any) -> tuple[ScalarCommand | None, str]:
+    """Read an answer: a command, or what is wrong with it."""
+    if isinstance(answer, ScalarCommand):
+        pair: Any = (answer.acceleration, answer.steering_angle)
+        status: Any = answer.status
+    else:
+        pair, status = answer, OK
+    if not isinstance(pair, tuple | list) and not (isinstance(pair, np.ndarray) and pair.ndim == 1):
+        return None, f"act() returned {type(answer).__name__}, not (acceleration, steering_angle)"
+    if len(pair) != 2:
+        return None, f"act() returned {len(pair)} values, not acceleration and steering_angle"
+    numbers = [_number(value) for value in pair]
+    if not all(math.isfinite(number) for number in numbers):
+        return None, f"acceleration {pair[0]!r}, steering_angle {pair[1]!r}: not finite numbers"
+    if not isinstance(status, int | np.integer) or not 0 <= status < len(STATUS_LABELS):
+        return None, f"status {status!r} is none of 0 to {len(STATUS_LABELS) - 1}"
+    return ScalarCommand(numbers[0], numbers[1], int(status)), ""
+
+
+def _number(value: Any) -> float:
+    """Return a real number as float, NaN for everything else."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:  # a whole number beyond every float
+        return math.nan
+
+
+def _context(context: ChannelContext, run: int) -> ScalarContext:
+    road = context.road
+    return ScalarContext(
+        channel_id=context.channel_id,
+        links=context.links,
+        sensors=dict(context.sensors),
+        mounts={name: poses[run].copy() for name, poses in context.mounts.items()},
+        vehicle=context.vehicles[run],
+        road=ScalarRoad(
+            road.segments[run].copy(),
+            float(road.lane_width[run]),
+            road.lanes,
+            float(road.shoulder[run]),
+            float(road.speed_limit[run]),
+            float(road.verge[run]),
+            road.refuges[run].copy(),
+        ),
+        desired_speed=float(context.desired_speed[run]),
+        step=context.step,
+        period=context.period,
+    )
+
+
+def _observation(observation: Observation, run: int) -> ScalarObservation:
+    authority = observation.authority
+    return ScalarObservation(
+        time=observation.time,
+        measurements={
+            name: ScalarMeasurement(
+                stamp=float(item.stamp[run]),
+                fresh=bool(item.fresh[run]),
+                alive=bool(item.alive[run]),
+                detections=item.detections[run][item.mask[run]],
+                estimate=None if item.estimate is None else item.estimate[run].copy(),
+                values=None if item.values is None else item.values[run].copy(),
+            )
+            for name, item in observation.measurements.items()
+        },
+        commands={
+            name: LinkedCommand(
+                float(item.acceleration[run]),
+                float(item.steering_angle[run]),
+                float(item.stamp[run]),
+                int(item.status[run]),
+            )
+            for name, item in observation.commands.items()
+        },
+        authority=None if authority is None else int(authority.channel[run]),
+        reason=None if authority is None else int(authority.reason[run]),
+    )

@@ -1,0 +1,534 @@
+"""What the predicted objects cost a candidate: collisions, too little distance, who is cut up.
+
+What is predicted of an object is in ``kernel.prediction``. Road coordinates are taken as straight
+over the length of a body.
+
+Costs are sums of terms >= 0, so that a candidate can be dropped as soon as it costs more than the
+best so far. The terms and their weights are our choice; what they are made of is cited where used.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.kernel.boxes import placed_box_distance
+from adeye.kernel.criticality import required_deceleration
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.profiles import (
+    MIN_LATERAL_SPEED,
+    OBJECT_BEHIND,
+    OBJECT_BRAKING,
+    OBJECT_COSINE,
+    OBJECT_D,
+    OBJECT_GROWTH,
+    OBJECT_LENGTH,
+    OBJECT_S,
+    OBJECT_SINE,
+    OBJECT_SPEED,
+    OBJECT_WIDTH,
+    PROFILE_ACCELERATION,
+    PROFILE_S,
+    PROFILE_SPEED,
+    WAY_D,
+    WAY_S,
+    WAY_SPEED,
+    at_path,
+    margin_at,
+    predict_body,
+)
+from adeye.kernel.road import local
+from adeye.signals import FIRST_FREE, LAST_FREE
+from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
+from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
+from adeye.simulate.channels.perception.tracks import (
+    TRACK_BRAKING,
+    TRACK_CLASS,
+    TRACK_HITS,
+    TRACK_LENGTH,
+    TRACK_VAR_VX,
+    TRACK_VAR_VY,
+    TRACK_VX,
+    TRACK_VY,
+    TRACK_WIDTH,
+    TRACK_X,
+    TRACK_Y,
+)
+
+if TYPE_CHECKING:
+    from adeye.signals import Floats, Ints
+
+# --- Where the tracks will be: in road coordinates, at the sample times of the candidates ---------
+
+SAMPLES: Final = 16
+"""Times at which candidates and predictions are compared, evenly over the horizon."""
+
+
+@compiled
+def predict_objects(  # noqa: PLR0913, PLR0917 - a kernel
+    tracks: Floats,
+    end: int,
+    pose: Floats,
+    segments: Floats,
+    ego_length: float,
+    lane_width: float,
+    lanes: int,
+    confirm_hits: float,
+    interval: float,
+    objects: Floats,
+    ways: Floats,
+) -> int:
+    """Predict the confirmed tracks.
+
+    Args:
+        tracks: (K, TRACK_STATE).
+        end: Rows of tracks from here on are free places.
+        pose: (POSE_WIDTH,).
+        segments: (R, 5) reference line of the road.
+        ego_length: [m].
+        lane_width: [m].
+        lanes: How many there are.
+        confirm_hits: Detections that confirm a track.
+        interval: Time between two samples [s]; the first is one interval ahead.
+        objects: (K, OBJECT_ROW) out.
+        ways: (K, N, WAY_ROW) out, N samples.
+
+    Returns:
+        How many objects there are.
+    """
+    count = 0
+    sine, cosine = sin_cos(pose[POSE_HEADING])
+    for row in range(end):
+        track = tracks[row]
+        if track[TRACK_HITS] < confirm_hits or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+            continue
+        x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
+        y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        s, d, heading, _ = local(segments, x, y)
+        turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
+        forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
+        sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
+        if not np.isfinite(s + d + forward + sideways):
+            continue
+        body = objects[count]
+        body[OBJECT_LENGTH], body[OBJECT_WIDTH] = track[TRACK_LENGTH], track[TRACK_WIDTH]
+        body[OBJECT_S], body[OBJECT_D] = s - pose[POSE_S], d
+        body[OBJECT_SPEED] = forward
+        reach = 0.5 * (ego_length + track[TRACK_LENGTH])
+        body[OBJECT_BEHIND] = 1.0 if body[OBJECT_S] <= -reach else 0.0
+        is_free = FIRST_FREE <= track[TRACK_CLASS] <= LAST_FREE
+        is_sure = abs(sideways) - math.sqrt(track[TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
+        if not is_free and not is_sure:
+            sideways = 0.0
+        predict_body(
+            body, sideways, is_free, track[TRACK_BRAKING], lane_width, lanes, interval, ways[count]
+        )
+        count += 1
+    return count
+
+
+# --- What a candidate costs by itself: progress, comfort, limits of vehicle and road --------------
+
+# Columns of the sample of a candidate.
+(
+    LINE_D,  # lateral place [m]
+    LINE_SLOPE,  # its change along the road
+) = range(2)
+LINE_ROW: Final = 2
+
+_SPEEDING: Final = 200.0
+_SPEEDING_FROM: Final = 0.5
+"""What it costs to become faster than allowed by more than this [m/s], against being slower. Our
+choice."""
+
+PROGRESS_KNEE: Final = 1.0
+"""Error of the speed from which the cost grows with its amount, no longer squared [m/s]."""
+
+
+@inlined
+def rounded_square(error: float, knee: float) -> float:
+    """Return the square up to a knee, and go on with its slope beyond (Huber's function).
+
+    >>> rounded_square(0.5, 1.0), rounded_square(-3.0, 1.0)
+    (0.25, 5.0)
+    """
+    size = abs(error)
+    return size * size if size <= knee else knee * (2.0 * size - knee)
+
+
+@compiled
+def profile_cost(
+    record: Any, profile: Floats, wanted: float, previous: float, speed: float, allowed: float
+) -> float:
+    """Return what a speed profile costs on any path: progress and comfort.
+
+    Args:
+        record: Has the weights of progress, comfort and jerk.
+        profile: (SAMPLES, PROFILE_ROW).
+        wanted: Acceleration that it leads to [m/s²].
+        previous: That of the previous choice [m/s²].
+        speed: Of the ego now [m/s].
+        allowed: Speed that desire, limit and curves allow [m/s].
+    """
+    progress = 0.0
+    for sample in range(SAMPLES):
+        missing = allowed - profile[sample, PROFILE_SPEED]
+        cost = rounded_square(missing, PROGRESS_KNEE)
+        progress += cost if missing > 0.0 else 2.0 * cost
+        # To escape by speeding up is for no one to rely on.
+        faster = profile[sample, PROFILE_SPEED] - max(allowed, speed) - _SPEEDING_FROM
+        progress += _SPEEDING * rounded_square(max(0.0, faster), PROGRESS_KNEE)
+    share = wanted / record["comfort_deceleration"]
+    change = wanted - previous
+    total = record["weight_progress"] * progress / SAMPLES
+    total += record["weight_comfort"] * share * share
+    return float(total + record["weight_jerk"] * change * change)
+
+
+@compiled
+def drive_line(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    path: Floats,
+    profile: Floats,
+    begun: float,
+    curvature: float,
+    lowest: float,
+    highest: float,
+    is_last_resort: bool,  # noqa: FBT001 - a kernel
+    line: Floats,
+) -> float:
+    """Return what driving a path at a speed costs; infinity where limits or road do not allow it.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        path: (PATH_ROW,).
+        profile: (SAMPLES, PROFILE_ROW).
+        begun: Way along the path that is behind the ego [m].
+        curvature: Of the road [1/m].
+        lowest: Lateral places that the ego's centre may be at [m].
+        highest: [m].
+        is_last_resort: Whether it is to be had in any case; the vehicle then does what it can.
+        line: (SAMPLES, LINE_ROW) out, up to what is not allowed.
+    """
+    along = 1.0 / (record["emergency_deceleration"] * record["emergency_deceleration"])
+    across = 1.0 / (record["max_lateral_acceleration"] * record["max_lateral_acceleration"])
+    comfort = 0.0
+    for sample in range(SAMPLES):
+        d, slope, bend = at_path(path, begun + profile[sample, PROFILE_S])
+        line[sample, LINE_D], line[sample, LINE_SLOPE] = d, slope
+        square = profile[sample, PROFILE_SPEED] * profile[sample, PROFILE_SPEED]
+        aside = square * bend
+        lateral = square * curvature + aside
+        braking = profile[sample, PROFILE_ACCELERATION]
+        # The ellipse of what the tyres are taken to hold.
+        used = along * braking * braking + across * lateral * lateral
+        if not is_last_resort and (used > 1.0 or d < lowest or d > highest):
+            return math.inf
+        comfort += aside * aside
+    scale = record["comfort_deceleration"] * record["comfort_deceleration"]
+    return float(record["weight_comfort"] * comfort / (scale * SAMPLES))
+
+
+# --- What the predicted objects cost a candidate: collisions, too little distance, who is cut up --
+
+HEADWAY_KNEE: Final = 0.4
+"""Missing share of the distance from which the cost grows with its amount."""
+
+_LATE: Final = 0.2
+"""What a collision at the end of the horizon costs against one now."""
+
+_HARD: Final = 10.0
+"""Closing speed that doubles the cost of a collision [m/s]."""
+
+_BLOCKED: Final = 0.5
+"""From which depth on a collision forbids to leave the lane. Our choice."""
+
+_LONG_RUN: Final = 2.0
+"""What a slower lane costs against the speed that is missing within the horizon, and how many
+desired distances ahead its traffic counts. Our choice."""
+
+_TURN_SLACK: Final = 0.5
+"""How much longer a body that is turned may be along the road [m]."""
+
+_MOST_REQUIRED: Final = 20.0
+"""Required deceleration beyond which more makes no difference [m/s²]."""
+
+_REACTION: Final = 0.4
+_DISTANCE_TIME: Final = 1.0
+"""UN R79 5.6.4.7: who comes from behind begins to brake 0.4 s after the lane change has begun, and
+must not come nearer than the way of 1 s of the one in front."""
+
+
+@inlined
+def desired_gap(record: Any, speed: float) -> float:
+    """Return the distance that the ego keeps behind an object at a speed [m]."""
+    return float(record["standstill_gap"] + record["time_gap"] * speed)
+
+
+@compiled
+def mark_interest(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    profile: Floats,
+    objects: Floats,
+    ways: Floats,
+    count: int,
+    interval: float,
+    window: Ints,
+) -> None:
+    """Find at which samples a speed profile comes near each object along the road, on any path.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        profile: (SAMPLES, PROFILE_ROW).
+        objects: (K, OBJECT_ROW).
+        ways: (K, SAMPLES, WAY_ROW).
+        count: How many objects there are.
+        interval: Between two samples [s].
+        window: (K, 2) first sample and the one behind the last, out.
+    """
+    for row in range(count):
+        first, last = SAMPLES, 0
+        if objects[row, OBJECT_BEHIND] == 0.0:
+            reach = 0.5 * (record["length"] + objects[row, OBJECT_LENGTH])
+            faster = objects[row, OBJECT_GROWTH]
+            for sample in range(SAMPLES):
+                ahead = ways[row, sample, WAY_S] - profile[sample, PROFILE_S]
+                speed = profile[sample, PROFILE_SPEED]
+                margin = margin_at(
+                    record["lateral_margin"],
+                    record["uncertainty_growth"],
+                    faster,
+                    (sample + 1) * interval,
+                )
+                swept = 0.5 * abs(speed - ways[row, sample, WAY_SPEED]) * interval
+                near = reach + margin + swept + _TURN_SLACK
+                if -near < ahead < max(near, reach + desired_gap(record, speed)):
+                    first, last = min(first, sample), sample + 1
+            ends = ways[row, SAMPLES - 1, WAY_S] - profile[SAMPLES - 1, PROFILE_S]
+            closes = profile[SAMPLES - 1, PROFILE_SPEED] > ways[row, SAMPLES - 1, WAY_SPEED]
+            if ends > 0.0 and (closes or objects[row, OBJECT_BRAKING] < 0.0):
+                first, last = min(first, SAMPLES - 1), SAMPLES
+        window[row, 0], window[row, 1] = first, last
+
+
+@compiled
+def object_cost(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    profile: Floats,
+    line: Floats,
+    body: Floats,
+    way: Floats,
+    window: Ints,
+    interval: float,
+    is_leaving: bool,  # noqa: FBT001 - a kernel
+) -> float:
+    """Return what an object costs a candidate: a collision, too little distance, braking to come.
+
+    To leave the lane into somebody is no way out, whatever lies ahead: that costs infinity.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        profile: (SAMPLES, PROFILE_ROW).
+        line: (SAMPLES, LINE_ROW).
+        body: (OBJECT_ROW,).
+        way: (SAMPLES, WAY_ROW).
+        window: (2,) see ``mark_interest``.
+        interval: Between two samples [s].
+        is_leaving: Whether the candidate leaves the lane.
+    """
+    headway = worst = 0.0
+    for sample in range(window[0], window[1]):
+        time = (sample + 1) * interval
+        speed = profile[sample, PROFILE_SPEED]
+        ahead = way[sample, WAY_S] - profile[sample, PROFILE_S]
+        across = way[sample, WAY_D] - line[sample, LINE_D]
+        margin = margin_at(
+            record["lateral_margin"], record["uncertainty_growth"], body[OBJECT_GROWTH], time
+        )
+        if ahead > 0.0 and abs(across) < 0.5 * (record["width"] + body[OBJECT_WIDTH]) + margin:
+            gap = ahead - 0.5 * (record["length"] + body[OBJECT_LENGTH])
+            wanted = desired_gap(record, speed)
+            headway += rounded_square(max(0.0, wanted - gap) / wanted, HEADWAY_KNEE)
+            if sample == SAMPLES - 1:
+                headway_end = _required_at_end(record, gap, speed, way[sample, WAY_SPEED], body)
+                worst = max(worst, headway_end)
+        closing = abs(speed - way[sample, WAY_SPEED])
+        depth = overlap(
+            record, ahead, across, line[sample, LINE_SLOPE], body, closing * interval, margin
+        )
+        if depth > _BLOCKED and is_leaving:
+            return math.inf
+        if depth > 0.0:
+            soon = 1.0 - (1.0 - _LATE) * time / (SAMPLES * interval)
+            hard = 1.0 + closing * closing / (_HARD * _HARD)
+            worst = max(worst, record["weight_collision"] * depth * soon * hard)
+    return float(record["weight_headway"] * headway / SAMPLES + worst)
+
+
+@inlined
+def _required_at_end(
+    record: Any, gap: float, speed: float, front_speed: float, body: Floats
+) -> float:
+    """Return the cost of the deceleration that is required at the end of the horizon.
+
+    Up to the emergency deceleration like braking now, beyond it like a collision at the end.
+    """
+    room = gap - 0.5 * record["standstill_gap"]
+    braking = body[OBJECT_BRAKING] if front_speed > 0.0 else 0.0
+    required = required_deceleration(room, speed, max(0.0, front_speed), braking)
+    required = min(required, _MOST_REQUIRED)
+    share = required / record["comfort_deceleration"]
+    cost = record["weight_comfort"] * share * share
+    beyond = required / record["emergency_deceleration"] - 1.0
+    if beyond > 0.0:
+        cost += record["weight_collision"] * _LATE * min(1.0, beyond)
+    return float(cost)
+
+
+@inlined
+def overlap(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    ahead: float,
+    across: float,
+    slope: float,
+    body: Floats,
+    swept: float,
+    margin: float,
+) -> float:
+    """Return how far ego and object are into one another: 0 at the margin, 1 from contact on.
+
+    Args:
+        record: Has ``length`` and ``width`` of the ego.
+        ahead: Centre of the object from the ego's, along the road [m].
+        across: The same to the left [m].
+        slope: Of the ego's path.
+        body: (OBJECT_ROW,).
+        swept: Way that the two move past one another between two samples [m].
+        margin: Distance from which it counts [m].
+    """
+    length, width = record["length"] + swept, record["width"]
+    side = 0.5 * (width + body[OBJECT_WIDTH])
+    lean = 0.5 * (length * abs(slope) + body[OBJECT_LENGTH] * abs(body[OBJECT_SINE]))
+    # A turned body reaches less far than this to each side, and most are not near.
+    if abs(across) >= side + lean + margin:
+        return 0.0
+    if abs(ahead) >= 0.5 * (length + body[OBJECT_LENGTH]) + _TURN_SLACK + margin:
+        return 0.0
+    cosine = 1.0 / math.sqrt(1.0 + slope * slope)
+    sine = slope * cosine
+    apart = placed_box_distance(
+        cosine * ahead + sine * across,
+        cosine * across - sine * ahead,
+        body[OBJECT_SINE] * cosine - body[OBJECT_COSINE] * sine,
+        body[OBJECT_COSINE] * cosine + body[OBJECT_SINE] * sine,
+        length,
+        width,
+        body[OBJECT_LENGTH],
+        body[OBJECT_WIDTH],
+        0.0,
+    )
+    if apart <= 0.0:
+        return 1.0
+    return (margin - apart) / margin if apart < margin else 0.0
+
+
+@compiled
+def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    target: float,
+    is_lane: bool,  # noqa: FBT001 - a kernel
+    d: float,
+    ego_speed: float,
+    objects: Floats,
+    ways: Floats,
+    count: int,
+) -> bool:
+    """Tell whether a lane change would cut up somebody who comes from behind, seen or not.
+
+    It would if that vehicle had to brake harder than ``follower_deceleration`` to keep its
+    distance. Where the sensors do not see, one at the speed limit is taken to be. Not asked any
+    more once the ego's body is in the lane.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        target: Lateral place of the lane that is to be entered [m].
+        is_lane: False for the shoulder, where nobody is taken to drive who is not seen.
+        d: Of the ego now [m].
+        ego_speed: Its lowest speed over the horizon [m/s].
+        objects: (K, OBJECT_ROW).
+        ways: (K, N, WAY_ROW).
+        count: How many objects there are.
+
+    Source:
+        UN R79, 5.6.4.7: the critical distance at the beginning of a lane change.
+    """
+    if abs(target - d) <= 0.5 * (record["lane_width"] + record["width"]):
+        return False
+    unseen = record["rear_sight"] - 0.5 * record["length"]
+    if is_lane and unseen < critical_distance(record, record["speed_limit"], ego_speed):
+        return True
+    for row in range(count):
+        body = objects[row]
+        side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
+        last = ways[row, ways.shape[1] - 1, WAY_D]
+        if body[OBJECT_BEHIND] == 0.0 or (
+            abs(body[OBJECT_D] - target) > side and abs(last - target) > side
+        ):
+            continue
+        gap = -body[OBJECT_S] - 0.5 * (record["length"] + body[OBJECT_LENGTH])
+        if gap < critical_distance(record, body[OBJECT_SPEED], ego_speed):
+            return True
+    return False
+
+
+@inlined
+def critical_distance(record: Any, rear_speed: float, ego_speed: float) -> float:
+    """Return the distance to who comes from behind below which a lane change is critical [m].
+
+    Args:
+        record: Has ``follower_deceleration``.
+        rear_speed: [m/s].
+        ego_speed: [m/s].
+
+    Source:
+        UN R79, 5.6.4.7.
+    """
+    closing = max(0.0, rear_speed - ego_speed)
+    braking = closing * closing / (2.0 * record["follower_deceleration"])
+    return float(closing * _REACTION + braking + ego_speed * _DISTANCE_TIME)
+
+
+@inlined
+def lane_speed_cost(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    target: float,
+    speed: float,
+    allowed: float,
+    objects: Floats,
+    ways: Floats,
+    count: int,
+) -> float:
+    """Return what the speed of the traffic in a lane costs beyond the horizon.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        target: Lateral place of the path [m].
+        speed: Of the ego [m/s].
+        allowed: Speed that desire, limit and curves allow [m/s].
+        objects: (K, OBJECT_ROW).
+        ways: (K, SAMPLES, WAY_ROW).
+        count: How many objects there are.
+    """
+    slowest = allowed
+    for row in range(count):
+        body = objects[row]
+        side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
+        ahead = body[OBJECT_S]
+        is_near = 0.0 < ahead < _LONG_RUN * desired_gap(record, speed)
+        if is_near and abs(ways[row, SAMPLES - 1, WAY_D] - target) < side:
+            slowest = min(slowest, max(0.0, body[OBJECT_SPEED]))
+    missing = rounded_square(allowed - slowest, PROGRESS_KNEE)
+    return float(_LONG_RUN * record["weight_progress"] * missing)

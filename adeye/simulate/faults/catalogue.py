@@ -1,0 +1,175 @@
+"""Which injector a fault has: by the kind of its target and its model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.simulate.faults import command_faults as actuators
+from adeye.simulate.faults import command_faults as commands
+from adeye.simulate.faults import command_faults as links
+from adeye.simulate.faults import sensor_faults as timing
+from adeye.simulate.faults.injector import DropOut, Silence
+from adeye.simulate.faults.sensor_faults import (
+    BlindSector,
+    Ghost,
+    Jump,
+    Miscalibration,
+    Misclassify,
+    Miss,
+    NumberFault,
+    Pixels,
+    RangeLoss,
+    Split,
+)
+from adeye.spec.fault import Late
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from adeye.ports import HookedChannel
+    from adeye.signals import Floats, SwitchFaults
+    from adeye.simulate.faults.injector import InjectorContext, Moment
+
+# --- What a fault does inside a channel: it is told to the hook that the channel offers -----------
+
+
+class Hook:
+    """Tells a channel in which runs a fault is inside it, and how large it is.
+
+    A channel hears of it from the first onset on, so one that has no such fault costs nothing.
+    """
+
+    def __init__(self, context: InjectorContext) -> None:
+        spec: Any = context.specs[0]
+        self._model: str = spec.model
+        has_size = hasattr(spec, "offset")
+        self._size: Floats = context.column("offset") if has_size else np.ones(len(context.specs))
+        self._told = np.zeros(len(context.specs), dtype=np.bool_)
+
+    def apply(self, channel: HookedChannel, moment: Moment) -> HookedChannel:
+        """Tell the channel what has changed and return it.
+
+        Args:
+            channel: Offers the hook of this fault.
+            moment: Tells where the fault is present.
+        """
+        if not np.array_equal(moment.active, self._told):
+            self._told = moment.active.copy()
+            channel.inject(self._model, moment.active, self._size)
+        return channel
+
+
+# --- What a fault does to the switch: it does not move, or it moves late --------------------------
+
+
+class StuckSwitch:
+    """The switch keeps the channel that it lies at, also where that is not usable.
+
+    It goes on deciding: after the fault it hands over to whom it would have, with its own latency.
+    """
+
+    def __init__(self, _context: InjectorContext) -> None: ...
+
+    def apply(self, thing: SwitchFaults, moment: Moment) -> SwitchFaults:
+        """Return what is wrong with the switch, with the fault in the active runs (B,).
+
+        Args:
+            thing: What other faults do; returned itself if no run is active.
+            moment: Tells where the fault is present.
+        """
+        if not moment.active.any():
+            return thing
+        return replace(thing, stuck=thing.stuck | moment.active)
+
+
+class LateSwitch:
+    """A change of authority that is decided while the fault is present takes effect later.
+
+    Delays of several such faults add up. One that runs when the fault ends is not cut short.
+    """
+
+    def __init__(self, context: InjectorContext) -> None:
+        self._delay = np.array(
+            [spec.delay if isinstance(spec, Late) else 0.0 for spec in context.specs]
+        )
+
+    def apply(self, thing: SwitchFaults, moment: Moment) -> SwitchFaults:
+        """Return what is wrong with the switch, with the fault in the active runs (B,).
+
+        Args:
+            thing: What other faults do; returned itself if no run is active.
+            moment: Tells where the fault is present.
+        """
+        if not moment.active.any():
+            return thing
+        return replace(thing, delay=thing.delay + np.where(moment.active, self._delay, 0.0))
+
+
+# --- Which injector a fault has: by the kind of its target and its model --------------------------
+
+INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
+    ("sensors", "drop_out"): DropOut,
+    ("sensors", "power_loss"): timing.PowerLoss,
+    ("sensors", "freeze"): timing.Freeze,
+    ("sensors", "stale"): timing.Stale,
+    ("sensors", "stale_stamp"): timing.StaleStamp,
+    ("sensors", "clock_drift"): timing.ClockDrift,
+    ("sensors", "delay"): timing.Delay,
+    ("sensors", "sample_loss"): timing.SampleLoss,
+    ("sensors", "bias"): NumberFault,
+    ("sensors", "scale"): NumberFault,
+    ("sensors", "drift"): NumberFault,
+    ("sensors", "noise"): NumberFault,
+    ("sensors", "quantise"): NumberFault,
+    ("sensors", "stuck_at"): NumberFault,
+    ("sensors", "spike"): NumberFault,
+    ("sensors", "bit_flip"): NumberFault,
+    ("sensors", "jump"): Jump,
+    ("sensors", "miss"): Miss,
+    ("sensors", "ghost"): Ghost,
+    ("sensors", "misclassify"): Misclassify,
+    ("sensors", "split"): Split,
+    ("sensors", "blind_sector"): BlindSector,
+    ("sensors", "range_loss"): RangeLoss,
+    ("sensors", "miscalibration"): Miscalibration,
+    ("sensors", "dead_pixels"): Pixels,
+    ("sensors", "pixel_noise"): Pixels,
+    ("sensors", "blackout"): Pixels,
+    ("channels", "silent"): Silence,
+    ("switch", "stuck"): StuckSwitch,
+    ("switch", "late"): LateSwitch,
+    ("channels", "crash"): Silence,
+    ("channels", "slow"): commands.Slow,
+    ("channels", "stuck"): commands.StuckCommand,
+    ("channels", "bias"): commands.Bias,
+    ("channels", "scale"): commands.Scale,
+    ("channels", "oscillating"): commands.Oscillating,
+    ("channels", "plausible_but_wrong"): commands.PlausibleButWrong,
+    ("channels", "not_a_number"): commands.NotANumber,
+    ("channels", "heartbeat_lies"): commands.HeartbeatLies,
+    ("links", "drop"): links.Drop,
+    ("links", "delay"): links.LinkDelay,
+    ("links", "reorder"): links.Reorder,
+    ("links", "duplicate"): links.Duplicate,
+    ("hooks", "tracks_lost"): Hook,
+    ("hooks", "planner_frozen"): Hook,
+    ("hooks", "monitors_frozen"): Hook,
+    ("hooks", "map_shifted"): Hook,
+    ("actuators", "loss"): actuators.Loss,
+    ("actuators", "fade"): actuators.Fade,
+    ("actuators", "offset"): actuators.Offset,
+    ("actuators", "rate_limit"): actuators.RateLimit,
+    ("actuators", "delay"): actuators.ActuatorDelay,
+    ("actuators", "stuck"): actuators.StuckActuator,
+    ("tyres", "friction"): actuators.Friction,
+}
+"""How to make an injector, by kind of target and model."""
+
+
+def make_injector(context: InjectorContext) -> Any:
+    """Make the injector of a fault of a batch."""
+    fault = context.specs[0]
+    return INJECTORS[fault.port, fault.model](context)

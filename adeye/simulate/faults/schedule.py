@@ -1,0 +1,384 @@
+"""When each fault of a batch is present: from a time, or from when a condition first holds.
+
+What it then does is the matter of its injector, see ``ports``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.errors import SpecError
+from adeye.kernel.jit import compiled
+from adeye.kernel.postfix import run_program
+from adeye.kernel.random import owner_id, uniform
+from adeye.signals import SwitchFaults
+from adeye.simulate.faults.catalogue import make_injector
+from adeye.simulate.faults.command_faults import part_of
+from adeye.simulate.faults.injector import InjectorContext, Moment
+from adeye.simulate.faults.sensor_faults import Pixels
+from adeye.simulate.world.storyboard import TriggerTable
+from adeye.spec.architecture import ACTUATORS, targets_of
+from adeye.spec.expression import Expression, Program, to_program
+from adeye.spec.sensor_faults import SensorFault
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.signals import Bools, ControlCommand, Floats, Ints, Measurement, Scene, SceneContext
+    from adeye.simulate.channels.links import View
+    from adeye.simulate.sensors.rig import Rig
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import Fault
+    from adeye.sweep.case import TestCase
+
+TIME_TOLERANCE = 1e-9
+"""Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+ONSET_DRAW: Final = 0xFFFFFFFF
+"""Index of the draw of an onset: the last one there is, far from what an injector draws."""
+
+
+class FaultPlan:
+    """The faults of a batch of test cases that share a fault entry; times vary per run.
+
+    A fault is present at the ticks from its onset to before onset plus duration. Where no fault is
+    active the very same objects go through.
+
+    Attributes:
+        ids: F ids, in the order of the test cases' faults.
+    """
+
+    def __init__(self, cases: Sequence[TestCase], context: SceneContext) -> None:
+        """Prepare the faults of a batch.
+
+        Args:
+            cases: Test cases of one structure.
+            context: Objects, events and sizes.
+
+        Raises:
+            SpecError: The test cases differ in their faults, or a target does not exist.
+        """
+        first = cases[0]
+        self.ids: tuple[str, ...] = tuple(fault.id for fault in first.faults)
+        _check(cases, self.ids)
+        shape = (len(cases), len(self.ids))
+        self._at = np.full(shape, np.nan)
+        self._duration = np.full(shape, np.inf)
+        self._every = np.full(shape, np.inf)
+        self._times = np.full(shape, np.inf)
+        for run, case in enumerate(cases):
+            for index, fault in enumerate(case.faults):
+                if fault.onset.at is not None:
+                    self._at[run, index] = fault.onset.at
+                if fault.onset.between is not None:
+                    first_at, last_at = fault.onset.between
+                    share = uniform(
+                        np.uint64(case.stream_seed),
+                        np.uint64(owner_id(f"fault/{fault.id}")),
+                        0,
+                        ONSET_DRAW,
+                    )
+                    self._at[run, index] = first_at + share * (last_at - first_at)
+                if fault.duration is not None:
+                    self._duration[run, index] = fault.duration
+                if fault.every is not None:
+                    self._every[run, index] = fault.every
+                if fault.times is not None:
+                    self._times[run, index] = fault.times
+        self._begun = np.full(shape, np.nan)
+        self._triggers = TriggerTable.of(cases, context)
+        self._programs = _Programs.of(cases, self._triggers.index)
+        self._triggers.watch(self._programs.ops, self._programs.args)
+        self._sound_switch = SwitchFaults.none(len(cases))
+        self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
+        self._bodies: dict[str, list[tuple[int, Pixels]]] = {}
+        for index, fault in enumerate(first.faults):
+            made = make_injector(
+                InjectorContext(
+                    [case.faults[index] for case in cases],
+                    context,
+                    first.step,
+                    np.uint64(owner_id(f"fault/{fault.id}")),
+                    [case.architecture for case in cases],
+                )
+            )
+            if isinstance(made, Pixels):
+                self._bodies.setdefault(fault.target_id, []).append((index, made))
+                continue
+            of_port = self._injectors.setdefault(fault.port, [])
+            of_port.append((index, fault.target_id, made))
+
+    def update(self, scene: Scene) -> Bools:
+        """Decide which faults are present at this tick.
+
+        Args:
+            scene: Ground truth at the tick.
+
+        Returns:
+            (B, F); false in runs that have ended.
+        """
+        active = np.zeros(self._begun.shape, dtype=np.bool_)
+        if not self.ids:
+            return active
+        programs = self._programs
+        _update(
+            scene.time,
+            scene.running,
+            self._at,
+            self._duration,
+            self._every,
+            self._times,
+            self._triggers.values(scene) if programs.count else np.zeros((active.shape[0], 1)),
+            programs.ops,
+            programs.args,
+            programs.lengths,
+            programs.number,
+            self._begun,
+            active,
+        )
+        return active
+
+    def on_bodies(self, rig: Rig, active: Bools, scene: Scene) -> Rig:
+        """Tell the sensors what is wrong with their bodies before they sample.
+
+        Args:
+            rig: The sensors; returned, and not touched if no fault is of a body.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        for name, bodies in self._bodies.items():
+            patches = [
+                injector.patches(self._moment(index, active, scene)) for index, injector in bodies
+            ]
+            rig.cover(name, [patch for patch in patches if patch is not None])
+        return rig
+
+    def on_readings(
+        self, readings: Mapping[str, Measurement], active: Bools, scene: Scene
+    ) -> dict[str, Measurement]:
+        """Apply the faults of sensors to the newest measurements, in the order of the faults.
+
+        Args:
+            readings: By sensor id.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faulty = dict(readings)
+        for index, name, injector in self._injectors.get("sensors", ()):
+            faulty[name] = injector.apply(faulty[name], self._moment(index, active, scene))
+        return faulty
+
+    def on_commands(
+        self, proposals: Sequence[ControlCommand], active: Bools, scene: Scene
+    ) -> list[ControlCommand]:
+        """Apply the faults of channels to their newest commands, in the order of the faults.
+
+        Args:
+            proposals: One command per channel.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faulty = list(proposals)
+        for index, name, injector in self._injectors.get("channels", ()):
+            for place, command in enumerate(faulty):
+                if command.channel == name:
+                    faulty[place] = injector.apply(command, self._moment(index, active, scene))
+        return faulty
+
+    def on_hooks(self, channels: Mapping[str, Any], active: Bools, scene: Scene) -> None:
+        """Tell channels of the faults inside them.
+
+        Args:
+            channels: By channel id; see ``ports.HookedChannel`` for what one with a fault offers.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+
+        Raises:
+            SpecError: A channel does not offer the hook.
+        """
+        for index, name, injector in self._injectors.get("hooks", ()):
+            injector.apply(channels[name], self._moment(index, active, scene))
+
+    def on_links(self, active: Bools, scene: Scene, channel: str, view: View) -> View:
+        """Apply the faults of a channel's links to what it is shown, in the order of the faults.
+
+        Args:
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+            channel: Whose view it is; nobody else's changes.
+            view: What there is to be shown; returned itself if no link of the channel has a fault.
+        """
+        for index, name, injector in self._injectors.get("links", ()):
+            reader, _, link = name.partition(".")
+            if reader == channel:
+                moment = self._moment(index, active, scene)
+                thing = view.shown(link, len(scene.running))
+                # Before the first decision of the switch there is none to be shown.
+                if thing is not None:
+                    view = view.instead(link, injector.apply(thing, moment))
+        return view
+
+    def on_actuators(self, command: Floats, active: Bools, scene: Scene) -> Floats:
+        """Apply the faults of drive, brake and steering to the acting command, in their order.
+
+        Args:
+            command: (B, 2) as the switch decided; returned itself unless an actuator does
+                something else.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faults = self._injectors.get("actuators", ())
+        if not faults:
+            return command
+        parts = {name: part_of(name, command) for name in ACTUATORS}
+        done = dict(parts)
+        for index, name, injector in faults:
+            done[name] = injector.apply(done[name], self._moment(index, active, scene))
+        if all(done[name] is parts[name] for name in ACTUATORS):
+            return command
+        faulty = command.copy()
+        moved = (done["drive"] != parts["drive"]) | (done["brake"] != parts["brake"])
+        faulty[:, 0] = np.where(moved, done["drive"] + done["brake"], command[:, 0])
+        faulty[:, 1] = done["steering"]
+        return faulty
+
+    def on_tyres(self, friction: Floats, active: Bools, scene: Scene) -> Floats:
+        """Apply the faults of the tyres to the friction coefficients, in the order of the faults.
+
+        Args:
+            friction: (B,) of the road; returned itself if no fault is there.
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        for index, _, injector in self._injectors.get("tyres", ()):
+            friction = injector.apply(friction, self._moment(index, active, scene))
+        return friction
+
+    def on_switch(self, active: Bools, scene: Scene) -> SwitchFaults:
+        """Tell what is wrong with the switch; the same object at every tick without such a fault.
+
+        Args:
+            active: (B, F) as ``update`` returned it.
+            scene: Ground truth at the tick.
+        """
+        faulty = self._sound_switch
+        for index, _, injector in self._injectors.get("switch", ()):
+            faulty = injector.apply(faulty, self._moment(index, active, scene))
+        return faulty
+
+    def _moment(self, index: int, active: Bools, scene: Scene) -> Moment:
+        return Moment(
+            time=scene.time,
+            active=np.ascontiguousarray(active[:, index]),
+            age=scene.time - self._begun[:, index],
+            ego=scene.ego,
+        )
+
+
+class _Programs:
+    """The onset conditions of a batch as postfix programs.
+
+    Attributes:
+        count: P different programs.
+        ops: (P, L) operations.
+        args: (P, L) their arguments.
+        lengths: (P,).
+        number: (B, F) program of each fault, -1 for one that begins at a time.
+    """
+
+    def __init__(self, compiled_programs: Sequence[Program], number: Ints) -> None:
+        self.count = len(compiled_programs)
+        self.number = number
+        width = max((len(program.ops) for program in compiled_programs), default=1)
+        self.ops = np.zeros((max(1, self.count), width), dtype=np.int64)
+        self.args = np.zeros((max(1, self.count), width), dtype=np.float64)
+        self.lengths = np.zeros(max(1, self.count), dtype=np.int64)
+        for row, program in enumerate(compiled_programs):
+            self.ops[row, : len(program.ops)] = program.ops
+            self.args[row, : len(program.args)] = program.args
+            self.lengths[row] = len(program.ops)
+
+    @classmethod
+    def of(cls, cases: Sequence[TestCase], index: Mapping[str, int]) -> _Programs:
+        """Compile each different condition once."""
+        known: dict[str, int] = {}
+        programs: list[Program] = []
+        number = np.full((len(cases), len(cases[0].faults)), -1, dtype=np.int64)
+        for run, case in enumerate(cases):
+            for column, fault in enumerate(case.faults):
+                when: Expression | None = fault.onset.when
+                if when is None:
+                    continue
+                if when.text not in known:
+                    known[when.text] = len(programs)
+                    programs.append(to_program(when, index))
+                number[run, column] = known[when.text]
+        return cls(programs, number)
+
+
+def _check(cases: Sequence[TestCase], ids: tuple[str, ...]) -> None:
+    for case in cases:
+        if tuple(fault.id for fault in case.faults) != ids:
+            raise SpecError(
+                f"test cases with different faults cannot run in one batch: {', '.join(ids)} and "
+                f"{', '.join(fault.id for fault in case.faults)}",
+                remedy="Group them by fault entry.",
+            )
+    for fault in cases[0].faults:
+        _check_target(fault, cases[0].architecture)
+
+
+def _check_target(fault: Fault, architecture: Architecture) -> None:
+    known = targets_of(architecture)
+    if fault.target not in known:
+        alike = [name for name in known if name.split(".")[0] == fault.port] or known
+        raise SpecError(
+            f"fault {fault.id}: architecture {architecture.architecture} has no {fault.target}",
+            remedy=f"It has {', '.join(alike)}.",
+        )
+    if isinstance(fault, SensorFault):
+        for loc, text in fault.misfits(architecture.sensors[fault.target_id]):
+            raise SpecError(f"fault {fault.id}: {'.'.join(map(str, loc))}: {text}")
+
+
+@compiled
+def _update(  # noqa: PLR0913, PLR0917 - a kernel
+    time: float,
+    running: Bools,
+    at: Floats,
+    duration: Floats,
+    every: Floats,
+    times: Floats,
+    variables: Floats,
+    ops: Ints,
+    args: Floats,
+    lengths: Ints,
+    number: Ints,
+    begun: Floats,
+    active: Bools,
+) -> None:
+    for run in range(at.shape[0]):
+        if not running[run]:
+            continue
+        for fault in range(at.shape[1]):
+            program = number[run, fault]
+            if np.isnan(begun[run, fault]):
+                if program < 0:
+                    if time >= at[run, fault] - TIME_TOLERANCE:
+                        begun[run, fault] = at[run, fault]
+                else:
+                    length = lengths[program]
+                    value = run_program(
+                        ops[program, :length], args[program, :length], variables[run]
+                    )
+                    # NaN compares false: an undefined condition begins nothing.
+                    if value > 0.0 or value < 0.0:
+                        begun[run, fault] = time
+            last = begun[run, fault]
+            if every[run, fault] < np.inf:
+                gone = np.floor((time - last + TIME_TOLERANCE) / every[run, fault])
+                last += min(gone, times[run, fault] - 1.0) * every[run, fault]
+            # NaN compares false, too: what has not begun is not active.
+            active[run, fault] = time < last + duration[run, fault] - TIME_TOLERANCE

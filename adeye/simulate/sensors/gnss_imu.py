@@ -1,0 +1,421 @@
+"""A satellite receiver: place and velocity over ground of its antenna, with bias and outages.
+
+Its values are normal with one standard deviation for ever, and two of them are correlated by
+``exp(-time between / correlation time)``. A long correlation time is a constant unknown offset, a
+short one is white noise.
+
+Source:
+    Maybeck (1979), "Stochastic models, estimation, and control", volume 1, section 4.11.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from adeye.kernel.boxes import wrap_to_pi
+from adeye.kernel.elementary import exp, sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import point_velocity
+from adeye.kernel.random import normal_pairs
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    EGO_YAW_RATE,
+    GNSS_COLUMNS,
+    GNSS_VELOCITY_X,
+    GNSS_VELOCITY_Y,
+    GNSS_X,
+    GNSS_Y,
+    IMU_ACCELERATION_X,
+    IMU_ACCELERATION_Y,
+    IMU_COLUMNS,
+    IMU_YAW_RATE,
+    Bools,
+    Floats,
+    Measurement,
+    Scene,
+    parameter_record,
+    spec_columns,
+)
+from adeye.simulate.sensors.delivery import Delivery, no_measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.ports import SensorContext
+    from adeye.spec.sensors import Gnss, Imu
+
+# --- A slowly changing bias: a first-order Gauss-Markov process, sampled --------------------------
+
+
+def share_kept(period: float, correlation_time: float) -> float:
+    """Return the share of a bias that is left at the next sample.
+
+    Args:
+        period: Time between two samples [s].
+        correlation_time: > 0 [s].
+    """
+    return float(exp(-period / correlation_time))
+
+
+def share_new(kept: float) -> float:
+    """Return the share of its deviation that comes anew, so that the deviation stays as it is."""
+    return math.sqrt((1.0 - kept) * (1.0 + kept))
+
+
+@inlined
+def next_bias(
+    bias: float,
+    sigma: float,
+    kept: float,
+    new: float,
+    draw: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+) -> float:
+    """Return the bias of a sample from that of the sample before.
+
+    Args:
+        bias: Of the sample before; it does not matter for the first.
+        sigma: Standard deviation of the bias.
+        kept: ``share_kept``.
+        new: ``share_new``.
+        draw: A standard normal number.
+        is_first: Whether this is the first sample, which is drawn from the stationary distribution.
+    """
+    if is_first:
+        return sigma * draw
+    return kept * bias + new * sigma * draw
+
+
+# --- A satellite receiver: place and velocity over ground of its antenna, with bias and outages ---
+
+PLACE_DRAWS, VELOCITY_DRAWS, GNSS_BIAS_DRAWS = 0, 1, 2
+"""Pairs of random numbers of a sample, for x and y each."""
+
+TOLERANCE = 1e-9
+"""Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+
+class GnssSensor:
+    """Place and velocity of the antenna in the map, with white noise and a slowly changing bias.
+
+    In an outage the receiver goes on and delivers samples without a fix: their stamp is new, their
+    values are NaN. The bias goes on, too.
+    """
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        runs = context.scene.runs
+        specs = [cast("Gnss", spec) for spec in context.specs]
+        period = context.every * context.scene.step
+        self._parameters = parameter_record(
+            {
+                **spec_columns(specs, lambda spec: _gnss_numbers(spec, period)),
+                "rear": rear_axles(context),
+            }
+        )
+        self._outages = _outages(specs)
+        self._draws = tuple(np.zeros(runs) for _ in range(6))
+        self._bias: Floats = np.zeros((runs, 2))
+        self._sample_number = 0
+        self._empty = no_values(runs, len(context.scene.object_ids), len(GNSS_COLUMNS))
+        self._delivery = Delivery.of(context, self._empty)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        seeds, owner = self._context.scene.stream_seeds, np.uint64(self._context.owner)
+        for pair in (PLACE_DRAWS, VELOCITY_DRAWS, GNSS_BIAS_DRAWS):
+            first, second = self._draws[2 * pair : 2 * pair + 2]
+            normal_pairs(seeds, owner, self._sample_number, pair, first, second)
+        values: Floats = np.empty((seeds.shape[0], len(GNSS_COLUMNS)))
+        _sample_gnss(
+            self._parameters,
+            self._outages,
+            scene.time,
+            self._sample_number == 0,
+            scene.running,
+            scene.ego,
+            self._draws,
+            self._bias,
+            values,
+        )
+        self._sample_number += 1
+        return with_values(self._empty, scene.time, values)
+
+
+def no_values(runs: int, objects: int, columns: int) -> Measurement:
+    """Return what a sensor of the ego's motion delivers before its first sample: NaN.
+
+    Args:
+        runs: B.
+        objects: M; it never detects one.
+        columns: V, how many values a sample has.
+    """
+    first = no_measurement(runs, objects, with_estimate=False)
+    first.values = np.full((runs, columns), np.nan)
+    return first
+
+
+def with_values(empty: Measurement, time: float, values: Floats) -> Measurement:
+    """Return a sample of values (B, V) made at a time [s]; it shares the empty detections."""
+    runs = values.shape[0]
+    return replace(
+        empty,
+        stamp=np.full(runs, time),
+        fresh=np.zeros(runs, dtype=np.bool_),
+        values=values,
+    )
+
+
+def rear_axles(context: SensorContext) -> Floats:
+    """Return how far the rear axle is behind the box centre (B,) [m]; 0 without vehicle records."""
+    if not context.vehicles:
+        return np.zeros(context.scene.runs)
+    return np.array([0.5 * vehicle.wheelbase for vehicle in context.vehicles])
+
+
+def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
+    """List what the compiled step reads of a receiver."""
+    kept = share_kept(period, spec.bias_time)
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "position_noise": spec.position_noise,
+        "speed_noise": spec.speed_noise,
+        "bias": spec.bias,
+        "kept": kept,
+        "new": share_new(kept),
+    }
+
+
+def _outages(specs: Sequence[Gnss]) -> Floats:
+    """Return begin and end of each outage (B, K, 2) [s]; all runs have the same number."""
+    rows = [
+        [(outage.begin, outage.begin + outage.duration) for outage in spec.outages.values()]
+        for spec in specs
+    ]
+    return np.array(rows, dtype=np.float64).reshape(len(specs), -1, 2)
+
+
+@compiled
+def _sample_gnss(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    outages: Floats,
+    time: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+    running: Bools,
+    ego: Floats,
+    draws: tuple[Floats, ...],
+    bias: Floats,
+    values: Floats,
+) -> None:
+    """Measure place and velocity of every antenna; NaN in an outage and where the run has ended.
+
+    Args:
+        parameters: (B,) records.
+        outages: (B, K, 2) begin and end [s].
+        time: [s].
+        is_first: Whether this is the first sample.
+        running: (B,).
+        ego: (B, 7) states.
+        draws: Standard normal numbers (B,): place x, y, velocity x, y, bias x, y.
+        bias: (B, 2) in and out [m].
+        values: (B, 4) out.
+    """
+    for run in range(ego.shape[0]):
+        record, state, row = parameters[run], ego[run], values[run]
+        for axis in range(2):
+            bias[run, axis] = next_bias(
+                bias[run, axis],
+                record["bias"],
+                record["kept"],
+                record["new"],
+                draws[4 + axis][run],
+                is_first,
+            )
+        if not running[run] or _is_out(outages[run], time):
+            row[:] = math.nan
+            continue
+        s, c = sin_cos(state[EGO_HEADING])
+        x, y = record["x"], record["y"]
+        ahead, aside = point_velocity(state[EGO_SPEED], state[EGO_YAW_RATE], x + record["rear"], y)
+        noise, speed_noise = record["position_noise"], record["speed_noise"]
+        row[GNSS_X] = state[EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
+        row[GNSS_Y] = state[EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
+        row[GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
+        row[GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
+
+
+@compiled
+def _is_out(outages: Floats, time: float) -> bool:
+    """Tell whether a time [s] is in one of the outages (K, 2), which end before their end."""
+    for row in range(outages.shape[0]):
+        if outages[row, 0] - TOLERANCE <= time < outages[row, 1] - TOLERANCE:
+            return True
+    return False
+
+
+# --- An inertial unit: acceleration of its place and turning rate of the ego, with bias -----------
+
+ACCELERATION_DRAWS, YAW_RATE_DRAWS, IMU_BIAS_DRAWS = 0, 1, 2
+"""Pairs of random numbers of a sample: noise along and across; noise and bias of the yaw rate;
+bias along and across."""
+
+
+class ImuSensor:
+    """Acceleration along the vehicle's axes at the mount and yaw rate, means since the last sample.
+
+    Units integrate what they measure and hand out the increments, so nothing that happens between
+    two samples is lost (Groves 2013, section 4.3). Only the first sample is of a moment. The road
+    is level, so gravity does not enter. The unit is taken to be aligned with the vehicle: the
+    angles of its mount are not looked at.
+    """
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        runs = context.scene.runs
+        specs = [cast("Imu", spec) for spec in context.specs]
+        period = context.every * context.scene.step
+        self._parameters = parameter_record(
+            {
+                **spec_columns(specs, lambda spec: _imu_numbers(spec, period)),
+                "rear": rear_axles(context),
+            }
+        )
+        self._draws = tuple(np.zeros(runs) for _ in range(6))
+        self._bias: Floats = np.zeros((runs, 3))
+        self._before: Floats | None = None
+        self._sample_number = 0
+        self._empty = no_values(runs, len(context.scene.object_ids), len(IMU_COLUMNS))
+        self._delivery = Delivery.of(context, self._empty)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        context = self._context.scene
+        owner = np.uint64(self._context.owner)
+        for pair in (ACCELERATION_DRAWS, YAW_RATE_DRAWS, IMU_BIAS_DRAWS):
+            first, second = self._draws[2 * pair : 2 * pair + 2]
+            normal_pairs(context.stream_seeds, owner, self._sample_number, pair, first, second)
+        values: Floats = np.empty((context.runs, len(IMU_COLUMNS)))
+        _sample_imu(
+            self._parameters,
+            self._context.every * context.step,
+            self._sample_number == 0,
+            scene.running,
+            scene.ego,
+            scene.ego if self._before is None else self._before,
+            self._draws,
+            self._bias,
+            values,
+        )
+        self._sample_number += 1
+        self._before = scene.ego.copy()
+        return with_values(self._empty, scene.time, values)
+
+
+def _imu_numbers(spec: Imu, period: float) -> dict[str, float]:
+    """List what the compiled step reads of an inertial unit."""
+    kept = share_kept(period, spec.bias_time)
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "acceleration_noise": spec.acceleration_noise,
+        "acceleration_bias": spec.acceleration_bias,
+        "yaw_rate_noise": spec.yaw_rate_noise,
+        "yaw_rate_bias": spec.yaw_rate_bias,
+        "kept": kept,
+        "new": share_new(kept),
+    }
+
+
+@compiled
+def _sample_imu(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    period: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+    running: Bools,
+    ego: Floats,
+    before: Floats,
+    draws: tuple[Floats, ...],
+    bias: Floats,
+    values: Floats,
+) -> None:
+    """Measure the motion of every ego; NaN where the run has ended.
+
+    Args:
+        parameters: (B,) records.
+        period: Time since the last sample [s].
+        is_first: Whether this is the first sample.
+        running: (B,).
+        ego: (B, 7) states.
+        before: (B, 7) states at the last sample.
+        draws: Standard normal numbers (B,): noise along, across, of the yaw rate; bias of the yaw
+            rate, along, across.
+        bias: (B, 3) along, across [m/s²], of the yaw rate [rad/s]; in and out.
+        values: (B, 3) out.
+    """
+    for run in range(ego.shape[0]):
+        record, row = parameters[run], values[run]
+        for axis in range(3):
+            bias[run, axis] = next_bias(
+                bias[run, axis],
+                record["yaw_rate_bias"] if axis == 2 else record["acceleration_bias"],
+                record["kept"],
+                record["new"],
+                draws[3][run] if axis == 2 else draws[4 + axis][run],
+                is_first,
+            )
+        if not running[run]:
+            row[:] = math.nan
+            continue
+        along, across, rate = _motion(record, before[run], ego[run], period, is_first)
+        noise = record["acceleration_noise"]
+        row[IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
+        row[IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
+        row[IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
+
+
+@inlined
+def _motion(
+    record: Any,
+    before: Floats,
+    ego: Floats,
+    period: float,
+    is_first: bool,  # noqa: FBT001 - a kernel
+) -> tuple[float, float, float]:
+    """Return mean acceleration of the mount along and across [m/s²] and mean yaw rate [rad/s].
+
+    The change of its velocity in axes that turn, and what their turning adds, by the trapezoid.
+    """
+    # The rear axle moves along the heading, the mount with it as of a rigid body.
+    ahead, aside = record["x"] + record["rear"], record["y"]
+    rate = ego[EGO_YAW_RATE]
+    along, across = ego[EGO_SPEED] - rate * aside, rate * ahead
+    if is_first:
+        return ego[EGO_ACCELERATION] - rate * across, rate * along, rate
+    old_rate = before[EGO_YAW_RATE]
+    old_along, old_across = before[EGO_SPEED] - old_rate * aside, old_rate * ahead
+    return (
+        (along - old_along) / period - 0.5 * (rate * across + old_rate * old_across),
+        (across - old_across) / period + 0.5 * (rate * along + old_rate * old_along),
+        wrap_to_pi(ego[EGO_HEADING] - before[EGO_HEADING]) / period,
+    )

@@ -1,0 +1,621 @@
+"""Physical lidar: beams cast at everything around, and the returns that are strong enough.
+
+A beam that comes back is listed, so that noise is drawn for many at a time and the next sample
+clears what this one has written and nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
+
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.random import normal_pairs_at, uniform
+from adeye.kernel.scan import (
+    BEAM_BEARING,
+    BEAM_ELEVATION,
+    BEAM_SECANT,
+    BEAM_SLOPE,
+    BEAM_WIDTH,
+    beams_between,
+    fill_beams,
+    scan_box,
+    scan_box_level,
+)
+from adeye.kernel.sight import DISTANCE, HALF, OUTLINE_WIDTH, bearings, find_shape, sight
+from adeye.signals import (
+    EGO_HEADING,
+    EGO_X,
+    EGO_Y,
+    POINT_BEARING,
+    POINT_COLUMNS,
+    POINT_ELEVATION,
+    POINT_RANGE,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+    Scene,
+    parameter_record,
+    spec_columns,
+)
+from adeye.simulate.sensors.delivery import Delivery, no_measurement
+from adeye.simulate.world.weather import ROAD_REFLECTIVITY, lidar_rain_noise, lidar_range
+from adeye.spec.sensors import PhysicalLidar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.ports import SensorContext
+    from adeye.spec.architecture import Architecture
+
+# --- The compiled step of a physical lidar: beams cast at one run after the other, and their
+# noise.
+
+DRAWS: Final = 2
+"""Random numbers per beam and sample: a pair for range and bearing, one for its loss."""
+
+TURNS: Final = 3
+"""Intervals of beams that may meet a box: a turn to the right, as it is, a turn to the left."""
+
+GROUND: Final = -1
+"""What a beam has hit that has met no object but the ground."""
+
+
+@compiled
+def sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    seeds: NDArray[np.uint64],
+    owner: np.uint64,
+    number: int,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    running: Bools,
+    tables: Floats,
+    table_of: Ints,
+    beams: int,
+    reach: Floats,
+    looks: Floats,
+    spans: Ints,
+    nearest: Floats,
+    who: Ints,
+    order: Ints,
+    ways: Floats,
+    points: Floats,
+    hits: Ints,
+    returns: Ints,
+    counts: Ints,
+) -> None:
+    """Sample every run of a batch; one that has ended has no returns.
+
+    Args:
+        parameters: (B,) records of the sensor's parameters and the weather.
+        seeds: (B,) stream seeds.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        sizes: (B, M, 3).
+        running: (B,) runs that have not ended.
+        tables: (G, BEAM_WIDTH, P) beams, see ``fill_beams``.
+        table_of: (B,) which of them a run has.
+        beams: In a layer.
+        reach: (B, M + 1) how near each object must be, and the ground [m].
+        looks: (M, OUTLINE_WIDTH) scratch.
+        spans: (M, 2 * TURNS) scratch.
+        nearest: (P,) scratch, infinite before and after.
+        who: (P,) scratch.
+        order: (2, P) scratch.
+        ways: (3, P) scratch.
+        points: (B, P, 3) in: as an earlier sample left it; out.
+        hits: (B, P) likewise.
+        returns: (B, P) likewise: the rows of ``points`` that are not empty.
+        counts: (B,) how many they are; in and out.
+    """
+    for run in range(ego.shape[0]):
+        for place in range(counts[run]):
+            beam = returns[run, place]
+            points[run, beam, POINT_RANGE] = 0.0
+            points[run, beam, POINT_BEARING] = 0.0
+            points[run, beam, POINT_ELEVATION] = 0.0
+            hits[run, beam] = GROUND
+        counts[run] = 0
+        if not running[run]:
+            continue
+        table = tables[table_of[run]]
+        count = _scan(
+            parameters[run],
+            ego[run],
+            objects[run],
+            sizes[run],
+            table,
+            beams,
+            reach[run],
+            looks,
+            spans,
+            nearest,
+            who,
+            order[0],
+            ways[0],
+        )
+        counts[run] = _measure(
+            parameters[run],
+            seeds[run],
+            owner,
+            number,
+            table,
+            who,
+            order[0][:count],
+            ways[0][:count],
+            order[1][:count],
+            ways[1][:count],
+            ways[2][:count],
+            points[run],
+            hits[run],
+            returns[run],
+        )
+
+
+@inlined
+def _scan(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    table: Floats,
+    beams: int,
+    reach: Floats,
+    looks: Floats,
+    spans: Ints,
+    nearest: Floats,
+    who: Ints,
+    order: Ints,
+    ways: Floats,
+) -> int:
+    """Cast the beams of one run; list those that come back in ``order``, return their number."""
+    s, c = sin_cos(ego[EGO_HEADING])
+    sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
+    sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
+    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    has_ground = parameters["has_ground"] > 0.0
+    if has_ground:
+        _scan_ground(parameters["z"], table, reach, nearest, who)
+    farthest = 0.0
+    for thing in range(objects.shape[0]):
+        farthest = max(farthest, reach[thing])
+    for thing in range(objects.shape[0]):
+        _find_spans(
+            parameters,
+            ahead_x,
+            ahead_y,
+            sensor_x,
+            sensor_y,
+            objects[thing],
+            sizes[thing],
+            farthest,
+            beams,
+            looks[thing],
+            spans[thing],
+        )
+        _scan_spans(
+            looks[thing],
+            sizes[thing],
+            s,
+            c,
+            parameters,
+            table,
+            beams,
+            thing,
+            spans[thing],
+            nearest,
+            who,
+        )
+    if has_ground:
+        return _list_hits(0, table.shape[1] - 1, table, reach, nearest, who, order, ways, 0)
+    count = 0
+    for thing in range(objects.shape[0]):
+        for part in range(0, 2 * TURNS, 2):
+            first, last = spans[thing, part], spans[thing, part + 1]
+            if first <= last:
+                for layer in range(0, table.shape[1], beams):
+                    count = _list_hits(
+                        layer + first, layer + last, table, reach, nearest, who, order, ways, count
+                    )
+    return count
+
+
+@inlined
+def _find_spans(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    ahead_x: float,
+    ahead_y: float,
+    sensor_x: float,
+    sensor_y: float,
+    box: Floats,
+    size: Floats,
+    farthest: float,
+    beams: int,
+    look: Floats,
+    span: Ints,
+) -> None:
+    """Find which beams of a layer may meet a box: first and last beam of up to three intervals."""
+    for part in range(0, 2 * TURNS, 2):
+        span[part], span[part + 1] = 0, -1
+    sight(sensor_x, sensor_y, box, size, look)
+    # Whatever is behind it is beyond every reach, too. NaN compares false.
+    if not look[DISTANCE] - look[HALF] <= farthest:
+        return
+    find_shape(size, look)
+    right, left = bearings(ahead_x, ahead_y, look)
+    if not right <= left:
+        return
+    departure, field_of_view = parameters["departure"], parameters["field_of_view"]
+    # An edge may lie beyond half a turn to either side, where the layer begins again.
+    for turn in range(TURNS):
+        back = 2.0 * math.pi * (turn - 1)
+        span[2 * turn], span[2 * turn + 1] = beams_between(
+            right - departure - back, left + departure - back, field_of_view, beams
+        )
+
+
+@inlined
+def _scan_spans(  # noqa: PLR0913, PLR0917 - a kernel
+    look: Floats,
+    size: Floats,
+    sine: float,
+    cosine: float,
+    parameters: Any,
+    table: Floats,
+    beams: int,
+    thing: int,
+    span: Ints,
+    nearest: Floats,
+    who: Ints,
+) -> None:
+    """Cast the beams of all layers that may meet a box; see ``kernel.scan.scan_box``."""
+    height = parameters["z"]
+    for part in range(0, 2 * TURNS, 2):
+        if span[part] > span[part + 1]:
+            continue
+        for layer in range(0, table.shape[1], beams):
+            first, last = layer + span[part], layer + span[part + 1]
+            if parameters["is_level"] > 0.0:
+                scan_box_level(
+                    look, size, sine, cosine, height, table, first, last, thing, nearest, who
+                )
+            else:
+                scan_box(look, size, sine, cosine, height, table, first, last, thing, nearest, who)
+
+
+@inlined
+def _scan_ground(height: float, table: Floats, reach: Floats, nearest: Floats, who: Ints) -> None:
+    """Cast the beams that point down at the ground, as far as it returns anything."""
+    for beam in range(table.shape[1]):
+        slope = table[BEAM_SLOPE, beam]
+        if slope < 0.0:
+            distance = -height / slope
+            if distance * table[BEAM_SECANT, beam] <= reach[-1]:
+                nearest[beam] = distance
+                who[beam] = GROUND
+
+
+@inlined
+def _list_hits(  # noqa: PLR0913, PLR0917 - a kernel
+    first: int,
+    last: int,
+    table: Floats,
+    reach: Floats,
+    nearest: Floats,
+    who: Ints,
+    order: Ints,
+    ways: Floats,
+    count: int,
+) -> int:
+    """List the beams of an interval that come back, and make room for the next run.
+
+    Args:
+        first: Beam.
+        last: Beam.
+        table: (BEAM_WIDTH, P).
+        reach: (M + 1,) how near each object must be, and the ground [m].
+        nearest: (P,) distance in plan view in, or infinity; infinity out.
+        who: (P,) what is hit.
+        order: (P,) beams in the list, in and out.
+        ways: (P,) distance along each of them [m], in and out.
+        count: How many there are.
+
+    Returns:
+        How many there are now.
+    """
+    for beam in range(first, last + 1):
+        if nearest[beam] < math.inf:
+            distance = nearest[beam] * table[BEAM_SECANT, beam]
+            nearest[beam] = math.inf
+            # The ground is number -1 and so the last.
+            if 0.0 < distance <= reach[who[beam]]:
+                order[count] = beam
+                ways[count] = distance
+                count += 1
+    return count
+
+
+@inlined
+def _measure(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    seed: np.uint64,
+    owner: np.uint64,
+    number: int,
+    table: Floats,
+    who: Ints,
+    order: Ints,
+    ways: Floats,
+    indices: Ints,
+    farther: Floats,
+    aside: Floats,
+    points: Floats,
+    hits: Ints,
+    returns: Ints,
+) -> int:
+    """Measure the hits of one run with their noise; its numbers are drawn by beam.
+
+    Args:
+        parameters: Record of the sensor's parameters and the weather.
+        seed: Stream seed of the run.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+        table: (BEAM_WIDTH, P).
+        who: (P,) what each beam hits.
+        order: (C,) the beams that come back.
+        ways: (C,) how far [m].
+        indices: (C,) scratch.
+        farther: (C,) scratch.
+        aside: (C,) scratch.
+        points: (P, 3) empty in, out.
+        hits: (P,) likewise.
+        returns: (P,) out: rows of ``points`` that are not empty.
+
+    Returns:
+        Number of these rows.
+    """
+    sigma, rain_noise = parameters["range_noise"], parameters["rain_noise"]
+    bearing_noise, drop_out = parameters["bearing_noise"], parameters["drop_out"]
+    has_noise = sigma > 0.0 or rain_noise > 0.0 or bearing_noise > 0.0
+    if has_noise:
+        for place in range(order.shape[0]):
+            indices[place] = DRAWS * order[place]
+        normal_pairs_at(seed, owner, number, indices, farther, aside)
+    count = 0
+    for place in range(order.shape[0]):
+        beam, way = order[place], ways[place]
+        if drop_out > 0.0 and uniform(seed, owner, number, DRAWS * beam + 1) < drop_out:
+            continue
+        bearing = table[BEAM_BEARING, beam]
+        if has_noise:
+            # Both are independent, so their variances add up.
+            wet = rain_noise * way
+            way += math.sqrt(sigma * sigma + wet * wet) * farther[place]
+            bearing += bearing_noise * aside[place]
+            if way <= 0.0:
+                continue
+        points[beam, POINT_RANGE] = way
+        points[beam, POINT_BEARING] = bearing
+        points[beam, POINT_ELEVATION] = table[BEAM_ELEVATION, beam]
+        hits[beam] = who[beam]
+        returns[count] = beam
+        count += 1
+    return count
+
+
+# --- Physical lidar: beams cast at everything around, and the returns that are strong enough ------
+
+_FREE: Final = 2
+"""References to an array that nobody but its frame holds: the frame's, and that of the count."""
+
+
+FRAMES: Final = 3
+"""Samples of a lidar whose memory is in use at a time: delivered, waiting, being made."""
+
+
+def sample_bytes(architecture: Architecture) -> int:
+    """Count the bytes that the returns of one run's lidars take while it is executed.
+
+    Args:
+        architecture: Of the run.
+    """
+    beams = sum(
+        spec.beams * spec.layers
+        for spec in architecture.sensors.values()
+        if isinstance(spec, PhysicalLidar)
+    )
+    return FRAMES * beams * (len(POINT_COLUMNS) + 2) * np.dtype(np.float64).itemsize
+
+
+class LidarSensor:
+    """A lidar that delivers the returns of its beams; it detects no objects itself.
+
+    Beams stand layer by layer, see ``kernel.scan.fill_beams``. Where a beam's nearest hit returns
+    too little light nothing comes back, and what is behind is hidden all the same.
+    """
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        scene = context.scene
+        specs = [cast("PhysicalLidar", spec) for spec in context.specs]
+        self._tables, self._table_of, departure = _tables(specs)
+        self._beams = specs[0].beams
+        slopes = self._tables[:, BEAM_SLOPE]
+        self._parameters = parameter_record(
+            {
+                **spec_columns(specs, _numbers),
+                "departure": departure[self._table_of],
+                "has_ground": slopes.min(axis=1)[self._table_of] < 0.0,
+                "is_level": np.abs(slopes).max(axis=1)[self._table_of] == 0.0,
+                "rain": scene.surroundings.rain,
+                "visibility": scene.surroundings.fog_visibility,
+                "rain_noise": [lidar_rain_noise(float(r)) for r in scene.surroundings.rain],
+            }
+        )
+        objects, size = len(scene.object_ids), specs[0].beams * specs[0].layers
+        # The last column is that of the ground.
+        self._reach: Floats = np.zeros((scene.runs, objects + 1))
+        _fill_reach(self._parameters, scene.object_reflectivity, self._reach)
+        self._looks: Floats = np.zeros((objects, OUTLINE_WIDTH))
+        self._spans: Ints = np.zeros((objects, 2 * TURNS), dtype=np.int64)
+        self._nearest: Floats = np.full(size, np.inf)
+        self._who: Ints = np.full(size, GROUND, dtype=np.int64)
+        self._order: Ints = np.zeros((2, size), dtype=np.int64)
+        self._ways: Floats = np.zeros((3, size))
+        self._frames: list[_Frame] = []
+        self._sample_number = 0
+        self._nothing = no_measurement(scene.runs, objects, with_estimate=False)
+        first = self._shown(self._frame(), -1.0)
+        self._delivery = Delivery.of(context, first)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _shown(self, frame: _Frame, time: float) -> Measurement:
+        """Return a sample of a time [s] whose returns are in a frame."""
+        runs, nothing = self._context.scene.runs, self._nothing
+        return Measurement(
+            stamp=np.full(runs, time),
+            fresh=np.zeros(runs, dtype=np.bool_),
+            alive=np.ones(runs, dtype=np.bool_),
+            mask=nothing.mask.copy(),
+            detections=nothing.detections.copy(),
+            source=nothing.source.copy(),
+            points=frame.points,
+            hits=frame.hits,
+        )
+
+    def _sample(self, scene: Scene) -> Measurement:
+        context, frame = self._context.scene, self._frame()
+        sample_batch(
+            self._parameters,
+            context.stream_seeds,
+            np.uint64(self._context.owner),
+            self._sample_number,
+            scene.ego,
+            scene.objects,
+            context.object_sizes,
+            scene.running,
+            self._tables,
+            self._table_of,
+            self._beams,
+            self._reach,
+            self._looks,
+            self._spans,
+            self._nearest,
+            self._who,
+            self._order,
+            self._ways,
+            frame.points,
+            frame.hits,
+            frame.returns,
+            frame.counts,
+        )
+        self._sample_number += 1
+        return self._shown(frame, scene.time)
+
+    def _frame(self) -> _Frame:
+        """Return a frame that nobody looks at any more, or a new one: fresh memory is dear."""
+        for frame in self._frames:
+            if sys.getrefcount(frame.points) <= _FREE and sys.getrefcount(frame.hits) <= _FREE:
+                return frame
+        self._frames.append(_Frame.of(self._context.scene.runs, len(self._nearest)))
+        return self._frames[-1]
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Memory of one sample, and which of its rows are not empty.
+
+    Attributes:
+        points: (B, P, 3).
+        hits: (B, P).
+        returns: (B, P) beams whose rows are not empty, in the first places.
+        counts: (B,) how many they are.
+    """
+
+    points: Floats
+    hits: Ints
+    returns: Ints
+    counts: Ints
+
+    @classmethod
+    def of(cls, runs: int, beams: int) -> _Frame:
+        return cls(
+            points=np.zeros((runs, beams, len(POINT_COLUMNS))),
+            hits=np.full((runs, beams), GROUND, dtype=np.int64),
+            returns=np.empty((runs, beams), dtype=np.int64),
+            counts=np.zeros(runs, dtype=np.int64),
+        )
+
+
+def _numbers(spec: PhysicalLidar) -> dict[str, float]:
+    """List what the compiled step reads of a lidar."""
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "z": spec.mount.z,
+        "yaw": spec.mount.yaw,
+        "field_of_view": spec.field_of_view,
+        "range": spec.range,
+        "reference_reflectivity": spec.reference_reflectivity,
+        "range_noise": spec.range_noise,
+        "bearing_noise": spec.bearing_noise,
+        "drop_out": spec.drop_out,
+    }
+
+
+def _tables(specs: Sequence[PhysicalLidar]) -> tuple[Floats, Ints, Floats]:
+    """Find the directions of the beams of every run.
+
+    Returns:
+        Tables of beams (G, BEAM_WIDTH, P), number of the table of each run (B,), and how far the
+        bearings of each depart from the angles in a layer (G,) [rad].
+    """
+    known: dict[tuple[float, float, float, float], int] = {}
+    of_run = np.zeros(len(specs), dtype=np.int64)
+    for run, spec in enumerate(specs):
+        shape = (
+            spec.mount.yaw,
+            spec.mount.pitch,
+            spec.field_of_view,
+            spec.vertical_field_of_view,
+        )
+        of_run[run] = known.setdefault(shape, len(known))
+    beams, layers = specs[0].beams, specs[0].layers
+    tables: Floats = np.zeros((len(known), BEAM_WIDTH, beams * layers))
+    departure: Floats = np.zeros(len(known))
+    for shape, number in known.items():
+        departure[number] = fill_beams(*shape, beams, layers, tables[number])
+    return tables, of_run, departure
+
+
+@compiled
+def _fill_reach(parameters: Any, reflectivity: Floats, reach: Floats) -> None:
+    """Compute the range (B, M + 1) that the weather leaves for each object and the ground [m]."""
+    for run in range(reach.shape[0]):
+        record = parameters[run]
+        for thing in range(reach.shape[1]):
+            is_ground = thing == reach.shape[1] - 1
+            reach[run, thing] = lidar_range(
+                record["range"],
+                ROAD_REFLECTIVITY if is_ground else reflectivity[run, thing],
+                record["reference_reflectivity"],
+                record["rain"],
+                record["visibility"],
+            )

@@ -1,0 +1,621 @@
+"""Object-level camera, radar and lidar: field of view, range, occlusion by geometry, noise."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+import numpy as np
+
+from adeye.kernel.elementary import sin_cos, sin_cos_of_any
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import point_velocity
+from adeye.kernel.random import normal_pairs_of
+from adeye.kernel.sight import (
+    COSINE,
+    DISTANCE,
+    DX,
+    DY,
+    HALF,
+    HEADING,
+    NEAREST,
+    OUTLINE_WIDTH,
+    SINE,
+    bearings,
+    fill_extents,
+    outlines,
+    visible_share,
+)
+from adeye.signals import (
+    DETECTION_CLASS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    DETECTION_WIDTH,
+    DETECTION_X,
+    DETECTION_Y,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_X,
+    EGO_Y,
+    EGO_YAW_RATE,
+    OBJECT_SPEED,
+    Bools,
+    Floats,
+    Ints,
+    Measurement,
+    Scene,
+    parameter_record,
+    spec_columns,
+)
+from adeye.simulate.sensors.delivery import Delivery, insert, no_measurement, sample_at
+from adeye.simulate.sensors.gnss_imu import rear_axles
+from adeye.simulate.world.weather import (
+    camera_range,
+    glare_contrast,
+    lidar_range,
+    light_share,
+    sun_cosine,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adeye.ports import SensorContext
+    from adeye.spec.sensors import Camera, Lidar, Radar
+
+# --- How far an object-level camera, radar or lidar reaches in the weather and light of a run -----
+
+CAMERA: Final = 0
+RADAR: Final = 1
+LIDAR: Final = 2
+"""Kinds of object-level sensor."""
+
+
+@compiled
+def fill_reach(kind: int, parameters: Any, reflectivity: Floats, reach: Floats) -> None:
+    """Compute the range that weather and light leave for each object; glare is left out.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        parameters: (B,) records of the sensor's parameters and the conditions.
+        reflectivity: (B, M) of each object.
+        reach: (B, M) out [m].
+    """
+    for run in range(reach.shape[0]):
+        for thing in range(reach.shape[1]):
+            reach[run, thing] = _reach(kind, parameters[run], reflectivity[run, thing])
+
+
+@compiled
+def _reach(kind: int, parameters: Any, reflectivity: float) -> float:
+    if kind == LIDAR:
+        return lidar_range(
+            parameters["range"],
+            reflectivity,
+            parameters["reference_reflectivity"],
+            parameters["rain"],
+            parameters["visibility"],
+        )
+    if kind == CAMERA:
+        return _seen_from(parameters, 1.0)
+    return float(parameters["range"])
+
+
+@inlined
+def _seen_from(parameters: Any, contrast: float) -> float:
+    """Range of a camera at a share of the contrast [m]."""
+    share = light_share(parameters["night_range"], parameters["illuminance"])
+    return camera_range(
+        parameters["range"], parameters["rain"], parameters["visibility"], share * contrast
+    )
+
+
+@inlined
+def reach_in_glare(parameters: Any, reach: float, look: Floats) -> float:
+    """Range of a camera that is left for an object when the sun stands above the horizon [m].
+
+    Args:
+        parameters: Record of the sensor's parameters and the conditions.
+        reach: Without glare [m].
+        look: (OUTLINE_WIDTH,) where the object is from the camera.
+    """
+    distance = look[DISTANCE]
+    if distance <= 0.0:
+        return reach
+    contrast = glare_contrast(
+        sun_cosine(
+            look[DX] / distance,
+            look[DY] / distance,
+            parameters["sun_elevation"],
+            parameters["sun_azimuth"],
+        ),
+        parameters["illuminance"],
+    )
+    return _seen_from(parameters, contrast) if contrast < 1.0 else reach
+
+
+# --- From what object-level sensors see to what they report: noise, drawn for many runs at a time -
+
+DRAWS = 2
+"""Pairs of random numbers per object and sample: distance and bearing, range rate."""
+
+BLOCK: Final = 64
+"""Runs whose noise is drawn together, in a fraction of the time that single draws take."""
+
+# Rows of what is seen.
+(
+    SEEN_X,  # its direction in the map as a unit vector, then its place [m]
+    SEEN_Y,
+    SEEN_DISTANCE,  # [m]
+    SEEN_RATE,  # range rate [m/s]
+    SEEN_DISTANCE_NOISE,  # standard deviation of the error of its distance [m]
+    SEEN_BEARING_NOISE,  # of its bearing [rad]
+    SEEN_RATE_NOISE,  # of its range rate [m/s]
+) = range(7)
+_SEEN_WIDTH: Final = 7
+
+
+class Seen(NamedTuple):
+    """Memory for what a block of runs sees, run after run.
+
+    Attributes:
+        items: (_SEEN_WIDTH, N) how each detected object is seen.
+        things: (N,) which object that is.
+        seeds: (N,) stream seed of its run.
+        indices: (DRAWS, N) of its draws.
+        noise: (2 DRAWS, N) what was drawn.
+        poses: (BLOCK, 4) cosine and sine of the ego's heading, x and y of the sensor [m].
+        ends: (BLOCK,) item behind the last of a run.
+    """
+
+    items: Floats
+    things: Ints
+    seeds: NDArray[np.uint64]
+    indices: Ints
+    noise: Floats
+    poses: Floats
+    ends: Ints
+
+
+def memory_for(objects: int) -> Seen:
+    """Make the memory for a block of runs with M objects."""
+    size = BLOCK * objects
+    return Seen(
+        items=np.zeros((_SEEN_WIDTH, size)),
+        things=np.zeros(size, dtype=np.int64),
+        seeds=np.zeros(size, dtype=np.uint64),
+        indices=np.zeros((DRAWS, size), dtype=np.int64),
+        noise=np.zeros((2 * DRAWS, size)),
+        poses=np.zeros((BLOCK, 4)),
+        ends=np.zeros(BLOCK, dtype=np.int64),
+    )
+
+
+@inlined
+def note(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    parameters: Any,
+    seen: Seen,
+    item: int,
+    seed: np.uint64,
+    thing: int,
+    ux: float,
+    uy: float,
+    distance: float,
+    rate: float,
+) -> None:
+    """Note an object that is seen, and the noise that it is to get.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        parameters: Record of the sensor.
+        seen: In and out.
+        item: Which one of the block.
+        seed: Stream seed of its run.
+        thing: Object that is seen.
+        ux: Unit vector towards it in the map.
+        uy: Of the same.
+        distance: [m].
+        rate: Range rate [m/s].
+    """
+    items = seen.items
+    items[SEEN_X, item], items[SEEN_Y, item] = ux, uy
+    items[SEEN_DISTANCE, item], items[SEEN_RATE, item] = distance, rate
+    items[SEEN_BEARING_NOISE, item] = parameters["bearing_noise"]
+    if kind == CAMERA:
+        # Distance from the height in the image: its error grows with the distance squared.
+        sigma = parameters["distance_noise"] * distance * distance / parameters["range"]
+    else:
+        sigma = parameters["range_noise"]
+    items[SEEN_DISTANCE_NOISE, item] = sigma
+    if kind == RADAR:
+        items[SEEN_RATE_NOISE, item] = parameters["range_rate_noise"] if distance > 0.0 else 0.0
+    seen.things[item] = thing
+    seen.seeds[item] = seed
+    for draw in range(DRAWS):
+        seen.indices[draw, item] = DRAWS * thing + draw
+
+
+@inlined
+def measure(kind: int, seen: Seen, count: int, owner: np.uint64, number: int) -> None:
+    """Draw the noise of all items of a block of runs, and add it.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        seen: In and out: directions become places from the sensor in the map.
+        count: Number of items.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+    """
+    for draw in range(DRAWS if kind == RADAR else 1):
+        normal_pairs_of(
+            seen.seeds[:count],
+            owner,
+            number,
+            seen.indices[draw, :count],
+            seen.noise[2 * draw],
+            seen.noise[2 * draw + 1],
+        )
+    _disturb(seen.items, seen.noise, count)
+    if kind == RADAR:
+        rates, sigmas = seen.items[SEEN_RATE], seen.items[SEEN_RATE_NOISE]
+        for item in range(count):
+            rates[item] += sigmas[item] * seen.noise[2, item]
+
+
+@compiled
+def _disturb(items: Floats, noise: Floats, count: int) -> None:
+    """Turn directions and distances into places with an error, several at a time.
+
+    A distance below zero lies on the other side of the sensor: cut, its mean would be wrong.
+    """
+    for item in range(count):
+        distance = items[SEEN_DISTANCE, item] + items[SEEN_DISTANCE_NOISE, item] * noise[0, item]
+        s, c = sin_cos_of_any(items[SEEN_BEARING_NOISE, item] * noise[1, item])
+        ux, uy = items[SEEN_X, item], items[SEEN_Y, item]
+        items[SEEN_X, item] = distance * (c * ux - s * uy)
+        items[SEEN_Y, item] = distance * (s * ux + c * uy)
+
+
+@inlined
+def write(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    ego: Floats,
+    sizes: Floats,
+    classes: Ints,
+    seen: Seen,
+    row: int,
+    first: int,
+    order: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """Write what one run of a block has measured, by increasing distance.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        ego: (7,) state.
+        sizes: (M, 3).
+        classes: (M,).
+        seen: Of the block, measured.
+        row: Of the run in its block.
+        first: Its first item.
+        order: (M,) scratch.
+        mask: (M,) out.
+        detections: (M, 7) out.
+        source: (M,) out.
+    """
+    count = seen.ends[row] - first
+    c, s, x, y = seen.poses[row]
+    items, things = seen.items.T[first:], seen.things[first:]
+    for item in range(count):
+        dx, dy = x + items[item, SEEN_X] - ego[EGO_X], y + items[item, SEEN_Y] - ego[EGO_Y]
+        items[item, SEEN_X] = c * dx + s * dy
+        items[item, SEEN_Y] = -s * dx + c * dy
+        insert(order, items, item, item, dx * dx + dy * dy)
+    for place in range(count):
+        item = order[place]
+        thing = things[item]
+        mask[place] = True
+        source[place] = thing
+        detections[place, DETECTION_X] = items[item, SEEN_X]
+        detections[place, DETECTION_Y] = items[item, SEEN_Y]
+        detections[place, DETECTION_RANGE_RATE] = items[item, SEEN_RATE]
+        detections[place, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
+        detections[place, DETECTION_LENGTH] = sizes[thing, 0]
+        detections[place, DETECTION_WIDTH] = sizes[thing, 1]
+        detections[place, DETECTION_CLASS] = classes[thing]
+
+
+# --- Object-level camera, radar and lidar: field of view, range, occlusion by geometry, noise -----
+
+_KINDS = {"camera": CAMERA, "radar": RADAR, "lidar": LIDAR}
+_NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
+_OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
+
+
+class RangingSensor:
+    """A camera, radar or lidar that reports boxes."""
+
+    def __init__(self, context: SensorContext) -> None:
+        """Pack the parameters of every run."""
+        self._context = context
+        scene = context.scene
+        self._kind = _KINDS[context.specs[0].kind]
+        specs = [cast("Camera | Radar | Lidar", spec) for spec in context.specs]
+        weather = scene.surroundings
+        self._parameters = parameter_record(
+            {
+                **spec_columns(specs, _numbers),
+                "rain": weather.rain,
+                "visibility": weather.fog_visibility,
+                "illuminance": weather.illuminance,
+                "sun_elevation": weather.sun_elevation,
+                "sun_azimuth": weather.sun_azimuth,
+                "rear": rear_axles(context),
+            }
+        )
+        self._objects = len(scene.object_ids)
+        self._reach: Floats = np.zeros((scene.runs, self._objects))
+        fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
+        self._pieces: Floats = np.zeros((self._objects, 2))
+        self._extents: Floats = np.zeros((3, scene.runs * self._objects))
+        fill_extents(scene.object_sizes, self._extents)
+        self._looks: Floats = np.zeros((OUTLINE_WIDTH, BLOCK * self._objects))
+        self._seen = memory_for(self._objects)
+        self._order: Ints = np.zeros(self._objects, dtype=np.int64)
+        self._sample_number = 0
+        first = no_measurement(scene.runs, self._objects, with_estimate=False)
+        self._delivery = Delivery.of(context, first)
+
+    def sense(self, scene: Scene) -> Measurement:
+        """Sample if it is time to, and return the newest delivered sample."""
+        if self._delivery.is_due(scene.tick):
+            self._delivery.push(scene.tick, self._sample(scene))
+        return self._delivery.newest(scene.tick)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        context = self._context.scene
+        sample = sample_at(scene.time, context.runs, self._objects)
+        _sample_batch(
+            self._kind,
+            self._parameters,
+            context.stream_seeds,
+            np.uint64(self._context.owner),
+            self._sample_number,
+            scene.ego,
+            scene.objects,
+            context.object_sizes,
+            context.object_classes,
+            scene.running,
+            self._reach,
+            self._extents,
+            self._pieces,
+            self._looks,
+            self._seen,
+            self._order,
+            sample.mask,
+            sample.detections,
+            sample.source,
+        )
+        self._sample_number += 1
+        return sample
+
+
+def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
+    """List what the compiled step reads of a sensor; both edges are 0 from half a turn on."""
+    angle = spec.field_of_view
+    sine, cosine = sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0)
+    return {
+        "x": spec.mount.x,
+        "y": spec.mount.y,
+        "yaw": spec.mount.yaw,
+        "field_of_view": angle,
+        "range": spec.range,
+        "min_visible": spec.min_visible,
+        **{name: float(getattr(spec, name, default)) for name, default in _OPTIONAL.items()},
+        "edge_sine": sine,
+        "edge_cosine": cosine,
+    }
+
+
+@compiled
+def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    parameters: Any,
+    seeds: NDArray[np.uint64],
+    owner: np.uint64,
+    number: int,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    classes: Ints,
+    running: Bools,
+    reach: Floats,
+    extents: Floats,
+    pieces: Floats,
+    looks: Floats,
+    seen: Seen,
+    order: Ints,
+    mask: Bools,
+    detections: Floats,
+    source: Ints,
+) -> None:
+    """Detect the objects of each run and pack them by increasing distance; none where it has ended.
+
+    What is measured is the centre of a box; its noise is drawn by sensor, sample and object.
+
+    Args:
+        kind: CAMERA, RADAR or LIDAR.
+        parameters: (B,) records of the sensor's parameters and the weather.
+        seeds: (B,) stream seeds.
+        owner: Owner number of the sensor.
+        number: Number of the sample.
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        sizes: (B, M, 3).
+        classes: (M,).
+        running: (B,).
+        reach: (B, M) how near each object must be [m].
+        extents: (3, B * M) see ``sight.fill_extents``.
+        pieces: (M, 2) scratch.
+        looks: (OUTLINE_WIDTH, BLOCK * M) scratch: how the objects of a block look.
+        seen: Scratch.
+        order: (M,) scratch: what a run sees, in order.
+        mask: (B, M) out.
+        detections: (B, M, 7) out.
+        source: (B, M) out.
+    """
+    runs, things = objects.shape[:2]
+    for begin in range(0, runs, BLOCK):
+        stop = min(begin + BLOCK, runs)
+        _place(begin, stop, parameters, ego, objects, seen.poses, looks)
+        outlines((stop - begin) * things, begin * things, extents, looks)
+        count = 0
+        for run in range(begin, stop):
+            if running[run]:
+                row, views = (
+                    run - begin,
+                    looks.T[(run - begin) * things : (run - begin + 1) * things],
+                )
+                count = _look(
+                    kind, parameters[run], seeds[run], ego[run], objects[run], sizes[run],
+                    reach[run], pieces, views, seen, row, count,
+                )  # fmt: skip
+            seen.ends[run - begin] = count
+        measure(kind, seen, count, owner, number)
+        first = 0
+        for run in range(begin, stop):
+            write(
+                kind, ego[run], sizes[run], classes, seen, run - begin, first,
+                order, mask[run], detections[run], source[run],
+            )  # fmt: skip
+            first = seen.ends[run - begin]
+
+
+@inlined
+def _place(  # noqa: PLR0913, PLR0917 - a kernel
+    begin: int,
+    stop: int,
+    parameters: Any,
+    ego: Floats,
+    objects: Floats,
+    poses: Floats,
+    looks: Floats,
+) -> None:
+    """Find where the sensors of a block of runs are, and where the objects are from there."""
+    place = 0
+    for run in range(begin, stop):
+        item = parameters[run]
+        s, c = sin_cos(ego[run, EGO_HEADING])
+        sensor_x = ego[run, EGO_X] + c * item["x"] - s * item["y"]
+        sensor_y = ego[run, EGO_Y] + s * item["x"] + c * item["y"]
+        pose = poses[run - begin]
+        pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
+        for thing in range(objects.shape[1]):
+            box = objects[run, thing]
+            looks[DX, place], looks[DY, place] = box[0] - sensor_x, box[1] - sensor_y
+            looks[HEADING, place] = box[2]
+            place += 1
+
+
+@inlined
+def _look(  # noqa: PLR0913, PLR0917 - a kernel
+    kind: int,
+    parameters: Any,
+    seed: np.uint64,
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    reach: Floats,
+    pieces: Floats,
+    looks: Floats,
+    seen: Seen,
+    row: int,
+    count: int,
+) -> int:
+    """Note what one run of a block sees, without noise, behind the items before.
+
+    Args: as of ``_sample_batch``, of one run.
+
+    Returns:
+        Number of items.
+    """
+    c, s = seen.poses[row, 0], seen.poses[row, 1]
+    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
+    for thing in range(objects.shape[0]):
+        left = reach[thing]
+        if is_glared:
+            left = reach_in_glare(parameters, left, looks[thing])
+        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, sizes, looks, pieces):
+            continue
+        look = looks[thing]
+        distance = look[DISTANCE]
+        # The line of sight as a unit vector: no angle is needed.
+        ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (c, s)
+        rate = 0.0
+        if kind == RADAR and distance > 0.0:
+            rate = objects[thing, OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
+            forward, aside = point_velocity(
+                ego[EGO_SPEED],
+                ego[EGO_YAW_RATE],
+                parameters["x"] + parameters["rear"],
+                parameters["y"],
+            )
+            rate -= forward * (c * ux + s * uy)
+            rate -= aside * (c * uy - s * ux)
+        note(kind, parameters, seen, count, seed, thing, ux, uy, distance, rate)
+        count += 1
+    return count
+
+
+@inlined
+def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
+    parameters: Any,
+    reach: float,
+    ahead_x: float,
+    ahead_y: float,
+    thing: int,
+    sizes: Floats,
+    looks: Floats,
+    pieces: Floats,
+) -> bool:
+    """Tell whether an object is detected.
+
+    Its nearest point must be within reach, and of its angular extent the unoccluded share and the
+    share in view must each be at least ``min_visible``.
+    """
+    look = looks[thing]
+    # How far the centre lies outside of the nearer edge of view; a circle around the object that is
+    # all outside or all inside spares the angles.
+    sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
+    along = ahead_x * look[DX] + ahead_y * look[DY]
+    across = ahead_x * look[DY] - ahead_y * look[DX]
+    outside = abs(across) * cosine - along * sine
+    has_edges = sine > 0.0
+    is_outside = has_edges & (parameters["min_visible"] > 0.0) & (outside > look[HALF])
+    is_near = look[NEAREST] <= reach
+    if is_outside or not is_near:
+        return False
+    is_amid = has_edges & (outside < -look[HALF])
+    if not is_amid and not _is_in_view(parameters, ahead_x, ahead_y, look):
+        return False
+    seen = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
+    return bool(seen >= parameters["min_visible"])
+
+
+@inlined
+def _is_in_view(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -> bool:
+    """Tell whether enough of the angular extent of an object lies in the field of view."""
+    half = 0.5 * parameters["field_of_view"]
+    if not half < math.pi:
+        return True
+    right, left = bearings(ahead_x, ahead_y, look)
+    extent = left - right
+    # The left edge may lie beyond pi, so the field of view is met from both sides.
+    inside = max(0.0, min(left, half) - max(right, -half))
+    inside += max(0.0, min(left - 2.0 * math.pi, half) - max(right - 2.0 * math.pi, -half))
+    return not (extent > 0.0 and inside < parameters["min_visible"] * extent)

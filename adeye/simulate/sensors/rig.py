@@ -1,0 +1,173 @@
+"""The sensors of an architecture, built for a batch and sampled together."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.kernel.random import owner_id
+from adeye.plugins import Part, load_part
+from adeye.ports import SensorContext, SensorModel
+from adeye.signals import Measurement, spec_columns
+from adeye.simulate.sensors.camera import PhysicalCameraSensor
+from adeye.simulate.sensors.gnss_imu import GnssSensor, ImuSensor
+from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
+from adeye.simulate.sensors.lidar import LidarSensor
+from adeye.simulate.sensors.radar import RadarSensor
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
+from adeye.spec.clock import period_ticks, ticks
+from adeye.spec.sensors import model_name
+from adeye.supervision import guest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from adeye.signals import Floats, Scene, SceneContext
+    from adeye.spec.sensors import Sensor
+    from adeye.sweep.case import TestCase
+
+BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
+    "camera": RangingSensor,
+    "camera/physical": PhysicalCameraSensor,
+    "radar": RangingSensor,
+    "radar/physical": RadarSensor,
+    "lidar": RangingSensor,
+    "ultrasonic": UltrasonicSensor,
+    "gnss": GnssSensor,
+    "imu": ImuSensor,
+    "lidar/physical": LidarSensor,
+    "localisation": LocalisationSensor,
+    "ground_truth": GroundTruthSensor,
+}
+
+DATA_SHEETS: Final[dict[str, tuple[str, ...]]] = {
+    "camera": ("range", "distance_noise", "bearing_noise"),
+    "camera/physical": ("field_of_view", "columns", "mount.z"),
+    "radar": ("range_noise", "bearing_noise", "range_rate_noise"),
+    "radar/physical": (
+        "false_alarm_rate",
+        "range_resolution",
+        "bearing_resolution",
+        "range_rate_resolution",
+    ),
+    "lidar": ("range_noise", "bearing_noise"),
+    "lidar/physical": ("field_of_view", "beams", "range_noise", "bearing_noise"),
+    "ultrasonic": ("field_of_view", "range_noise"),
+    "gnss": ("rate", "position_noise", "bias", "bias_time", "speed_noise"),
+    "imu": (
+        "rate",
+        "acceleration_noise",
+        "acceleration_bias",
+        "yaw_rate_noise",
+        "yaw_rate_bias",
+        "bias_time",
+    ),
+}
+"""What a channel may know of the accuracy of a sensor beforehand, by model: a field of its record,
+or of its mount. Outages are not among it, nor is any fault."""
+
+
+class Rig:
+    """Every sensor of the architecture; a second one of a kind is a second name."""
+
+    def __init__(self, cases: Sequence[TestCase], scene: SceneContext, base_dir: Path) -> None:
+        """Build the sensors of a batch.
+
+        Args:
+            cases: Test cases of one structure.
+            scene: What does not change during the runs.
+            base_dir: Folder of the file that names plug-ins.
+        """
+        self._sensors: dict[str, SensorModel] = {}
+        for name, first in cases[0].architecture.sensors.items():
+            specs = [case.architecture.sensors[name] for case in cases]
+            context = SensorContext(
+                sensor_id=name,
+                specs=specs,
+                scene=scene,
+                every=period_ticks(first.rate, scene.step, f"sensors.{name}.rate"),
+                latency=ticks(first.latency, scene.step, f"sensors.{name}.latency"),
+                owner=owner_id(f"sensor/{name}"),
+                jitter=ticks(first.jitter, scene.step, f"sensors.{name}.jitter"),
+                others={
+                    other: [case.architecture.sensors[other] for case in cases]
+                    for other in cases[0].architecture.sensors
+                    if other != name
+                },
+                vehicles=[case.architecture.vehicle for case in cases],
+            )
+            model = model_name(first)
+            if model in BUILT_IN:
+                self._sensors[name] = BUILT_IN[model](context)
+            else:
+                self._sensors[name] = _Guest(load_part(first.kind, base_dir), context)
+
+    def cover(self, name: str, patches: Sequence[Floats]) -> None:
+        """Lay patches on the image of a physical camera, in place of those laid on before.
+
+        Args:
+            name: Of the camera.
+            patches: (B, P, PATCH_WIDTH) each, see ``exposure``; none for what its record says.
+
+        Raises:
+            TypeError: It is no physical camera.
+        """
+        camera = self._sensors[name]
+        if not isinstance(camera, PhysicalCameraSensor):
+            msg = f"{name} has no image"
+            raise TypeError(msg)
+        camera.cover(patches)
+
+    def sense(self, scene: Scene) -> dict[str, Measurement]:
+        """Return the newest delivered measurement of each sensor."""
+        return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}
+
+
+class _Guest:
+    """A sensor of somebody else: it shares no memory with the world, nor with its readers.
+
+    It may write into what it is shown and into what it has answered; both are copies. What it
+    raises ends no more than the batch, under its name.
+    """
+
+    def __init__(self, part: Part, context: SensorContext) -> None:
+        self._name = part.name
+        with guest(self._name, "sensor"):
+            self._sensor: SensorModel = part.build(deepcopy(context))
+
+    def sense(self, scene: Scene) -> Measurement:
+        with guest(self._name, "sensor"):
+            return Measurement.map(self._sensor.sense(scene.copy()), np.array)
+
+
+def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:
+    """Return the mount pose (B, 4: x, y, z, yaw) of each sensor that has one."""
+    found: dict[str, Floats] = {}
+    for name, first in cases[0].architecture.sensors.items():
+        if hasattr(first, "mount"):
+            sensors: list[Any] = [case.architecture.sensors[name] for case in cases]
+            poses = [sensor.mount for sensor in sensors]
+            found[name] = np.array([[pose.x, pose.y, pose.z, pose.yaw] for pose in poses])
+    return found
+
+
+def data_sheets(cases: Sequence[TestCase]) -> dict[str, dict[str, Floats]]:
+    """Return what is known of the accuracy of each sensor (B,), by the fields of its model."""
+    found: dict[str, dict[str, Floats]] = {}
+    for name, first in cases[0].architecture.sensors.items():
+        if model_name(first) in DATA_SHEETS:
+            found[name] = spec_columns(
+                [case.architecture.sensors[name] for case in cases], data_sheet
+            )
+    return found
+
+
+def data_sheet(sensor: Sensor) -> dict[str, float]:
+    """Return what is known of the accuracy of a sensor, by the fields of its model."""
+    fields = DATA_SHEETS[model_name(sensor)]
+    return {field: float(attrgetter(field)(sensor)) for field in fields}

@@ -1,0 +1,95 @@
+"""The simulated world around the ego, behind one protocol: make an implementation by its name."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Final, Protocol, cast
+
+from adeye.errors import UsageError, suggest
+from adeye.ports import TrafficBackend
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Ints
+
+__all__ = ["BACKENDS", "VARIANTS", "Traffic", "make_traffic", "variant_of"]
+
+BACKENDS: Final = {
+    "highway": ("adeye.simulate.traffic.highway", "HighwayTraffic"),
+    "batch": ("adeye.simulate.traffic.batch", "BatchTraffic"),
+}
+"""Module and class behind each name; imported when it is made, never before."""
+
+VARIANTS: Final = {
+    "highway": {"highway-env": f"highway-env-{version('highway-env')}"},
+    "batch": {"reference": "reference-1", "fast": "fast-2"},
+}
+"""Kinds of arithmetic of each implementation, the first one unless another is asked for; with the
+number of their version, which is raised whenever their bits change on purpose."""
+
+
+class Traffic(TrafficBackend, Protocol):
+    """A traffic implementation, and how far its runs have come."""
+
+    @property
+    def running(self) -> Bools:
+        """Runs that have not ended (B,)."""
+
+    @property
+    def ended(self) -> Bools:
+        """Runs that have ended (B,)."""
+
+    @property
+    def arrived(self) -> Bools:
+        """Runs whose ego has reached its goal within the horizon (B,)."""
+
+    @property
+    def horizon_row(self) -> Ints:
+        """Last row at which an obligation may start (B,); final once a run has ended."""
+
+    @property
+    def complete(self) -> Bools:
+        """Runs that ended by goal or horizon, not by contact (B,)."""
+
+
+def make_traffic(name: str, variant: str | None = None) -> Traffic:
+    """Make a traffic implementation.
+
+    Args:
+        name: One of ``BACKENDS``.
+        variant: One of its ``VARIANTS``, with or without its version; None for the first.
+
+    Raises:
+        UsageError: There is none of that name, or it has no such variant.
+    """
+    chosen = _find(name, variant)
+    module, kind = BACKENDS[name]
+    make = getattr(import_module(module), kind)
+    return cast("Traffic", make(chosen) if len(VARIANTS[name]) > 1 else make())
+
+
+def variant_of(name: str, variant: str | None = None) -> str:
+    """Name the arithmetic that an implementation would run with, without importing it.
+
+    Args:
+        name: One of ``BACKENDS``.
+        variant: One of its ``VARIANTS``, with or without its version; None for the first.
+
+    Raises:
+        UsageError: There is none of that name, or it has no such variant.
+    """
+    chosen = _find(name, variant)
+    return VARIANTS[name][chosen]
+
+
+def _find(name: str, variant: str | None) -> str:
+    """Return the variant without its version."""
+    if name not in BACKENDS:
+        raise UsageError(f"there is no traffic {name!r}", remedy=suggest(name, BACKENDS))
+    known = VARIANTS[name]
+    if variant is None:
+        return next(iter(known))
+    for short, full in known.items():
+        if variant in (short, full):
+            return short
+    raise UsageError(f"traffic {name!r} has no variant {variant!r}", remedy=suggest(variant, known))

@@ -1,0 +1,373 @@
+"""The fast traffic: the model of the reference traffic, compiled, for all runs at once.
+
+Reactive actors decide and move as ``highway`` has them do it, with the same equations in the same
+order; everything else is the stage's, as there. It works in our frame throughout.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import owner_id, uniform
+from adeye.kernel.traffic.lanes import LANE_WIDTH, write_arc, write_straight
+from adeye.kernel.traffic.network import (
+    ACCELERATION,
+    BRAKING,
+    CHANGING,
+    COSINE,
+    DESIRED_SPEED,
+    EXPONENT,
+    FIXED,
+    FOLLOWING,
+    GAIN,
+    HEADING,
+    JAM_DISTANCE,
+    LANE,
+    LENGTH,
+    MARK_WIDTH,
+    ORDER,
+    ORDER_X,
+    PLACED,
+    ROLE,
+    SINUS,
+    SPEED,
+    TARGET,
+    TIME_GAP,
+    TIMER,
+    TOP_SPEED,
+    VEHICLE_WIDTH,
+    X,
+    Y,
+    build_links,
+    make_lists,
+    mark_alongside,
+)
+from adeye.kernel.traffic.steering import advance_fast, advance_reference, locate
+from adeye.simulate.traffic import variant_of
+from adeye.simulate.traffic.stage import Stage, Staged
+from adeye.simulate.world.compile import World, compile_world
+from adeye.simulate.world.roads import RUN_OUT
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
+    from adeye.simulate.world.formulas import Situation
+
+COMFORT_ACCELERATION: Final = 3.0
+"""IDM's largest acceleration [m/s²]."""
+
+COMFORT_BRAKING: Final = 5.0
+"""IDM's comfortable deceleration [m/s²]."""
+
+DESIRED_TIME_GAP: Final = 1.5
+"""IDM's time gap [s]."""
+
+SPEED_EXPONENT: Final = 4.0
+"""IDM's exponent of the share of the desired speed."""
+
+JAM_GAP: Final = 5.0
+"""Bumper-to-bumper gap at which IDM stands [m]."""
+
+
+class BatchTraffic(Staged):
+    """Traffic of a batch in compiled kernels."""
+
+    name = "batch"
+
+    def __init__(self, variant: str = "reference") -> None:
+        """Choose the arithmetic.
+
+        Args:
+            variant: ``reference`` computes in the order of the reference traffic, ``fast`` in
+                simpler algebra.
+
+        Raises:
+            UsageError: There is no such variant.
+        """
+        super().__init__()
+        self.variant = variant_of(self.name, variant)
+        self._react = react_fast if self.variant.startswith("fast") else react_reference
+
+    def reset(self, cases: Sequence[Situation]) -> tuple[SceneContext, Scene]:
+        """Build the world of each test case; all have one structure.
+
+        Raises:
+            SpecError: A value of a scenario is not possible.
+        """
+        world = compile_world(cases)
+        self._stage = stage = Stage(world, cases)
+        road = world.context.road
+        pieces = road.segments.shape[1]
+        self._lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, LANE_WIDTH))
+        self._links = build_links(
+            [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
+        )
+        build_lanes(road.segments, self._links, road.lane_width, RUN_OUT, self._lanes)
+        self._vehicles, self._marks = _begin_vehicles(world)
+        things = self._vehicles.shape[1]
+        self._lists = make_lists(self._lanes.shape[1], things)
+        self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
+        self._is_reactive = not world.scripted.all()
+        if self._is_reactive:
+            locate_all_vehicles(self._lanes, self._links, self._vehicles, self._marks)
+        return world.context, stage.scene()
+
+    def step(self, command: Floats, friction: Floats | None = None) -> Scene:
+        """Advance one tick with the acting command (B, 2) and return the next scene.
+
+        Args:
+            command: (B, 2) acceleration [m/s²] and steering angle [rad].
+            friction: (B,) of the ego's tyres; None for that of the road.
+        """
+        stage = self._require_stage()
+        running = stage.ending.running.copy()
+        if self._is_reactive:
+            self._react(
+                running,
+                self._lanes,
+                self._links,
+                self._vehicles,
+                self._marks,
+                *self._lists,
+                stage.world.context.step,
+                self._reacted,
+            )
+        stage.advance(command, self._reacted, friction)
+        if self._is_reactive:
+            show_placed(
+                running,
+                stage.ego,
+                stage.objects,
+                self._lanes,
+                self._links,
+                self._vehicles,
+                self._marks,
+            )
+        return stage.scene()
+
+
+def _begin_vehicles(world: World) -> tuple[Floats, Ints]:
+    """Write the rows of everything on the road: the ego, the actors, the static objects."""
+    context = world.context
+    runs, things = world.objects.shape[:2]
+    actors = len(world.scripted)
+    vehicles: Floats = np.zeros((runs, 1 + things, VEHICLE_WIDTH))
+    marks: Ints = np.zeros((runs, 1 + things, MARK_WIDTH), dtype=np.int64)
+    columns = [X, Y, HEADING, SPEED]
+    vehicles[:, 0, columns] = world.ego[:, :4]
+    vehicles[:, 1:, columns] = world.objects[..., :4]
+    vehicles[:, 0, LENGTH] = context.ego_size[:, 0]
+    vehicles[:, 1:, LENGTH] = context.object_sizes[..., 0]
+    vehicles[..., JAM_DISTANCE] = JAM_GAP + vehicles[..., LENGTH]
+    vehicles[..., TIME_GAP] = DESIRED_TIME_GAP
+    vehicles[..., GAIN] = COMFORT_ACCELERATION
+    vehicles[..., BRAKING] = 2.0 * math.sqrt(COMFORT_ACCELERATION * COMFORT_BRAKING)
+    vehicles[..., EXPONENT] = SPEED_EXPONENT
+    vehicles[..., TOP_SPEED] = math.inf
+    vehicles[:, 0, DESIRED_SPEED] = world.ego_desired_speed
+    wanted = np.where(world.scripted, world.objects[:, :actors, 3], world.desired_speed)
+    vehicles[:, 1 : 1 + actors, DESIRED_SPEED] = wanted
+    owners = np.array([owner_id(name) for name in context.object_ids[:actors]], dtype=np.uint64)
+    draw_timers(context.stream_seeds, owners, vehicles)
+    marks[:, :, ORDER] = marks[:, :, ORDER_X] = np.arange(1 + things)
+    marks[:, :, ROLE] = FIXED
+    marks[:, 0, ROLE] = PLACED
+    reactive = np.where(world.lane_changes, CHANGING, FOLLOWING)
+    marks[:, 1 : 1 + actors, ROLE] = np.where(world.scripted, PLACED, reactive)
+    return vehicles, marks
+
+
+@compiled
+def draw_timers(seeds: NDArray[np.uint64], owners: NDArray[np.uint64], vehicles: Floats) -> None:
+    """Draw how long ago each actor last thought of changing lanes, up to a second.
+
+    Args:
+        seeds: (B,) stream seeds.
+        owners: (A,) numbers of the actors.
+        vehicles: (B, 1 + M, VEHICLE_WIDTH) out, the actors after the ego.
+    """
+    for run in range(seeds.shape[0]):
+        for actor in range(owners.shape[0]):
+            vehicles[run, 1 + actor, TIMER] = uniform(seeds[run], owners[actor], 0, 0)
+
+
+@compiled
+def build_lanes(
+    segments: Floats, links: Ints, lane_width: Floats, lead: float, out: Floats
+) -> None:
+    """Build the lanes along the reference line of each run.
+
+    Args:
+        segments: (B, K, 5) reference lines, the first one straight.
+        links: (K * lanes, T) of the lanes, see ``kernel.network``.
+        lane_width: (B,) [m].
+        lead: How far before the road its first lanes begin [m].
+        out: (B, K * lanes, LANE_WIDTH), segment by segment, from the left.
+    """
+    lanes = out.shape[1] // segments.shape[1]
+    for run in range(segments.shape[0]):
+        width = lane_width[run]
+        for number in range(segments.shape[1]):
+            x, y, heading, length, curvature = segments[run, number]
+            sine, cosine = sin_cos(heading)
+            for place in range(lanes):
+                row = out[run, number * lanes + place]
+                d = (lanes - 1 - place + 0.5) * width
+                if curvature == 0.0:
+                    before = lead if number == 0 else 0.0
+                    write_straight(
+                        row,
+                        x - d * sine - before * cosine,
+                        y + d * cosine - before * sine,
+                        heading,
+                        length + before,
+                        width,
+                        math.inf,
+                    )
+                    continue
+                radius = 1.0 / curvature
+                turn = 1.0 if curvature > 0.0 else -1.0
+                beside = abs(radius - d)
+                write_arc(
+                    row,
+                    x - radius * sine,
+                    y + radius * cosine,
+                    beside,
+                    heading - turn * 0.5 * math.pi,
+                    turn,
+                    beside * abs(curvature) * length,
+                    width,
+                    math.inf,
+                )
+        mark_alongside(out[run], links)
+
+
+@compiled
+def locate_all_vehicles(lanes: Floats, links: Ints, vehicles: Floats, marks: Ints) -> None:
+    """Find the lane of everything on the road at the beginning; drivers keep to theirs.
+
+    Args:
+        lanes: (B, L, LANE_WIDTH).
+        links: (L, T) of the lanes, see ``kernel.network``.
+        vehicles: (B, N, VEHICLE_WIDTH) in and out.
+        marks: (B, N, MARK_WIDTH) in and out.
+    """
+    for run in range(lanes.shape[0]):
+        for who in range(vehicles.shape[1]):
+            vehicle = vehicles[run, who]
+            vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
+            locate(lanes[run], links, None, vehicles[run], marks[run], who)
+            marks[run, who, TARGET] = marks[run, who, LANE]
+
+
+@compiled
+def show_placed(  # noqa: PLR0913, PLR0917 - a kernel
+    running: Bools,
+    ego: Floats,
+    objects: Floats,
+    lanes: Floats,
+    links: Ints,
+    vehicles: Floats,
+    marks: Ints,
+) -> None:
+    """Show the ego and the scripted actors to the drivers.
+
+    Args:
+        running: (B,) runs to do it in.
+        ego: (B, 7) states.
+        objects: (B, M, 5) states.
+        lanes: (B, L, LANE_WIDTH).
+        links: (L, T) of the lanes, see ``kernel.network``.
+        vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
+        marks: (B, 1 + M, MARK_WIDTH) in and out.
+    """
+    for run in range(running.shape[0]):
+        if not running[run]:
+            continue
+        for who in range(vehicles.shape[1]):
+            if marks[run, who, ROLE] != PLACED:
+                continue
+            vehicle = vehicles[run, who]
+            state = ego[run] if who == 0 else objects[run, who - 1]
+            vehicle[X], vehicle[Y], vehicle[HEADING] = state[0], state[1], state[2]
+            vehicle[SPEED] = state[3]
+            if who > 0:
+                vehicle[DESIRED_SPEED] = state[3]
+            vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
+            locate(lanes[run], links, None, vehicles[run], marks[run], who)
+
+
+@compiled
+def _write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
+    """Write the states (A, 5) of the reactive actors of a run."""
+    for actor in range(reacted.shape[0]):
+        if marks[1 + actor, ROLE] >= FOLLOWING:
+            vehicle = vehicles[1 + actor]
+            row = reacted[actor]
+            row[0], row[1], row[2] = vehicle[X], vehicle[Y], vehicle[HEADING]
+            row[3], row[4] = vehicle[SPEED], vehicle[ACCELERATION]
+
+
+@compiled
+def react_reference(  # noqa: PLR0913, PLR0917 - a kernel
+    running: Bools,
+    lanes: Floats,
+    links: Ints,
+    vehicles: Floats,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    step: float,
+    reacted: Floats,
+) -> None:
+    """Advance the reactive actors of all runs by one tick, in the reference arithmetic.
+
+    Args:
+        running: (B,) runs to do it in.
+        lanes: (B, L, LANE_WIDTH).
+        links: (L, T) of the lanes, see ``kernel.network``.
+        vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
+        marks: (B, 1 + M, MARK_WIDTH) in and out.
+        seen: (L, 1 + M) scratch, see ``kernel.neighbours.make_lists``.
+        along: (L, 1 + M) scratch.
+        listed: (L, 2 + M) scratch.
+        step: [s].
+        reacted: (B, A, 5) states of the reactive actors, out.
+    """
+    for run in range(running.shape[0]):
+        if running[run]:
+            advance_reference(
+                lanes[run], links, None, vehicles[run], marks[run], seen, along, listed, step
+            )
+            _write_reacted(vehicles[run], marks[run], reacted[run])
+
+
+@compiled
+def react_fast(  # noqa: PLR0913, PLR0917 - a kernel
+    running: Bools,
+    lanes: Floats,
+    links: Ints,
+    vehicles: Floats,
+    marks: Ints,
+    seen: Floats,
+    along: Floats,
+    listed: Ints,
+    step: float,
+    reacted: Floats,
+) -> None:
+    """Do what ``react_reference`` does, in the fast arithmetic."""
+    for run in range(running.shape[0]):
+        if running[run]:
+            advance_fast(
+                lanes[run], links, None, vehicles[run], marks[run], seen, along, listed, step
+            )
+            _write_reacted(vehicles[run], marks[run], reacted[run])

@@ -1,0 +1,227 @@
+"""Build the reference lines of parametric roads: straight, curve and S-curve.
+
+The reference line is the right edge of lane 0 and starts in the origin of the map, heading along
+x. The line of every road goes on straight for ``RUN_OUT`` beyond its length, for actors that are
+ahead of the ego; the run of an ego that drives over the end is over. A curve and an S-curve begin
+with a straight lead-in of ``LEAD_IN``:
+
+- straight: ``length + RUN_OUT`` straight;
+- curve: lead-in, an arc over the rest of the length, run-out;
+- s_curve: lead-in, an arc over half of the rest, the opposite arc over the other half, run-out.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from adeye.errors import SpecError
+from adeye.kernel.elementary import sin, sin_cos
+from adeye.kernel.jit import compiled
+from adeye.signals import (
+    REFUGE_COLUMNS,
+    REFUGE_DEPTH,
+    REFUGE_KIND,
+    REFUGE_KINDS,
+    REFUGE_LENGTH,
+    REFUGE_S,
+    REFUGE_TAPER,
+    Floats,
+    RoadMap,
+)
+from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
+
+if TYPE_CHECKING:
+    from adeye.signals import Ints
+
+# --- Parking bays and rest areas beside a road, and where they may be -----------------------------
+
+_ROUNDING = 1e-9
+"""By how much one bay may reach into the next or beyond the road [m]: rounding errors."""
+
+
+def build_refuges(formulas: Formulas, length: Floats) -> Floats:
+    """Build the parking bays and rest areas of each run, in the order of their places.
+
+    Args:
+        formulas: Scenarios of the batch with their parameters.
+        length: Of the road of each run (B,) [m].
+
+    Returns:
+        (B, R, 5), see ``signals.REFUGE_COLUMNS``.
+
+    Raises:
+        SpecError: A length or depth is not positive, a taper is negative, a bay reaches beyond the
+            road, or two of them overlap.
+    """
+    bays = formulas.scenario.world.road.bays
+    refuges = np.zeros((formulas.runs, len(bays), len(REFUGE_COLUMNS)))
+    for row, (name, bay) in enumerate(bays.items()):
+        where = f"world.road.bays.{name}"
+        refuges[:, row, REFUGE_KIND] = REFUGE_KINDS.index(bay.kind)
+        refuges[:, row, REFUGE_S] = formulas.values(f"{where}.s", _pick(name, "s"))
+        for column, field, above in (
+            (REFUGE_LENGTH, "length", 0.0),
+            (REFUGE_DEPTH, "depth", 0.0),
+            (REFUGE_TAPER, "taper", BELOW_ZERO),
+        ):
+            refuges[:, row, column] = formulas.limited(
+                f"{where}.{field}", _pick(name, field), above=above
+            )
+        _check_ends(where, refuges[:, row], length)
+    order = np.argsort(refuges[:, :, REFUGE_S], axis=1, kind="stable")
+    _check_overlaps(tuple(bays), refuges, order)
+    ordered: Floats = np.take_along_axis(refuges, order[:, :, np.newaxis], axis=1)
+    return ordered
+
+
+def _pick(name: str, field: str) -> Pick:
+    return lambda scenario: getattr(scenario.world.road.bays[name], field)
+
+
+def _ends(refuges: Floats) -> tuple[Floats, Floats]:
+    """Return where refuges (..., 5) begin and end with their tapers [m]."""
+    first = refuges[..., REFUGE_S] - refuges[..., REFUGE_TAPER]
+    last = refuges[..., REFUGE_S] + refuges[..., REFUGE_LENGTH] + refuges[..., REFUGE_TAPER]
+    return first, last
+
+
+def _check_ends(where: str, refuges: Floats, length: Floats) -> None:
+    """Refuse a bay (B, 5) that is not wholly beside the road."""
+    first, last = _ends(refuges)
+    bad = (first < -_ROUNDING) | (last > length + _ROUNDING)
+    if bad.any():
+        raise SpecError(
+            f"{where}.s: with its tapers it reaches from {first[bad][0]:g} m to "
+            f"{last[bad][0]:g} m, but the road from 0 m to {length[bad][0]:g} m",
+            remedy="Move it, or make the road longer.",
+        )
+
+
+def _check_overlaps(names: tuple[str, ...], refuges: Floats, order: Ints) -> None:
+    """Refuse bays (B, R, 5) that overlap, their tapers included."""
+    first, last = (np.take_along_axis(ends, order, axis=1) for ends in _ends(refuges))
+    bad = np.argwhere(first[:, 1:] < last[:, :-1] - _ROUNDING)
+    if bad.size:
+        run, row = bad[0]
+        one, next_one = (names[order[run, row + k]] for k in range(2))
+        raise SpecError(
+            f"world.road.bays.{next_one}.s: with its taper it begins at "
+            f"{first[run, row + 1]:g} m, where {one} has not ended: it reaches to "
+            f"{last[run, row]:g} m",
+            remedy="Move one of them, or make their tapers shorter.",
+        )
+
+
+# --- Build the reference lines of parametric roads: straight, curve and S-curve -------------------
+
+LEAD_IN: Final = 100.0
+"""Straight part before the first arc [m]."""
+
+RUN_OUT: Final = 1000.0
+"""Straight part after the length of the road [m]."""
+
+MAX_TURN: Final = 0.9 * np.pi
+"""Largest angle of one arc [rad]; with more, places on the road would be ambiguous."""
+
+
+def build_roads(formulas: Formulas) -> RoadMap:
+    """Build the road of each run.
+
+    Args:
+        formulas: Scenarios of the batch with their parameters.
+
+    Raises:
+        SpecError: A width, length, radius or bay is not possible.
+    """
+    road = formulas.scenario.world.road
+    lane_width = formulas.limited(
+        "world.road.lane_width", lambda s: s.world.road.lane_width, above=0.0
+    )
+    shoulder = formulas.limited(
+        "world.road.shoulder", lambda s: s.world.road.shoulder, above=BELOW_ZERO
+    )
+    limit = formulas.limited(
+        "world.road.speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
+    )
+    length = formulas.limited("world.road.length", lambda s: s.world.road.length, above=0.0)
+    if road.kind == "straight":
+        pieces = [(length + RUN_OUT, np.zeros(formulas.runs))]
+    else:
+        radius = formulas.values("world.road.radius", lambda s: s.world.road.radius)
+        arcs = 1 if road.kind == "curve" else 2
+        arc = (length - LEAD_IN) / arcs
+        _check_arcs(road.kind, radius, arc, road.lanes * lane_width)
+        straight = np.zeros(formulas.runs)
+        pieces = [(np.full(formulas.runs, LEAD_IN), straight)]
+        pieces += [(arc, (-1.0) ** number / radius) for number in range(arcs)]
+        pieces.append((np.full(formulas.runs, RUN_OUT), straight))
+    return RoadMap(
+        segments=_join(pieces),
+        lane_width=lane_width,
+        lanes=road.lanes,
+        shoulder=shoulder,
+        speed_limit=limit,
+        verge=formulas.limited(
+            "world.road.verge", lambda s: s.world.road.verge, above=BELOW_ZERO, default=0.0
+        ),
+        refuges=build_refuges(formulas, length),
+        length=length,
+    )
+
+
+def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
+    if (arc <= 0.0).any():
+        raise SpecError(
+            f"world.road.length: a {kind} begins with {LEAD_IN:g} m straight, and nothing is left "
+            "of the length for its arc",
+            remedy=f"Make the road longer than {LEAD_IN:g} m.",
+        )
+    # The inner edge is the left one in a left curve; the second arc of an S-curve turns both.
+    tight = np.abs(radius) <= width
+    if tight.any():
+        raise SpecError(
+            f"world.road.radius: {radius[tight][0]:g} m is not larger than the "
+            f"{width[tight][0]:g} m that the lanes take",
+            remedy="Use a larger radius.",
+        )
+    turn = arc / np.abs(radius)
+    if (turn > MAX_TURN).any():
+        raise SpecError(
+            f"world.road.radius: an arc of the {kind} turns by {np.degrees(turn.max()):.0f} deg, "
+            f"more than {np.degrees(MAX_TURN):.0f} deg",
+            remedy="Use a larger radius or a shorter road.",
+        )
+
+
+def _join(pieces: list[tuple[Floats, Floats]]) -> Floats:
+    segments = np.zeros((pieces[0][0].shape[0], len(pieces), 5))
+    for number, (length, curvature) in enumerate(pieces):
+        segments[:, number, 3] = length
+        segments[:, number, 4] = curvature
+    join_segments(segments)
+    return segments
+
+
+@compiled
+def join_segments(segments: Floats) -> None:
+    """Place segments one after the other, from the origin along x.
+
+    The chord of an arc that turns by ``a`` on a length ``l`` is ``l sin(a/2) / (a/2)`` long and
+    turned by ``a/2``.
+
+    Args:
+        segments: (B, K, 5), length and curvature given; x, y and heading out.
+    """
+    for run in range(segments.shape[0]):
+        x, y, heading = 0.0, 0.0, 0.0
+        for number in range(segments.shape[1]):
+            row = segments[run, number]
+            row[0], row[1], row[2] = x, y, heading
+            half = 0.5 * row[4] * row[3]
+            chord = row[3] if half == 0.0 else row[3] * sin(half) / half
+            sine, cosine = sin_cos(heading + half)
+            x += chord * cosine
+            y += chord * sine
+            heading += 2.0 * half

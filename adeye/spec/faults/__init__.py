@@ -1,1 +1,0 @@
-"""The models of faults, by what they are faults of; ``adeye.spec.fault`` reads any of them."""

@@ -1,0 +1,321 @@
+"""Hold a database against its ledger: name rows that are gone, altered, moved or foreign.
+
+Three places tell of each row of a run: the row, the seal of its run, and the ledger. Where two
+agree, the third is named. Rows of other tables are listed in the ledger with their keys.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from adeye.store import ledger, tables
+from adeye.store.evidence_tables import LEDGER, SEALED
+from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
+from adeye.store.plugin_metrics import plugin_tables
+from adeye.store.records import Finding
+from adeye.store.tables import RECOUNTED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from sqlalchemy import Connection, Table
+
+    from adeye.store.encoding import Row
+
+_RUNS: Final = 2_000
+"""Runs that are looked at together."""
+
+
+def sealed_tables(connection: Connection) -> list[tuple[str, str]]:
+    """List the tables with rows of runs: name, and what seals call it."""
+    return [
+        *((name, name) for name in SEALED if name in tables.metadata.tables),
+        *((table.name, "plugin") for table in plugin_tables(connection)),
+    ]
+
+
+def _listed_tables() -> list[Table]:
+    return [
+        table
+        for table in tables.INSERT_ONLY
+        if table not in (*LEDGER, *RECOUNTED) and ledger.sealed_name(table) is None
+    ]
+
+
+def _stored(connection: Connection, table: Table) -> Iterator[list[Row]]:
+    names = ", ".join(column.name for column in table.columns)
+    key = ", ".join(column.name for column in table.primary_key.columns)
+    found = connection.exec_driver_sql(
+        f"SELECT {names} FROM {table.name} ORDER BY {key}",  # noqa: S608 - own names
+        execution_options={"yield_per": DETAILED},
+    )
+    for rows in found.partitions(DETAILED):
+        yield [tuple(item) for item in rows]
+
+
+def _run_rows(connection: Connection, table: str, first: int, end: int) -> list[tuple[int, str]]:
+    """Read number of the run and hash of the rows of runs from one number to before another."""
+    key = "number" if table == "run" else "run_number"
+    found = connection.exec_driver_sql(
+        f"SELECT {key}, row_hash FROM {table} WHERE {key} >= ? AND {key} < ?",  # noqa: S608 - own names
+        (first, end),
+    )
+    return [(int(item[0]), str(item[1])) for item in found]
+
+
+@dataclass
+class _Told:
+    """What the ledger tells.
+
+    Attributes:
+        totals: By table: rows and sum of their hashes.
+        sealed: By transaction and column of the seal, the sum that its seals have to have.
+        broken: Tables of which an entry is not as it was written.
+    """
+
+    totals: dict[str, tuple[int, int]] = field(default_factory=dict)
+    sealed: dict[tuple[int, str], int] = field(default_factory=lambda: defaultdict(int))
+    broken: set[str] = field(default_factory=set)
+
+
+def unbalanced(connection: Connection) -> Iterator[Finding]:
+    """Name what the ledger, the seals and the tables do not agree on."""
+    told = _Told()
+    yield from _entries(connection, told)
+    for table in _listed_tables():
+        count, total = _summed(connection, table.name)
+        if (count, total) != told.totals.pop(table.name, (0, 0)):
+            named = list(_differing(connection, table))
+            yield from named or [Finding(table.name, "", f"{count} rows are not as in the ledger")]
+    yield from _sealed(connection, told)
+
+
+def _entries(connection: Connection, told: _Told) -> Iterator[Finding]:
+    """Read the ledger; name its entries that are gone or contradict themselves."""
+    number, place, was_last = 0, 0, True
+    found = connection.exec_driver_sql(
+        "SELECT number, place, table_name, is_last, row_count, total, detail FROM ledger "
+        "ORDER BY number, place",
+        execution_options={"yield_per": _RUNS},
+    )
+    plugins = {table.name for table in plugin_tables(connection)}
+    for own_number, own_place, name, is_last, rows, text, detail in found:
+        expected = (number + 1, 0) if was_last else (number, place + 1)
+        if (own_number, own_place) != expected:
+            yield Finding("ledger", f"{expected[0]} {expected[1]}", "is missing or out of order")
+        number, place, was_last = own_number, own_place, bool(is_last)
+        total = _total(text)
+        sum_of = (total - ledger.offset(number, place, name, detail)) % MODULUS
+        of_seal = name if name in SEALED else "plugin" if name in plugins else None
+        if of_seal is not None and not detail:
+            told.sealed[number, of_seal] += sum_of & SEAL_MASK
+        elif not _lists(detail, rows, sum_of):
+            told.broken.add(name)
+            yield Finding("ledger", f"{number} {place}", f"is altered, which is about {name}")
+        count, before = told.totals.get(name, (0, 0))
+        told.totals[name] = count + rows, (before + sum_of) % MODULUS
+    if not was_last:
+        yield Finding("ledger", f"{number} {place + 1}", "is missing")
+
+
+def _total(text: Any) -> int:
+    try:
+        return int(text, 16)
+    except (TypeError, ValueError):
+        return 0
+
+
+def _lists(detail: Any, rows: int, sum_of: int) -> bool:
+    """Tell whether an entry lists as many rows as it counts, and those that it sums."""
+    try:
+        lines = detail.split("\n")
+        listed = sum(int(line[:8], 16) for line in lines)
+    except (AttributeError, ValueError):
+        return False
+    return len(lines) == rows and (listed - sum_of) % (1 << 32) == 0
+
+
+def _summed(connection: Connection, table: str) -> tuple[int, int]:
+    found = connection.exec_driver_sql(
+        f"SELECT row_hash FROM {table}",  # noqa: S608 - own names
+        execution_options={"yield_per": _RUNS},
+    )
+    count, total = 0, 0
+    for part in found.partitions(_RUNS):
+        hashes = [_hex(item[0]) for item in part]
+        count, total = count + len(hashes), total + ledger.hash_sum(hashes)
+    return count, total % MODULUS
+
+
+def _hex(value: Any) -> str:
+    """Give a hash, or zeros for what is none; the row is named by its own check."""
+    text = str(value)
+    return text if len(text) == 32 and set(text) <= set("0123456789abcdef") else "0" * 32
+
+
+def _differing(connection: Connection, table: Table) -> Iterator[Finding]:
+    """Name the rows of a table that are not those in the ledger; only where the sums differ."""
+    listed: Counter[str] = Counter()
+    found = connection.exec_driver_sql(
+        "SELECT detail FROM ledger WHERE table_name = ?", (table.name,)
+    )
+    for (detail,) in found:
+        listed.update(str(detail).split("\n"))
+    extra: dict[str, str] = {}
+    for rows in _stored(connection, table):
+        for item, line in zip(rows, ledger.detail_of(table, rows).split("\n"), strict=True):
+            if listed[line]:
+                listed[line] -= 1
+            else:
+                extra[line[9:]] = ledger.row_name(table, item)
+    missing = {line[9:] for line, count in listed.items() if count > 0}
+    for name in sorted(missing | set(extra)):
+        if name in missing and name in extra:
+            yield Finding(table.name, name, "is not the row that was written")
+        elif name in missing:
+            yield Finding(table.name, name, "is missing")
+        else:
+            yield Finding(table.name, name, "was never written by adeye")
+
+
+def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
+    """Compare tables with rows of runs with the seals, and both with the ledger."""
+    counted: dict[str, tuple[int, int]] = {}
+    blamed: list[tuple[int, str, bool]] = []
+    altered: list[Finding] = []
+    names = sealed_tables(connection)
+    for first, end in _ranges(connection, [name for name, _ in names]):
+        actual: dict[str, dict[int, int]] = {name: defaultdict(int) for name in SEALED}
+        for name, of_seal in names:
+            rows = [
+                (number, _hex(text)) for number, text in _run_rows(connection, name, first, end)
+            ]
+            if rows:
+                _add(actual[of_seal], counted, name, rows)
+        seals = _seals(connection, first, end)
+        altered += _altered_seals(seals)
+        expected: dict[str, dict[int, int]] = {name: defaultdict(int) for name in SEALED}
+        for run, number, *sums, _ in seals:
+            for name, value in zip(SEALED, sums, strict=True):
+                if value:
+                    expected[name][run] += value
+                    told.sealed[number, name] -= value
+        for name in SEALED:
+            blamed += [
+                (run, name, bool(actual[name][run]))
+                for run in expected[name].keys() | actual[name].keys()
+                if (expected[name][run] - actual[name][run]) & SEAL_MASK
+            ]
+    yield from altered
+    yield from _judged(connection, told, counted, blamed)
+
+
+def _ranges(connection: Connection, names: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Give the ranges of numbers that hold everything, also rows of runs that are not there."""
+    # A number far away would make a million empty ranges.
+    present = sorted(
+        {
+            int(item[0])
+            for name in (*names, "seal")
+            for item in connection.exec_driver_sql(
+                f"SELECT DISTINCT {'number' if name == 'run' else 'run_number'} / {_RUNS} "  # noqa: S608
+                f"FROM {name}"
+            )
+        }
+    )
+    for part in present:
+        yield part * _RUNS, (part + 1) * _RUNS
+
+
+def _add(
+    actual: dict[int, int],
+    counted: dict[str, tuple[int, int]],
+    name: str,
+    rows: Sequence[tuple[int, str]],
+) -> None:
+    hashes = [item[1] for item in rows]
+    numbers = np.array([item[0] for item in rows], dtype=np.int64)
+    runs, sums = ledger.by_run(numbers, hashes)
+    for run, value in zip(runs.tolist(), sums.tolist(), strict=True):
+        actual[run] += value
+    count, total = counted.get(name, (0, 0))
+    counted[name] = count + len(rows), (total + ledger.hash_sum(hashes)) % MODULUS
+
+
+def _seals(connection: Connection, first: int, end: int) -> list[Row]:
+    names = ", ".join(column.name for column in tables.seal.columns)
+    found = connection.exec_driver_sql(
+        f"SELECT {names} FROM seal WHERE run_number >= ? AND run_number < ? "  # noqa: S608 - own names
+        "ORDER BY run_number, number",
+        (first, end),
+    )
+    return [tuple(item) for item in found]
+
+
+def _altered_seals(seals: Sequence[Row]) -> Iterator[Finding]:
+    """Name seals that do not have their hash."""
+    if not seals:
+        return
+    hashes = _seal_hashes(seals)
+    if hashes == [item[-1] for item in seals]:
+        return
+    for item in seals:
+        if _seal_hashes([item]) != [item[-1]]:
+            yield Finding("seal", f"{item[0]} {item[1]}", "altered")
+
+
+def _seal_hashes(seals: Sequence[Row]) -> list[str] | None:
+    columns = list(zip(*seals, strict=True))[:-1]
+    if not all(type(value) is int for column in columns for value in column):
+        return None
+    try:
+        return ledger.seal_hashes([np.array(column, dtype=np.int64) for column in columns])
+    except OverflowError:
+        return None
+
+
+def _judged(
+    connection: Connection,
+    told: _Told,
+    counted: dict[str, tuple[int, int]],
+    blamed: Sequence[tuple[int, str, bool]],
+) -> Iterator[Finding]:
+    """Say of each disagreement which of the three is not as it was written."""
+    plugins = [table.name for table in plugin_tables(connection)]
+    differ: set[str] = set()
+    for name in {*counted, *told.totals}:
+        if counted.get(name, (0, 0)) != told.totals.get(name, (0, 0)):
+            differ.add("plugin" if name in plugins else name)
+    off_seals = {name for (_, name), value in told.sealed.items() if value & SEAL_MASK}
+    digests = _digests(connection, {run for run, _, _ in blamed})
+    explained: set[str] = set()
+    for run, name, is_there in sorted(blamed):
+        explained.add(name)
+        which = digests.get(run, f"number {run}")
+        if name in differ:
+            problem = "has other rows than were written" if is_there else "has no row any more"
+            for table in plugins if name == "plugin" else [name]:
+                yield Finding(table, which, problem)
+        elif name in off_seals:
+            yield Finding("seal", which, f"is not what was written of {name}")
+        else:
+            yield Finding(name, which, "has rows of another run")
+    for (number, name), value in sorted(told.sealed.items()):
+        if value & SEAL_MASK and name not in explained:
+            yield Finding("ledger", str(number), f"is altered or gone, which is about {name}")
+    for name in sorted(differ - explained - off_seals):
+        yield Finding("ledger", name, "counts other rows than the table and the seals")
+
+
+def _digests(connection: Connection, numbers: set[int]) -> dict[int, str]:
+    found = connection.exec_driver_sql(
+        "SELECT number, result_digest FROM run "
+        "WHERE number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
+        (json.dumps(sorted(numbers)),),
+    )
+    return {int(item[0]): str(item[1]) for item in found}

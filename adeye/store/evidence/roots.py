@@ -1,0 +1,859 @@
+"""What vouches for results: roots of campaigns, who executed them, and results withdrawn.
+
+Source:
+    RFC 6962, "Certificate Transparency", section 2.1: leaves and nodes are hashed with different
+    first bytes, and a tree of n leaves is split at the largest power of two below n.
+
+A leaf is a case of the plan with the hash of its result and of its rows of metrics, its digest
+chain, and the verdicts of the campaign's FSRs, in the order of the ordinals. Nothing is in it that
+depends on the machine, the workers, the order or what else the database holds: no number of a
+run, no time of day, nor what is only kept to judge again or comes from plug-ins. So one plan with
+the same results has the same root wherever it is executed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import func, select
+
+from adeye.errors import InputError, IntegrityError, PlatformError
+from adeye.identity import digest
+from adeye.outputs import KEPT_FOLDER
+from adeye.store import tables
+from adeye.store.cases import JUDGED
+from adeye.store.encoding import hashed_names, json_text, row, row_hashes, stored_words, utc_text
+from adeye.store.ledger import MODULUS, hash_sum, insert_rows
+from adeye.store.read.campaigns import find_run, run_ref
+from adeye.store.records import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from sqlalchemy import Connection, Table
+
+    from adeye.store.database import Database
+    from adeye.store.records import RunRef
+
+# --- A Merkle tree over leaves that come one after the other: its root, and proofs of one leaf ----
+
+_LEAF: Final = b"\x00"
+_NODE: Final = b"\x01"
+
+
+def leaf_hash(content: bytes) -> bytes:
+    """Hash the content of a leaf."""
+    return hashlib.sha256(_LEAF + content).digest()
+
+
+def node_hash(left: bytes, right: bytes) -> bytes:
+    """Hash two subtrees."""
+    return hashlib.sha256(_NODE + left + right).digest()
+
+
+@dataclass(frozen=True)
+class Proof:
+    """That a leaf is at its place in a tree.
+
+    Attributes:
+        place: Of the leaf, from 0.
+        leaves: Of the tree.
+        path: Hashes of the other subtrees, from the leaf up.
+    """
+
+    place: int
+    leaves: int
+    path: tuple[bytes, ...]
+
+    def root(self, leaf: bytes) -> bytes:
+        """Give the root that the tree has if the leaf with this hash is at its place.
+
+        Raises:
+            ValueError: The path does not fit the size of the tree.
+        """
+        place, last, rest = self.place, self.leaves - 1, list(self.path)
+        found = leaf
+        while last > 0:
+            # A last node on its own goes up as it is.
+            if place % 2 == 1 or place < last:
+                if not rest:
+                    break
+                other = rest.pop(0)
+                found = node_hash(other, found) if place % 2 else node_hash(found, other)
+            place, last = place // 2, last // 2
+        if rest or last > 0 or not 0 <= self.place < self.leaves:
+            msg = f"a path of {len(self.path)} does not fit leaf {self.place} of {self.leaves}"
+            raise ValueError(msg)
+        return found
+
+
+_Node = tuple[int, int, bytes]
+"""Number of leaves below, place of the first of them, hash."""
+
+
+@dataclass
+class Tree:
+    """A tree that grows; it keeps one hash for each power of two in its size.
+
+    Attributes:
+        watched: Place of a leaf whose proof is wanted; None for none.
+        leaves: Number of leaves.
+    """
+
+    watched: int | None = None
+    leaves: int = 0
+    _full: list[_Node] = field(default_factory=list)
+    _path: list[bytes] = field(default_factory=list)
+
+    def add(self, leaf: bytes) -> None:
+        """Add the hash of the next leaf."""
+        node = (1, self.leaves, leaf)
+        self.leaves += 1
+        while self._full and self._full[-1][0] == node[0]:
+            node = self._joined(self._full.pop(), node, self._path)
+        self._full.append(node)
+
+    def root(self) -> bytes:
+        """Give the root.
+
+        Raises:
+            ValueError: There is no leaf.
+        """
+        return self._folded([])
+
+    def proof(self) -> Proof:
+        """Prove the watched leaf.
+
+        Raises:
+            ValueError: There is no leaf at its place.
+        """
+        if self.watched is None or not 0 <= self.watched < self.leaves:
+            msg = f"there is no leaf {self.watched} among {self.leaves}"
+            raise ValueError(msg)
+        path = list(self._path)
+        self._folded(path)
+        return Proof(self.watched, self.leaves, tuple(path))
+
+    def _folded(self, path: list[bytes]) -> bytes:
+        if not self._full:
+            msg = "a tree without leaves has no root"
+            raise ValueError(msg)
+        node = self._full[-1]
+        for left in reversed(self._full[:-1]):
+            node = self._joined(left, node, path)
+        return node[2]
+
+    def _joined(self, left: _Node, right: _Node, path: list[bytes]) -> _Node:
+        if self.watched is not None:
+            if left[1] <= self.watched < right[1]:
+                path.append(right[2])
+            elif right[1] <= self.watched < right[1] + right[0]:
+                path.append(left[2])
+        return left[0] + right[0], left[1], node_hash(left[2], right[2])
+
+
+# --- The Merkle root of a campaign: one hash over its plan and all that came out of it ------------
+
+_CHUNK: Final = 2_000
+_COVERED: Final = ("timing", "criticality", "chain")
+"""Tables with one row of a run that its result hash does not cover."""
+
+_VERDICT: Final = tuple(name for name in hashed_names(tables.verdict) if name != "predicate")
+"""What is hashed of a verdict: the words of its predicate are those of whoever asked first."""
+
+_HASHES: Final = ", ".join(f"{name}.row_hash" for name in _COVERED)
+_JOINS: Final = " ".join(f"LEFT JOIN {name} ON {name}.run_number = r.number" for name in _COVERED)
+_WITHIN: Final = "WHERE c.campaign_id = ? AND c.ordinal >= ? AND c.ordinal < ? ORDER BY c.ordinal"
+_CASES: Final = f"""SELECT c.ordinal, c.row_hash, r.result_hash, {_HASHES}
+FROM campaign_case c LEFT JOIN run r ON r.result_digest = c.result_digest {_JOINS}
+{_WITHIN}"""  # noqa: S608 - own names
+_COLUMNS: Final = ", ".join(f"v.{name}" for name in _VERDICT[1:])
+_VERDICTS: Final = f"""SELECT c.ordinal, c.result_digest, {_COLUMNS}
+FROM campaign_case c JOIN campaign_fsr f ON {JUDGED}
+JOIN run r ON r.result_digest = c.result_digest
+JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+{_WITHIN}, v.fsr_id"""  # noqa: S608 - own names
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """The root of a complete campaign.
+
+    Attributes:
+        campaign: Its id.
+        leaves: Number of its cases.
+        root: sha256 in hex.
+    """
+
+    campaign: str
+    leaves: int
+    root: str
+
+
+def tree_of(connection: Connection, campaign: str, *, watched: int | None = None) -> Tree:
+    """Build the tree over all cases of a campaign, also over those that have no result yet.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the campaign.
+        watched: Ordinal of a case that is to be proven.
+    """
+    tree = Tree(watched)
+    for _, leaf in leaves(connection, campaign):
+        tree.add(leaf)
+    return tree
+
+
+def leaves(connection: Connection, campaign: str) -> Iterator[tuple[int, bytes]]:
+    """Give ordinal and leaf hash of the cases of a campaign."""
+    planned = connection.exec_driver_sql(
+        "SELECT planned FROM campaign WHERE id = ?", (campaign,)
+    ).scalar()
+    if planned is None:
+        msg = "its plan is gone"
+        raise ValueError(msg)
+    for first in range(0, planned, _CHUNK):
+        within = campaign, first, first + _CHUNK
+        verdicts = _verdicts(connection, within)
+        for ordinal, *parts in connection.exec_driver_sql(_CASES, within):
+            content = [*("-" if part is None else str(part) for part in parts), *verdicts[ordinal]]
+            yield ordinal, leaf_hash("\n".join(content).encode("utf-8", "surrogatepass"))
+
+
+def _verdicts(connection: Connection, within: tuple[str, int, int]) -> dict[int, list[str]]:
+    found = [tuple(item) for item in connection.exec_driver_sql(_VERDICTS, within)]
+    by_ordinal: dict[int, list[str]] = defaultdict(list)
+    if found:
+        words = stored_words(tables.verdict, _VERDICT, [item[1:] for item in found])
+        for item, hashed in zip(found, row_hashes(tables.verdict, words), strict=True):
+            by_ordinal[item[0]].append(hashed)
+    return by_ordinal
+
+
+def stored_root(connection: Connection, campaign: str) -> Root | None:
+    """Read the root of a campaign; None if it was never complete."""
+    table = tables.campaign_root
+    found = connection.execute(table.select().where(table.c.campaign_id == campaign)).first()
+    return None if found is None else Root(campaign, found.leaves, found.root)
+
+
+def is_complete(connection: Connection, campaign: str) -> bool:
+    """Tell whether every block of a campaign is done."""
+    counted = connection.exec_driver_sql(
+        "SELECT COUNT(*), SUM(CASE state WHEN 'done' THEN 1 ELSE 0 END) FROM work "
+        "WHERE campaign_id = ?",
+        (campaign,),
+    ).one()
+    return bool(counted[0]) and counted[0] == counted[1]
+
+
+def computed_root(connection: Connection, campaign: str) -> Root:
+    """Compute the root of a campaign from its rows.
+
+    Raises:
+        IntegrityError: A row has what was never written.
+    """
+    try:
+        tree = tree_of(connection, campaign)
+        return Root(campaign, tree.leaves, tree.root().hex())
+    except (TypeError, ValueError, OverflowError) as error:
+        raise IntegrityError(
+            f"campaign {campaign[:12]}: a row of it is damaged ({error}). Run 'adeye db verify'."
+        ) from error
+
+
+def require_root(connection: Connection, root: Root) -> None:
+    """Refuse a root that is not the one that was saved, if there is one.
+
+    Raises:
+        IntegrityError: It is another one.
+    """
+    known = stored_root(connection, root.campaign)
+    if known is not None and known != root:
+        raise IntegrityError(
+            f"campaign {root.campaign[:12]}: its evidence has root {root.root[:12]}, not "
+            f"{known.root[:12]} as when it was complete. Run 'adeye db verify'."
+        )
+
+
+def save_root(connection: Connection, root: Root) -> None:
+    """Save the root of a complete campaign unless it is there.
+
+    Raises:
+        IntegrityError: Another one is there.
+    """
+    require_root(connection, root)
+    values = (root.campaign, root.leaves, root.root)
+    insert_rows(
+        connection,
+        tables.campaign_root,
+        [row(tables.campaign_root, values)],
+        ignore_existing=True,
+    )
+
+
+def proof_of(connection: Connection, campaign: str, ordinal: int) -> tuple[bytes, Proof, bytes]:
+    """Prove that a case is in a campaign: hash of its leaf, proof, and root.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the campaign.
+        ordinal: Of the case.
+    """
+    tree, own = Tree(ordinal), b""
+    for place, leaf in leaves(connection, campaign):
+        tree.add(leaf)
+        own = leaf if place == ordinal else own
+    return own, tree.proof(), tree.root()
+
+
+def wrong_roots(connection: Connection) -> Iterator[Finding]:
+    """Name the campaigns whose evidence has not the root that it had when it was complete."""
+    table = tables.campaign_root
+    for item in connection.execute(table.select().order_by(table.c.campaign_id)).all():
+        try:
+            found = computed_root(connection, item.campaign_id)
+        except IntegrityError as error:
+            yield Finding("campaign_root", item.campaign_id, str(error))
+            continue
+        if (found.leaves, found.root) != (item.leaves, item.root):
+            yield Finding(
+                "campaign_root",
+                item.campaign_id,
+                f"the evidence has root {found.root[:16]} over {found.leaves} cases",
+            )
+
+
+# --- Sums of the row hashes of one campaign by table: what a manifest says of its tables ----------
+
+_SUMS_AT_ONCE: Final = 5_000
+_RUNS: Final = ("metric", "timing", "criticality", "event", "chain")
+_RUN: Final = "JOIN run r ON r.result_digest = c.result_digest"
+_SOURCES: Final = {
+    "campaign": "SELECT t.row_hash FROM campaign t WHERE t.id = ?",
+    "campaign_fsr": "SELECT t.row_hash FROM campaign_fsr t WHERE t.campaign_id = ?",
+    "campaign_case": "SELECT t.row_hash FROM campaign_case t WHERE t.campaign_id = ?",
+    "test_case": "SELECT t.row_hash FROM campaign_case c "
+    "JOIN test_case t ON t.digest = c.test_case_digest WHERE c.campaign_id = ?",
+    "run": f"SELECT r.row_hash FROM campaign_case c {_RUN} WHERE c.campaign_id = ?",  # noqa: S608
+    **{
+        name: f"SELECT t.row_hash FROM campaign_case c {_RUN} "  # noqa: S608 - own names
+        f"JOIN {name} t ON t.run_number = r.number WHERE c.campaign_id = ?"
+        for name in _RUNS
+    },
+    "verdict": f"SELECT v.row_hash FROM campaign_case c {_RUN} "  # noqa: S608 - own names
+    f"JOIN campaign_fsr f ON {JUDGED} "
+    "JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest "
+    "WHERE c.campaign_id = ?",
+}
+
+
+def campaign_sums(connection: Connection, campaign: str) -> dict[str, tuple[int, str]]:
+    """Count and sum the row hashes of a campaign by table.
+
+    What other campaigns add later changes none of them.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the campaign.
+
+    Returns:
+        By table: rows, and the sum of their hashes modulo 2**128 in hex.
+    """
+    sums: dict[str, tuple[int, str]] = {}
+    for name, query in _SOURCES.items():
+        found = connection.exec_driver_sql(
+            query, (campaign,), execution_options={"yield_per": _SUMS_AT_ONCE}
+        )
+        count, total = 0, 0
+        for part in found.partitions(_SUMS_AT_ONCE):
+            hashes = [str(item[0]) for item in part]
+            count, total = count + len(hashes), (total + hash_sum(hashes)) % MODULUS
+        sums[name] = count, f"{total:032x}"
+    return sums
+
+
+# --- What vouches for results: roots of campaigns, who executed them, and results withdrawn -------
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One command that worked on a campaign.
+
+    Attributes:
+        number: In the order in which they came.
+        campaign: Id of the campaign.
+        at: UTC time at which it began.
+        who: User.
+        host: Machine.
+        tool: Version of adeye.
+        packages_digest: Digest over the versions of all packages.
+        cpu: Name of the processor.
+        provenance: Everything that was noted.
+    """
+
+    number: int
+    campaign: str
+    at: str
+    who: str
+    host: str
+    tool: str
+    packages_digest: str
+    cpu: str
+    provenance: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Withdrawal:
+    """A result that is no evidence any more.
+
+    Attributes:
+        result_digest: Which.
+        at: UTC time.
+        author: Who withdrew it.
+        reason: Why.
+    """
+
+    result_digest: str
+    at: str
+    author: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunProof:
+    """That a run is evidence of a campaign, to be checked with its root alone.
+
+    Attributes:
+        campaign: Id of the campaign.
+        result_digest: The run.
+        ordinal: Its place, from 0.
+        leaves: Number of cases.
+        leaf: sha256 of the leaf in hex.
+        path: Hashes of the other subtrees, from the leaf up.
+        root: Of the tree.
+    """
+
+    campaign: str
+    result_digest: str
+    ordinal: int
+    leaves: int
+    leaf: str
+    path: tuple[str, ...]
+    root: str
+
+
+class Evidence:
+    """Reads and keeps what vouches for results, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def record_root(self, campaign: str) -> Root | None:
+        """Compute and save the root of a campaign once it is complete; None before.
+
+        Raises:
+            IntegrityError: A row of it is damaged, or another root was saved.
+        """
+        with self._database.read() as connection:
+            known = stored_root(connection, campaign)
+            if known is not None or not is_complete(connection, campaign):
+                return known
+            found = computed_root(connection, campaign)
+        with self._database.write() as connection:
+            save_root(connection, found)
+        return found
+
+    def root(self, campaign: str) -> Root | None:
+        """Read the root of a campaign; None if it was never complete."""
+        with self._database.read() as connection:
+            return stored_root(connection, campaign)
+
+    def require_root(self, root: Root) -> None:
+        """Refuse a computed root that is not the one that was saved.
+
+        Raises:
+            IntegrityError: It is another one.
+        """
+        with self._database.read() as connection:
+            require_root(connection, root)
+
+    def computed_root(self, campaign: str) -> Root:
+        """Compute the root from the rows as they are now, also of an incomplete campaign.
+
+        Raises:
+            IntegrityError: A row of it is damaged.
+        """
+        with self._database.read() as connection:
+            return computed_root(connection, campaign)
+
+    def prove(self, run: str, campaign: str) -> RunProof:
+        """Prove that a run is evidence of a campaign.
+
+        Args:
+            run: Beginning of its result digest, or its ordinal.
+            campaign: Id of the campaign.
+
+        Raises:
+            InputError: There is no such run in the campaign.
+        """
+        with self._database.read() as connection:
+            found = find_run(connection, run, campaign)
+            leaf, proof, root = proof_of(connection, campaign, found.ordinal)
+        path = tuple(item.hex() for item in proof.path)
+        return RunProof(
+            campaign,
+            found.result_digest,
+            found.ordinal,
+            proof.leaves,
+            leaf.hex(),
+            path,
+            root.hex(),
+        )
+
+    def sums(self, campaign: str) -> dict[str, tuple[int, str]]:
+        """Count the rows of a campaign by table and sum their hashes, see ``campaign_sums``."""
+        with self._database.read() as connection:
+            return campaign_sums(connection, campaign)
+
+    def add_session(self, campaign: str, provenance: Mapping[str, Any]) -> None:
+        """Note that a command begins to work on a campaign."""
+        table = tables.session
+        packages = provenance.get("packages", {})
+        with self._database.write() as connection:
+            values = (
+                _next(connection, table),
+                campaign,
+                utc_text(None),
+                str(provenance.get("who", "")),
+                str(provenance.get("host", "")),
+                str(provenance.get("adeye", "")),
+                digest(packages),
+                str(provenance.get("cpu", {}).get("name", "")),
+                json_text(dict(provenance)),
+            )
+            insert_rows(connection, table, [row(table, values)])
+
+    def sessions(self, campaign: str) -> tuple[Session, ...]:
+        """List the commands that worked on a campaign, the first first."""
+        table = tables.session
+        wanted = table.select().where(table.c.campaign_id == campaign).order_by(table.c.number)
+        with self._database.read() as connection:
+            found = connection.execute(wanted).all()
+        return tuple(
+            Session(
+                number=item.number,
+                campaign=item.campaign_id,
+                at=item.at,
+                who=item.who,
+                host=item.host,
+                tool=item.tool,
+                packages_digest=item.packages_digest,
+                cpu=item.cpu,
+                provenance=json.loads(item.provenance),
+            )
+            for item in found
+        )
+
+    def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
+        """Name the files that keep traces, with digests of result and trace of each run in it.
+
+        Args:
+            campaign: Only files with runs of this campaign, and these.
+        """
+        found: dict[str, list[tuple[str, str]]] = defaultdict(list)
+        source = "kept_trace k JOIN run r ON r.number = k.run_number"
+        given: tuple[str, ...] = ()
+        if campaign is not None:
+            source += " JOIN campaign_case c ON c.result_digest = r.result_digest"
+            source += " WHERE c.campaign_id = ?"
+            given = (campaign,)
+        with self._database.read() as connection:
+            for name, result, trace in connection.exec_driver_sql(
+                f"SELECT k.file, r.result_digest, r.trace_digest FROM {source} "  # noqa: S608
+                "ORDER BY k.file, k.place",
+                given,
+            ):
+                found[str(name)].append((str(result), str(trace)))
+        return {name: tuple(runs) for name, runs in found.items()}
+
+    def withdraw(self, result_digest: str, *, author: str, reason: str) -> bool:
+        """Let a result count as evidence no more, in every campaign; its rows stay.
+
+        Returns:
+            False if it was withdrawn before; then nothing is added.
+
+        Raises:
+            InputError: Author or reason is empty.
+        """
+        for name, text in (("author", author), ("reason", reason)):
+            if not text.strip():
+                raise InputError(
+                    f"--{name} is empty",
+                    remedy="A withdrawal without one proves nothing; say who and why.",
+                )
+        table = tables.withdrawal
+        with self._database.write() as connection:
+            known = select(table.c.number).where(table.c.result_digest == result_digest)
+            if connection.execute(known).first() is not None:
+                return False
+            values = (
+                _next(connection, table),
+                result_digest,
+                utc_text(None),
+                author.strip(),
+                reason.strip(),
+            )
+            insert_rows(connection, table, [row(table, values)])
+            return True
+
+    def withdrawals(self, campaign: str | None = None) -> tuple[Withdrawal, ...]:
+        """List withdrawn results, those of one campaign if its id is given."""
+        table, cases = tables.withdrawal, tables.campaign_case
+        wanted = table.select().order_by(table.c.number)
+        if campaign is not None:
+            of_campaign = select(cases.c.result_digest).where(cases.c.campaign_id == campaign)
+            wanted = wanted.where(table.c.result_digest.in_(of_campaign))
+        with self._database.read() as connection:
+            found = connection.execute(wanted).all()
+        return tuple(
+            Withdrawal(item.result_digest, item.at, item.author, item.reason) for item in found
+        )
+
+
+def _next(connection: Connection, table: Table) -> int:
+    last = connection.execute(select(func.max(table.c.number))).scalar_one()
+    return int(last or 0) + 1
+
+
+# --- Keep certificates of determinism beside their campaigns, and say which runs can have one -----
+
+
+@dataclass(frozen=True, slots=True)
+class Executed:
+    """A run of a campaign that has a result.
+
+    Attributes:
+        run: Where it stands.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        machine_dependent: Whether a deadline or limit of the machine ended a channel in it.
+    """
+
+    run: RunRef
+    fault_entry: str
+    machine_dependent: bool
+
+    @property
+    def stratum(self) -> tuple[str, str, str]:
+        """Scenario, architecture and fault entry."""
+        return self.run.scenario, self.run.architecture, self.fault_entry
+
+
+@dataclass(frozen=True)
+class CertificateRecord:
+    """A certificate as the database holds it, see ``campaign.certificate.Certificate``.
+
+    Attributes:
+        campaign: Id.
+        tool: Release of adeye.
+        class_: ``portable`` or ``same platform``.
+        executed: Runs that have a result.
+        asked: Size of the sample that was asked for.
+        sampled: Runs that were executed again.
+        machine_dependent: Runs that were left out.
+        conditions: With the runs compared under each.
+        findings: Runs that differ; none certifies.
+        at: UTC time of day; empty before it is saved.
+    """
+
+    campaign: str
+    tool: str
+    class_: str
+    executed: int
+    asked: int
+    sampled: int
+    machine_dependent: int
+    conditions: Sequence[Mapping[str, Any]]
+    findings: Sequence[Mapping[str, Any]]
+    at: str = ""
+
+
+class Certificates:
+    """Reads and keeps certificates, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def executed(self, campaign: str) -> list[Executed]:
+        """List the executed runs of a campaign, each once, in the order of the plan."""
+        cases, case, run = tables.campaign_case, tables.test_case, tables.run
+        query = (
+            select(cases, case.c.fault_entry, run.c.machine_dependent)
+            .join(run, run.c.result_digest == cases.c.result_digest)
+            .join(case, case.c.digest == cases.c.test_case_digest)
+            .where(cases.c.campaign_id == campaign)
+            .order_by(cases.c.ordinal.desc())
+        )
+        with self._database.read() as connection:
+            # Of several test cases with one result the first of the plan counts.
+            found = {item.result_digest: item for item in connection.execute(query)}
+        return [
+            Executed(run_ref(item), item.fault_entry, bool(item.machine_dependent))
+            for item in sorted(found.values(), key=lambda item: item.ordinal)
+        ]
+
+    def save(self, found: CertificateRecord) -> None:
+        """Keep a certificate; earlier ones stay."""
+        table = tables.certificate
+        with self._database.write() as connection:
+            number = connection.exec_driver_sql(
+                "SELECT COALESCE(MAX(number), 0) + 1 FROM certificate"
+            ).scalar_one()
+            values = [
+                number,
+                found.campaign,
+                utc_text(None),
+                found.tool,
+                found.class_,
+                *(found.executed, found.asked, found.sampled, found.machine_dependent),
+                json_text(list(found.conditions)),
+                json_text(list(found.findings)),
+            ]
+            insert_rows(connection, table, [row(table, values)])
+
+    def of(self, campaign: str) -> tuple[CertificateRecord, ...]:
+        """Give the certificates of a campaign, the newest first."""
+        table = tables.certificate
+        query = (
+            table.select().where(table.c.campaign_id == campaign).order_by(table.c.number.desc())
+        )
+        with self._database.read() as connection:
+            stored = connection.execute(query).mappings().all()
+        return tuple(
+            CertificateRecord(
+                campaign=item["campaign_id"],
+                tool=item["tool"],
+                class_=item["class"],
+                executed=item["executed"],
+                asked=item["asked"],
+                sampled=item["sampled"],
+                machine_dependent=item["machine_dependent"],
+                conditions=json.loads(item["conditions"]),
+                findings=json.loads(item["findings"]),
+                at=item["at"],
+            )
+            for item in stored
+        )
+
+
+# --- Files of kept traces: where they are, and their names, which are hashes of their content -----
+
+SUFFIX: Final = ".npz"
+_NAME: Final = re.compile("[0-9a-f]{64}")
+
+
+def folder_of(database: Path) -> Path:
+    """Name the folder that the traces of a database are written to.
+
+    It has the whole name of the file, so that no two databases share one, and is beside the file
+    itself where that is reached through a link.
+
+    >>> from pathlib import Path
+    >>> folder_of(Path(".adeye/adeye.db")).as_posix()
+    '.adeye/adeye.db.traces'
+    """
+    real = database.resolve() if database.is_symlink() else database
+    return real.with_name(f"{real.name}{KEPT_FOLDER}")
+
+
+def folders_of(database: Path) -> tuple[Path, ...]:
+    """List the folders that traces of a database may be in, its own first.
+
+    A file is named after its content, so that it is the right one wherever it is found: in the
+    folder without the ending of the database, as the first releases called it, and in those of
+    other databases beside it, where it was renamed, copied or merged since.
+    """
+    own = folder_of(database)
+    beside = (own.parent, database.parent)
+    others = (path for folder in beside for path in sorted(folder.glob(f"*{KEPT_FOLDER}")))
+    return tuple(dict.fromkeys((own, *others)))
+
+
+def find_kept(folders: Sequence[Path], name: str) -> Path | None:
+    """Find a kept file in the first folder that has it, see ``kept_path``."""
+    found = (kept_path(folder, name) for folder in folders)
+    return next((path for path in found if path is not None), None)
+
+
+def kept_path(folder: Path, name: str) -> Path | None:
+    """Find a kept file by the name that a database gives it.
+
+    A name is a hash in hex and nothing else, so that no database leads to another place.
+
+    Returns:
+        None if the name is none, or no file of its own has it.
+    """
+    if _NAME.fullmatch(name) is None:
+        return None
+    path = folder / f"{name}{SUFFIX}"
+    return path if path.is_file() and not path.is_symlink() else None
+
+
+def copy_kept(name: str, folders: Sequence[Path], into: Path) -> Path | None:
+    """Copy a kept file into the folder of another database, whole or not at all.
+
+    Args:
+        name: As a database gives it.
+        folders: Where it may be.
+        into: The other folder, which is made.
+
+    Returns:
+        The new file; None if it is there already.
+
+    Raises:
+        IntegrityError: It is nowhere, or the copy is not the same.
+        PlatformError: It cannot be read or written.
+    """
+    found = find_kept(folders, name)
+    if found is None:
+        raise IntegrityError(f"the kept trace {name[:12]}{SUFFIX} is gone. Run 'adeye db verify'.")
+    try:
+        content = content_name(found)
+        into.mkdir(parents=True, exist_ok=True)
+        here = kept_path(into, name)
+        if here is not None and content_name(here) == content:
+            return None
+        descriptor, temporary = tempfile.mkstemp(suffix=".tmp", dir=into)
+        os.close(descriptor)
+        try:
+            shutil.copyfile(found, temporary)
+            if content_name(Path(temporary)) != content:
+                raise IntegrityError(f"the copy of {name[:12]}{SUFFIX} is not the same. Try again.")
+            return Path(temporary).replace(into / f"{name}{SUFFIX}")
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise PlatformError(
+            f"traces cannot be copied to {into}: {error.strerror}. Free space, or allow it."
+        ) from error
+
+
+def content_name(path: Path) -> str:
+    """Name a file after its content: sha256 in hex.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

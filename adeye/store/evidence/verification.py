@@ -1,0 +1,485 @@
+"""Check that the database still holds what was written to it.
+
+Every insert-only row is hashed again, results are compared with their hash, tallies are counted
+again, and plans are compared with the identity of their campaign. What does not agree is named by
+table and row. ``balance`` tells what is gone or was never written.
+
+Verdicts are folded from tallies, which are few. Whether the results behind them are as they were
+written takes a look at every row, which is what ``verification`` does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import defaultdict
+from contextlib import suppress
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import numpy as np
+from sqlalchemy import Table, func, select, text
+from sqlalchemy.exc import MultipleResultsFound, NoResultFound
+
+from adeye.errors import AdeyeError, IntegrityError
+from adeye.store import catalogue as catalog
+from adeye.store import tables
+from adeye.store.accounts import wrong_block, wrong_plans
+from adeye.store.cases import missing_of_block
+from adeye.store.encoding import hashed_names, row_hash, row_hashes, stored_words
+from adeye.store.evidence.ledger_check import unbalanced
+from adeye.store.evidence.roots import wrong_roots
+from adeye.store.plugin_metrics import plugin_tables
+from adeye.store.read.campaigns import progress
+from adeye.store.records import EngineKey, Finding
+from adeye.store.schema import trigger_ddl
+from adeye.store.views import view_ddl
+from adeye.store.write.planning import SelectionHash, judging_hash
+from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from sqlalchemy import Connection
+
+    from adeye.store.location import Location
+
+# --- Content that breaks its reader: a database that somebody else wrote or changed says so -------
+
+UNFORESEEN: Final = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    MultipleResultsFound,
+    NoResultFound,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What readers raise on content that is not of the form in which it is written."""
+
+LOOKED_AT: Final = "The database was verified because of this error."
+"""Note on an error whose cause was looked for: of many runs that takes minutes."""
+
+
+class Verified(Protocol):
+    """A repository, as far as it is needed here."""
+
+    @property
+    def location(self) -> Location:
+        """Where the database is."""
+
+    def verify(self) -> tuple[Finding, ...]:
+        """Compare everything with its digests."""
+
+    def close(self) -> None:
+        """Close the connections."""
+
+
+def is_unexplained(raised: object) -> bool:
+    """Tell whether an error may come of altered content, and nobody looked yet."""
+    return (
+        isinstance(raised, UNFORESEEN)
+        and not isinstance(raised, AdeyeError)
+        and LOOKED_AT not in getattr(raised, "__notes__", ())
+    )
+
+
+def close(repository: Verified, raised: object) -> None:
+    """Close a repository; look for the cause if something unforeseen ended its use.
+
+    Args:
+        repository: What was used.
+        raised: What ended its use; None if nothing did.
+
+    Raises:
+        IntegrityError: Something unforeseen was raised, and the database is not as it was written.
+    """
+    try:
+        if isinstance(raised, Exception) and is_unexplained(raised):
+            findings: tuple[Finding, ...] = ()
+            # Whoever cannot even be verified keeps the error that was there first.
+            with suppress(Exception):
+                findings = repository.verify()
+            raised.add_note(LOOKED_AT)
+            if findings:
+                first = findings[0]
+                raise IntegrityError(
+                    f"database {repository.location} is not as it was written: {first.table} "
+                    f"{first.row}: {first.problem}. See 'adeye db verify'; restore it from a copy."
+                ) from raised
+    finally:
+        repository.close()
+
+
+# --- Check that the database still holds what was written to it -----------------------------------
+
+_CHUNK = 1000
+
+
+def verify(connection: Connection) -> Iterator[Finding]:
+    """Name every row that is not as it was written, every missing and every extra one."""
+    with catalog.readable(connection):
+        for line in catalog.damaged_pages(connection):
+            yield Finding("database", "", line)
+        yield from altered_definitions(connection)
+        for table in tables.INSERT_ONLY:
+            if table not in {*tables.RESULTS, tables.seal}:
+                yield from altered_rows(table, _stream(connection, table))
+        for table in (*tables.RESULTS, *plugin_tables(connection)):
+            yield from _as_far_as_readable(table.name, _altered_results(connection, table))
+        checks = {
+            "content": _content,
+            "database": _missing_references,
+            "run": _results,
+            "campaign": _plans,
+            "campaign_case": wrong_plans,
+            "work": _work,
+            "ledger": unbalanced,
+            "campaign_root": wrong_roots,
+        }
+        for name, check in checks.items():
+            yield from _as_far_as_readable(name, check(connection))
+
+
+def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Finding]:
+    """Let content that breaks a check be a finding and not the end of all others."""
+    try:
+        yield from findings
+    except UNFORESEEN as error:
+        yield Finding(table, "", f"holds what nobody wrote: {error}")
+
+
+def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
+    names = ", ".join(column.name for column in table.columns)
+    key = ", ".join(column.name for column in table.primary_key.columns)
+    found = connection.exec_driver_sql(
+        f"SELECT {names} FROM {table.name} ORDER BY {key}",  # noqa: S608 - names of this package
+        execution_options={"yield_per": _CHUNK},
+    )
+    for item in found:
+        yield tuple(item)
+
+
+def _key(table: Table, values: Sequence[Any]) -> str:
+    names = [column.name for column in table.columns]
+    key = [str(values[names.index(column.name)]) for column in table.primary_key.columns]
+    return " ".join(key)
+
+
+def altered_definitions(connection: Connection) -> Iterator[Finding]:
+    """Name triggers and views that are gone or say something else."""
+    triggers = trigger_ddl(connection.dialect.name)
+    expected = {_second_name(ddl): ddl for ddl in (*triggers, *view_ddl().values())}
+    for name, problem in catalog.altered(connection, expected):
+        yield Finding("schema", name, problem)
+
+
+def _second_name(ddl: str) -> str:
+    """Return the name in ``CREATE VIEW name …``."""
+    return ddl.split(maxsplit=3)[2]
+
+
+def altered_rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> Iterator[Finding]:
+    """Name rows that do not have their hash.
+
+    Args:
+        table: An insert-only table that is not written a block at a time.
+        rows: Every column of some of its rows.
+    """
+    for values in rows:
+        if _hash(table, values) != values[-1]:
+            yield Finding(table.name, _key(table, values), "altered")
+
+
+def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
+    """Name altered rows of a table that is written a block at a time."""
+    key = [column.name for column in table.primary_key.columns][1:]
+    names = hashed_names(table)
+    for rows in _chunked(_result_stream(connection, table)):
+        if _bulk_hashes(table, rows) == [values[-1] for values in rows]:
+            continue
+        for number, *values in rows:
+            if _bulk_hashes(table, [(number, *values)]) != [values[-1]]:
+                run = values[0] or f"number {number}"
+                row = " ".join(
+                    str(value) for value in (run, *(values[names.index(k)] for k in key))
+                )
+                yield Finding(table.name, row, "altered")
+
+
+def _result_stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
+    """Read the number of the run, what is hashed and the hash, in the order of the numbers."""
+    names = ", ".join(("result_digest", *(f"t.{name}" for name in hashed_names(table)[1:])))
+    source = f"{table.name} t"
+    number, *key = (f"t.{column.name}" for column in table.primary_key.columns)
+    if table is not tables.run:
+        source += f" LEFT JOIN run ON run.number = {number}"
+    found = connection.exec_driver_sql(
+        f"SELECT {number}, {names}, t.row_hash "  # noqa: S608 - names of this package
+        f"FROM {source} ORDER BY {', '.join((number, *key))}",
+        execution_options={"yield_per": _CHUNK},
+    )
+    for item in found:
+        yield tuple(item)
+
+
+def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
+    while chunk := list(islice(rows, _CHUNK)):
+        yield chunk
+
+
+def _hash(table: Table, values: Sequence[Any]) -> str | None:
+    try:
+        return row_hash(table, values[:-1])
+    except TypeError:
+        # A value of a type that was never written, such as a blob.
+        return None
+
+
+def _bulk_hashes(table: Table, rows: Sequence[tuple[Any, ...]]) -> list[str] | None:
+    hashed = [values[1:-1] for values in rows]
+    try:
+        return row_hashes(table, stored_words(table, hashed_names(table), hashed))
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _content(connection: Connection) -> Iterator[Finding]:
+    for table in (tables.odd, tables.scenario, tables.architecture, tables.concept):
+        for digest, _id, _version, content, _hash in _stream(connection, table):
+            text = str(content).encode("utf-8", "surrogateescape")
+            if hashlib.sha256(text).hexdigest() != digest:
+                yield Finding(table.name, str(digest), "content does not have this digest")
+
+
+def _missing_references(connection: Connection) -> Iterator[Finding]:
+    for name, row, parent in catalog.dangling(connection, tables.metadata.sorted_tables):
+        yield Finding(name, row, f"refers to a row that {parent} does not have")
+
+
+def _results(connection: Connection) -> Iterator[Finding]:
+    """Compare each run with its hash over metrics and events, and with its own identity."""
+    names = [column.name for column in tables.run.columns]
+    for rows in _chunked(_stream(connection, tables.run)):
+        stored = [dict(zip(names, values, strict=True)) for values in rows]
+        digests = [str(item["result_digest"]) for item in stored]
+        numbers = {
+            int(item["number"]): digest for item, digest in zip(stored, digests, strict=True)
+        }
+        parts = [_rows_of(connection, table, numbers) for table in (tables.metric, tables.event)]
+        hashes = _result_hashes(stored, digests, *parts)
+        for place, item in enumerate(stored):
+            digest = digests[place]
+            hashed = hashes and hashes[place]
+            if hashed is None:
+                # One run of the chunk has what was never written: look at each alone.
+                own = [{digest: part.get(digest, [])} for part in parts]
+                hashed = next(iter(_result_hashes([item], [digest], *own) or ()), None)
+            if hashed != item["result_hash"]:
+                yield Finding("run", digest, "metrics, events or trace digest are not its own")
+            engine = EngineKey(
+                item["backend"],
+                item["variant"],
+                item["numerics_version"],
+                item["plugins_digest"],
+            )
+            if _result_digest(engine, item["test_case_digest"]) != item["result_digest"]:
+                yield Finding("run", digest, "is not the result of its test case and engine")
+    yield from _unplanned(connection)
+
+
+def _rows_of(
+    connection: Connection, table: Table, numbers: Mapping[int, str]
+) -> dict[str, list[tuple[Any, ...]]]:
+    """Read what is hashed of the rows of some runs, in the order of their key, by result digest."""
+    names = ", ".join(hashed_names(table)[1:])
+    key = ", ".join(column.name for column in table.primary_key.columns)
+    found = connection.exec_driver_sql(
+        f"SELECT run_number, {names} FROM {table.name} "  # noqa: S608 - own names
+        f"WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) ORDER BY {key}",
+        (json.dumps(list(numbers)),),
+    )
+    rows: dict[str, list[tuple[Any, ...]]] = defaultdict(list)
+    for number, *values in found:
+        digest = numbers[number]
+        rows[digest].append((digest, *values))
+    return rows
+
+
+def _result_hashes(
+    stored: Sequence[dict[str, Any]],
+    digests: Sequence[str],
+    metrics: Mapping[str, Sequence[tuple[Any, ...]]],
+    events: Mapping[str, Sequence[tuple[Any, ...]]],
+) -> list[str] | None:
+    """Hash results; None if one of them has values that were never written."""
+    happened = [item for digest in digests for item in events.get(digest, ())]
+    run_of_event = [
+        run for run, digest in enumerate(digests) for _ in range(len(events.get(digest, ())))
+    ]
+    measured = [item for digest in digests for item in metrics.get(digest, ())]
+    runs = [tuple(item[name] for name in RUN_HASHED) for item in stored]
+    try:
+        return result_hashes(
+            stored_words(tables.run, RUN_HASHED, runs),
+            stored_words(tables.metric, hashed_names(tables.metric), measured),
+            stored_words(tables.event, hashed_names(tables.event), happened),
+            np.array(run_of_event, dtype=np.int64),
+        )
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _result_digest(engine: EngineKey, test_case: str) -> str:
+    try:
+        return engine.result_digest(test_case)
+    except ValueError:
+        return "not a value that was ever written"
+
+
+def _unplanned(connection: Connection) -> Iterator[Finding]:
+    case, fork = tables.campaign_case, tables.fork
+    half, drive = tables.half_step, tables.benchmark
+    extra = connection.execute(
+        select(tables.run.c.result_digest)
+        .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
+        .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
+        .outerjoin(half, half.c.result_digest == tables.run.c.result_digest)
+        .outerjoin(drive, drive.c.drive_digest == tables.run.c.result_digest)
+        .where(
+            case.c.campaign_id.is_(None),
+            fork.c.result_digest.is_(None),
+            half.c.result_digest.is_(None),
+            drive.c.drive_digest.is_(None),
+        )
+        .order_by(tables.run.c.result_digest)
+    )
+    for digest in extra.scalars().all():
+        yield Finding(
+            "run", digest, "belongs to no campaign and is no fork, twin or reference drive"
+        )
+
+
+def _plans(connection: Connection) -> Iterator[Finding]:
+    cases = tables.campaign_case
+    for campaign in connection.execute(tables.campaign.select()).all():
+        identity = SelectionHash(
+            campaign.odd_digest, campaign.concept_digest, campaign.gate, campaign.judging
+        )
+        selected = connection.execute(
+            select(*list(cases.c)[2:-1])
+            .where(cases.c.campaign_id == campaign.id)
+            .order_by(cases.c.ordinal),
+            execution_options={"yield_per": _CHUNK},
+        )
+        for *names, inside_odd, point in selected:
+            identity.add((*names, int(inside_odd), point))
+        fsrs = connection.execute(
+            tables.campaign_fsr.select().where(tables.campaign_fsr.c.campaign_id == campaign.id)
+        ).all()
+        if (identity.campaign_id, identity.count) != (campaign.id, campaign.planned):
+            yield Finding("campaign_case", campaign.id, "cases are not those that were planned")
+        if judging_hash(fsrs) != campaign.judging_hash:
+            yield Finding("campaign_fsr", campaign.id, "FSRs are not those that were planned")
+
+
+def _work(connection: Connection) -> Iterator[Finding]:
+    blocks = connection.execute(
+        tables.work.select().order_by(tables.work.c.campaign_id, tables.work.c.from_ordinal)
+    ).all()
+    planned = {item.id: item.planned for item in connection.execute(tables.campaign.select()).all()}
+    covered: dict[str, int] = dict.fromkeys(planned, 0)
+    for block in blocks:
+        if covered.get(block.campaign_id) != block.from_ordinal:
+            yield Finding("work", str(block.id), "does not begin where the block before it ends")
+        covered[block.campaign_id] = block.to_ordinal
+        yield from _tallies(connection, block.id, is_done=block.state == "done")
+        yield from wrong_block(connection, block)
+    for campaign, end in covered.items():
+        if end != planned.get(campaign):
+            yield Finding("work", campaign, f"blocks cover {end} of {planned.get(campaign)} cases")
+
+
+def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator[Finding]:
+    stored = {
+        tuple(item)
+        for item in connection.execute(
+            tables.tally.select().where(tables.tally.c.work_id == work_id)
+        )
+    }
+    try:
+        counted = {tuple(item) for item in tally_rows(connection, work_id)}
+    except (TypeError, ValueError) as error:
+        yield Finding("tally", str(work_id), f"cannot be counted again ({error})")
+        return
+    if not is_done:
+        # Of a block that is not done, the FSRs count that all of its cases are judged on.
+        missing = missing_of_block(connection, work_id) if stored else frozenset()
+        begun = {(item[2], *item[4:6]) for item in stored}
+        counted = {
+            item for item in counted if item[2] not in missing and (item[2], *item[4:6]) in begun
+        }
+    for item in sorted(stored ^ counted, key=str):
+        problem = "is not what its block counts to" if item in stored else "is missing"
+        yield Finding("tally", _key(tables.tally, item), problem)
+
+
+# --- Check quickly what the summaries of a campaign are read from: its plan, blocks and tallies ---
+
+_TOO_MANY = text(
+    "SELECT fsr, architecture, scenario, planned, n_not_run FROM v_fsr_status "
+    "WHERE campaign = :campaign AND n_not_run < 0"
+)
+
+_UNCOUNTED = text("""
+    SELECT DISTINCT f.fsr_id, f.architecture FROM campaign_fsr f
+    LEFT JOIN case_repeat a ON a.campaign_id = f.campaign_id AND a.fsr_id = f.fsr_id
+        AND a.architecture = f.architecture AND a.scenario = ''
+    WHERE f.campaign_id = :campaign AND f.applicable = 1
+        AND NOT EXISTS (
+            SELECT 1 FROM work w WHERE w.campaign_id = f.campaign_id AND w.state <> 'done')
+        AND COALESCE(a.unheld, -1) <> (
+            SELECT COUNT(*) FROM never_held h WHERE h.campaign_id = f.campaign_id
+                AND h.fsr_id = f.fsr_id AND h.architecture = f.architecture)
+    ORDER BY f.fsr_id, f.architecture""")
+
+
+def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
+    """Name what is not as it was written among all that the summaries of a campaign rest on.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the campaign.
+    """
+    yield from altered_definitions(connection)
+    counted = (tables.tally, tables.case_repeat, tables.never_held)
+    for table in (tables.campaign, tables.campaign_fsr, *counted):
+        own = table.c.id if table is tables.campaign else table.c.campaign_id
+        rows = connection.execute(table.select().where(own == campaign))
+        yield from altered_rows(table, map(tuple, rows))
+    yield from _lost(connection, campaign)
+    for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
+        judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"
+        yield Finding("tally", f"{item.fsr} {item.architecture} {item.scenario}", judged)
+    for item in connection.execute(_UNCOUNTED, {"campaign": campaign}):
+        problem = "what counts once, or never held, is missing"
+        yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
+
+
+def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:
+    """Compare counts of what was planned, of what is in blocks, and of what is there."""
+    work = tables.work
+    plan = tables.campaign.select().where(tables.campaign.c.id == campaign)
+    planned = connection.execute(plan).one().planned
+    blocks = select(func.coalesce(func.sum(work.c.to_ordinal - work.c.from_ordinal), 0))
+    covered = connection.execute(blocks.where(work.c.campaign_id == campaign)).scalar_one()
+    found = progress(connection, campaign)
+    if found.planned != planned:
+        problem = f"{found.planned} of {planned} planned cases are there"
+        yield Finding("campaign_case", campaign, problem)
+    if covered != planned:
+        yield Finding("work", campaign, f"blocks cover {covered} of {planned} cases")
+    if found.executed < found.accounted:
+        problem = f"{found.executed} results are there, blocks of {found.accounted} cases are done"
+        yield Finding("run", campaign, problem)

@@ -1,0 +1,316 @@
+"""Ask the integrity rules: of a campaign in the database, or of a plan that is not saved."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import create_engine, select
+
+from adeye.spec.architecture import Architecture
+from adeye.spec.fault import FAULT, idle_faults
+from adeye.spec.quantity import SI
+from adeye.store import tables
+from adeye.store.database import Database
+from adeye.store.encoding import chunks
+from adeye.store.evidence_tables import plain_digests
+from adeye.store.ledger import insert_rows
+from adeye.store.location import Place, locate
+from adeye.store.read.campaigns import find_campaign, latest_campaign
+from adeye.store.rules import IDLE_FAULT, RULES, UNBEGUN_EVENT, check_view_ddl
+from adeye.store.schema import require_current, require_exists
+from adeye.store.write.content import save_concept, save_content
+from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from sqlalchemy import Connection
+
+    from adeye.errors import SourceLocation
+    from adeye.spec.fault import Injected
+    from adeye.store.records import CampaignInfo, CampaignRecord
+    from adeye.store.rules import Rule
+
+_UNSAVED: Final = "unsaved"
+PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
+"""Rules that a plan is enough for."""
+EVIDENCE_RULES: Final = tuple(rule for rule in RULES if rule.needs_evidence)
+"""Rules about runs and verdicts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignViolations:
+    """What the rules say of a stored campaign.
+
+    Attributes:
+        campaign: The campaign.
+        fsr_digests: Digest by which each of its FSRs is judged, by id.
+        violations: In the order of the rules.
+    """
+
+    campaign: CampaignInfo
+    fsr_digests: dict[str, str]
+    violations: tuple[Violation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckFinding:
+    """Something that breaks an integrity rule.
+
+    Attributes:
+        rule: Name of the rule.
+        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
+        id: Its id.
+        detail: What is wrong with it.
+        where: Its place in the files; None for a stored campaign.
+    """
+
+    rule: str
+    part: str
+    id: str
+    detail: str
+    where: SourceLocation | None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What was checked, and what was found.
+
+    Attributes:
+        odd: Id of the ODD.
+        path: Its file; None for a stored campaign.
+        campaign: Campaign whose evidence was looked at; None where there is none.
+        rules: Rules that were asked, in the order of the findings.
+        findings: What breaks them.
+    """
+
+    odd: str
+    path: Path | None
+    campaign: CampaignInfo | None
+    rules: tuple[Rule, ...]
+    findings: tuple[CheckFinding, ...]
+
+    @property
+    def broken(self) -> dict[Rule, list[CheckFinding]]:
+        """Findings by rule."""
+        found = {rule: [f for f in self.findings if f.rule == rule.name] for rule in self.rules}
+        return {rule: findings for rule, findings in found.items() if findings}
+
+
+def check_plan(
+    record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
+) -> tuple[Violation, ...]:
+    """Ask the rules that need no evidence of a plan, in a database that is gone at the end.
+
+    Args:
+        record: The campaign that would be planned.
+        counted: Its test cases by architecture, scenario and whether they lie inside the ODD.
+    """
+    engine = create_engine("sqlite://")
+    try:
+        with engine.connect() as connection:
+            tables.metadata.create_all(connection)
+            for statement in check_view_ddl().values():
+                connection.exec_driver_sql(statement)
+            save_content(connection, "odd", record.odd)
+            save_concept(connection, record.concept)
+            fsrs = fsr_rows(_UNSAVED, record, counted)
+            save_campaign(connection, _UNSAVED, record, counted.total(), judging_hash(fsrs))
+            insert_rows(connection, tables.campaign_fsr, fsrs)
+            return _ask(connection, PLAN_RULES, _UNSAVED)
+    finally:
+        engine.dispose()
+
+
+def check_campaign(
+    place: Place,
+    name: str | None = None,
+    *,
+    odd: str | None = None,
+    rules: Sequence[Rule] = RULES,
+) -> CampaignViolations | None:
+    """Ask rules of a campaign in a database.
+
+    Args:
+        place: The database, as everywhere.
+        name: Number or beginning of the id of the campaign; None for the newest.
+        odd: Take the newest of the ODD of this id.
+        rules: Those to ask.
+
+    Returns:
+        None where there is no campaign, or no database, and none was named.
+
+    Raises:
+        InputError: There is no campaign of the name.
+        PlatformError: The database cannot be read.
+    """
+    location = locate(place)
+    if name is None and location.path is not None and not location.path.is_file():
+        return None
+    require_exists(location)
+    database = Database(location)
+    try:
+        with database.read() as connection:
+            require_current(connection, location)
+            campaign = (
+                latest_campaign(connection, odd)
+                if name is None
+                else find_campaign(connection, name)
+            )
+            if campaign is None:
+                return None
+            found = _ask(connection, rules, campaign.id)
+            if IDLE_FAULT in rules:
+                found += _idle_faults(connection, campaign)
+            if UNBEGUN_EVENT in rules:
+                found += tuple(
+                    Violation(UNBEGUN_EVENT.name, "scenario", scenario, f"{event} began in no run")
+                    for scenario, event, is_optional in unbegun_events(connection, campaign.id)
+                    if not is_optional
+                )
+            return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
+    finally:
+        database.close()
+
+
+def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]]) -> tuple[int, int]:
+    """Count the results that neither a campaign asks for nor anything has brought.
+
+    Args:
+        place: The database, which is there.
+        campaign: Id of the campaign.
+        results: Digests of results, many at a time.
+
+    Returns:
+        How many are unknown, and how many were given.
+
+    Raises:
+        PlatformError: The database cannot be read.
+    """
+    case, run = tables.campaign_case.c, tables.run.c
+    unknown = total = 0
+    database = Database(place)
+    try:
+        with database.read() as connection:
+            for some in (part for digests in results for part in chunks(digests)):
+                planned = select(case.result_digest).where(
+                    case.campaign_id == campaign, case.result_digest.in_(some)
+                )
+                brought = select(run.result_digest).where(run.result_digest.in_(some))
+                known = set(connection.execute(planned.union(brought)).scalars())
+                total += len(some)
+                unknown += sum(item not in known for item in some)
+    finally:
+        database.close()
+    return unknown, total
+
+
+def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
+    return tuple(
+        Violation(rule.name, str(part), str(name), str(detail))
+        for rule in rules
+        if rule.sql
+        for part, name, detail in _rows(connection, rule.view, campaign)
+    )
+
+
+def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tuple[Violation, ...]:
+    """Say which faults do nothing, see ``idle_faults``."""
+    return tuple(
+        Violation(IDLE_FAULT.name, "fault", name, f"{name} {reason}")
+        for name, reason in idle_faults(declared, injected)
+    )
+
+
+def _idle_faults(connection: Connection, campaign: CampaignInfo) -> tuple[Violation, ...]:
+    """Read the faults of a campaign with what they are injected into, values of sweeps applied."""
+    case, made = tables.test_case.c, tables.architecture.c
+    query = (
+        select(case.faults, made.content)
+        .join_from(tables.campaign_case, tables.test_case)
+        .join(tables.architecture, made.digest == case.architecture_digest)
+        .where(tables.campaign_case.c.campaign_id == campaign.id, case.faults != "[]")
+        .distinct()
+    )
+    injected = []
+    for faults, content in connection.execute(query):
+        known = json.loads(content)
+        # Beside its own keys there is the folder of its plug-ins.
+        fields = {name: known[name] for name in Architecture.model_fields if name in known}
+        planned = (FAULT.validate_python(fault, context=SI) for fault in json.loads(faults))
+        injected.append((tuple(planned), Architecture.model_validate(fields, context=SI)))
+    odd = _odd_content(connection, campaign.id).get("odd")
+    declared = odd["faults"] if isinstance(odd, dict) else ()
+    return idle_violations([item["id"] for item in declared], injected)
+
+
+def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, str, bool], ...]:
+    """List the storyboard events that need not begin, and did in none of the runs that there are.
+
+    Args:
+        connection: To the database.
+        campaign: Id of the campaign.
+
+    Returns:
+        Scenario, event, and whether it says that it is optional.
+    """
+    case, event = tables.campaign_case.c, tables.event.c
+    runs = (
+        select(tables.run.c.number)
+        .join_from(
+            tables.campaign_case, tables.run, case.result_digest == tables.run.c.result_digest
+        )
+        .where(case.campaign_id == campaign)
+        .limit(1)
+    )
+    began = runs.join(tables.event, event.run_number == tables.run.c.number).where(
+        event.kind == "storyboard", event.text.endswith(" begins")
+    )
+    return tuple(
+        (scenario, name, bool(written.get("optional")))
+        for scenario, content in _odd_content(connection, campaign).get("scenarios", {}).items()
+        for name, written in content["storyboard"].items()
+        if name not in content["realised"]
+        and connection.execute(runs.where(case.scenario == scenario)).first()
+        and not connection.execute(
+            began.where(case.scenario == scenario, event.subject == name)
+        ).first()
+    )
+
+
+def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:
+    query = select(tables.odd.c.content).join_from(
+        tables.campaign, tables.odd, tables.campaign.c.odd_digest == tables.odd.c.digest
+    )
+    found = connection.execute(query.where(tables.campaign.c.id == campaign)).scalar_one()
+    content: dict[str, Any] = json.loads(found)
+    return content
+
+
+def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:
+    return connection.exec_driver_sql(
+        f"SELECT part, id, detail FROM {view} "  # noqa: S608 - names of this package
+        "WHERE campaign = ? ORDER BY part, id, detail",
+        (campaign,),
+    ).all()

@@ -1,0 +1,232 @@
+"""Judging results again: what lacks a verdict, what is known of it, and where verdicts go."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import select
+
+from adeye.store import cases as pending
+from adeye.store import tables
+from adeye.store.evidence_tables import plain_digests
+from adeye.store.ledger import insert_rows
+from adeye.store.records import EngineKey
+from adeye.store.write import results as basis
+from adeye.store.write import results as recording
+from adeye.store.write.queue import is_held
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from adeye.store.block import JudgedBlock
+    from adeye.store.database import Database
+    from adeye.store.records import Block
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A result that lacks verdicts.
+
+    Attributes:
+        ordinal: Its place in the campaign, the first of several.
+        result: Its digest.
+        number: Of the run in this database.
+        scenario: Id in the ODD.
+        architecture: Id.
+        trace_digest: Of its trace.
+        fsrs: Ids of the FSRs that it was not judged on.
+    """
+
+    ordinal: int
+    result: str
+    number: int
+    scenario: str
+    architecture: str
+    trace_digest: str
+    fsrs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StoredEvidence:
+    """A run of a campaign with the FSRs that it was judged on.
+
+    Attributes:
+        result: Digest of the result.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        point: Swept values as JSON.
+        replicate: Number of the replicate.
+        scenario_content: As JSON.
+        architecture_content: As JSON.
+        faults: As JSON.
+        parameters: As JSON.
+        seed: Of the ODD.
+        step_s: Master clock [s].
+        engine: What executed it.
+        fsrs: Ids of the FSRs.
+    """
+
+    result: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    point: str
+    replicate: int
+    scenario_content: str
+    architecture_content: str
+    faults: str
+    parameters: str
+    seed: int
+    step_s: float
+    engine: EngineKey
+    fsrs: tuple[str, ...]
+
+
+_EVIDENCE: Final = f"""
+    SELECT c.ordinal, c.result_digest, c.scenario, c.architecture, t.fault_entry, c.point,
+        t.replicate, s.content, a.content, t.faults, t.parameters, t.seed, t.step_s, r.backend,
+        r.variant, r.numerics_version, r.plugins_digest, f.fsr_id
+    FROM campaign_case c
+    JOIN test_case t ON t.digest = c.test_case_digest
+    JOIN scenario s ON s.digest = t.scenario_digest
+    JOIN architecture a ON a.digest = t.architecture_digest
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN campaign_fsr f ON {pending.JUDGED}
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    WHERE c.campaign_id = ? ORDER BY c.ordinal, f.fsr_id
+"""  # noqa: S608 - the condition is a constant of this package
+
+
+class Again:
+    """Reads and keeps what judging again takes, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def gaps(self, campaign: str) -> list[Gap]:
+        """List the results of a campaign that lack verdicts, in the order of the plan."""
+        cases, fsrs, run = tables.campaign_case, tables.campaign_fsr, tables.run
+        query = (
+            select(
+                cases.c.ordinal,
+                cases.c.result_digest,
+                run.c.number,
+                cases.c.scenario,
+                cases.c.architecture,
+                run.c.trace_digest,
+                fsrs.c.fsr_id,
+            )
+            .select_from(pending.with_gaps())
+            .where(cases.c.campaign_id == campaign, pending.is_gap())
+            .order_by(cases.c.ordinal, fsrs.c.fsr_id)
+        )
+        found: dict[str, Any] = {}
+        missing: dict[str, dict[str, None]] = defaultdict(dict)
+        with self._database.read() as connection:
+            for *names, fsr in connection.execute(query):
+                found.setdefault(names[1], names)
+                missing[names[1]][fsr] = None
+        return [Gap(*(*found[result], tuple(missing[result]))) for result in found]
+
+    def bases(
+        self, numbers: Sequence[int], version: int
+    ) -> dict[int, tuple[bool, str | None, Mapping[str, str]]]:
+        """Read whether contact ended runs, why they are invalid, and the uids of their metrics."""
+        with self._database.read() as connection:
+            uids = basis.read_uids(connection)
+            found = basis.read_bases(connection, numbers, version)
+        return {number: (item[0], item[1], uids[item[2]]) for number, item in found.items()}
+
+    def metric(self, numbers: Sequence[int], name: str) -> dict[int, tuple[Any, ...]]:
+        """Read value, status, time and actor of a metric, by number of the run."""
+        with self._database.read() as connection:
+            return basis.read_metric(connection, numbers, name)
+
+    def extremes(self, numbers: Sequence[int], measure: str, version: int) -> dict[int, Any]:
+        """Read the samples that decide formulas of one comparison, by number of the run."""
+        with self._database.read() as connection:
+            return basis.read_extremes(connection, numbers, measure, version)
+
+    def files(self, numbers: Sequence[int]) -> list[tuple[int, str, int]]:
+        """Read where traces are kept: number of the run, name of the file, place in it."""
+        with self._database.read() as connection:
+            return basis.read_files(connection, numbers)
+
+    def evidence(self, campaign: str) -> Iterator[StoredEvidence]:
+        """Read the runs of a campaign that were judged, in the order of the plan."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                _EVIDENCE, (campaign,), execution_options={"yield_per": basis.CHUNK}
+            )
+            for _, items in groupby(found, key=itemgetter(0)):
+                rows = list(items)
+                _, *names, backend, variant, version, plugins, _ = rows[0]
+                engine = EngineKey(backend, variant, version, plugins)
+                told: Any = (*names, engine, tuple(row[-1] for row in rows))
+                yield StoredEvidence(*told)
+
+    def fsr_digests(self, campaign: str) -> dict[str, str]:
+        """Read what the FSRs of a campaign are judged by, by id, numeric uncertainty apart."""
+        with self._database.read() as connection:
+            return plain_digests(connection, campaign)
+
+    def numbers(self, results: Sequence[str]) -> dict[str, int]:
+        """Give the numbers of those of some results that are there."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT result_digest, number FROM run "
+                "WHERE result_digest IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(results)),),
+            )
+            return {item[0]: item[1] for item in found}
+
+    def judged(self, numbers: Sequence[int]) -> dict[int, set[str]]:
+        """Read the digests of the FSRs that runs were judged on."""
+        judged: dict[int, set[str]] = defaultdict(set)
+        with self._database.read() as connection:
+            for number, digest in connection.exec_driver_sql(
+                "SELECT run_number, fsr_digest FROM verdict "
+                "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
+                (json.dumps(list(numbers)),),
+            ):
+                judged[number].add(digest)
+        return dict(judged)
+
+    def add(self, judged: JudgedBlock) -> int:
+        """Add verdicts to results; where traces were judged, they must be those of the results.
+
+        Returns:
+            How many were not there yet.
+
+        Raises:
+            IntegrityError: A result was judged otherwise before, or its trace is another one.
+        """
+        with self._database.write() as connection:
+            if judged.trace_digests:
+                recording.require_same_traces(connection, judged)
+            basis.record_basis(connection, judged.result_digests, judged.basis)
+            return recording.record_verdicts(connection, judged)
+
+    def tally(self, block: Block) -> None:
+        """Count, in a block that is not done, the FSRs that all of its cases are judged on.
+
+        So a summary tells them, and only what is missing is NOT_RUN.
+        """
+        missing = {fsr for case in block.cases for fsr in case.missing_fsrs}
+        with self._database.write() as connection:
+            if not is_held(connection, block):
+                return
+            known = recording.tallied(connection, block.id)
+            rows = [
+                item
+                for item in recording.tally_rows(connection, block.id)
+                if item[2] not in missing and (item[2], item[4], item[5]) not in known
+            ]
+            insert_rows(connection, tables.tally, rows)

@@ -1,0 +1,459 @@
+"""The verdict of every FSR for every architecture over all scenarios, and the gate's exit code.
+
+A channel that raised, died, hung or answered nonsense blocks it too, though everything passes: what
+masters the failure hides that the channel is defect. It does not where a mandatory FSR about the
+silence of the channel passes in the run, or where the ODD allows it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from adeye.errors import IntegrityError
+from adeye.judge.preventability import gate_verdict
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.syntax import silence_of
+from adeye.judge.verdict import ExitCode, Verdict, exercised_of, exit_code, fold_runs, gate_exit
+from adeye.spec.concept import Concept
+from adeye.spec.quantity import SI
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from adeye.store.evidence.roots import Withdrawal
+    from adeye.store.records import (
+        CampaignInfo,
+        Finding,
+        FsrStatus,
+        NeverHeld,
+        RunRef,
+        VerdictRecord,
+    )
+    from adeye.store.repository import Repository
+
+# --- Which failures block the gate: all, but for contacts that a reference driver has as well -----
+
+EDITION: Final = "r157-01"
+"""Edition of the models that a gate names."""
+_REMEDY: Final = "mend the channel, or allow it: `gate: {channel_failures: allow}`"
+_TIME: Final = re.compile(r"^at \S+ s: ")
+"""When it happened in the run differs from run to run."""
+
+
+def preventable_by(repository: Repository, campaign: CampaignInfo) -> tuple[str, ...]:
+    """Return the reference drivers that the gate of a campaign's ODD names; none without."""
+    return tuple(_gate_of(repository, campaign).get("preventable_by", ()))
+
+
+def _gate_of(repository: Repository, campaign: CampaignInfo) -> Mapping[str, Any]:
+    odd = repository.content("odd", campaign.odd_digest).get("odd")
+    gate = odd.get("gate") if isinstance(odd, dict) else None
+    return gate or {}
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelFailure:
+    """How one channel of an architecture failed in the runs of a campaign.
+
+    Attributes:
+        architecture: Id.
+        channel: Id.
+        outcome: ``channel_error``, ``channel_timeout``, ``channel_invalid_output`` or
+            ``channel_killed``.
+        runs: In how many runs.
+        refused: In how many of them it blocks the gate.
+        detail: What happened most often: exception, file and line.
+        others: How many other things happened.
+        why: What is said to the gate about it; empty where the architecture is in none.
+    """
+
+    architecture: str
+    channel: str
+    outcome: str
+    runs: int
+    refused: int
+    detail: str
+    others: int
+    why: str
+
+    def __str__(self) -> str:
+        """Say it in one sentence without an end."""
+        more = f", and {self.others:,} more" if self.others else ""
+        detail = f" ({self.detail}{more})" if self.detail else ""
+        text = f"{self.outcome} of channel {self.channel} in {_runs(self.runs)} of "
+        return f"{text}{self.architecture}{detail}{self.why and f', {self.why}'}"
+
+
+def channel_policy(repository: Repository, campaign: CampaignInfo) -> Literal["refuse", "allow"]:
+    """Return what the gate of a campaign's ODD says to failures of channels."""
+    says = _gate_of(repository, campaign).get("channel_failures")
+    return "allow" if says == "allow" else "refuse"
+
+
+def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[ChannelFailure, ...]:
+    """List how channels failed, and say whether that blocks the gate.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+    """
+    if not repository.failed_channels(campaign.id):
+        return ()
+    about = _about_silence(repository, campaign)
+    details: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
+    unmastered: Counter[tuple[str, str, str]] = Counter()
+    for architecture, channel, told, is_mastered, count in repository.failed_channels(
+        campaign.id, about
+    ):
+        outcome, _, detail = told.partition(": ")
+        key = architecture, channel, outcome
+        details[key][_TIME.sub("", detail).partition("\n")[0]] += count
+        unmastered[key] += 0 if is_mastered else count
+    allows = channel_policy(repository, campaign) == "allow"
+    found = []
+    for key, counts in sorted(details.items()):
+        is_in_gate = key[0] in campaign.gate
+        refused = unmastered[key] if is_in_gate and not allows else 0
+        by = ", ".join(fsr for fsr, channel in about if channel == key[1])
+        if refused:
+            why = f"refused: in {_runs(refused)} no mandatory FSR about it passes ({_REMEDY})"
+        else:
+            why = "allowed by the ODD" if unmastered[key] else f"which {by} is about"
+        detail = max(sorted(counts), key=counts.__getitem__)
+        found.append(
+            ChannelFailure(
+                *key,
+                runs=counts.total(),
+                refused=refused,
+                detail=detail,
+                others=len(counts) - 1,
+                why=why if is_in_gate else "",
+            )
+        )
+    return tuple(found)
+
+
+def contacts_in_words(repository: Repository, campaign: CampaignInfo) -> list[str]:
+    """Say of each architecture in the gate in how many runs it touched something, if in any."""
+    found = repository.contacts(campaign.id)
+    return [f"contact in {_runs(found[name])} of {name}" for name in campaign.gate if name in found]
+
+
+def _about_silence(repository: Repository, campaign: CampaignInfo) -> list[tuple[str, str]]:
+    """Pair each mandatory FSR with the channels whose failure its formula is about."""
+    concept = repository.content("concept", campaign.concept_digest)
+    read = Concept.model_validate(concept, context=SI)
+    return [
+        (item.id, channel)
+        for item in read.requirements
+        if item.mandatory and item.formula is not None
+        for channel in silence_of(parse_formula(item.formula, None, item.constants).root)
+    ]
+
+
+def without_unpreventable(
+    repository: Repository,
+    campaign: CampaignInfo,
+    fsr: str,
+    architecture: str,
+    models: Sequence[str],
+) -> tuple[Verdict, str]:
+    """Fold an FSR that fails for the gate, without contacts that no model avoids.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+        fsr: Id of a mandatory FSR that FAILs.
+        architecture: Id of an architecture in the gate.
+        models: Reference drivers, all of which must have a contact too.
+
+    Returns:
+        What the gate takes for the verdict, and why in words; empty if nothing is to be said.
+    """
+    today = datetime.now(UTC).date()
+    (status,) = (
+        item
+        for item in repository.gate(campaign.id)
+        if (item.fsr, item.architecture) == (fsr, architecture)
+    )
+    until = status.waived_until
+    verdict, aside, unknown = gate_verdict(
+        status.counts,
+        repository.hindsight.benchmarks.failures(campaign.id, fsr, architecture, EDITION),
+        models,
+        min_exercised=status.min_exercised,
+        is_waived=until is not None and until >= today.isoformat(),
+        repeated=status.repeated_passes,
+    )
+    by, notes = ", ".join(models), []
+    if aside:
+        how = "not blocking: " if verdict is Verdict.PASS else ""
+        notes.append(f"{how}unpreventable by {by} ({_runs(aside)})")
+    if aside and verdict not in {Verdict.FAIL, Verdict.PASS}:
+        notes.append(f"{verdict} without them")
+    if unknown:
+        notes.append(
+            f"{_runs(unknown)} not known to be unpreventable by {by}: "
+            f"run `adeye preventability {campaign.number} --model {','.join(models)}`"
+        )
+    return verdict, "; ".join(notes)
+
+
+def _runs(count: int) -> str:
+    return f"{count:,} run{'' if count == 1 else 's'}"
+
+
+# --- The verdict of every FSR for every architecture over all scenarios, and the gate's exit code -
+
+_NAMED: Final = 3
+"""Altered rows that a message names; ``db verify`` names all."""
+
+
+_EXPLAINED: Final = frozenset({Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE})
+"""Verdicts of runs that say why in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Total:
+    """One FSR for one architecture, folded over all runs.
+
+    Attributes:
+        fsr: Id of the FSR.
+        architecture: Id of the architecture.
+        asil: ASIL of the FSR.
+        is_mandatory: Whether the gate needs it.
+        is_in_gate: Whether the architecture decides the exit code.
+        verdict: Folded; None where the FSR is not applicable.
+        counts: Runs by verdict.
+        exercised: Different results in which its precondition held; none where the verdict hangs on
+            a nested implication that no run asked for.
+        repeated: Further runs in which it held, each with the result of another.
+        worst: The run that it holds in least, if any was judged.
+        note: Why it is not applicable.
+        min_exercised: Different results that must PASS.
+        never_held: Nested implications that no run asked for.
+    """
+
+    fsr: str
+    architecture: str
+    asil: str
+    is_mandatory: bool
+    is_in_gate: bool
+    verdict: Verdict | None
+    counts: Mapping[Verdict, int]
+    exercised: int
+    repeated: int
+    worst: tuple[RunRef, VerdictRecord] | None
+    note: str
+    min_exercised: int
+    never_held: tuple[NeverHeld, ...] = ()
+
+    @property
+    def runs(self) -> int:
+        """Runs planned for it."""
+        return sum(self.counts.values())
+
+
+def distinct(runs: int, repeated: int) -> int:
+    """Count results: runs without those that repeat one."""
+    return max(runs - repeated, min(runs, 1))
+
+
+def totals(repository: Repository, campaign: CampaignInfo) -> tuple[Total, ...]:
+    """Fold every FSR for every architecture; waivers must be valid today.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+    """
+    gate = {(item.fsr, item.architecture): item for item in repository.gate(campaign.id)}
+    nested = repository.never_held(campaign.id)
+    groups: dict[tuple[str, str], list[FsrStatus]] = defaultdict(list)
+    for item in repository.fsr_status(campaign.id):
+        groups[item.fsr, item.architecture].append(item)
+    return tuple(
+        _total(repository, campaign, items, gate.get(key), nested.get(key, ()))
+        for key, items in groups.items()
+    )
+
+
+def _total(
+    repository: Repository,
+    campaign: CampaignInfo,
+    items: list[FsrStatus],
+    gate: FsrStatus | None,
+    never_held: tuple[NeverHeld, ...],
+) -> Total:
+    first = items[0]
+    counts: Counter[Verdict] = Counter()
+    for item in items:
+        counts.update(item.counts)
+    verdict: Verdict | None = None
+    worst: tuple[tuple[RunRef, VerdictRecord], ...] = ()
+    if first.is_applicable:
+        verdict = gate.verdict if gate else asked_for(_folded(first, counts), never_held)
+        worst = repository.worst_runs(
+            campaign.id, first.fsr, architecture=first.architecture, limit=1
+        )
+    exercised = distinct(sum(item.runs_exercised for item in items), first.repeated)
+    return Total(
+        fsr=first.fsr,
+        architecture=first.architecture,
+        asil=first.asil,
+        is_mandatory=gate is not None,
+        is_in_gate=first.architecture in campaign.gate,
+        verdict=verdict,
+        counts={key: count for key, count in counts.items() if count},
+        exercised=0 if any(item.decides for item in never_held) else exercised,
+        repeated=first.repeated,
+        worst=worst[0] if worst else None,
+        note="" if first.is_applicable else first.reason or "not applicable",
+        min_exercised=first.min_exercised,
+        never_held=never_held,
+    )
+
+
+def asked_for(verdict: Verdict, never_held: Sequence[NeverHeld]) -> Verdict:
+    """Take a PASS for VACUOUS that hangs on implications whose antecedent never held."""
+    is_empty = verdict is Verdict.PASS and any(item.decides for item in never_held)
+    return Verdict.VACUOUS if is_empty else verdict
+
+
+def _never(item: Total) -> list[str]:
+    """Say what an FSR was never asked for."""
+    return [f"{part.antecedent} never held" for part in item.never_held]
+
+
+def _repeats(repeated: int, architecture: str) -> str:
+    return f"{repeated:,} runs of {architecture} repeat a result, which counts once"
+
+
+def _folded(item: FsrStatus, counts: Mapping[Verdict, int]) -> Verdict:
+    try:
+        return fold_runs(counts, min_exercised=item.min_exercised, repeated=item.repeated_passes)
+    except ValueError as error:
+        # Nothing that was written counts below zero.
+        raise IntegrityError(
+            f"{item.fsr} for {item.architecture}: {error}. Run 'adeye db verify'; it names the row."
+        ) from error
+
+
+def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
+    """Say why a run has no verdict; a violation is explained by its margin."""
+    if item.verdict is None:
+        return f" ({item.note})"
+    if item.verdict is Verdict.VACUOUS:
+        said = _never(item)
+        if item.repeated:
+            said.append(_repeats(item.repeated, item.architecture))
+        if item.min_exercised > 1:
+            told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
+            said.insert(0, f"exercised in {told}")
+        return f" ({'; '.join(said)})" if said else ""
+    if item.verdict not in _EXPLAINED:
+        return ""
+    found = repository.worst_runs(
+        campaign.id, item.fsr, architecture=item.architecture, verdict=item.verdict, limit=1
+    )
+    said = [text for _, run in found for text in (run.signal, run.detail) if run.detail and text]
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _named(unsound: Sequence[Finding]) -> str:
+    """Name what is not as it was written; no verdict is folded from it."""
+    named = [str(item) for item in unsound[:_NAMED]]
+    if len(unsound) > _NAMED:
+        named.append(f"{len(unsound) - _NAMED} more")
+    return f"The database is not as it was written: {'; '.join(named)}. Run 'adeye db verify'."
+
+
+def _told(withdrawn: Sequence[Withdrawal]) -> str:
+    """Say of withdrawn results which, by whom and why."""
+    said = [
+        f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn[:_NAMED]
+    ]
+    if len(withdrawn) > _NAMED:
+        said.append(f"{len(withdrawn) - _NAMED} more")
+    return f"{len(withdrawn)} results are withdrawn ({'; '.join(said)})"
+
+
+def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int, tuple[str, ...]]:
+    """Count planned test cases, and those with evidence; say what became of the others."""
+    progress = repository.progress(campaign.id)
+    withdrawn = repository.evidence.withdrawals(campaign.id)
+    lost = []
+    if progress.accounted < progress.planned:
+        lost.append(f"{progress.accounted} of {progress.planned} test cases accounted for")
+    if withdrawn:
+        lost.append(_told(withdrawn))
+    return progress.planned, progress.accounted - len(withdrawn), tuple(lost)
+
+
+def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
+    """Decide the exit code of a campaign and say why.
+
+    Args:
+        repository: The database.
+        campaign: The campaign.
+    """
+    unsound = repository.unsound(campaign.id)
+    if unsound:
+        return ExitCode.INTEGRITY, _named(unsound)
+    verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
+    reasons: list[str] = []
+    aside: list[str] = []
+    beside: list[str] = []
+    repeated = Counter[str]()
+    models = preventable_by(repository, campaign)
+    for item in totals(repository, campaign):
+        if not (item.is_in_gate and item.is_mandatory):
+            continue
+        # An FSR that cannot be judged for an architecture in the gate is never green.
+        verdict, note = item.verdict or Verdict.ERROR, ""
+        text = f"{item.fsr} {verdict} for {item.architecture}"
+        if verdict is Verdict.FAIL and models:
+            verdict, note = without_unpreventable(
+                repository, campaign, item.fsr, item.architecture, models
+            )
+            verdict = asked_for(verdict, item.never_held)
+        verdicts[item.architecture].append(verdict)
+        if verdict is not Verdict.PASS:
+            why = _why(repository, campaign, item)
+            reasons.append(f"{text}{note and f' ({note})'}{why}")
+        elif note:
+            aside.append(f"{text}, {note}")
+        if verdict is Verdict.PASS and (said := _never(item)):
+            beside.append(f"{item.fsr} for {item.architecture}: {'; '.join(said)}")
+        repeated |= Counter({item.architecture: item.repeated})
+    planned, accounted, lost = _accounted(repository, campaign)
+    code = gate_exit(verdicts, planned=planned, accounted=accounted)
+    reasons += [*lost, *_unasked(verdicts)]
+    failures = channel_failures(repository, campaign)
+    if any(item.refused for item in failures):
+        code = exit_code([code, ExitCode.INCOMPLETE])
+    told = sorted(failures, key=lambda item: not item.refused)
+    if code is not ExitCode.OK:
+        return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
+    # A contact that no FSR forbids and a failure that is mastered are green, and are said.
+    beside += [_repeats(count, name) for name, count in repeated.items() if count]
+    also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
+    return code, _passed(campaign, aside, also)
+
+
+def _unasked(verdicts: Mapping[str, Sequence[Verdict]]) -> list[str]:
+    """Say for which architectures in the gate nothing is asked for."""
+    names = ", ".join(name for name, found in verdicts.items() if not found)
+    return [f"no FSR is mandatory for {names}"] if names else []
+
+
+def _passed(campaign: CampaignInfo, aside: Sequence[str], also: Sequence[str]) -> str:
+    """Say that the gate is green, with what is beside it."""
+    gate = ", ".join(campaign.gate)
+    passed = f"Every mandatory requirement passes for {gate}"
+    if aside:
+        passed = f"{'; '.join(aside)}. Nothing else of what is mandatory fails for {gate}"
+    return "; ".join([passed, *also]) + ("" if also else ".")

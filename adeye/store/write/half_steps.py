@@ -1,0 +1,363 @@
+"""Save twins with half the step and the numeric uncertainty they told, and judge runs with it.
+
+A twin belongs to a run and is in no selection, like a fork. A verdict with the uncertainty is the
+verdict without it and one rule more (``evaluation.uncertainty.verdict_with``), so that it is made
+from the row of that verdict: no run is executed for it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import select
+
+from adeye.errors import IntegrityError
+from adeye.judge.uncertainty import Difference, NumericUncertainty, uncertain_detail, verdict_with
+from adeye.judge.verdict import Verdict
+from adeye.store import tables
+from adeye.store.block import JudgedBlock
+from adeye.store.cases import JUDGED, count_open
+from adeye.store.encoding import json_text, row
+from adeye.store.ledger import insert_rows
+from adeye.store.records import VerdictRecord
+from adeye.store.write.results import record_runs, record_verdicts
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sqlalchemy import Connection
+
+    from adeye.store.block import RunBlock
+    from adeye.store.database import Database
+    from adeye.store.records import RunRef, StoredRun
+
+_PART: Final = 2_048
+"""Cases that are judged together."""
+
+_PLAIN: Final = f"""SELECT r.result_digest, c.scenario, c.architecture, u.judged_digest, v.*
+FROM campaign_case c
+JOIN run r ON r.result_digest = c.result_digest
+JOIN campaign_fsr f ON {JUDGED}
+JOIN (SELECT DISTINCT scenario, architecture, name, fsr_digest, judged_digest
+    FROM uncertainty WHERE campaign_id = ? AND kind = 'fsr') u
+    ON u.scenario = c.scenario AND u.architecture = c.architecture AND u.name = f.fsr_id
+    AND u.judged_digest = f.fsr_digest
+JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = u.fsr_digest
+LEFT JOIN verdict w ON w.run_number = r.number AND w.fsr_digest = f.fsr_digest
+WHERE c.campaign_id = ? AND c.ordinal >= ? AND c.ordinal < ? AND w.run_number IS NULL
+ORDER BY c.ordinal, f.fsr_id"""  # noqa: S608 - the condition is a constant of this package
+
+
+@dataclass(frozen=True)
+class HalfStepRecord:
+    """A run that is the same as another but for its step, which is half as long.
+
+    Attributes:
+        result_digest: The twin.
+        test_case: Its test case.
+        origin: Result digest of the run with the whole step.
+        origin_case: Test case of that run.
+        step_s: Step of the twin [s].
+    """
+
+    result_digest: str
+    test_case: str
+    origin: str
+    origin_case: str
+    step_s: float
+
+
+@dataclass(frozen=True)
+class UncertaintyRecord:
+    """One line of what halving the step changed in a scenario and architecture of a campaign.
+
+    Attributes:
+        scenario: Id in the ODD.
+        architecture: Id.
+        difference: What changed.
+        fsr_digest: Of an FSR, identity of what is judged; empty for a metric.
+        judged_digest: Of an FSR, identity of judging it with the uncertainty.
+    """
+
+    scenario: str
+    architecture: str
+    difference: Difference
+    fsr_digest: str = ""
+    judged_digest: str = ""
+
+
+class HalfSteps:
+    """Reads and keeps twins and what they told, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def known(self, results: Sequence[str]) -> frozenset[str]:
+        """Tell which results are there."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT result_digest FROM run "
+                "WHERE result_digest IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(results)),),
+            )
+            return frozenset(found.scalars())
+
+    def judged(self, results: Sequence[str]) -> frozenset[tuple[str, str]]:
+        """Tell on which FSRs results were judged: pairs of result digest and FSR digest."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT r.result_digest, v.fsr_digest FROM run r "
+                "JOIN verdict v ON v.run_number = r.number "
+                "WHERE r.result_digest IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(results)),),
+            )
+            return frozenset((item[0], item[1]) for item in found)
+
+    def save_runs(self, block: RunBlock) -> None:
+        """Save planned runs that are executed before their block is.
+
+        Raises:
+            IntegrityError: A result or verdict contradicts one that exists.
+        """
+        with self._database.write() as connection:
+            _save(connection, block)
+
+    def save_twins(self, twins: Sequence[HalfStepRecord], block: RunBlock) -> None:
+        """Save twins with their test cases, results and verdicts; known ones stay.
+
+        Args:
+            twins: What each is the twin of.
+            block: Their results, in the same order.
+
+        Raises:
+            IntegrityError: A result or verdict contradicts one that exists.
+            ValueError: The results are not those of the twins.
+        """
+        if block.result_digests != tuple(twin.result_digest for twin in twins):
+            msg = "the results are not those of the twins"
+            raise ValueError(msg)
+        table = tables.half_step
+        with self._database.write() as connection:
+            cases = [_test_case(connection, twin) for twin in twins]
+            insert_rows(connection, tables.test_case, cases, ignore_existing=True)
+            _save(connection, block)
+            rows = [row(table, (twin.result_digest, twin.test_case, twin.origin)) for twin in twins]
+            insert_rows(connection, table, rows, ignore_existing=True)
+
+    def save_uncertainty(self, campaign: str, found: Sequence[UncertaintyRecord]) -> None:
+        """Keep what halving the step changed.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [_uncertainty_row(campaign, item) for item in found]
+        with self._database.write() as connection:
+            known = _known_rows(connection, campaign)
+            if known and known != {item[-1] for item in rows}:
+                raise IntegrityError(
+                    f"campaign {campaign[:12]}: halving the step changed something else before. "
+                    "A result of the sample is not what it was; `adeye db verify` looks for it."
+                )
+            if not known:
+                insert_rows(connection, tables.uncertainty, rows)
+
+    def judge(self, campaign: str) -> None:
+        """Judge with it every result that is there and was judged without it."""
+        first, planned = 0, self._planned(campaign)
+        while first < planned:
+            # Part by part, so that no transaction is long; asked again it goes on.
+            with self._database.write() as connection:
+                judge_with_uncertainty(connection, campaign, first, first + _PART)
+            first += _PART
+
+    def uncertainty(self, campaign: str) -> tuple[UncertaintyRecord, ...]:
+        """Give what halving the step changed; empty if the campaign did not ask."""
+        with self._database.read() as connection:
+            return _read_uncertainty(connection, campaign)
+
+    def judged_with(self, run: RunRef, stored: StoredRun) -> dict[str, NumericUncertainty]:
+        """Give the numeric uncertainty that a run was judged with, by FSR.
+
+        Forks and twins are judged without any.
+        """
+        with self._database.read() as connection:
+            found = _numeric(connection, run.campaign)
+        judged = {verdict.fsr_digest for verdict in stored.verdicts}
+        return {
+            fsr: item
+            for (scenario, architecture, fsr), item in found.items()
+            if (scenario, architecture) == (run.scenario, run.architecture)
+            and item.digest in judged
+        }
+
+    def count_open(self, campaign: str) -> tuple[int, int]:
+        """Count the cases without a result, and those with a result that lack a verdict."""
+        with self._database.read() as connection:
+            return count_open(connection, campaign)
+
+    def _planned(self, campaign: str) -> int:
+        table = tables.campaign
+        with self._database.read() as connection:
+            return int(
+                connection.execute(
+                    select(table.c.planned).where(table.c.id == campaign)
+                ).scalar_one()
+            )
+
+
+def judge_with_uncertainty(connection: Connection, campaign: str, first: int, end: int) -> int:
+    """Add the verdicts with numeric uncertainty that results of an ordinal range lack.
+
+    Args:
+        connection: In a write transaction.
+        campaign: Id.
+        first: First ordinal.
+        end: Behind the last.
+
+    Returns:
+        Number of rows added; results that were not judged without it are left out.
+    """
+    numeric = _numeric(connection, campaign)
+    if not numeric:
+        return 0
+    found = connection.exec_driver_sql(_PLAIN, (campaign, campaign, first, end)).mappings().all()
+    if not found:
+        return 0
+    verdicts: dict[str, dict[str, VerdictRecord]] = defaultdict(dict)
+    for item in found:
+        least = numeric[item["scenario"], item["architecture"], item["fsr_id"]]
+        judged = _with_uncertainty(_verdict(item), least)
+        # Two cases of a campaign may be one test case.
+        verdicts[item["result_digest"]][judged.fsr_digest] = judged
+    block = JudgedBlock.of({run: tuple(of.values()) for run, of in verdicts.items()})
+    return record_verdicts(connection, block)
+
+
+def _with_uncertainty(plain: VerdictRecord, uncertainty: NumericUncertainty) -> VerdictRecord:
+    """Judge a verdict again, as ``rulings.Frame.judge`` does with the same uncertainty."""
+    judged = replace(plain, fsr_digest=uncertainty.digest)
+    verdict = verdict_with(plain.verdict, plain.margin, plain.unit, uncertainty)
+    if verdict is plain.verdict:
+        return judged
+    detail = uncertain_detail(float(uncertainty.of([plain.unit])[0]), plain.unit)
+    return replace(judged, verdict=verdict, detail=detail)
+
+
+def _verdict(item: Any) -> VerdictRecord:
+    return VerdictRecord(
+        fsr_id=item["fsr_id"],
+        fsr_digest=item["fsr_digest"],
+        verdict=Verdict(item["verdict"]),
+        is_exercised=bool(item["exercised"]),
+        robustness_low=item["robustness_low"],
+        robustness_high=item["robustness_high"],
+        margin=item["margin"],
+        unit=item["unit"],
+        signal=item["signal"],
+        predicate=item["predicate"],
+        time_s=item["time_s"],
+        actor=item["actor"],
+        value=item["value"],
+        threshold=item["threshold"],
+        detail=item["detail"],
+    )
+
+
+def _save(connection: Connection, block: RunBlock) -> None:
+    recorded = record_runs(connection, block)
+    record_verdicts(
+        connection,
+        JudgedBlock(block.result_digests, block.verdicts),
+        results=block.results,
+        existing=recorded.existing,
+        differing=recorded.differing,
+    )
+
+
+def _test_case(connection: Connection, twin: HalfStepRecord) -> tuple[object, ...]:
+    """Describe the test case of a twin: its origin's with another identity and step."""
+    case = tables.test_case
+    found = connection.execute(select(case).where(case.c.digest == twin.origin_case)).one()
+    values = dict(found._mapping) | {"digest": twin.test_case, "step_s": twin.step_s}
+    return row(case, tuple(values[column.name] for column in case.columns)[:-1])
+
+
+def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
+    found = item.difference
+    return row(
+        tables.uncertainty,
+        (
+            campaign,
+            item.scenario,
+            item.architecture,
+            found.kind,
+            found.name,
+            found.unit,
+            found.sampled,
+            found.pairs,
+            found.p95,
+            found.largest,
+            found.uncertainty,
+            found.differing,
+            json_text(dict(found.changes)),
+            item.fsr_digest or None,
+            item.judged_digest or None,
+        ),
+    )
+
+
+def _known_rows(connection: Connection, campaign: str) -> set[str]:
+    table = tables.uncertainty
+    found = connection.execute(select(table.c.row_hash).where(table.c.campaign_id == campaign))
+    return set(found.scalars())
+
+
+def _read_uncertainty(connection: Connection, campaign: str) -> tuple[UncertaintyRecord, ...]:
+    table = tables.uncertainty
+    key = list(table.primary_key.columns)
+    found = connection.execute(
+        table.select().where(table.c.campaign_id == campaign).order_by(*key)
+    ).all()
+    return tuple(
+        UncertaintyRecord(
+            scenario=item.scenario,
+            architecture=item.architecture,
+            difference=Difference(
+                kind=item.kind,
+                name=item.name,
+                unit=item.unit,
+                sampled=item.sampled,
+                pairs=item.pairs,
+                p95=item.p95,
+                largest=item.largest,
+                differing=item.differing,
+                changes=json.loads(item.changes),
+            ),
+            fsr_digest=item.fsr_digest or "",
+            judged_digest=item.judged_digest or "",
+        )
+        for item in found
+    )
+
+
+def _numeric(
+    connection: Connection, campaign: str
+) -> dict[tuple[str, str, str], NumericUncertainty]:
+    """Give the numeric uncertainty by scenario, architecture and FSR."""
+    table = tables.uncertainty
+    columns = (table.c.scenario, table.c.architecture, table.c.name, table.c.judged_digest)
+    found = connection.execute(
+        select(*columns, table.c.unit, table.c.uncertainty).where(
+            table.c.campaign_id == campaign, table.c.kind == "fsr"
+        )
+    )
+    least: dict[tuple[str, str, str, str], dict[str, float]] = defaultdict(dict)
+    for *key, unit, value in found:
+        units = least[key[0], key[1], key[2], key[3]]
+        if value is not None:
+            units[unit] = value
+    return {key[:3]: NumericUncertainty(key[3], units) for key, units in least.items()}

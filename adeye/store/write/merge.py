@@ -1,0 +1,575 @@
+"""Bring results of one database into another: those of shards and colleagues, or those to keep.
+
+The source is only read, as known columns of known tables, and nothing of it counts that is not as
+it was written: every row is checked as ``db verify`` does. Rows go over as they are, with their
+hashes; what numbers them locally is given anew. What is there already stays, and has to be the
+same. Tallies are counted here, of the blocks that have all their results by now.
+
+Kept traces are files beside a database, and stay there: a run whose trace is elsewhere is executed
+again where only its trace could judge it.
+
+A copy of chosen campaigns is a database of its own: it has every row that they refer to as it is,
+under the same numbers, and what the whole database told of them.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import Integer, func, select
+
+from adeye.errors import InputError, IntegrityError
+from adeye.store import tables
+from adeye.store.catalogue import is_server, table_names
+from adeye.store.database import Database
+from adeye.store.encoding import next_number, row
+from adeye.store.evidence.roots import campaign_sums
+from adeye.store.evidence.verification import verify
+from adeye.store.evidence_tables import LEDGER, metadata
+from adeye.store.ledger import insert_rows
+from adeye.store.location import locate
+from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
+from adeye.store.read.campaigns import latest_id
+from adeye.store.schema import require_current, require_exists
+from adeye.store.tables import kept_trace
+from adeye.store.views import ensure_scenario_views
+from adeye.store.write.content import CONTENT_TABLES, executable_digest
+from adeye.store.write.planning import save_use
+from adeye.store.write.queue import close_blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+    from pathlib import Path
+
+    from sqlalchemy import Connection, Row, Table
+
+    from adeye.store.location import Location, Place
+
+_CHUNK: Final = 1_000
+_NAMED: Final = 3
+"""Altered rows that a message names."""
+
+OF_CAMPAIGN: Final = frozenset(
+    {"campaign", "campaign_case", "campaign_fsr", "case_count", "case_match"}
+)
+"""Tables whose rows go over with a campaign that is new here."""
+APPENDED: Final = frozenset({"session", "withdrawal", "certificate"})
+"""Tables of what was done: what is not here yet goes over under a number of its own."""
+LEFT: Final = frozenset(
+    {"campaign_use", "tally", "case_run", "case_tally", "case_repeat", "never_held"}
+    | {"work", "artifact", kept_trace.name}
+    | {"ledger", "seal", "campaign_root"}
+)
+"""Tables of which nothing goes over: local history, what is counted here, and names of files."""
+_RESULTS: Final = tuple(table for table in tables.RESULTS if table is not kept_trace)
+_FIRST_STAYS: Final = {
+    "odd": {"id", "version"},
+    "scenario": {"id", "version"},
+    "architecture": {"id", "version"},
+    "concept": {"id", "version"},
+    "test_case": {"odd_digest", "point_index"},
+    # Words of a predicate that mean the same, see ``recording``.
+    "verdict": {"predicate"},
+}
+"""Columns that may differ in a row that is here already."""
+_EXECUTED: Final = {
+    "scenario_digest": "scenario",
+    "architecture_digest": "architecture",
+    "faults": "faults",
+}
+"""Columns of a test case that may differ where what is executed is the same."""
+_PLUGIN_TABLE: Final = re.compile(r"metric_[a-z0-9_]{1,80}")
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """What came over from a source.
+
+    Attributes:
+        source: The database file.
+        campaigns: Ids of its campaigns, the latest last.
+        runs: Results that were not here.
+        rows: Rows of all tables that were not here.
+        blocks: Blocks of work that need nothing any more by it.
+        traces: Results of the source whose kept traces stay beside it.
+    """
+
+    source: str
+    campaigns: tuple[str, ...]
+    runs: int
+    rows: int
+    blocks: int
+    traces: int
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """A source that is open and found to be as it was written.
+
+    Attributes:
+        place: Where it is.
+        connection: Sees one state of it.
+    """
+
+    place: Location
+    connection: Connection
+
+
+@dataclass(frozen=True, slots=True)
+class Copied:
+    """What a copy has.
+
+    Attributes:
+        campaigns: Ids of its campaigns.
+        runs: Its results, with forks, twins and drives of reference drivers.
+        rows: Rows of all tables.
+    """
+
+    campaigns: tuple[str, ...]
+    runs: int
+    rows: int
+
+
+def require_source(source: Place) -> None:
+    """Refuse what cannot be merged at all, before anything is; its rows are not looked at.
+
+    Raises:
+        InputError: There is no such database.
+        PlatformError: It cannot be used, is not ours or has another schema version.
+    """
+    place = locate(source)
+    with _reading(place) as connection:
+        require_current(connection, place)
+
+
+@contextmanager
+def origin_of(source: Place) -> Iterator[Origin]:
+    """Open a source and verify it; meanwhile the database that grows need not be there.
+
+    Raises:
+        InputError: There is no such database.
+        PlatformError: It cannot be used, or has another schema version.
+        IntegrityError: It is not as it was written.
+    """
+    place = locate(source)
+    with _reading(place) as connection:
+        _require_sound(connection, place)
+        yield Origin(place, connection)
+
+
+@contextmanager
+def _reading(place: Location) -> Iterator[Connection]:
+    require_exists(place)
+    database = Database(place, is_read_only=True)
+    try:
+        with database.read() as connection:
+            yield connection
+    finally:
+        database.close()
+
+
+def merge(into: Database, source: str | Path | Origin) -> Merged:
+    """Add what another database has, in one transaction; again, it adds nothing.
+
+    Args:
+        into: The database that grows.
+        source: The other one, by its place, or open.
+
+    Raises:
+        InputError: The source does not exist, or is the same database.
+        PlatformError: One of them cannot be used, or has another schema version.
+        IntegrityError: The source is not as it was written, or contradicts what is here.
+    """
+    with nullcontext(source) if isinstance(source, Origin) else origin_of(source) as origin:
+        place = origin.place
+        if place == into.location or _is_same_file(place.path, into.location.path):
+            raise InputError(f"database {place}: it is the one that is merged into")
+        with into.write() as writing:
+            return _Merge(origin.connection, writing, place).run()
+
+
+def _is_same_file(one: Path | None, other: Path | None) -> bool:
+    return one is not None and other is not None and other.exists() and one.samefile(other)
+
+
+def _require_sound(connection: Connection, path: Location) -> None:
+    """Refuse a source of which anything is not as it was written.
+
+    Raises:
+        PlatformError: It has another schema version, or is not ours.
+        IntegrityError: It was altered.
+    """
+    require_current(connection, path)
+    known = set(table_names(connection))
+    for table in metadata.sorted_tables:
+        if table.name not in known:
+            raise IntegrityError(f"database {path}: {table.name} is not a table of this release")
+    findings = list(islice(verify(connection), _NAMED + 1))
+    if findings:
+        named = "; ".join(map(str, findings[:_NAMED]))
+        more = "; and more" if len(findings) > _NAMED else ""
+        raise IntegrityError(
+            f"database {path} is not as it was written: {named}{more}. Nothing of it was merged; "
+            "'adeye db verify' names every row."
+        )
+
+
+class _Merge:
+    """One source on its way into the database."""
+
+    def __init__(self, source: Connection, into: Connection, path: Location) -> None:
+        self._source, self._into, self._path = source, into, path
+        self._numbers: dict[int, int] = {}
+        self._differing: set[int] = set()
+        self._alike: dict[tuple[str, str], bool] = {}
+        self._rows = 0
+        self._runs = 0
+
+    def run(self) -> Merged:
+        """Copy table by table, in the order of their references."""
+        campaigns = self._campaigns()
+        new = {item.id for item in campaigns} - set(
+            self._into.execute(select(tables.campaign.c.id)).scalars()
+        )
+        for table in metadata.sorted_tables:
+            self._copy(table, campaigns, new)
+        self._copy_work(new)
+        for table in (*_RESULTS, *self._plugins()):
+            if table is not tables.run:
+                self._add(table, self._renumbered(table))
+        ids = tuple(item.id for item in campaigns)
+        blocks = sum(close_blocks(self._into, campaign) for campaign in ids)
+        if new:
+            ensure_scenario_views(self._into)
+        if ids and latest_id(self._into) != ids[-1]:
+            save_use(self._into, ids[-1])
+        kept = select(func.count(kept_trace.c.run_number.distinct()))
+        left = int(self._source.execute(kept).scalar_one())
+        return Merged(str(self._path), ids, self._runs, self._rows, blocks, left)
+
+    def _copy(self, table: Table, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
+        """Copy what a table has, unless it waits for the numbers of the runs."""
+        if table is tables.run:
+            self._copy_runs()
+        elif table is tables.campaign:
+            self._copy_campaigns(campaigns, new)
+        elif table.name in OF_CAMPAIGN:
+            for campaign in sorted(new):
+                self._insert(table, self._read(table, "campaign_id = ?", (campaign,)))
+        elif table.name in APPENDED:
+            self._append(table)
+        elif table.name not in LEFT and table not in _RESULTS:
+            self._add(table, self._read(table))
+
+    def _campaigns(self) -> list[Row[Any]]:
+        """Read the campaigns of the source, the latest last."""
+        found = self._source.execute(tables.campaign.select().order_by(tables.campaign.c.number))
+        latest = latest_id(self._source)
+        return sorted(found.all(), key=lambda item: item.id == latest)
+
+    def _copy_campaigns(self, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
+        table = tables.campaign
+        for item in campaigns:
+            if item.id in new:
+                number = self._into.execute(
+                    select(func.coalesce(func.max(table.c.number), 0) + 1)
+                ).scalar_one()
+                self._insert(table, [row(table, (number, *item[1:-1]))])
+                continue
+            here = self._into.execute(table.select().where(table.c.id == item.id)).one()
+            for name in ("odd_digest", "concept_digest", "planned", "judging_hash"):
+                if getattr(here, name) != getattr(item, name):
+                    raise self._contradiction(table, item.id, name)
+
+    def _append(self, table: Table) -> None:
+        """Add what was done elsewhere, so that who executed and what was withdrawn stays known."""
+        names = ", ".join(table.columns.keys()[1:-1])
+        asked = f"SELECT {names} FROM {table.name}"  # noqa: S608 - own names
+        here = {tuple(item) for item in self._into.exec_driver_sql(asked)}
+        number = self._into.execute(select(func.coalesce(func.max(table.c.number), 0))).scalar_one()
+        rows = []
+        for _number, *values, _row_hash in self._read(table):
+            if tuple(values) not in here:
+                number += 1
+                here.add(tuple(values))
+                rows.append(row(table, (number, *values)))
+        self._insert(table, rows)
+
+    def _copy_work(self, new: set[str]) -> None:
+        """Give new campaigns their blocks, none of which is done before it is counted here."""
+        found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
+        for block in found.all():
+            if block.campaign_id in new:
+                self._into.execute(
+                    tables.work.insert().values(
+                        campaign_id=block.campaign_id,
+                        kind=block.kind,
+                        from_ordinal=block.from_ordinal,
+                        to_ordinal=block.to_ordinal,
+                        state="pending",
+                        attempt=0,
+                        failures=0,
+                    )
+                )
+
+    def _copy_runs(self) -> None:
+        """Add results under new numbers; one that is here must have the same trace."""
+        table = tables.run
+        number = next_number(self._into)
+        for chunk in _chunked(self._read(table)):
+            known = self._known(table, chunk, key="result_digest")
+            fresh: list[tuple[Any, ...]] = []
+            for values in chunk:
+                item = dict(zip(table.columns.keys(), values, strict=True))
+                here = known.get(item["result_digest"])
+                if here is None:
+                    self._numbers[values[0]] = number
+                    fresh.append((number, *values[1:]))
+                    number += 1
+                    continue
+                self._numbers[values[0]] = here.number
+                if here.result_hash == item["result_hash"]:
+                    continue
+                if not (here.machine_dependent or item["machine_dependent"]):
+                    raise self._contradiction(table, item["result_digest"], "result_hash")
+                # Of a result that depends on the machine the first execution stays.
+                self._differing.add(values[0])
+            self._insert(table, fresh)
+            self._runs += len(fresh)
+
+    def _renumbered(self, table: Table) -> Iterator[tuple[Any, ...]]:
+        for number, *values in self._read(table):
+            if number not in self._differing:
+                yield (self._numbers[number], *values)
+
+    def _plugins(self) -> list[Table]:
+        """Make the tables of the metrics of plug-ins that the source has."""
+        found = plugin_tables(self._source)
+        for table in found:
+            if _PLUGIN_TABLE.fullmatch(table.name) is None:
+                raise IntegrityError(f"database {self._path}: {table.name!r} is no table of adeye")
+            ensure_same_table(self._into, table)
+        return list(found)
+
+    def _add(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        """Add rows that are not here; those that are have to be the same."""
+        names = table.columns.keys()
+        key = [names.index(column.name) for column in table.primary_key.columns]
+        free = {*_FIRST_STAYS.get(table.name, ()), "row_hash"}
+        compared = [place for place, name in enumerate(names) if name not in free]
+        for chunk in _chunked(iter(rows)):
+            known = self._known_rows(table, chunk, key)
+            fresh = []
+            for values in chunk:
+                here = known.get(tuple(values[place] for place in key))
+                if here is None:
+                    fresh.append(values)
+                    continue
+                for at in compared:
+                    if here[at] != values[at] and not self._same(names[at], here[at], values[at]):
+                        shown = " ".join(str(values[place]) for place in key)
+                        raise self._contradiction(table, shown, names[at])
+            self._insert(table, fresh)
+
+    def _same(self, name: str, here: Any, there: Any) -> bool:
+        """Tell whether what a test case has in a column runs as what the source has there.
+
+        It has one identity whatever its files are called and their texts say.
+        """
+        if name not in _EXECUTED:
+            return False
+        if (here, there) not in self._alike:
+            kind = _EXECUTED[name]
+            texts = [here, there]
+            if kind in CONTENT_TABLES:
+                table = CONTENT_TABLES[kind]
+                texts = [
+                    on.execute(select(table.c.content).where(table.c.digest == value)).scalar_one()
+                    for on, value in ((self._into, here), (self._source, there))
+                ]
+            try:
+                one, other = (executable_digest(kind, text) for text in texts)
+            except ValueError:
+                return False
+            self._alike[here, there] = one == other
+        return self._alike[here, there]
+
+    def _known(self, table: Table, chunk: Sequence[Any], key: str) -> dict[Any, Row[Any]]:
+        place = table.columns.keys().index(key)
+        column = table.columns[key]
+        found = self._here(table, column, [values[place] for values in chunk])
+        return {getattr(item, key): item for item in found}
+
+    def _known_rows(
+        self, table: Table, chunk: Sequence[Any], key: Sequence[int]
+    ) -> dict[tuple[Any, ...], tuple[Any, ...]]:
+        first = table.columns[table.columns.keys()[key[0]]]
+        found = self._here(table, first, sorted({values[key[0]] for values in chunk}))
+        return {tuple(item[place] for place in key): tuple(item) for item in found}
+
+    def _here(self, table: Table, column: Any, values: Sequence[Any]) -> Iterable[Row[Any]]:
+        """Read the rows of the database that have one of some values in a column."""
+        names = ", ".join(table.columns.keys())
+        value = "CAST(value AS INTEGER)" if isinstance(column.type, Integer) else "value"
+        return self._into.exec_driver_sql(
+            f"SELECT {names} FROM {table.name} "  # noqa: S608 - names of this package
+            f"WHERE {column.name} IN (SELECT {value} FROM json_each(?))",
+            (json.dumps(list(values)),),
+        ).all()
+
+    def _read(
+        self, table: Table, condition: str = "", values: tuple[Any, ...] = ()
+    ) -> Iterator[tuple[Any, ...]]:
+        """Read rows of the source as they are stored, in the order of their key.
+
+        Args:
+            table: The table; every column of it is read.
+            condition: Of the rows, in SQL; empty for all.
+            values: What its parameters stand for.
+        """
+        condition = condition and f" WHERE {condition}"
+        names = ", ".join(table.columns.keys())
+        key = ", ".join(column.name for column in table.primary_key.columns)
+        found = self._source.exec_driver_sql(
+            f"SELECT {names} FROM {table.name}{condition} ORDER BY {key}",  # noqa: S608 - own names
+            values,
+            execution_options={"yield_per": _CHUNK},
+        )
+        for item in found:
+            yield tuple(item)
+
+    def _insert(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        for chunk in _chunked(iter(rows)):
+            insert_rows(self._into, table, chunk)
+            self._rows += len(chunk)
+
+    def _contradiction(self, table: Table, key: str, column: str) -> IntegrityError:
+        return IntegrityError(
+            f"database {self._path}: {table.name} {key} has another {column} than the database it "
+            "is merged into. Both were checked, so two executions differ, or other content has "
+            "the same name; nothing was merged."
+        )
+
+
+def copy(into: Database, source: str | Path | Location, campaigns: Sequence[str]) -> Copied:
+    """Copy campaigns with all that they refer to into an empty database, in one transaction.
+
+    Nothing of the source is changed. Files of kept traces are not copied here, see ``kept_files``.
+
+    Args:
+        into: One of the current schema without any campaign.
+        source: The database that has them.
+        campaigns: Ids of the campaigns.
+
+    Raises:
+        InputError: The other database has campaigns already.
+        PlatformError: One of them cannot be used.
+        IntegrityError: The source is not as it was written, or the copy is not the same.
+    """
+    with origin_of(source) as origin:
+        place, reading = origin.place, origin.connection
+        with into.write() as writing:
+            if latest_id(writing) is not None:
+                raise InputError(
+                    f"database {into.location} has campaigns already",
+                    remedy="Copy into a new one; 'adeye db merge' brings databases together.",
+                )
+            copied = _Copy(reading, writing, place).run_chosen(campaigns)
+        with into.read() as written:
+            _require_sound(written, into.location)
+            for name in campaigns:
+                if campaign_sums(written, name) != campaign_sums(reading, name):
+                    raise IntegrityError(
+                        f"database {into.location}: campaign {name[:12]} is not as in {place}. "
+                        "Copy it again; nothing was changed there."
+                    )
+    return copied
+
+
+_CHOSEN: Final = "(SELECT value FROM json_each(?))"
+_KEPT_RUNS: Final = f"""(WITH RECURSIVE link(origin, result) AS (
+    SELECT origin_digest, result_digest FROM fork
+    UNION ALL SELECT origin_digest, result_digest FROM half_step
+    UNION ALL SELECT result_digest, drive_digest FROM benchmark),
+kept(digest) AS (
+    SELECT result_digest FROM campaign_case WHERE campaign_id IN {_CHOSEN}
+    UNION SELECT link.result FROM link JOIN kept ON link.origin = kept.digest)
+SELECT digest FROM kept)"""  # noqa: S608 - own names
+"""Results of chosen campaigns, with their forks, twins and drives of reference drivers."""
+_NUMBERS: Final = f"(SELECT number FROM run WHERE result_digest IN {_KEPT_RUNS})"  # noqa: S608
+_CASES: Final = f"""(
+    SELECT test_case_digest FROM campaign_case WHERE campaign_id IN {_CHOSEN}
+    UNION SELECT test_case_digest FROM run WHERE result_digest IN {_KEPT_RUNS})"""  # noqa: S608
+_FORKS: Final = f"FROM fork WHERE origin_digest IN {_KEPT_RUNS}"
+_OF_CASES: Final = f"FROM test_case WHERE digest IN {_CASES}"
+_OF_CAMPAIGNS: Final = f"FROM campaign WHERE id IN {_CHOSEN}"
+_KEPT: Final = {
+    "campaign": f"id IN {_CHOSEN}",
+    "test_case": f"digest IN {_CASES}",
+    "odd": f"digest IN (SELECT odd_digest {_OF_CAMPAIGNS} UNION SELECT odd_digest {_OF_CASES})",
+    "scenario": f"digest IN (SELECT scenario_digest {_OF_CASES})",
+    "architecture": f"digest IN (SELECT architecture_digest {_OF_CASES})",
+    "concept": f"digest IN (SELECT concept_digest {_OF_CAMPAIGNS})",
+    "uid_set": f"digest IN (SELECT uid_set_digest FROM basis WHERE run_number IN {_NUMBERS})",  # noqa: S608
+    "fork": f"origin_digest IN {_KEPT_RUNS}",
+    "half_step": f"origin_digest IN {_KEPT_RUNS}",
+    "takeover": f"fork_digest IN (SELECT result_digest {_FORKS})",
+}
+"""Which rows of a table go with chosen campaigns."""
+_KEPT_BY: Final = {
+    "campaign_id": f"campaign_id IN {_CHOSEN}",
+    "run_number": f"run_number IN {_NUMBERS}",
+    "result_digest": f"result_digest IN {_KEPT_RUNS}",
+    "concept_digest": f"concept_digest IN (SELECT concept_digest {_OF_CAMPAIGNS})",
+}
+"""The same of any other table, by the first of these columns that it has."""
+
+
+def kept_condition(table: Table) -> str:
+    """Say in SQL which rows of a table go with chosen campaigns; each parameter is their ids."""
+    by_column = (text for name, text in _KEPT_BY.items() if name in table.columns)
+    return _KEPT.get(table.name) or next(by_column)
+
+
+class _Copy(_Merge):
+    """Chosen campaigns on their way into an empty database."""
+
+    def run_chosen(self, campaigns: Sequence[str]) -> Copied:
+        """Copy every row that belongs to them, in the order of the references."""
+        ids = json.dumps(list(campaigns))
+        for table in (*metadata.sorted_tables, *self._plugins()):
+            if table in LEDGER:
+                # They tell of transactions: that of the copy adds its own.
+                continue
+            condition = kept_condition(table)
+            rows = self._read(table, condition, (ids,) * condition.count("?"))
+            if table in tables.INSERT_ONLY or table.name not in metadata.tables:
+                self._insert(table, rows)
+            else:
+                self._insert_changeable(table, rows)
+        if is_server(self._into):
+            self._into.exec_driver_sql(
+                "SELECT setval(pg_get_serial_sequence('work', 'id'), (SELECT MAX(id) FROM work))"
+            )
+        ensure_scenario_views(self._into)
+        count = select(func.count()).select_from(tables.run)
+        return Copied(tuple(campaigns), self._into.execute(count).scalar_one(), self._rows)
+
+    def _insert_changeable(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
+        """Insert blocks and names of files; nobody here holds a block that is leased elsewhere."""
+        free = {"state": "pending", "owner": None, "until": None, "until_boot_s": None}
+        for values in rows:
+            item = dict(zip(table.columns.keys(), values, strict=True))
+            is_leased = item.get("state") == "leased"
+            self._into.execute(table.insert().values(item | (free if is_leased else {})))
+            self._rows += 1
+
+
+def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
+    while chunk := list(islice(rows, _CHUNK)):
+        yield chunk

@@ -1,0 +1,516 @@
+"""Save a campaign: its selection of test cases, what judges them, and the blocks of work.
+
+A campaign is a selection, so its id is the digest of what is selected: the ODD, the concept, how
+FSRs are judged, and for every ordinal the test case with the result that it must have. Planning
+the same selection again finds the same campaign and changes no row. Another threshold or another
+version of a plug-in is another campaign, which reuses whatever results it still can.
+
+A campaign's id is known only after its last case, and every row of the selection begins with it.
+So the columns wait in a temporary file; what is counted on the way is small.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections import Counter
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import repeat
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from sqlalchemy import func, select
+
+from adeye.errors import InputError
+from adeye.store import tables
+from adeye.store.accounts import CaseGroups, account_whole, save_groups
+from adeye.store.block import PlannedCases
+from adeye.store.cases import count_open, lacks_result, lacks_verdict
+from adeye.store.encoding import (
+    Row,
+    is_worth_rebuilding,
+    json_text,
+    large_cache,
+    rebuilt_indexes,
+    row,
+    rows_of_columns,
+    size_of,
+    utc_text,
+)
+from adeye.store.ledger import insert_rows
+from adeye.store.read.campaigns import latest_id
+from adeye.store.records import Plan, PlannedCase
+from adeye.store.write.content import concept_record, save_concept, save_content
+from adeye.store.write.results import write_tallies
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from typing import TextIO
+
+    from sqlalchemy import Connection
+
+    from adeye.spec.concept import Concept, Requirement
+    from adeye.store.records import CampaignFsr, CampaignRecord
+
+# --- What a campaign selects: its identity, and its cases on their way to the database ------------
+
+
+class SelectionHash:
+    """Identity of a selection, fed case by case in the order of the ordinals."""
+
+    def __init__(self, odd_digest: str, concept_digest: str, gate: str, judging: str) -> None:
+        """Begin with what the campaign says about all its cases."""
+        self._hash = hashlib.sha256(json_text([odd_digest, concept_digest, gate, judging]).encode())
+        self.count = 0
+
+    def add(self, values: Iterable[Any]) -> None:
+        """Add a case: digests of test case and result, scenario, architecture, inside, point."""
+        self.add_all([map(str, values)])
+
+    def add_all(self, cases: Iterable[Iterable[str]]) -> None:
+        """Add cases in the order of their ordinals, each as for ``add``."""
+        # No text of a database has a NUL, no JSON a line feed.
+        lines = list(map("\0".join, cases))
+        text = "\n".join(lines) + "\n"
+        self._hash.update(text.encode("utf-8", "surrogatepass"))
+        self.count += len(lines)
+
+    @property
+    def campaign_id(self) -> str:
+        """The first 128 bits in hex."""
+        return self._hash.hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class SelectedCases:
+    """Consecutive cases of a selection that share scenario and architecture.
+
+    Attributes:
+        first: Ordinal of the first.
+        scenario: Id of the scenario in the ODD.
+        architecture: Id of the architecture.
+        inside: Whether each lies inside the ODD, 1 or 0.
+        test_cases: Their digests.
+        results: Digests that their results must have.
+        points: Swept values, as JSON.
+    """
+
+    first: int
+    scenario: str
+    architecture: str
+    inside: list[int]
+    test_cases: list[str]
+    results: list[str]
+    points: list[str]
+
+    @classmethod
+    def of(cls, part: PlannedCases, first: int) -> SelectedCases:
+        """Take planned test cases, the first of which has an ordinal."""
+        return cls(
+            first,
+            part.scenario,
+            part.architecture,
+            list(map(int, part.inside_odd)),
+            list(part.test_cases),
+            part.engine.result_digests(part.test_cases),
+            list(part.points),
+        )
+
+    def identities(self) -> Iterable[tuple[str, ...]]:
+        """Give what identifies each of them in the selection."""
+        names = repeat(self.scenario), repeat(self.architecture)
+        # The names have no end.
+        return zip(
+            self.test_cases, self.results, *names, map(str, self.inside), self.points, strict=False
+        )
+
+
+class Selection:
+    """The cases of a selection, kept in a file until its identity is known.
+
+    Attributes:
+        identity: Over all that was added.
+        counted: Cases by architecture, scenario and whether they lie inside the ODD.
+        ends: Ordinals behind the last case of each stretch of one structure and one shape of JSON.
+        groups: Cases by their names and faults, and which of them are pairs.
+    """
+
+    def __init__(self, identity: SelectionHash, file: TextIO) -> None:
+        """Begin with no case."""
+        self.identity = identity
+        self.counted: Counter[tuple[str, str, bool]] = Counter()
+        self.ends: list[int] = []
+        self.groups = CaseGroups()
+        self._alike: object = None
+        self._file = file
+
+    @classmethod
+    @contextmanager
+    def begin(cls, identity: SelectionHash) -> Iterator[Selection]:
+        """Open the file; it is gone at the end."""
+        with tempfile.TemporaryFile("w+", encoding="utf-8", newline="\n") as file:
+            yield cls(identity, file)
+
+    def add(self, part: PlannedCases) -> None:
+        """Add test cases in the order of their ordinals."""
+        selected = SelectedCases.of(part, self.identity.count)
+        self.identity.add_all(selected.identities())
+        for inside, count in Counter(selected.inside).items():
+            self.counted[part.architecture, part.scenario, bool(inside)] += count
+        self.groups.add(part.scenario, part.architecture, part.fault_entry, part.situations)
+        alike = (part.structure, *_shape(part.parameters), None, *_shape(part.points))
+        if alike != self._alike:
+            self.ends.append(self.identity.count)
+            self._alike = alike
+        self.ends[-1] = self.identity.count
+        inside_text = "".join(map(str, selected.inside))
+        self._file.write(
+            json.dumps([selected.first, part.scenario, part.architecture, inside_text])
+        )
+        for column in (selected.test_cases, selected.results, selected.points):
+            self._file.write("\n" + "\0".join(column))
+        self._file.write("\n")
+
+    def parts(self) -> Iterator[SelectedCases]:
+        """Give everything that was added, in its order."""
+        self._file.seek(0)
+        while line := self._file.readline():
+            first, scenario, architecture, inside = json.loads(line)
+            columns = [self._file.readline().rstrip("\n").split("\0") for _ in range(3)]
+            yield SelectedCases(first, scenario, architecture, list(map(int, inside)), *columns)
+
+
+def _shape(column: Sequence[str]) -> Iterator[tuple[str, type]]:
+    """Names and types of a JSON object; those of the first tell them of all."""
+    for name, value in json.loads(column[0]).items():
+        yield name, type(value)
+
+
+# --- Cut a plan into blocks of work: which ordinals, and whether anything is missing there --------
+
+
+def block_bounds(ends: Iterable[int], block_size: int) -> Iterator[tuple[int, int]]:
+    """Cut ordinals into blocks that cross no end of a stretch.
+
+    Args:
+        ends: Ordinals behind the last case of each stretch of one structure.
+        block_size: Most ordinals in a block.
+
+    Raises:
+        ValueError: A block would have no ordinal.
+    """
+    if block_size < 1:
+        msg = f"block_size is {block_size}, at least 1 is needed"
+        raise ValueError(msg)
+    start = 0
+    for end in ends:
+        for first in range(start, end, block_size):
+            yield first, min(first + block_size, end)
+        start = end
+
+
+def save_work(
+    connection: Connection, campaign_id: str, ends: Iterable[int], block_size: int
+) -> None:
+    """Save the blocks of a campaign; those that need nothing are done at once, with tallies."""
+    for first, end in block_bounds(ends, block_size):
+        if lacks_result(connection, campaign_id, first, end):
+            kind = "execute"
+        elif lacks_verdict(connection, campaign_id, first, end):
+            kind = "judge"
+        else:
+            kind = "reused"
+        inserted = connection.execute(
+            tables.work.insert()
+            .values(
+                campaign_id=campaign_id,
+                kind=kind,
+                from_ordinal=first,
+                to_ordinal=end,
+                state="done" if kind == "reused" else "pending",
+                attempt=0,
+                failures=0,
+            )
+            .returning(tables.work.c.id)
+        )
+        work_id = inserted.scalar_one()
+        if kind == "reused":
+            write_tallies(connection, work_id)
+    # If everything is known already, no block comes to an end later.
+    account_whole(connection, campaign_id)
+
+
+# --- Save a campaign: its selection of test cases, what judges them, and the blocks of work -------
+
+_CHUNK: Final = 8_192
+"""Rows that are sorted and inserted together."""
+
+
+def judging_hash(rows: Iterable[Row]) -> str:
+    """Hash all rows of ``campaign_fsr`` of a campaign, in the order of their key."""
+    return hashlib.sha256(" ".join(sorted(item[-1] for item in rows)).encode()).hexdigest()
+
+
+def plan_campaign(
+    connection: Connection,
+    record: CampaignRecord,
+    cases: Iterable[PlannedCases | PlannedCase],
+    block_size: int,
+    report: Callable[[int], None] | None = None,
+) -> Plan:
+    """Save a campaign and its work unless it is there already.
+
+    Cases may be an iterator; they are never held together.
+
+    Args:
+        connection: In a write transaction.
+        record: The campaign.
+        cases: Test cases in the order of their ordinals, many together or one by one.
+        block_size: Most ordinals in one block of work.
+        report: Called with the number of test cases that are planned so far, now and then.
+
+    Raises:
+        InputError: There are no test cases.
+        ValueError: The record does not say how each FSR of its concept is judged.
+    """
+    _require_all_fsrs(record)
+    odd_digest = save_content(connection, "odd", record.odd)
+    save_concept(connection, record.concept)
+    identity = _identity(record)
+    with large_cache(connection), Selection.begin(identity) as selection:
+        _save_test_cases(connection, cases, selection, odd_digest, report or (lambda _: None))
+        if identity.count == 0:
+            raise InputError(
+                f"campaign of ODD {record.odd.id!r}: no test cases",
+                remedy="An empty selection proves nothing; widen the sweep or its constraints.",
+            )
+        campaign_id = identity.campaign_id
+        known = connection.execute(
+            select(tables.campaign.c.id).where(tables.campaign.c.id == campaign_id)
+        ).first()
+        if known is None:
+            fsrs = fsr_rows(campaign_id, record, selection.counted)
+            save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
+            _save_selection(connection, campaign_id, selection)
+            insert_rows(connection, tables.campaign_fsr, fsrs)
+            save_groups(connection, campaign_id, selection.groups)
+            save_work(connection, campaign_id, selection.ends, block_size)
+        if latest_id(connection) != campaign_id:
+            save_use(connection, campaign_id)
+        to_execute, to_judge = count_open(connection, campaign_id)
+        ends = tuple(selection.ends)
+    return Plan(campaign_id, identity.count, to_execute, to_judge, known is None, ends)
+
+
+def identify(record: CampaignRecord, cases: Iterable[PlannedCases]) -> str:
+    """Give the id that a campaign has or would have, without a database.
+
+    Args:
+        record: The campaign.
+        cases: Its test cases in the order of their ordinals.
+    """
+    identity = _identity(record)
+    for part in cases:
+        identity.add_all(SelectedCases.of(part, identity.count).identities())
+    return identity.campaign_id
+
+
+def _identity(record: CampaignRecord) -> SelectionHash:
+    concept = concept_record(record.concept).digest
+    return SelectionHash(record.odd.digest, concept, _gate_text(record), _judging_text(record))
+
+
+def save_use(connection: Connection, campaign_id: str) -> None:
+    """Note that a campaign is the latest, although others have a larger number or were used."""
+    table = tables.campaign_use
+    last = connection.execute(select(func.max(table.c.number))).scalar_one() or 0
+    insert_rows(connection, table, [row(table, (last + 1, campaign_id, utc_text(None)))])
+
+
+def _require_all_fsrs(record: CampaignRecord) -> None:
+    given = sorted(item.id for item in record.fsrs)
+    expected = sorted(item.id for item in record.concept.requirements)
+    if given != expected:
+        msg = f"FSRs {given} are given, the concept has {expected}"
+        raise ValueError(msg)
+
+
+def _save_test_cases(
+    connection: Connection,
+    cases: Iterable[PlannedCases | PlannedCase],
+    selection: Selection,
+    odd_digest: str,
+    report: Callable[[int], None],
+) -> None:
+    """Save test cases, with their content, and add them to the selection."""
+    table, identity = tables.test_case, selection.identity
+    size, saved = size_of(connection, table), set[str]()
+    waiting: list[Row] = []
+    with ExitStack() as inserting:
+        is_rebuilding = False
+        for item in cases:
+            part = PlannedCases.of(item) if isinstance(item, PlannedCase) else item
+            _save_contents(connection, part, saved)
+            selection.add(part)
+            waiting += _test_cases(part, odd_digest)
+            if len(waiting) < _CHUNK:
+                continue
+            if not is_rebuilding and is_worth_rebuilding(identity.count, size):
+                inserting.enter_context(rebuilt_indexes(connection, table))
+                is_rebuilding = True
+            _insert_sorted(connection, waiting)
+            report(identity.count)
+        _insert_sorted(connection, waiting)
+
+
+def _save_contents(connection: Connection, part: PlannedCases, saved: set[str]) -> None:
+    for kind, content in (
+        ("scenario", part.scenario_content),
+        ("architecture", part.architecture_content),
+    ):
+        if content.digest not in saved:
+            saved.add(save_content(connection, kind, content))
+
+
+def _insert_sorted(connection: Connection, waiting: list[Row]) -> None:
+    """Insert in the order of the key, which spares half of the work in its index."""
+    # Of rows with one key the first stays, whatever the others say.
+    waiting.sort(key=itemgetter(0))
+    insert_rows(connection, tables.test_case, waiting, ignore_existing=True)
+    waiting.clear()
+
+
+def _gate_text(record: CampaignRecord) -> str:
+    return json_text(sorted(record.gate))
+
+
+def _judging_text(record: CampaignRecord) -> str:
+    # What is judged with a numeric uncertainty has a digest for each architecture and scenario.
+    return json_text(
+        sorted(
+            [item.id, item.digest, dict(item.not_applicable), *_with_uncertainty(item)]
+            for item in record.fsrs
+        )
+    )
+
+
+def _with_uncertainty(fsr: CampaignFsr) -> list[list[list[str]]]:
+    return [sorted([*place, digest] for place, digest in fsr.judged.items())] if fsr.judged else []
+
+
+def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
+    return rows_of_columns(
+        tables.test_case,
+        (
+            list(part.test_cases),
+            list(part.situations),
+            part.scenario_content.digest,
+            part.architecture_content.digest,
+            part.fault_entry,
+            json_text([dict(fault) for fault in part.faults]),
+            list(part.parameters),
+            list(part.replicates),
+            part.seed,
+            part.step_s,
+            odd_digest,
+            list(part.point_index),
+        ),
+    )
+
+
+def save_campaign(
+    connection: Connection, campaign_id: str, record: CampaignRecord, planned: int, hashed: str
+) -> None:
+    """Save the row of a campaign; what it refers to is saved."""
+    number = connection.execute(
+        select(func.coalesce(func.max(tables.campaign.c.number), 0) + 1)
+    ).scalar_one()
+    values = (
+        number,
+        campaign_id,
+        utc_text(None),
+        record.odd.id,
+        record.odd.digest,
+        concept_record(record.concept).digest,
+        record.title,
+        planned,
+        json_text(record.factors),
+        _gate_text(record),
+        json_text({name: dict(units) for name, units in record.units.items()}),
+        _judging_text(record),
+        hashed,
+        json_text(dict(record.provenance)),
+    )
+    insert_rows(connection, tables.campaign, [row(tables.campaign, values)])
+
+
+def _save_selection(connection: Connection, campaign_id: str, selection: Selection) -> None:
+    table = tables.campaign_case
+    with ExitStack() as inserting:
+        if is_worth_rebuilding(selection.identity.count, size_of(connection, table)):
+            inserting.enter_context(rebuilt_indexes(connection, table))
+        for part in selection.parts():
+            ordinals = range(part.first, part.first + len(part.points))
+            columns = (
+                campaign_id,
+                ordinals,
+                part.test_cases,
+                part.results,
+                part.scenario,
+                part.architecture,
+                part.inside,
+                part.points,
+            )
+            insert_rows(connection, table, rows_of_columns(table, columns))
+
+
+def fsr_rows(
+    campaign_id: str, record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
+) -> list[Row]:
+    """Make the rows of ``campaign_fsr``, from the cases by architecture, scenario and side."""
+    requirements = {item.id: item for item in record.concept.requirements}
+    return [
+        row(tables.campaign_fsr, (campaign_id, *values))
+        for fsr in sorted(record.fsrs, key=lambda item: item.id)
+        for values in _judged(fsr, requirements[fsr.id], record, counted)
+    ]
+
+
+def _judged(
+    fsr: CampaignFsr,
+    requirement: Requirement,
+    record: CampaignRecord,
+    counted: Counter[tuple[str, str, bool]],
+) -> Iterator[Row]:
+    """Say on which cases an FSR is judged; a row also where that is none, so none is forgotten."""
+    waived_until = _waived_until(record.concept, fsr.id)
+    for architecture in sorted({key[0] for key in counted} | set(record.gate)):
+        applicable = architecture not in fsr.not_applicable
+        scenarios = sorted({key[1] for key in counted if key[0] == architecture})
+        if requirement.scenarios:
+            scenarios = [name for name in scenarios if name in requirement.scenarios]
+        for scenario in scenarios or [""]:
+            sides = {"inside": (True,), "outside": (False,)}.get(requirement.applies, (True, False))
+            planned = sum(counted[architecture, scenario, side] for side in sides)
+            yield (
+                fsr.id,
+                architecture,
+                scenario,
+                fsr.judged.get((architecture, scenario), fsr.digest),
+                requirement.asil,
+                requirement.mandatory,
+                requirement.min_exercised,
+                requirement.applies,
+                architecture in record.gate,
+                applicable,
+                fsr.not_applicable.get(architecture),
+                waived_until,
+                planned if applicable else 0,
+            )
+
+
+def _waived_until(concept: Concept, fsr_id: str) -> str | None:
+    expiries = [item.expires for item in concept.waivers if item.requirement == fsr_id]
+    return max(expiries).isoformat() if expiries else None

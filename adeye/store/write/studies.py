@@ -1,0 +1,567 @@
+"""What executing other runs beside stored ones told: faults and takeovers in hindsight.
+
+Both follow from the stored run and the version of what reads it, so that they are kept: whoever
+asks again executes nothing. They belong to a run and change no count, verdict or gate.
+
+No row of ``campaign_case`` names a fork, so no count, verdict or gate of a campaign sees it.
+
+A drive is an ordinary test case: the situation of a run, driven by a reference driver. No row of
+``campaign_case`` names it, so no count or verdict of a campaign sees it; only a gate that asks for
+it does, through ``failures``.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select
+
+from adeye.errors import IntegrityError
+from adeye.judge.preventability import (
+    BENCHMARK_VERSION,
+    TAKEOVERS_VERSION,
+    Cell,
+    Comparison,
+    TakeoverClass,
+    cell_of,
+)
+from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
+from adeye.store import tables
+from adeye.store.block import JudgedBlock
+from adeye.store.cases import JUDGED
+from adeye.store.encoding import Row, json_text, row
+from adeye.store.evidence.roots import Certificates
+from adeye.store.ledger import insert_rows
+from adeye.store.read import campaigns as summaries
+from adeye.store.read.campaigns import run_ref
+from adeye.store.write.content import save_content
+from adeye.store.write.half_steps import HalfSteps
+from adeye.store.write.results import record_runs, record_verdicts
+from adeye.sweep.groups import NO_FAULT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from sqlalchemy import Connection
+
+    from adeye.store.block import RunBlock
+    from adeye.store.database import Database
+    from adeye.store.records import ContentRecord, ForkRecord, RunRef
+
+# --- Save forks beside the campaigns, and find them: they belong to a run, never to a selection ---
+
+
+def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBlock) -> None:
+    """Save forks with their test cases, results and verdicts, unless they are there already.
+
+    Args:
+        connection: In a write transaction.
+        forks: What each is a fork of.
+        block: Their results, in the same order.
+
+    Raises:
+        IntegrityError: A result contradicts one that exists.
+        ValueError: The results are not those of the forks.
+    """
+    if block.result_digests != tuple(fork.result_digest for fork in forks):
+        msg = "the results are not those of the forks"
+        raise ValueError(msg)
+    insert_rows(
+        connection,
+        tables.test_case,
+        [_test_case(connection, fork) for fork in forks],
+        ignore_existing=True,
+    )
+    recorded = record_runs(connection, block)
+    record_verdicts(
+        connection,
+        JudgedBlock(block.result_digests, block.verdicts),
+        results=block.results,
+        existing=recorded.existing,
+        differing=recorded.differing,
+    )
+    rows = [
+        row(
+            tables.fork,
+            (fork.result_digest, fork.test_case, fork.origin, fork.from_tick, fork.authority),
+        )
+        for fork in forks
+    ]
+    insert_rows(connection, tables.fork, rows, ignore_existing=True)
+
+
+def _test_case(connection: Connection, fork: ForkRecord) -> tuple[object, ...]:
+    """Describe the test case of a fork: its origin's, under the identity of its own."""
+    case, run = tables.test_case, tables.run
+    found = connection.execute(
+        select(case)
+        .join(run, run.c.test_case_digest == case.c.digest)
+        .where(run.c.result_digest == fork.origin)
+    ).one()
+    return row(case, (fork.test_case, *tuple(found)[1:-1]))
+
+
+# --- Keep drives of reference drivers beside the campaigns, and find them -------------------------
+
+_COMPARED = """
+SELECT c.campaign_id, c.ordinal, c.scenario, c.architecture, t.fault_entry, b.result_digest AS run,
+    b.model, b.edition, b.drive_digest AS drive,
+    m.contact, m.contact_status, r.realised, m.impact_speed_mps,
+    n.contact AS drive_contact, n.contact_status AS drive_contact_status,
+    d.realised AS drive_realised, n.impact_speed_mps AS drive_impact_speed_mps
+FROM benchmark b
+JOIN run r ON r.result_digest = b.result_digest
+JOIN metric m ON m.run_number = r.number
+JOIN run d ON d.result_digest = b.drive_digest
+JOIN metric n ON n.run_number = d.number
+JOIN test_case a ON a.digest = d.test_case_digest
+JOIN campaign_case c ON c.result_digest = b.result_digest
+JOIN test_case t ON t.digest = c.test_case_digest AND t.situation_digest = a.situation_digest
+WHERE c.campaign_id = ? AND b.version = ?
+ORDER BY c.ordinal, b.model, b.edition"""
+
+_FAILED = f"""
+SELECT c.ordinal, c.result_digest, v.signal
+FROM campaign_case c
+JOIN campaign_fsr f ON {JUDGED}
+JOIN run r ON r.result_digest = c.result_digest
+JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""  # noqa: S608 - the condition is a constant of this package
+
+_OPEN = """
+SELECT COUNT(DISTINCT c.result_digest)
+FROM campaign_case c
+JOIN run r ON r.result_digest = c.result_digest
+JOIN metric m ON m.run_number = r.number
+WHERE c.campaign_id = ?
+    AND (m.contact_status <> 'value' OR m.contact IS NULL OR m.contact <> 0.0 OR r.realised = 0)
+    AND NOT EXISTS (SELECT 1 FROM benchmark b
+        WHERE b.result_digest = c.result_digest AND b.version = ?)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A run of a campaign, and what tells whether there was a conflict.
+
+    Attributes:
+        run: Where it stands.
+        contact: Whether the ego touched something; None if it is not known.
+        required_mps2: Largest required deceleration [m/s²]; None if it has none.
+    """
+
+    run: RunRef
+    contact: bool | None
+    required_mps2: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class DriveRecord:
+    """A drive, and what it is held against.
+
+    Attributes:
+        origin: Result digest of the run.
+        model: Reference driver.
+        edition: Of its rules.
+        drive: Result digest of the drive.
+    """
+
+    origin: str
+    model: str
+    edition: str
+    drive: str
+
+
+class Benchmarks:
+    """Reads and keeps drives of reference drivers, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    def candidates(self, campaign: str) -> list[Candidate]:
+        """List the executed runs of a campaign, each once, in the order of the plan."""
+        cases, run, metric = tables.campaign_case, tables.run, tables.metric
+        names = ("contact", "contact_status", "max_required_deceleration_mps2")
+        query = (
+            select(cases, run.c.realised, *(metric.c[name] for name in names))
+            .join(run, run.c.result_digest == cases.c.result_digest)
+            .join(metric, metric.c.run_number == run.c.number)
+            .where(cases.c.campaign_id == campaign)
+            .order_by(cases.c.ordinal.desc())
+        )
+        with self._database.read() as connection:
+            # Of several test cases with one result the first of the plan counts.
+            found = {item.result_digest: item for item in connection.execute(query)}
+        ordered = sorted(found.values(), key=lambda item: item.ordinal)
+        return [
+            Candidate(
+                run_ref(item),
+                _contact(item.contact, item.contact_status, item.realised),
+                item.max_required_deceleration_mps2,
+            )
+            for item in ordered
+        ]
+
+    def result_of(self, result_digest: str) -> bool:
+        """Tell whether there is a result."""
+        run = tables.run
+        query = select(run.c.number).where(run.c.result_digest == result_digest)
+        with self._database.read() as connection:
+            return connection.execute(query).first() is not None
+
+    def comparisons(self, campaign: str) -> list[Comparison]:
+        """Give what is known of the runs of a campaign, each run once by model and edition."""
+        with self._database.read() as connection:
+            found = _compared(connection, campaign)
+        return list({(item.run, item.model, item.edition): item for item in found}.values())
+
+    def open_contacts(self, campaign: str) -> int:
+        """Count the runs with a contact, or of which it is not known, that have no drive."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(_OPEN, (campaign, BENCHMARK_VERSION)).scalar_one()
+        return int(found)
+
+    def save(
+        self,
+        architectures: Sequence[ContentRecord],
+        cases: Sequence[tuple[str, str, str, str]],
+        block: RunBlock | None,
+        drives: Sequence[DriveRecord],
+    ) -> None:
+        """Save drives with their test cases and results; what is known stays.
+
+        Args:
+            architectures: Content of the drivers.
+            cases: Of each drive: its test case, that of the run, the digest of its architecture's
+                content, and its situation.
+            block: Results of drives that were executed, without verdicts.
+            drives: What they are held against.
+
+        Raises:
+            IntegrityError: A result contradicts one that exists.
+        """
+        with self._database.write() as connection:
+            for content in architectures:
+                save_content(connection, "architecture", content)
+            rows = [_stored_test_case(connection, *item) for item in cases]
+            insert_rows(connection, tables.test_case, rows, ignore_existing=True)
+            if block is not None:
+                record_runs(connection, block)
+            insert_rows(
+                connection,
+                tables.benchmark,
+                [
+                    row(
+                        tables.benchmark,
+                        (item.origin, item.model, item.edition, BENCHMARK_VERSION, item.drive),
+                    )
+                    for item in drives
+                ],
+                ignore_existing=True,
+            )
+
+    def failures(
+        self, campaign: str, fsr: str, architecture: str, edition: str
+    ) -> list[dict[str, Cell]]:
+        """Give for each run that FAILs an FSR the cell by model.
+
+        Args:
+            campaign: Id of the campaign.
+            fsr: Id of the FSR.
+            architecture: Id of the architecture.
+            edition: Of the models.
+
+        Returns:
+            Cells by model of every failure of a contact, ``unknown`` under an empty name where no
+            drive is known; nothing at all where the FSR fails of something else.
+        """
+        with self._database.read() as connection:
+            cells: dict[str, dict[str, Cell]] = {}
+            for item in _compared(connection, campaign):
+                if item.edition == edition:
+                    cells.setdefault(item.run, {})[item.model] = item.cell
+            failed = connection.exec_driver_sql(_FAILED, (campaign, fsr, architecture)).all()
+        nothing: dict[str, Cell] = {"": "unknown"}
+        return [
+            cells.get(item.result_digest, nothing) if item.signal == "contact" else {}
+            for item in failed
+        ]
+
+
+def _compared(connection: Connection, campaign: str) -> list[Comparison]:
+    found = connection.exec_driver_sql(_COMPARED, (campaign, BENCHMARK_VERSION)).all()
+    return [
+        Comparison(
+            run=item.run,
+            scenario=item.scenario,
+            architecture=item.architecture,
+            fault_entry=item.fault_entry,
+            model=item.model,
+            edition=item.edition,
+            drive=item.drive,
+            cell=cell_of(
+                _contact(item.contact, item.contact_status, item.realised),
+                _contact(item.drive_contact, item.drive_contact_status, item.drive_realised),
+            ),
+            impact_speed_mps=item.impact_speed_mps,
+            drive_impact_speed_mps=item.drive_impact_speed_mps,
+        )
+        for item in found
+    ]
+
+
+def _contact(value: Any, status: str, realised: Any) -> bool | None:
+    """Read whether there was a contact; None where that says nothing about the situation."""
+    if status != "value" or value not in {0.0, 1.0} or not realised:
+        return None
+    return bool(value)
+
+
+def _stored_test_case(
+    connection: Connection, test_case: str, origin: str, architecture: str, situation: str
+) -> tuple[object, ...]:
+    """Describe the test case of a drive: that of the run, with another architecture."""
+    case = tables.test_case
+    found = connection.execute(select(case).where(case.c.digest == origin)).one()
+    if found.situation_digest != situation:
+        raise IntegrityError(f"the drive for test case {origin[:12]} is of another situation")
+    changed = {
+        **found._mapping,
+        "digest": test_case,
+        "architecture_digest": architecture,
+        "fault_entry": "none",
+        "faults": "[]",
+    }
+    return row(case, tuple(changed.values())[:-1])
+
+
+# --- What executing other runs beside stored ones told: faults and takeovers in hindsight ---------
+
+_TIMES = tuple(f"{name}_s" for name in tables.MOMENTS)
+
+
+@dataclass(frozen=True)
+class TakeoverLine:
+    """One run in hindsight.
+
+    Attributes:
+        run: Result digest.
+        fork: Result digest of the fork with the other decision.
+        scenario: Id in the ODD.
+        architecture: Id.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        class_: What the decision was.
+        takeover_s: When another channel than the default first acted [s]; None if none did.
+        violation_s: When the run violates [s]; None if it does not.
+        fork_violation_s: When the fork does [s].
+    """
+
+    run: str
+    fork: str
+    scenario: str
+    architecture: str
+    fault_entry: str
+    class_: TakeoverClass
+    takeover_s: float | None
+    violation_s: float | None
+    fork_violation_s: float | None
+
+
+class Hindsight:
+    """Reads and keeps what was found out about runs, each method in one transaction."""
+
+    def __init__(self, database: Database) -> None:
+        """Use an open database of the current schema."""
+        self._database = database
+
+    @property
+    def half_steps(self) -> HalfSteps:
+        """Twins with half the step, and the numeric uncertainty that they told."""
+        return HalfSteps(self._database)
+
+    @property
+    def benchmarks(self) -> Benchmarks:
+        """Drives of reference drivers in the situations of stored runs."""
+        return Benchmarks(self._database)
+
+    @property
+    def certificates(self) -> Certificates:
+        """Certificates of determinism."""
+        return Certificates(self._database)
+
+    def executed(
+        self, campaign: str, most: int | None = None, *, only_faulty: bool = False
+    ) -> list[RunRef]:
+        """Choose executed runs of a campaign, in an order that has nothing to do with them.
+
+        Args:
+            campaign: Id of the campaign.
+            most: How many are chosen; None for all.
+            only_faulty: Leave out, of those chosen, the runs without a fault.
+
+        Returns:
+            Those with the smallest digests: a digest is as good as a draw, and the same every time.
+        """
+        cases, case = tables.campaign_case, tables.test_case
+        query = (
+            select(cases, case.c.fault_entry)
+            .join(tables.run, tables.run.c.result_digest == cases.c.result_digest)
+            .join(case, case.c.digest == cases.c.test_case_digest)
+            .where(cases.c.campaign_id == campaign)
+            .order_by(cases.c.result_digest, cases.c.ordinal.desc())
+        )
+        with self._database.read() as connection:
+            # Of several test cases with one result the first of the plan counts.
+            found = {item.result_digest: item for item in connection.execute(query)}
+        chosen = list(found.values())[:most]
+        return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
+
+    def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
+        """Save forks with their results and verdicts, in the same order; known ones stay."""
+        with self._database.write() as connection:
+            save_forks(connection, forks, runs)
+
+    def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
+        """Return those of a few hundred runs of a campaign that fail an FSR."""
+        with self._database.read() as connection:
+            return summaries.failed_among(connection, campaign, ordinals)
+
+    def save_injections(self, found: Sequence[Injection]) -> None:
+        """Keep what became of the faults of runs; what is known stays.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [_injection_row(item) for item in found]
+        with self._database.write() as connection:
+            _insert_new(connection, tables.injection.name, rows)
+
+    def injections(self, campaign: str) -> tuple[Injection, ...]:
+        """Give what is known of the faults of a campaign's runs, by run."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
+                "JOIN campaign_case c ON c.result_digest = i.result_digest "
+                "JOIN test_case t ON t.digest = c.test_case_digest "
+                "WHERE c.campaign_id = ? AND i.version = ? ORDER BY i.result_digest",
+                (campaign, TIMELINE_VERSION),
+            ).mappings()
+            # Two cases of a campaign may be one test case.
+            known = {item["result_digest"]: _injection(item) for item in found}
+        return tuple(known.values())
+
+    def exercised(self, campaign: str, fsrs: Iterable[str]) -> frozenset[tuple[str, str]]:
+        """Give pairs of run and FSR: runs whose faults are known, and that exercised the FSR.
+
+        Args:
+            campaign: Id of the campaign.
+            fsrs: Ids of the FSRs that are asked for.
+        """
+        with self._database.read() as connection:
+            return frozenset(
+                (run, fsr)
+                for fsr in fsrs
+                for (run,) in connection.exec_driver_sql(
+                    "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i "
+                    "ON i.result_digest = v.run "
+                    "WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 "
+                    "AND i.version = ?",
+                    (campaign, fsr, TIMELINE_VERSION),
+                )
+            )
+
+    def save_takeovers(self, found: Sequence[TakeoverLine]) -> None:
+        """Keep what the decisions of runs were, beside their forks; what is known stays.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [
+            row(
+                tables.takeover,
+                (
+                    item.fork,
+                    TAKEOVERS_VERSION,
+                    item.class_,
+                    item.takeover_s,
+                    item.violation_s,
+                    item.fork_violation_s,
+                ),
+            )
+            for item in found
+        ]
+        with self._database.write() as connection:
+            _insert_new(connection, tables.takeover.name, rows)
+
+    def takeovers(self, campaign: str) -> tuple[TakeoverLine, ...]:
+        """Give what is known of the decisions of a campaign's runs, by run."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
+                "o.class, o.takeover_s, o.violation_s, o.fork_violation_s FROM takeover o "
+                "JOIN fork f ON f.result_digest = o.fork_digest "
+                "JOIN campaign_case c ON c.result_digest = f.origin_digest "
+                "JOIN test_case t ON t.digest = c.test_case_digest "
+                "WHERE c.campaign_id = ? AND o.version = ? ORDER BY f.origin_digest",
+                (campaign, TAKEOVERS_VERSION),
+            )
+            known = {item[0]: TakeoverLine(*item) for item in found}
+        return tuple(known.values())
+
+
+def _injection_row(item: Injection) -> Row:
+    times = item.times
+    return row(
+        tables.injection,
+        (
+            item.run,
+            TIMELINE_VERSION,
+            *(getattr(times, name) for name in _TIMES),
+            times.fdti_s,
+            times.frti_s,
+            times.fhti_s,
+            times.emergency_operation_s,
+            item.ftti_s,
+            item.fault_free_violation_s,
+            item.class_,
+            json_text(asdict(item.without_mechanism)),
+            json_text(list(item.twins)),
+        ),
+    )
+
+
+def _injection(item: Any) -> Injection:
+    return Injection(
+        run=item["result_digest"],
+        scenario=item["scenario"],
+        architecture=item["architecture"],
+        fault_entry=item["fault_entry"],
+        times=Timeline(**{name: item[name] for name in _TIMES}),
+        without_mechanism=Timeline(**json.loads(item["without_mechanism"])),
+        fault_free_violation_s=item["fault_free_violation_s"],
+        class_=item["class"],
+        twins=tuple(json.loads(item["twins"])),
+    )
+
+
+def _insert_new(connection: Connection, name: str, rows: Iterable[Row]) -> None:
+    """Insert rows whose key, the digest and the version, is not there yet."""
+    table = tables.metadata.tables[name]
+    key = next(iter(table.primary_key.columns)).name
+    new: dict[tuple[str, int], Row] = {}
+    for item in rows:
+        known = connection.exec_driver_sql(
+            f"SELECT row_hash FROM {name} WHERE {key} = ? AND version = ?",  # noqa: S608 - own names
+            (item[0], item[1]),
+        ).scalar()
+        known = new.get((item[0], item[1]), (known,))[-1]
+        if known is None:
+            new[item[0], item[1]] = item
+        elif known != item[-1]:
+            raise IntegrityError(
+                f"{name} of run {item[0][:12]}: something else was found before. Its twins or its "
+                "fork do not come out as they did; `adeye replay` tells whether the run does."
+            )
+    insert_rows(connection, table, list(new.values()))

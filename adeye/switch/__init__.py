@@ -1,5 +1,0 @@
-"""The switch: whose command acts, by which policy, and why."""
-
-from adeye.switch.arbiter import Arbiter, make_switch
-
-__all__ = ["Arbiter", "make_switch"]
