@@ -24,9 +24,9 @@ import numpy as np
 from support.highway_scenes import STEP, Converted, convert, scene
 from support.results import machine, table, write_result
 
-from adeye.kernel.crash import advance_crashing_fast, advance_crashing_reference
 from adeye.kernel.jit import compiled
 from adeye.kernel.traffic import network as n
+from benchmarks.support.crash import advance_crashing_fast, advance_crashing_reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -86,7 +86,7 @@ def drive_reference(  # noqa: PLR0913, PLR0917 - a kernel
     corners: Floats,
     steps: int,
 ) -> None:
-    """Drive a scene in the reference arithmetic; see ``kernel.crash`` for the arguments."""
+    """Drive a scene in the reference arithmetic; see ``crash`` for the arguments."""
     for _ in range(steps):
         advance_crashing_reference(
             lanes, links, None, vehicles, marks, seen, along, listed, bodies, pairs, corners, STEP

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PROGRAM = """
 import atexit, ctypes, os, signal, sys, threading, time
-from adeye.cli.interruption import raising_on_sigterm
+from adeye.cli.progress import raising_on_sigterm
 from adeye.supervision import guest, note_end, supervise
 
 ended = supervise()

@@ -644,5 +644,6 @@ add(
     verify_manifest,
     "adeye manifest verify manifest.json --key signing.pub.pem",
     "adeye manifest verify manifest.json --unsigned --files-only",
+    name="verify",
 )
 add(manifest_app, keygen, "adeye manifest keygen --private signing.pem --public signing.pub.pem")

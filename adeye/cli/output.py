@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from adeye.outputs import laid
-from adeye.report.words import clean as clean
-from adeye.report.words import csv_cell
+from adeye.report.cells import clean as clean
+from adeye.report.cells import csv_cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

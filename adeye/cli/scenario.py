@@ -19,7 +19,6 @@ from adeye.cli.output import (
     listed,
     talk,
 )
-from adeye.spec.load import catalogue_files, catalogue_folder
 
 if TYPE_CHECKING:
     from adeye.errors import InputError
@@ -43,7 +42,7 @@ LintFiles = Annotated[
 
 def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
     """List the scenarios of the catalogue with their parameters and ranges."""
-    from adeye.spec.load import load_scenario
+    from adeye.spec.load import catalogue_files, load_scenario
 
     loaded = {name: load_scenario(path) for name, path in catalogue_files(catalogue).items()}
     if json:
@@ -64,7 +63,7 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
 def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = False) -> None:
     """Show one scenario: parameters with their ranges, actors, storyboard, origin."""
     from adeye.errors import UsageError, suggest
-    from adeye.spec.load import load_scenario
+    from adeye.spec.load import catalogue_files, catalogue_folder, load_scenario
 
     known = catalogue_files(catalogue)
     if name not in known:

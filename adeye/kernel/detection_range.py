@@ -1,6 +1,6 @@
 """How far a sensor detects by its own geometry and power, and how fast that lets a vehicle go.
 
-Weather is not in here: it shortens what these give (``adeye/world/weather.py``).
+Weather is not in here: it shortens what these give (``adeye/simulate/world/weather.py``).
 """
 
 from __future__ import annotations

@@ -101,11 +101,10 @@ def _verb(request: Mapping[str, Any]) -> int:
 
 def _put_in_place(setup: Mapping[str, Any]) -> None:
     from adeye.campaign import run as runner
-    from adeye.campaign import run as tasks
     from adeye.store import owner, postgres
 
     if "block" in setup:
-        runner.block_size = lambda _: setup["block"]  # type: ignore[attr-defined,assignment]
+        runner.block_size = lambda _: setup["block"]  # type: ignore[assignment]
     if "fsize" in setup:
         _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
         resource.setrlimit(resource.RLIMIT_FSIZE, (setup["fsize"], hard))
@@ -119,11 +118,11 @@ def _put_in_place(setup: Mapping[str, Any]) -> None:
     if "machine" in setup:
         owner.machine = lambda: setup["machine"]
     if "lease_s" in setup:
-        tasks.LEASE_S = runner.LEASE_S = setup["lease_s"]  # type: ignore[misc,attr-defined]
+        runner.LEASE_S = setup["lease_s"]  # type: ignore[misc]
         postgres.STALL_S = setup["lease_s"]  # type: ignore[misc]
     if "late" in setup:
         # Every lease ends at once, so each runner takes over whatever the other one holds.
-        tasks.LEASE_S = runner.LEASE_S = -1.0  # type: ignore[misc,attr-defined]
+        runner.LEASE_S = -1.0  # type: ignore[misc]
     _count(setup)
 
 

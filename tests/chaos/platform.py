@@ -23,7 +23,7 @@ import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 size = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-from adeye.cli.entry import main
+from adeye.cli.app import main
 sys.exit(main(sys.argv[2:]))
 """
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import gzip
 import os
+import shutil
 import sqlite3
 from typing import TYPE_CHECKING, Final
 
@@ -13,13 +13,13 @@ import pytest
 from adeye.cli.app import main
 from tests.chaos.mutation import bytes_of
 from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
-from tests.chaos.test_schema_life import CAMPAIGNS
 from tests.tampering import unguarded
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.chaos.mutation import Draw
+    from tests.project import Executed
 
 ORDINARY: Final = 60
 VERBS: Final = (
@@ -33,7 +33,7 @@ _JUNK: Final = (
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, mini: Executed, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in os.environ:
         if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
             monkeypatch.delenv(name)
@@ -41,6 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     work = tmp_path / "work"
     work.mkdir()
     monkeypatch.chdir(work)
+    shutil.copyfile(mini.db, tmp_path / "sound.db")
     main_db(work)
     return work
 
@@ -49,8 +50,7 @@ def main_db(folder: Path) -> Path:
     path = folder / "a.db"
     for item in folder.glob("a.db*"):
         item.unlink()
-    path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
-    assert main(["db", "upgrade", "--db", "a.db"]) == 0
+    shutil.copyfile(folder.parent / "sound.db", path)
     return path
 
 

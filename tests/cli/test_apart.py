@@ -69,7 +69,7 @@ def test_streams_without_a_file_stay_as_they_are(monkeypatch: pytest.MonkeyPatch
 def test_result_comes_through_although_the_output_was_closed(mischief: str) -> None:
     program = (
         "import os, sys\n"
-        "from adeye.cli.apart import results_apart\n"
+        "from adeye.cli.output import results_apart\n"
         "from adeye.cli.output import emit\n"
         f"with results_apart():\n    {mischief}\n    emit('a result')\n"
     )

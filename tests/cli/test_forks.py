@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-import adeye.campaign.studies.forks
+from adeye.campaign import studies
 from adeye.cli import progress
 from adeye.errors import IntegrityError
 
@@ -105,7 +105,7 @@ def test_altered_prefix_ends_with_code_4(
 
 
 def adeye_forks() -> Any:
-    return adeye.campaign.forks
+    return studies.forks
 
 
 def test_unknown_channel_is_a_usage_error(adeye: Any, db: str, run: str) -> None:

@@ -1,6 +1,6 @@
 """Help texts from docstrings and examples; what ends a verb that was not foreseen."""
 
-import gzip
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -9,8 +9,7 @@ import typer
 
 from adeye.cli.options import add, examples, help_of
 from adeye.errors import IntegrityError
-from adeye.store import schema
-from tests.chaos.test_schema_life import CAMPAIGNS
+from tests.project import Executed
 from tests.tampering import unguarded
 
 
@@ -58,11 +57,10 @@ def breaks(db: Path) -> None:
     [("SELECT 1", KeyError), ("UPDATE metric SET contact_time_s = 99.0", IntegrityError)],
 )
 def test_verb_that_breaks_blames_an_altered_database(
-    tmp_path: Path, alteration: str, blamed: type[Exception]
+    tmp_path: Path, mini: Executed, alteration: str, blamed: type[Exception]
 ) -> None:
     path = tmp_path / "a.db"
-    path.write_bytes(gzip.decompress(CAMPAIGNS[-1].read_bytes()))
-    schema.upgrade(path)
+    shutil.copyfile(mini.db, path)
     raw = sqlite3.connect(path)
     with unguarded(raw):
         raw.execute(alteration)

@@ -78,8 +78,8 @@ class Results:
 def results(monkeypatch: pytest.MonkeyPatch) -> Results:
     """Put the stand-in behind the verbs."""
     fake = Results()
-    monkeypatch.setattr(adeye.campaign.reproduce, "describe_run", fake.describe_run)
-    monkeypatch.setattr(adeye.campaign.reproduce, "replay_run", fake.replay_run)
+    monkeypatch.setattr(adeye.campaign.replay, "describe_run", fake.describe_run)
+    monkeypatch.setattr(adeye.campaign.replay, "replay_run", fake.replay_run)
     monkeypatch.setattr(adeye.reporting, "write_replay", fake.write_replay)
     return fake
 

@@ -87,7 +87,7 @@ def campaign(monkeypatch: pytest.MonkeyPatch) -> Campaign:
     """Put the stand-in behind the verb."""
     fake = Campaign()
     monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
-    monkeypatch.setattr(adeye.campaign.runner, "run_campaign", fake.run_campaign)
+    monkeypatch.setattr(adeye.campaign.run, "run_campaign", fake.run_campaign)
     monkeypatch.setattr(adeye.reporting, "write_reports", fake.write_reports)
     monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: True)
     return fake

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.crash import advance_crashing_reference
 from adeye.kernel.traffic import alongside as k
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic.drivers import MANY, decide
 from adeye.kernel.traffic.lanes import ALONGSIDE, FORBIDDEN
 from adeye.signals import Floats, Ints
+from benchmarks.support.crash import advance_crashing_reference
 from benchmarks.support.highway_scenes import Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.report.words import clean, csv_cell
+from adeye.report.cells import clean, csv_cell
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ import json, sys
 from adeye.campaign.plan import make_plan
 from adeye.campaign.work import BatchTask, execute
 from adeye import engine
-from adeye.sweep.structure import batches
+from adeye.sweep.case import batches
 
 plan = make_plan(sys.argv[1])
 found = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import adeye.signals
 from adeye import signals as flow
 from adeye.signals import ControlCommand, SceneContext, Surroundings
 from adeye.testing.scenes import straight_road
@@ -98,10 +97,3 @@ def test_runs_of_a_context_are_counted_by_the_ego() -> None:
         (),
     )
     assert context.runs == 3
-
-
-def test_the_face_of_the_package_gives_everything_public() -> None:
-    for name in adeye.signals.__all__:
-        assert getattr(adeye.signals, name) is not None
-    public = {name for name in vars(flow) if name.isupper() and not name.startswith("_")}
-    assert public - {"TYPE_CHECKING"} <= set(adeye.signals.__all__)

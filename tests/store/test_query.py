@@ -101,7 +101,7 @@ def test_oversized_or_malformed_statement_is_an_input_error(
 IN_A_FRESH_PROCESS = """
 import resource, sys
 from adeye.errors import InputError
-from adeye.store.query import run_query
+from adeye.store.read.query import run_query
 
 before = resource.getrlimit(resource.RLIMIT_AS)
 try:

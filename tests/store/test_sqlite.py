@@ -166,7 +166,7 @@ VERBS = (
     ("export", "--format", "csv", "-o", "OUT"),
 )
 SCRIPT = """import json, os, sys
-from adeye.cli.entry import main
+from adeye.cli.app import main
 for verb in json.loads(sys.argv[2]):
     print("ended with", main([*verb, "--db", sys.argv[1]]), flush=True)
 """

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.kernel.crash import advance_crashing_reference
 from adeye.kernel.traffic import network as n
+from benchmarks.support.crash import advance_crashing_reference
 from benchmarks.support.highway_scenes import STEP, Advance, Converted, convert
 
 if TYPE_CHECKING:

@@ -314,7 +314,8 @@ def test_using_traffic_before_its_reset_is_an_error() -> None:
 
 def test_importing_it_prints_nothing_and_naming_it_imports_nothing() -> None:
     program = (
-        "import sys; from adeye.traffic import variant_of, make_traffic; variant_of('highway');"
+        "import sys; from adeye.simulate.traffic import variant_of, make_traffic;"
+        "variant_of('highway');"
         "assert 'highway_env' not in sys.modules; make_traffic('highway');"
         "assert 'highway_env' in sys.modules"
     )

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from adeye.kernel.crash import advance_crashing_fast, advance_crashing_reference
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic.lanes import ALONGSIDE
+from benchmarks.support.crash import advance_crashing_fast, advance_crashing_reference
 from benchmarks.support.highway_scenes import ROADS, Converted, convert, scene
 from tests.traffic.parity import SLOWEST, Comparison, compare
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from adeye.analysis.suite.conditions import Condition  # noqa: TC001 - read at run time
-from adeye.analysis.suite.geometry import Zone  # noqa: TC001 - read at run time
+from adeye.analysis.suite.conditions import Condition
+from adeye.analysis.suite.geometry import Zone
 
 
 @dataclass(frozen=True, slots=True)

@@ -499,7 +499,7 @@ def canonical(node: Node) -> str:
     shortest text that reads back: they are not rounded, because a threshold in the last digit
     decides a run that lies on it. A unit is converted with one rounding, so ``100 cm`` is ``1 m``.
 
-    >>> from adeye.evaluation.stl.formula import parse_formula
+    >>> from adeye.judge.stl.formula import parse_formula
     >>> canonical(parse_formula("always[0 s, 500 ms] ((gap)>=100 cm)").root)
     '(always [0.0,0.5] (>= gap 1.0{1,0,0}))'
     """

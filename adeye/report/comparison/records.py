@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from adeye.errors import UsageError, suggest
+from adeye.judge.verdict import Verdict
 from adeye.report.model.part import Count, Id, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.judge.verdict import Verdict
 
 # --- What a comparison of architectures says, as one typed record: tables, JSON and page show it --
 

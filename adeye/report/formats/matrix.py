@@ -12,8 +12,9 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.judge.verdict import Verdict
+from adeye.report.cells import csv_cell
 from adeye.report.formats.sarif import judged_in
-from adeye.report.words import csv_cell, margin_text
+from adeye.report.words import margin_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, Self, get_args
 
 from adeye.errors import InputError, UsageError
 from adeye.outputs import replacing, replacing_folder
+from adeye.report.cells import csv_cell
 from adeye.report.files import guarding
-from adeye.report.words import csv_cell
 from adeye.store.read.export import TABLES, CampaignExport, ExportColumn, Kind, open_export
 from adeye.version import __version__
 

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from adeye.judge.verdict import Outcome
 from adeye.report.model.part import Id, Label, Part, RunVerdict
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence, Sized
 
-    from adeye.judge.verdict import Outcome
 
 # --- What a report embeds of a run: the scene, the detections and the commands of every tick ------
 

@@ -76,6 +76,6 @@ def test_package_imports_without_what_only_posix_has() -> None:
 
     program = (
         "import sys; sys.modules['resource'] = sys.modules['fcntl'] = None; "
-        "import adeye.channels.process, adeye.testing"
+        "import adeye.simulate.channels.process.channel, adeye.testing"
     )
     subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ})

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from highway_env.utils import are_polygons_intersecting
 
-from adeye.kernel import crash as k
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic.drivers import MANY
 from adeye.signals import Floats
+from benchmarks.support import crash as k
 from benchmarks.support.highway_scenes import STEP, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad
 
