@@ -1,8 +1,10 @@
-"""The protocols that parts implement: sensors, channels, switch, traffic, metrics, executors.
+"""What code from outside may use: the protocols of its parts, and what helps to write them.
 
-Every part but the executor works on a batch of B runs in lockstep. It is built from its spec
-records (one per run, because values may vary inside a batch), reset once, and then called tick by
-tick. A run's result must not depend on the other runs of its batch.
+Sensors, channels, switch, traffic, metrics and executors implement a protocol of this module;
+nothing deeper of adeye is meant for them. Every part but the executor works on a batch of B runs in
+lockstep. It is built from its spec records (one per run, because values may vary inside a batch),
+reset once, and then called tick by tick. A run's result must not depend on the other runs of its
+batch.
 """
 
 from __future__ import annotations
@@ -12,28 +14,151 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_check
 
 from pydantic import BaseModel, ConfigDict
 
+from adeye.delivery import Delivery, no_measurement, sample_at
+from adeye.errors import UsageError
+from adeye.kernel.elementary import sin_cos
+from adeye.kernel.jit import compiled
+from adeye.kernel.random import normal, uniform
+from adeye.signals import (
+    DEGRADED,
+    DETECTION_CLASS,
+    DETECTION_COLUMNS,
+    DETECTION_HAS_RANGE_RATE,
+    DETECTION_LENGTH,
+    DETECTION_RANGE_RATE,
+    DETECTION_WIDTH,
+    DETECTION_X,
+    DETECTION_Y,
+    EGO_ACCELERATION,
+    EGO_COLUMNS,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_STEERING,
+    EGO_X,
+    EGO_Y,
+    EGO_YAW_RATE,
+    ESTIMATE_COLUMNS,
+    ESTIMATE_PLACE,
+    FAULT,
+    OBJECT_ACCELERATION,
+    OBJECT_CLASSES,
+    OBJECT_COLUMNS,
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    OBJECT_X,
+    OBJECT_Y,
+    OK,
+    PLACE_COLUMNS,
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_LANE,
+    PLACE_OFFSET,
+    PLACE_S,
+    REQUESTS_AUTHORITY,
+    SILENT,
+    STATUS_LABELS,
+    ControlCommand,
+    Measurement,
+    Observation,
+    Scene,
+    SceneContext,
+)
+from adeye.trace import Trace
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from adeye.signals import (
         Authority,
         Bools,
-        ControlCommand,
         Floats,
         Ints,
-        Measurement,
-        Observation,
         RoadMap,
-        Scene,
-        SceneContext,
         SwitchFaults,
     )
     from adeye.spec.architecture import Vehicle
     from adeye.spec.sensors import Sensor
     from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
+__all__ = [
+    "DEGRADED",
+    "DETECTION_CLASS",
+    "DETECTION_COLUMNS",
+    "DETECTION_HAS_RANGE_RATE",
+    "DETECTION_LENGTH",
+    "DETECTION_RANGE_RATE",
+    "DETECTION_WIDTH",
+    "DETECTION_X",
+    "DETECTION_Y",
+    "EGO_ACCELERATION",
+    "EGO_COLUMNS",
+    "EGO_HEADING",
+    "EGO_SPEED",
+    "EGO_STEERING",
+    "EGO_X",
+    "EGO_Y",
+    "EGO_YAW_RATE",
+    "ESTIMATE_COLUMNS",
+    "ESTIMATE_PLACE",
+    "FAULT",
+    "OBJECT_ACCELERATION",
+    "OBJECT_CLASSES",
+    "OBJECT_COLUMNS",
+    "OBJECT_HEADING",
+    "OBJECT_SPEED",
+    "OBJECT_X",
+    "OBJECT_Y",
+    "OK",
+    "PLACE_COLUMNS",
+    "PLACE_CURVATURE",
+    "PLACE_D",
+    "PLACE_HEADING",
+    "PLACE_LANE",
+    "PLACE_OFFSET",
+    "PLACE_S",
+    "REQUESTS_AUTHORITY",
+    "SILENT",
+    "STATUS_LABELS",
+    "ChannelContext",
+    "ControlChannel",
+    "ControlCommand",
+    "Delivery",
+    "Done",
+    "Executor",
+    "ExecutorContext",
+    "FaultInjector",
+    "HookedChannel",
+    "LinkedCommand",
+    "Measurement",
+    "Metric",
+    "MetricColumn",
+    "Observation",
+    "Parameters",
+    "ScalarAct",
+    "ScalarCommand",
+    "ScalarContext",
+    "ScalarFactory",
+    "ScalarMeasurement",
+    "ScalarObservation",
+    "ScalarRoad",
+    "Scene",
+    "SceneContext",
+    "SensorContext",
+    "SensorModel",
+    "SwitchContext",
+    "SwitchModel",
+    "Trace",
+    "TrafficBackend",
+    "UsageError",
+    "compiled",
+    "no_measurement",
+    "normal",
+    "sample_at",
+    "sin_cos",
+    "uniform",
+]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -160,6 +285,148 @@ class HookedChannel(Protocol):
             size: (B,) how large it is, in the unit of its model: the offset of ``map_shifted`` [m],
                 1 for a model without a size.
         """
+        ...
+
+
+# --- One object per run as a channel: the simplest way to write one -------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarRoad:
+    """The road of one run.
+
+    Attributes:
+        segments: Reference line, the right edge (K, 5): x, y, heading, length, curvature.
+        lane_width: [m].
+        lanes: Number of lanes.
+        shoulder: Width beside the right edge [m].
+        speed_limit: [m/s].
+        verge: Width of free ground beside the shoulder [m].
+        refuges: Parking bays and rest areas (R, 5), see ``signals.REFUGE_COLUMNS``.
+    """
+
+    segments: Floats
+    lane_width: float
+    lanes: int
+    shoulder: float
+    speed_limit: float
+    verge: float
+    refuges: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarContext:
+    """What the channel object of one run is built with.
+
+    Attributes:
+        channel_id: Its name in the architecture.
+        links: Ids of what is linked to it.
+        sensors: Kind of each linked sensor, by id.
+        mounts: (4,) x, y, z, yaw of each linked sensor that has a mount, by id.
+        vehicle: The ego.
+        road: The map.
+        desired_speed: Speed that the ego is asked to drive [m/s].
+        step: Master clock [s].
+        period: Time between two of its ticks [s].
+    """
+
+    channel_id: str
+    links: tuple[str, ...]
+    sensors: Mapping[str, str]
+    mounts: Mapping[str, Floats]
+    vehicle: Vehicle
+    road: ScalarRoad
+    desired_speed: float
+    step: float
+    period: float
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarMeasurement:
+    """The newest sample of one sensor in one run.
+
+    Attributes:
+        stamp: Time of the sample [s], -1 before the first.
+        fresh: Whether it was delivered at this tick.
+        alive: Whether the sensor delivers at all.
+        detections: (N, 7) of the objects that it sees, see ``signals.DETECTION_COLUMNS``.
+        estimate: (13,) ego estimate, see ``signals.ESTIMATE_COLUMNS``, or None.
+        values: (V,) of a sensor of the ego's motion, see ``signals.GNSS_COLUMNS`` and
+            ``signals.IMU_COLUMNS``, or None.
+    """
+
+    stamp: float
+    fresh: bool
+    alive: bool
+    detections: Floats
+    estimate: Floats | None
+    values: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarCommand:
+    """What the channel object of one run wants the ego to do.
+
+    Attributes:
+        acceleration: [m/s²].
+        steering_angle: [rad].
+        status: Index into ``signals.STATUS_LABELS``.
+    """
+
+    acceleration: float
+    steering_angle: float
+    status: int = OK
+
+
+@dataclass(frozen=True, slots=True)
+class LinkedCommand:
+    """The command of a linked channel at the previous tick.
+
+    Attributes:
+        acceleration: [m/s²].
+        steering_angle: [rad].
+        stamp: Time of the observation that it answers [s], -1 before the first.
+        status: Index into ``signals.STATUS_LABELS``.
+    """
+
+    acceleration: float
+    steering_angle: float
+    stamp: float
+    status: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarObservation:
+    """What is linked to the channel object of one run.
+
+    Attributes:
+        time: [s].
+        measurements: Linked sensors by id.
+        commands: Linked channels by id: their command of the previous tick.
+        authority: Index of the acting channel at the previous tick, if the switch is linked.
+        reason: Why it acts, index into ``signals.REASON_LABELS``, if the switch is linked.
+    """
+
+    time: float
+    measurements: Mapping[str, ScalarMeasurement]
+    commands: Mapping[str, LinkedCommand]
+    authority: int | None
+    reason: int | None
+
+
+class ScalarAct(Protocol):
+    """The channel object of one run."""
+
+    def act(self, observation: ScalarObservation, /) -> ScalarCommand | tuple[float, float]:
+        """Answer one observation."""
+        ...
+
+
+class ScalarFactory(Protocol):
+    """A class of channel objects."""
+
+    def __call__(self, parameters: Any, context: ScalarContext, /) -> ScalarAct:
+        """Make the object of one run."""
         ...
 
 

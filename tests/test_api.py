@@ -29,8 +29,8 @@ def test_exported_names_are_pinned() -> None:
     ]  # fmt: skip
     for name in adeye.__all__:
         assert getattr(adeye, name) is not None
-    with pytest.raises(AttributeError, match="no attribute 'simulate'"):
-        _ = adeye.simulate
+    with pytest.raises(AttributeError, match="no attribute 'drive'"):
+        _ = adeye.drive
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:

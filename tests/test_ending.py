@@ -36,7 +36,7 @@ import os
 import time
 from pathlib import Path
 
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 
 class Slow:

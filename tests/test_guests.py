@@ -255,7 +255,7 @@ class Reusing:
 
 
 def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
-    from adeye.simulate.sensors.delivery import no_measurement
+    from adeye.delivery import no_measurement
 
     context = scene_context([CAR], step=0.1)
     made = no_measurement(1, 1, with_estimate=False)

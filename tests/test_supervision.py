@@ -191,7 +191,7 @@ def test_errors_of_adeye_pass_through_a_guest() -> None:
 
 PART = """
 import os, sys, typer
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 from adeye.ports import Parameters
 from parts import Car, Front, Whole
 

@@ -48,7 +48,7 @@ HOOKED: Final = ("nominal", "safety", "trajectory")
 WRONG: Final = "plausible_but_wrong"
 """Model that a mistake in code is tried as: any command that nothing tells from a right one."""
 
-PERCEPTION: Final = "channels/perception.py"
+PERCEPTION: Final = "simulate/channels/perception/step.py"
 PLANNED: Final = "safety, stop: planned"
 
 BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
@@ -56,15 +56,15 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
         "makes tracks of detections and estimates where the ego is",
         ("nominal", "safety", PLANNED, "trajectory", "policy"),
     ),
-    "channels/corridor.py": (
+    "simulate/channels/corridor.py": (
         "finds what is in the path and the deceleration that it calls for",
         ("nominal", "safety", PLANNED),
     ),
-    "channels/driving.py": (
+    "simulate/channels/driving.py": (
         "follows a vehicle and steers along a lane",
         ("nominal", "safety", PLANNED, "trajectory", "reference"),
     ),
-    "channels/trajectory/prediction.py": (
+    "simulate/channels/trajectory/cost.py": (
         "predicts where objects will be",
         (PLANNED, "trajectory"),
     ),

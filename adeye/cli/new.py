@@ -123,7 +123,6 @@ CHANNEL: Final = '''\
 import math
 
 from adeye import ports
-from adeye.channels.scalar import ScalarCommand, ScalarContext, ScalarObservation
 
 
 class $class_name:
@@ -134,12 +133,12 @@ class $class_name:
 
         time_gap: float = 1.8  # [s]
 
-    def __init__(self, parameters: Parameters, context: ScalarContext) -> None:
+    def __init__(self, parameters: Parameters, context: ports.ScalarContext) -> None:
         self.time_gap = parameters.time_gap
         self.desired_speed = context.desired_speed  # [m/s]
         self.wheelbase = context.vehicle.wheelbase  # [m]
 
-    def act(self, observation: ScalarObservation) -> ScalarCommand:
+    def act(self, observation: ports.ScalarObservation) -> ports.ScalarCommand:
         """Return acceleration [m/s²] and steering angle [rad]."""
         speed, steering, ahead = self.desired_speed, 0.0, math.inf
         for measurement in observation.measurements.values():
@@ -153,16 +152,13 @@ class $class_name:
                     ahead = min(ahead, x)
         cruise = 0.5 * (self.desired_speed - speed)
         follow = 0.5 * (ahead - 8.0 - self.time_gap * speed)
-        return ScalarCommand(max(-8.0, min(1.5, cruise, follow)), steering)
+        return ports.ScalarCommand(max(-8.0, min(1.5, cruise, follow)), steering)
 '''
 
 SENSOR: Final = '''\
 """$class_name, a sensor: the objects within its range, without error. Change it and run again."""
 
 from adeye import ports
-from adeye.kernel.elementary import sin_cos
-from adeye.sensors.delivery import Delivery, no_measurement
-from adeye.signals import Measurement, Scene
 
 
 class $class_name:
@@ -177,23 +173,23 @@ class $class_name:
         self.scene = context.scene
         self.objects = len(context.scene.object_ids)
         self.ranges = [self.Parameters(**spec.parameters).range for spec in context.specs]
-        first = no_measurement(self.scene.runs, self.objects, with_estimate=False)
-        self.delivery = Delivery.of(context, first)
+        first = ports.no_measurement(self.scene.runs, self.objects, with_estimate=False)
+        self.delivery = ports.Delivery.of(context, first)
 
-    def sense(self, scene: Scene) -> Measurement:
-        """Return the newest delivered sample; noise comes from adeye.kernel.random only."""
+    def sense(self, scene: ports.Scene) -> ports.Measurement:
+        """Return the newest delivered sample; noise comes from ports.normal or uniform only."""
         if self.delivery.is_due(scene.tick):
-            sample = no_measurement(self.scene.runs, self.objects, with_estimate=False)
+            sample = ports.no_measurement(self.scene.runs, self.objects, with_estimate=False)
             sample.stamp[:] = scene.time
             for run in range(self.scene.runs):
                 self.sample(run, scene, sample)
             self.delivery.push(scene.tick, sample)
         return self.delivery.newest(scene.tick)
 
-    def sample(self, run: int, scene: Scene, sample: Measurement) -> None:
+    def sample(self, run: int, scene: ports.Scene, sample: ports.Measurement) -> None:
         """List what one run's ego sees, the nearest first, in the vehicle frame."""
         x, y, heading = scene.ego[run, :3]
-        sine, cosine = sin_cos(heading)
+        sine, cosine = ports.sin_cos(heading)
         away = [(ox - x) ** 2 + (oy - y) ** 2 for ox, oy in scene.objects[run, :, :2]]
         seen = [thing for thing in range(self.objects) if away[thing] <= self.ranges[run] ** 2]
         for row, thing in enumerate(sorted(seen, key=lambda index: away[index])):
@@ -210,9 +206,7 @@ METRIC: Final = '''\
 
 import numpy as np
 
-from adeye.ports import MetricColumn
-from adeye.signals import EGO_SPEED
-from adeye.trace import Trace
+from adeye import ports
 
 
 class $class_name:
@@ -224,14 +218,14 @@ class $class_name:
     worse = "higher"
     source = "example"
 
-    def compute(self, trace: Trace) -> MetricColumn:
+    def compute(self, trace: ports.Trace) -> ports.MetricColumn:
         """Return one value per run, with the time of the worst case."""
         rows = np.arange(trace.time.size)
         is_row = rows < trace.length[:, np.newaxis]  # runs end at different rows
-        speed = np.where(is_row, trace["ego"][:, :, EGO_SPEED], -np.inf)
+        speed = np.where(is_row, trace["ego"][:, :, ports.EGO_SPEED], -np.inf)
         worst = speed.argmax(axis=1)
         runs = range(trace.runs)
-        return MetricColumn(
+        return ports.MetricColumn(
             speed[runs, worst], ("value",) * trace.runs, trace.time[worst], [-1] * trace.runs
         )
 '''

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from adeye import ports
+from adeye.delivery import Delivery, no_measurement
 from adeye.kernel.elementary import sin_cos
-from adeye.ports import MetricColumn
-from adeye.simulate.channels.scalar import ScalarCommand, ScalarContext, ScalarObservation
-from adeye.simulate.sensors.delivery import Delivery, no_measurement
+from adeye.ports import MetricColumn, ScalarCommand, ScalarContext, ScalarObservation
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Measurement, Scene

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from adeye.kernel.relation import tick_time
+from adeye.ports import ScalarFactory
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
@@ -28,7 +29,7 @@ from adeye.signals import (
     RoadMap,
 )
 from adeye.simulate.channels.links import CHANNEL_PREFIX, observe
-from adeye.simulate.channels.scalar import ScalarChannel, ScalarFactory
+from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.testing.scenes import channel_context, object_measurement
 
 if TYPE_CHECKING:

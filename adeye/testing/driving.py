@@ -22,7 +22,7 @@ from adeye.kernel.boxes import box_distance
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.relation import tick_time
 from adeye.kernel.road import position
-from adeye.ports import ChannelContext, ControlChannel, SwitchContext
+from adeye.ports import ChannelContext, ControlChannel, ScalarFactory, SwitchContext
 from adeye.signals import (
     DETECTION_COLUMNS,
     EGO_HEADING,
@@ -45,7 +45,7 @@ from adeye.signals import (
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.process.protocol import PROTOCOL
-from adeye.simulate.channels.scalar import ScalarChannel, ScalarFactory
+from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.simulate.switch import make_switch
 from adeye.spec.architecture import Vehicle
 from adeye.spec.channels import Channel

@@ -30,7 +30,7 @@ SCRIPT = '''
 """A driver that changes its command once, at a time that is known beforehand."""
 
 from adeye import ports
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 
 class Script:

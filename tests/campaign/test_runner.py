@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tests.conftest import MakeProject
 
 PLUGIN = """
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 
 class Steady:

@@ -4,14 +4,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.ports import ScalarCommand, ScalarContext, ScalarObservation
 from adeye.signals import DEGRADED, OK, REASON_DEFAULT, SILENT, Authority, Observation
 from adeye.simulate.channels.links import observe
-from adeye.simulate.channels.scalar import (
-    ScalarChannel,
-    ScalarCommand,
-    ScalarContext,
-    ScalarObservation,
-)
+from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.testing import ScriptedChannel, channel_context, check_channel
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
 

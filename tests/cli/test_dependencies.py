@@ -17,7 +17,7 @@ def test_table_says_what_is_shared_and_what_is_not(adeye: Any) -> None:
     )
     text = "\n".join(rest)
     assert "legacy_camera" not in ended.out
-    assert "channels/perception.py" in text
+    assert "simulate/channels/perception/step.py" in text
     assert "hooks.safety, hooks.nominal (map_shifted)" in text
 
 

@@ -11,8 +11,8 @@ import pytest
 from adeye.cli.new import EXAMPLES, write_example
 from adeye.judge.metrics.registry import METRICS, register_metric
 from adeye.plugins import Part, load_part, require, validate_parameters
+from adeye.ports import ScalarMeasurement, ScalarObservation
 from adeye.signals import EGO_SPEED
-from adeye.simulate.channels.scalar import ScalarMeasurement, ScalarObservation
 from adeye.spec.sensors import PluginSensor
 from adeye.testing import check_channel, check_sensor, passenger_car
 

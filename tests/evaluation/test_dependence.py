@@ -239,7 +239,7 @@ def test_policies_of_one_file_share_it_and_what_tracks_for_them() -> None:
     policy = {"kind": "policy", "parameters": {"policy": "./net.py:drive"}}
     made = architecture(a={**policy, "links": ["camera"]}, b={**policy, "links": ["radar"]})
     assert "net.py" in named(only(made), "code")
-    assert "channels/perception.py" in named(only(made), "code")
+    assert "simulate/channels/perception/step.py" in named(only(made), "code")
 
 
 def test_planned_stop_shares_more_code_with_the_trajectory_channel_than_the_one_in_the_lane() -> (
@@ -251,7 +251,7 @@ def test_planned_stop_shares_more_code_with_the_trajectory_channel_than_the_one_
 
     assert shared("planned") - shared("in_lane") == {
         "kernel/profiles.py",
-        "channels/trajectory/prediction.py",
+        "simulate/channels/trajectory/cost.py",
     }
 
 
@@ -296,11 +296,12 @@ MODULES = {
 }
 NO_CAUSE = {
     # Imported for its records, names or constants only.
-    ("policy", "channels/driving.py"),
-    ("trajectory", "channels/corridor.py"),
+    ("policy", "simulate/channels/driving.py"),
+    ("trajectory", "simulate/channels/corridor.py"),
+    ("nominal", "kernel/profiles.py"),
     ("safety", "kernel/profiles.py"),
 }
-BESIDE = {"hooks", "links", "failures", "scalar"}
+BESIDE = {"hooks", "links", "guard", "scalar"}
 """Modules of channels that decide nothing: they contain, show and disturb."""
 
 
@@ -336,7 +337,7 @@ def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is(
     for code in BUILT_IN_CODE:
         listed |= imported(f"adeye.{code.removesuffix('.py').replace('/', '.')}")
     # What plans is used with what predicts, by the same channels.
-    listed |= {f"adeye.simulate.channels.trajectory.channel.{name}" for name in TRAJECTORY}
+    listed |= {f"adeye.simulate.channels.trajectory.{name}" for name in TRAJECTORY}
     users: dict[str, list[str]] = {}
     for kind, module in MODULES.items():
         for name in imported(module):
@@ -352,7 +353,7 @@ def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is(
     assert unlisted == BESIDE & unlisted
 
 
-TRAJECTORY = ("candidates", "fan", "following", "obstacles", "scoring")
+TRAJECTORY = ("candidates", "planner")
 
 
 def test_hooked_channels_are_those_that_offer_the_hooks() -> None:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
 from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder
-from adeye.simulate.sensors.delivery import no_measurement
 from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
 from tests.sensors.scenes import CAR, architecture, scene, scene_context
 

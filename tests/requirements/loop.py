@@ -15,7 +15,7 @@ SCRIPTED = '''
 """A channel that gives the command, the status and the silence that its parameters say."""
 
 from adeye import ports
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 from adeye.signals import OK, REQUESTS_AUTHORITY
 
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.requirements
 REPLACEMENT = '''
 """A nominal channel of somebody else: brakes gently from the start."""
 
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 
 class Gentle:

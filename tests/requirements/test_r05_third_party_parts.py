@@ -23,7 +23,7 @@ PACKAGE = {
 """Keeps the speed that it measures, slower when something is near."""
 
 from adeye import ports
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 
 class Follow:
@@ -120,7 +120,7 @@ class Backwards:
 import numpy as np
 
 from adeye import ports
-from adeye.sensors.delivery import Delivery, no_measurement
+from adeye.delivery import Delivery, no_measurement
 
 
 class Eye:
@@ -156,7 +156,7 @@ BESIDE = '''
 import numpy as np
 
 from adeye.ports import Parameters
-from adeye.sensors.delivery import no_measurement
+from adeye.delivery import no_measurement
 
 
 class Compass:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.kernel.random import owner_id, uniform
-from adeye.simulate.sensors.delivery import (
+from adeye.delivery import (
     JITTER_DRAW,
     Delays,
     Delivery,
@@ -17,6 +16,7 @@ from adeye.simulate.sensors.delivery import (
     no_measurement,
     sample_at,
 )
+from adeye.kernel.random import owner_id, uniform
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.spec.sensors import Radar
 from tests.sensors.scenes import CAR, scene, scene_context, sensor_context

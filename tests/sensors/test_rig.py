@@ -39,7 +39,7 @@ GNSS = {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.5 m", "bias": "0.5
 IMU = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s"}
 
 PLUGIN = """
-from adeye.sensors.delivery import no_measurement
+from adeye.delivery import no_measurement
 
 
 class Blind:

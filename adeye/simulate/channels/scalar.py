@@ -11,162 +11,29 @@ the other runs of the batch do not notice.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Floats, Observation
+from adeye.ports import (
+    LinkedCommand,
+    ScalarAct,
+    ScalarCommand,
+    ScalarContext,
+    ScalarFactory,
+    ScalarMeasurement,
+    ScalarObservation,
+    ScalarRoad,
+)
+from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Observation
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
 from adeye.supervision import is_asked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from adeye.ports import ChannelContext
-    from adeye.spec.architecture import Vehicle
     from adeye.trace import ChannelEvent
-
-
-@dataclass(frozen=True, slots=True)
-class ScalarRoad:
-    """The road of one run.
-
-    Attributes:
-        segments: Reference line, the right edge (K, 5): x, y, heading, length, curvature.
-        lane_width: [m].
-        lanes: Number of lanes.
-        shoulder: Width beside the right edge [m].
-        speed_limit: [m/s].
-        verge: Width of free ground beside the shoulder [m].
-        refuges: Parking bays and rest areas (R, 5), see ``signals.REFUGE_COLUMNS``.
-    """
-
-    segments: Floats
-    lane_width: float
-    lanes: int
-    shoulder: float
-    speed_limit: float
-    verge: float
-    refuges: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class ScalarContext:
-    """What the channel object of one run is built with.
-
-    Attributes:
-        channel_id: Its name in the architecture.
-        links: Ids of what is linked to it.
-        sensors: Kind of each linked sensor, by id.
-        mounts: (4,) x, y, z, yaw of each linked sensor that has a mount, by id.
-        vehicle: The ego.
-        road: The map.
-        desired_speed: Speed that the ego is asked to drive [m/s].
-        step: Master clock [s].
-        period: Time between two of its ticks [s].
-    """
-
-    channel_id: str
-    links: tuple[str, ...]
-    sensors: Mapping[str, str]
-    mounts: Mapping[str, Floats]
-    vehicle: Vehicle
-    road: ScalarRoad
-    desired_speed: float
-    step: float
-    period: float
-
-
-@dataclass(frozen=True, slots=True)
-class ScalarMeasurement:
-    """The newest sample of one sensor in one run.
-
-    Attributes:
-        stamp: Time of the sample [s], -1 before the first.
-        fresh: Whether it was delivered at this tick.
-        alive: Whether the sensor delivers at all.
-        detections: (N, 7) of the objects that it sees, see ``signals.DETECTION_COLUMNS``.
-        estimate: (13,) ego estimate, see ``signals.ESTIMATE_COLUMNS``, or None.
-        values: (V,) of a sensor of the ego's motion, see ``signals.GNSS_COLUMNS`` and
-            ``signals.IMU_COLUMNS``, or None.
-    """
-
-    stamp: float
-    fresh: bool
-    alive: bool
-    detections: Floats
-    estimate: Floats | None
-    values: Floats | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ScalarCommand:
-    """What the channel object of one run wants the ego to do.
-
-    Attributes:
-        acceleration: [m/s²].
-        steering_angle: [rad].
-        status: Index into ``signals.STATUS_LABELS``.
-    """
-
-    acceleration: float
-    steering_angle: float
-    status: int = OK
-
-
-@dataclass(frozen=True, slots=True)
-class LinkedCommand:
-    """The command of a linked channel at the previous tick.
-
-    Attributes:
-        acceleration: [m/s²].
-        steering_angle: [rad].
-        stamp: Time of the observation that it answers [s], -1 before the first.
-        status: Index into ``signals.STATUS_LABELS``.
-    """
-
-    acceleration: float
-    steering_angle: float
-    stamp: float
-    status: int
-
-
-@dataclass(frozen=True, slots=True)
-class ScalarObservation:
-    """What is linked to the channel object of one run.
-
-    Attributes:
-        time: [s].
-        measurements: Linked sensors by id.
-        commands: Linked channels by id: their command of the previous tick.
-        authority: Index of the acting channel at the previous tick, if the switch is linked.
-        reason: Why it acts, index into ``signals.REASON_LABELS``, if the switch is linked.
-    """
-
-    time: float
-    measurements: Mapping[str, ScalarMeasurement]
-    commands: Mapping[str, LinkedCommand]
-    authority: int | None
-    reason: int | None
-
-
-class ScalarAct(Protocol):
-    """The channel object of one run."""
-
-    def act(self, observation: ScalarObservation, /) -> ScalarCommand | tuple[float, float]:
-        """Answer one observation."""
-        ...
-
-
-class ScalarFactory(Protocol):
-    """A class of channel objects."""
-
-    def __call__(self, parameters: Any, context: ScalarContext, /) -> ScalarAct:
-        """Make the object of one run."""
-        ...
 
 
 class ScalarChannel:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, no_measurement, sample_at
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled
 from adeye.kernel.raster import RUN_WIDTH
 from adeye.signals import Bools, Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.simulate.sensors.exposure import (
     PATCH_BOTTOM,
     PATCH_FIRST,

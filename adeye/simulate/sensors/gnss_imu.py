@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, no_measurement
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -44,7 +45,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, no_measurement
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

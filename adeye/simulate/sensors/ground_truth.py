@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
@@ -42,7 +43,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.simulate.sensors.gnss_imu import rear_axles
 
 if TYPE_CHECKING:

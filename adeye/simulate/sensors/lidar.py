@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, no_measurement
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs_at, uniform
@@ -44,7 +45,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, no_measurement
 from adeye.simulate.world.weather import ROAD_REFLECTIVITY, lidar_rain_noise, lidar_range
 from adeye.spec.sensors import PhysicalLidar
 

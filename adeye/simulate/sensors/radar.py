@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -45,7 +46,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.simulate.sensors.gnss_imu import rear_axles
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, NEPER, radar_rain_extinction

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
@@ -48,7 +49,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, insert, no_measurement, sample_at
 from adeye.simulate.sensors.gnss_imu import rear_axles
 from adeye.simulate.world.weather import (
     camera_range,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.delivery import insert
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.raster import (
@@ -47,7 +48,6 @@ from adeye.signals import (
     Floats,
     Ints,
 )
-from adeye.simulate.sensors.delivery import insert
 from adeye.simulate.sensors.exposure import contrast_at, patch_at
 from adeye.simulate.world.objects import DEFAULT_SIZES
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye.delivery import Delivery, no_measurement, sample_at
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
@@ -26,7 +27,6 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.delivery import Delivery, no_measurement, sample_at
 from adeye.spec.clock import period_ticks
 from adeye.spec.sensors import Ultrasonic
 

@@ -20,8 +20,6 @@ from typing import Any, Final
 import numpy as np
 
 from adeye import ports
-from adeye.signals import OK, ControlCommand
-from adeye.simulate.channels.scalar import ScalarCommand
 
 KEPT: Final[list[Any]] = []
 CALM: Final = (0.1, 0.0)
@@ -191,8 +189,8 @@ ONE: Final[dict[str, Callable[[Any], Any]]] = {
     "returns_nested_lists": lambda _: ([0.1], [0.0]),
     "returns_an_endless_tuple": lambda _: _Endless(CALM),
     "returns_what_cannot_be_shown": lambda _: (_Unshowable("nan"), 0.0),
-    "returns_an_unknown_status": lambda _: ScalarCommand(0.1, 0.0, 99),
-    "returns_a_status_in_words": lambda _: ScalarCommand(0.1, 0.0, "ok"),  # type: ignore[arg-type]
+    "returns_an_unknown_status": lambda _: ports.ScalarCommand(0.1, 0.0, 99),
+    "returns_a_status_in_words": lambda _: ports.ScalarCommand(0.1, 0.0, "ok"),  # type: ignore[arg-type]
     "returns_too_much": lambda _: (-1e6, 50.0),
     "writes_into_its_estimate": lambda seen: _mutate(seen.measurements["localisation"].estimate),
     "writes_into_it_later": lambda seen: _later(seen.measurements["localisation"].estimate),
@@ -326,8 +324,8 @@ class Herd:
             "acceleration": np.full(self._runs, 0.1),
             "steering_angle": np.zeros(self._runs),
             "stamp": np.full(self._runs, observation.time),
-            "status": np.full(self._runs, OK),
+            "status": np.full(self._runs, ports.OK),
         }
         if self._left < 0 and self._name in HERD:
             arrays = HERD[self._name](observation, arrays)
-        return ControlCommand(**arrays) if arrays else None
+        return ports.ControlCommand(**arrays) if arrays else None

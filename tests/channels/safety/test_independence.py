@@ -47,7 +47,7 @@ STOPS: Final[dict[str, dict[str, Any]]] = {
 PLAYBACK = '''
 """Gives the commands that another channel gave, and may not be asked after the last of them."""
 
-from adeye.channels.scalar import ScalarCommand
+from adeye.ports import ScalarCommand
 
 GIVEN = {given}
 

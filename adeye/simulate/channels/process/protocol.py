@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from pydantic import BaseModel
 
+from adeye.ports import ScalarCommand
 from adeye.signals import OK, REASON_LABELS, STATUS_LABELS
-from adeye.simulate.channels.scalar import ScalarCommand
 
 if TYPE_CHECKING:
     from typing import BinaryIO

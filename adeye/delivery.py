@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import fields
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Protocol, Self
 
 import numpy as np
 
@@ -15,12 +15,41 @@ from adeye.signals import DETECTION_COLUMNS, Bools, Floats, Ints, Measurement
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.ports import SensorContext
+    from adeye.signals import SceneContext
 
 JITTER_DRAW: Final = 0xFFFFFFFF
 """Index of the draw of a sample's delay: the last one there is, far from any sensor's own draws."""
 
 _ARRAYS: Final = tuple(field.name for field in fields(Measurement))
+
+
+class Timing(Protocol):
+    """When a sensor samples and delivers, as ``ports.SensorContext`` says it."""
+
+    @property
+    def scene(self) -> SceneContext:
+        """What does not change during the runs."""
+        ...
+
+    @property
+    def every(self) -> int:
+        """Ticks between two samples."""
+        ...
+
+    @property
+    def latency(self) -> int:
+        """Ticks from sample to delivery."""
+        ...
+
+    @property
+    def owner(self) -> int:
+        """Owner number of the sensor's random stream."""
+        ...
+
+    @property
+    def jitter(self) -> int:
+        """Most ticks that a sample comes later than its latency."""
+        ...
 
 
 def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measurement:
@@ -74,7 +103,7 @@ class Delivery:
         self._late = None if delays is None else _Late(delays, first)
 
     @classmethod
-    def of(cls, context: SensorContext, first: Measurement) -> Self:
+    def of(cls, context: Timing, first: Measurement) -> Self:
         """Prepare for a batch with the rate, latency and jitter of a sensor.
 
         Args:
