@@ -346,6 +346,8 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error
     except ModuleNotFoundError as error:
+        if (error.name or "").startswith("adeye."):
+            raise _import_error(name, source, error) from error
         raise SpecError(
             f"{name}: there is no module {error.name!r}",
             remedy="Install its package, or name a file as ./file.py:Class.",
@@ -426,6 +428,7 @@ def _import_error(name: str, path: str, error: BaseException) -> SpecError:
     ]
     line = (frames[-1].lineno or 1) if frames else 1
     where = SourceLocation(frames[-1].filename if frames else path, line, 1)
-    return SpecError(
-        f"{type(error).__name__}: {error}", where=where, remedy=f"Correct the plug-in {name}."
-    )
+    remedy = f"Correct the plug-in {name}."
+    if isinstance(error, ImportError) and (error.name or "").startswith("adeye."):
+        remedy = f"Let {name} import what it needs from adeye.ports, and its tests adeye.testing."
+    return SpecError(f"{type(error).__name__}: {error}", where=where, remedy=remedy)

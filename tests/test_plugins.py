@@ -91,6 +91,18 @@ def test_error_while_importing_is_reported_with_file_and_line(folder: Path) -> N
     assert (Path(where.path).name, where.line) == ("raising.py", 2)
 
 
+@pytest.mark.parametrize(
+    "line", ["from adeye.channels.scalar import ScalarCommand", "from adeye.spec import Odds"]
+)
+def test_part_of_adeye_that_is_not_for_guests_leads_to_the_public_face(
+    folder: Path, line: str
+) -> None:
+    (folder / "deep.py").write_text(f"{line}\n{CHANNEL}")
+    with pytest.raises(SpecError) as caught:
+        load_part("./deep.py:Mine", folder)
+    assert "adeye.ports" in str(caught.value.remedy)
+
+
 def test_code_that_changes_the_working_folder_leaves_relative_paths_alone(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
