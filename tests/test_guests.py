@@ -16,7 +16,7 @@ from adeye.selftest.inputs import bounded
 from adeye.simulate.sensors.rig import _Guest
 from adeye.store.read.query import run_query
 from adeye.trace import Trace
-from tests.sensors.scenes import CAR, scene, scene_context
+from tests.simulate.sensors.scenes import CAR, scene, scene_context
 
 if TYPE_CHECKING:
     from pathlib import Path

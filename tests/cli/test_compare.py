@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.cli.compare import p_text, percent, place_text
-from tests.report.test_comparison import candidate
+from tests.report.comparison.test_comparison import candidate
 from tests.suites import build_half
 
 if TYPE_CHECKING:

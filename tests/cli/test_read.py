@@ -13,7 +13,7 @@ import adeye.reporting
 from adeye.campaign.replay import Replayed
 from adeye.errors import InputError
 from adeye.trace import Trace
-from tests.evaluation.conftest import HandMade
+from tests.judge.conftest import HandMade
 
 DESCRIPTION: dict[str, Any] = {
     "run": "ab" * 32,

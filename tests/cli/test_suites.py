@@ -6,7 +6,7 @@ import pytest
 
 from adeye.analysis.suite.analyse import analyse
 from adeye.cli.sensors import print_suites
-from tests.evaluation.suite.rigs import all_around, architecture, radar
+from tests.analysis.suite.rigs import all_around, architecture, radar
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.campaign.test_halving import ASKED, RUNS, TWINS
+from tests.campaign.studies.test_halving import ASKED, RUNS, TWINS
 from tests.project import Project
 
 if TYPE_CHECKING:

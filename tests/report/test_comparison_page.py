@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adeye.report.page.html import render, render_comparison
-from tests.report.test_comparison import candidate, comparison
+from tests.report.comparison.test_comparison import candidate, comparison
 
 if TYPE_CHECKING:
     from pathlib import Path

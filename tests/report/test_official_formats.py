@@ -19,7 +19,7 @@ from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribut
 from adeye.report.formats.sarif import check_sarif, render_sarif
 from adeye.store.read.checking import CheckFinding
 from tests.report.fake import build_report
-from tests.report.test_check_sarif import checked
+from tests.report.formats.test_check_sarif import checked
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,7 +18,7 @@ from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec import sensors as records
 from adeye.spec.quantity import Record
 from tests.project import CANDIDATE, MINI, Project
-from tests.sensors.scenes import CAR, TRUCK, scene, scene_context
+from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -26,8 +26,8 @@ from adeye.signals import (
 from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.world.weather import MM_PER_HOUR
 from tests.project import CANDIDATE, MINI, run_cases
-from tests.sensors.scenes import CAR, architecture, scene, scene_context
-from tests.world.test_weather import REFLECTIVITIES, TABLE
+from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
+from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,0 +1,262 @@
+"""Reaches of every kind and fidelity against their closed forms."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition
+from adeye.analysis.suite.geometry import Reach, reach_of
+from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
+from adeye.signals import ILLUMINANCE
+from adeye.simulate.sensors.ranging import reach_in_glare
+from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
+from adeye.spec.sensors import Sensor
+from tests.analysis.suite.rigs import architecture
+
+CLEAR = Condition("clear", 0.0, 1e12, "day", 0.9)
+CONDITIONS = (
+    CLEAR,
+    Condition("rain", 7.5 * MM_PER_HOUR, CLEAR_AIR, "day", 0.6),
+    Condition("fog", 0.0, 60.0, "day", 0.9),
+    Condition("night", 0.0, CLEAR_AIR, "night", 0.9),
+)
+ROOF = {"x": 0.0, "y": 0.0, "z": 2.0}
+LOW = {"x": 2.4, "y": 0.0, "z": 0.5}
+
+
+def sensor(**content: Any) -> Sensor:
+    return architecture({"eye": {"rate": 20.0, **content}}).sensors["eye"]
+
+
+def camera(**changes: Any) -> Sensor:
+    return sensor(
+        **{"kind": "camera", "mount": ROOF, "field_of_view": 0.8, "range": 100.0, **changes}
+    )
+
+
+def physical_camera(**changes: Any) -> Sensor:
+    return sensor(
+        **{
+            "kind": "camera",
+            "fidelity": "physical",
+            "mount": {**ROOF, "z": 1.3},
+            "field_of_view": math.pi / 2.0,
+            "columns": 160,
+            "rows": 60,
+            **changes,
+        }
+    )
+
+
+def physical_lidar(**changes: Any) -> Sensor:
+    return sensor(
+        **{
+            "kind": "lidar",
+            "fidelity": "physical",
+            "mount": LOW,
+            "field_of_view": 1.0,
+            "beams": 200,
+            "range": 150.0,
+            **changes,
+        }
+    )
+
+
+def far(eye: Sensor, kind: str = "car", condition: Condition = CLEAR) -> float:
+    reach = reach_of(eye, TARGETS[kind], condition)
+    assert reach is not None
+    return reach.far
+
+
+def test_object_camera_reaches_as_its_sensor_model() -> None:
+    rain = CONDITIONS[1]
+    expected = camera_range(100.0, rain.rain_mps, rain.visibility_m, 1.0)
+    assert far(camera(), condition=rain) == expected
+    night = CONDITIONS[3]
+    expected = camera_range(100.0, 0.0, night.visibility_m, 0.4)
+    assert far(camera(night_range=0.4), condition=night) == expected
+
+
+def test_camera_that_keeps_nothing_at_night_is_blind() -> None:
+    assert far(camera(night_range=0.0), condition=CONDITIONS[3]) == 0.0
+
+
+def test_object_lidar_reaches_as_its_sensor_model() -> None:
+    eye = sensor(kind="lidar", mount=ROOF, field_of_view=6.0, range=150.0)
+    rain = CONDITIONS[1]
+    for target in TARGETS.values():
+        expected = lidar_range(150.0, target.reflectivity, 0.9, rain.rain_mps, rain.visibility_m)
+        assert far(eye, target.id, rain) == expected
+
+
+def test_object_radar_keeps_its_range_in_rain() -> None:
+    eye = sensor(kind="radar", mount=LOW, field_of_view=0.7, range=180.0)
+    assert [far(eye, condition=item) for item in CONDITIONS] == [180.0] * 4
+
+
+def test_physical_camera_by_day_reaches_to_its_rows() -> None:
+    # A right angle over 160 columns is a focal length of 80 pixels; the car is 1.5 m tall.
+    assert far(physical_camera(min_pixel_height=2)) == pytest.approx(80.0 * 1.5 / 2.0)
+    assert far(physical_camera(min_pixel_height=4)) == pytest.approx(80.0 * 1.5 / 4.0)
+
+
+def test_physical_camera_at_night_sees_what_its_own_headlamps_light() -> None:
+    sharp = physical_camera(columns=1024, field_of_view=0.5)
+    night = Condition("night", 0.0, 1e12, "night", 0.9)
+    # 5 lx on a pedestrian: see the kernel's test; a little less distance gives the moon's 0.1 lx.
+    assert far(sharp, "pedestrian", night) == pytest.approx(math.sqrt(20_000.0 / 4.9), rel=1e-6)
+    aside = physical_camera(
+        columns=1024, field_of_view=0.5, mount={"x": 0.0, "y": 1.0, "z": 1.3, "yaw": 1.7}
+    )
+    assert far(aside, "pedestrian", night) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_covered_lens_sees_nothing() -> None:
+    assert far(physical_camera(transmission=0.0)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_physical_radar_follows_the_fourth_root_of_the_cross_section() -> None:
+    eye = sensor(kind="radar", fidelity="physical", mount=LOW, field_of_view=0.7, range=200.0)
+    assert far(eye) == pytest.approx(200.0)
+    assert far(eye, "pedestrian") == pytest.approx(200.0 * 10.0 ** (0.25 * -1.8))
+
+
+def test_physical_radar_loses_in_rain_what_the_attenuation_takes() -> None:
+    eye = sensor(kind="radar", fidelity="physical", mount=LOW, field_of_view=0.7, range=200.0)
+    found = far(eye, condition=CONDITIONS[1])
+    decibels = 1.1276 * 7.5**0.7073 * 2.0 * found / 1000.0
+    # Both ways through the rain, and 40 dB for ten times the distance.
+    assert 40.0 * math.log10(200.0 / found) == pytest.approx(decibels, rel=1e-9)
+
+
+def test_physical_lidar_needs_its_beams_on_the_face() -> None:
+    eye = physical_lidar(min_points=4)
+    expected = 1.8 / (2.0 * math.tan(0.5 * 4.0 * 1.0 / 200.0))
+    assert far(eye) == pytest.approx(expected, abs=0.26)
+    assert far(eye) <= expected
+
+
+def test_physical_lidar_with_many_beams_ends_where_the_light_does() -> None:
+    assert far(physical_lidar(beams=4096)) == lidar_range(150.0, 0.5, 0.9, 0.0, 1e12)
+
+
+def test_level_layer_above_the_car_never_hits_it_but_a_taller_thing() -> None:
+    above = physical_lidar(mount={**LOW, "z": 1.6})
+    assert reach_of(above, TARGETS["car"], CLEAR) == Reach(0.0, 0.0)
+    assert far(above, "pedestrian") > 20.0
+
+
+def test_roof_lidar_sees_a_car_from_where_its_lowest_layer_meets_the_roof() -> None:
+    eye = physical_lidar(
+        mount={**ROOF, "z": 2.0}, layers=64, vertical_field_of_view=0.4, beams=4096
+    )
+    reach = reach_of(eye, TARGETS["car"], CLEAR)
+    assert reach is not None
+    assert reach.near == pytest.approx(0.5 / math.tan(0.2), abs=0.26)
+    assert reach.far > 50.0
+
+
+def test_ultrasonic_sensor_begins_behind_its_blind_zone() -> None:
+    eye = sensor(kind="ultrasonic", mount=LOW, field_of_view=1.0, range=5.0, blind_zone=0.3)
+    assert reach_of(eye, TARGETS["car"], CLEAR) == Reach(0.3, 5.0)
+
+
+def test_what_does_not_look_around_has_no_reach() -> None:
+    for content in (
+        {"kind": "localisation"},
+        {"kind": "ground_truth"},
+        {"kind": "gnss"},
+        {"kind": "./own.py:Sonar"},
+    ):
+        assert reach_of(sensor(**content), TARGETS["car"], CLEAR) is None
+
+
+@pytest.mark.parametrize("make", [camera, physical_camera, physical_lidar])
+def test_nothing_reaches_further_in_worse_conditions(make: Any) -> None:
+    for kind in TARGETS:
+        best = far(make(), kind)
+        assert all(far(make(), kind, item) <= best for item in CONDITIONS)
+
+
+def test_camera_that_looks_down_loses_what_is_far_and_one_that_looks_up_what_is_low() -> None:
+    level = physical_camera(min_pixel_height=2)
+    for pitch in (0.7, -0.7):
+        turned = physical_camera(
+            min_pixel_height=2, mount={"x": 0.0, "y": 0.0, "z": 1.3, "pitch": pitch}
+        )
+        assert far(turned) < 0.1 * far(level)
+
+
+def test_lidar_that_loses_every_return_sees_nothing() -> None:
+    eye = {"kind": "lidar", "fidelity": "physical", "mount": {"z": 0.6}, "range": 100.0}
+    assert far(sensor(**eye, field_of_view=2.0)) > 50.0
+    assert far(sensor(**eye, field_of_view=2.0, drop_out=1.0)) == 0.0
+
+
+def low_sun(elevation: float, visibility: float = 1e12) -> Condition:
+    return Condition("low_sun", 0.0, visibility, "day", 0.9, elevation)
+
+
+def test_object_camera_reaches_as_its_sensor_model_in_a_low_sun() -> None:
+    elevation = math.radians(5.0)
+    parameters = {
+        "range": 100.0,
+        "night_range": 1.0,
+        "rain": 0.0,
+        "visibility": 300.0,
+        "illuminance": ILLUMINANCE["day"],
+        "sun_elevation": elevation,
+        "sun_azimuth": 0.0,
+    }
+    record = np.array(
+        tuple(parameters.values()), dtype=[(name, np.float64) for name in parameters]
+    )[()]
+    ahead = np.zeros(OUTLINE_WIDTH)
+    ahead[DISTANCE] = ahead[DX] = 50.0
+    modelled = reach_in_glare(record, 1e9, ahead)
+    analysed = far(camera(night_range=1.0), condition=low_sun(elevation, 300.0))
+    assert analysed == pytest.approx(modelled, rel=1e-12)
+    assert analysed < 0.9 * far(camera(night_range=1.0), condition=low_sun(1.5, 300.0))
+
+
+def test_contrast_that_a_low_sun_veils_is_missing_in_the_image() -> None:
+    elevation, visibility = math.radians(15.0), 200.0
+    eye = physical_camera(columns=1024, rows=512, contrast_threshold=0.05, headlamps=0.0)
+    contrast = TARGETS["car"].contrast
+    luminance = 0.2 * 2e4 / math.pi
+    veiling = 10.0 * 2e4 * math.cos(elevation) / 15.0**2
+    light = math.sqrt(1.0 + 120.0 / 2e4)
+    left = contrast * luminance / (luminance + veiling) / (0.05 * light)
+    assert ILLUMINANCE["day"] == 2e4
+    expected = math.log(left) * visibility / 3.912
+    assert far(eye, condition=low_sun(elevation, visibility)) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("make", [camera, physical_camera])
+def test_camera_loses_more_the_nearer_it_looks_to_the_sun(make: Callable[..., Sensor]) -> None:
+    def left(yaw: float, elevation: float) -> float:
+        eye = make(mount={**ROOF, "z": 1.3, "yaw": yaw}, field_of_view=0.8)
+        return far(eye, condition=low_sun(elevation, 200.0))
+
+    lower = [left(0.0, math.radians(angle)) for angle in (40.0, 20.0, 10.0, 5.0, 2.0)]
+    assert lower == sorted(lower, reverse=True)
+    assert lower[-1] < 0.8 * lower[0]
+    aside = [left(yaw, 0.05) for yaw in (0.3, 0.6, 1.0, math.pi)]
+    assert aside == sorted(aside)
+    # Within the field of view it does not matter where the axis points.
+    assert left(0.3, 0.05) == pytest.approx(left(0.0, 0.05), rel=0.05)
+    behind = make(mount={**ROOF, "z": 1.3, "yaw": math.pi}, field_of_view=0.8)
+    assert left(math.pi, 0.05) == left(-math.pi, 0.05) == far(behind, condition=fog(200.0))
+
+
+def fog(visibility: float) -> Condition:
+    return Condition("fog", 0.0, visibility, "day", 0.9)
+
+
+@pytest.mark.parametrize("kind", ["radar", "lidar"])
+def test_low_sun_takes_nothing_from_radar_and_lidar(kind: str) -> None:
+    eye = sensor(kind=kind, mount=LOW, field_of_view=0.8, range=100.0)
+    assert far(eye, condition=low_sun(0.05)) == far(eye)

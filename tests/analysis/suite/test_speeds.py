@@ -1,0 +1,171 @@
+"""Highest speeds against the solved quadratic, crossing pedestrians against their bearing."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.analysis.suite.conditions import CASES, DEFAULTS, Condition
+from adeye.analysis.suite.geometry import Reach, view_of
+from adeye.analysis.suite.records import SpeedRange
+from adeye.analysis.suite.speeds import (
+    MARGIN,
+    SPEEDS,
+    Path,
+    braking_of,
+    chains_of,
+    forward_range,
+    last_run,
+    slack_at,
+    slacks_at,
+    speed_range,
+    supported,
+)
+from adeye.kernel.detection_range import speed_within
+from tests.analysis.suite.rigs import BUMPER, FRONT, architecture, radar
+
+DRY, WET, NIGHT = DEFAULTS
+STOPPED, SLOWER, CROSSING = CASES
+STEP = 0.1 / 3.6
+
+
+def path(far: float = 100.0, near: float = 0.0, **changes: Any) -> Path:
+    built = architecture({"eye": radar(**changes)})
+    (chain,) = chains_of(built)
+    reaches = {
+        (condition.id, kind): Reach(near, far)
+        for condition in DEFAULTS
+        for kind in ("car", "pedestrian")
+    }
+    return Path(chain, view_of(built.sensors["eye"], built.vehicle), reaches)
+
+
+def highest(one: Path, case: Any = STOPPED, condition: Condition = DRY) -> SpeedRange:
+    return speed_range([one], [supported(one, condition, case, FRONT)], condition, case)
+
+
+@pytest.mark.parametrize("condition", [DRY, WET], ids=["dry", "wet"])
+@pytest.mark.parametrize("far", [40.0, 100.0, 180.0])
+def test_highest_speed_solves_the_quadratic(far: float, condition: Condition) -> None:
+    one = path(far)
+    exact = speed_within(far - MARGIN, one.chain.total_s, braking_of(one.chain, condition))
+    found = highest(one, condition=condition).highest_mps
+    assert found is not None
+    assert exact - STEP < found <= exact + 1e-9
+
+
+def test_slower_car_allows_its_own_speed_more() -> None:
+    stopped, slower = highest(path()).highest_mps, highest(path(), SLOWER).highest_mps
+    assert stopped is not None
+    assert slower is not None
+    assert slower - stopped == pytest.approx(60.0 / 3.6, abs=2.0 * STEP)
+
+
+def test_wide_sensor_sees_the_crossing_pedestrian_almost_as_far_as_the_car() -> None:
+    wide = path(field_of_view=3.0)
+    ahead, aside = highest(wide).highest_mps, highest(wide, CROSSING).highest_mps
+    assert ahead is not None
+    assert aside is not None
+    assert 0.97 * ahead < aside <= ahead
+
+
+def test_pedestrian_of_a_slow_ego_comes_from_outside_a_narrow_field_of_view() -> None:
+    half = math.radians(10.0)
+    found = highest(path(field_of_view=2.0 * half), CROSSING)
+    # He stays at one bearing from the front of the ego, where this sensor sits: tan = his / mine.
+    assert found.lowest_mps == pytest.approx((5.0 / 3.6) / math.tan(half), abs=STEP)
+
+
+def test_both_sides_must_be_seen() -> None:
+    yawed = path(field_of_view=0.4, mount={**BUMPER, "yaw": 0.19})
+    left = slacks_at(yawed, DRY, CROSSING, np.array([10.0]), FRONT)[1]
+    straight = slacks_at(path(field_of_view=0.4), DRY, CROSSING, np.array([10.0]), FRONT)[1]
+    assert np.isneginf(left[0])
+    assert np.isfinite(straight[0])
+
+
+def test_sensor_that_looks_back_supports_no_speed() -> None:
+    found = highest(path(mount={**BUMPER, "x": -FRONT, "yaw": math.pi}))
+    assert (found.highest_mps, found.lowest_mps, found.sensor) == (None, None, "")
+
+
+def test_without_chains_no_speed_is_supported() -> None:
+    assert speed_range([], [], DRY, STOPPED).highest_mps is None
+
+
+def test_range_that_never_ends_is_marked_as_the_limit_of_the_search() -> None:
+    found = highest(path(5000.0))
+    assert found.is_limit
+    assert found.highest_mps == pytest.approx(250.0 / 3.6)
+
+
+def test_gap_between_two_sensors_is_where_the_supported_speeds_begin() -> None:
+    near, far = path(40.0), path(200.0, near=90.0)
+    oks = [supported(one, DRY, STOPPED, FRONT) for one in (near, far)]
+    assert oks[1].any()
+    both = speed_range([near, far], oks, DRY, STOPPED)
+    assert both.highest_mps == highest(far).highest_mps
+    assert both.lowest_mps == highest(far).lowest_mps
+    assert both.lowest_mps is not None
+    assert both.lowest_mps > (highest(near).highest_mps or 0.0) + STEP
+
+
+def test_last_run_begins_after_the_gap() -> None:
+    assert last_run(np.array([True, True, False, True, True, False])) == (3, 4)
+    assert last_run(np.array([True, True])) == (0, 1)
+    assert last_run(np.zeros(3, dtype=np.bool_)) is None
+
+
+def test_slack_is_range_less_need_and_of_the_best_chain() -> None:
+    short, long = path(60.0), path(100.0)
+    found = slack_at([short, long], DRY, STOPPED, 20.0, FRONT)
+    assert found.need_m is not None
+    assert found.slack_m is not None
+    assert found.slack_m == pytest.approx(100.0 - found.need_m)
+    assert found.slack_m > 0.0
+    fast = slack_at([long], DRY, STOPPED, 60.0, FRONT)
+    assert fast.slack_m is not None
+    assert fast.slack_m < 0.0
+
+
+def test_slack_of_who_does_not_look_there_is_nothing() -> None:
+    blind = path(mount={**BUMPER, "x": -FRONT, "yaw": math.pi})
+    found = slack_at([blind], DRY, STOPPED, 20.0, FRONT)
+    assert (found.need_m, found.slack_m, found.sensor) == (None, None, "")
+
+
+def test_supported_speeds_are_those_with_slack() -> None:
+    one = path(80.0)
+    ok = supported(one, WET, STOPPED, FRONT)
+    for place in range(0, len(SPEEDS), 157):
+        slack = slack_at([one], WET, STOPPED, float(SPEEDS[place]), FRONT).slack_m
+        assert slack is not None
+        assert bool(ok[place]) is (slack >= 0.0)
+
+
+def test_forward_range_counts_from_the_front() -> None:
+    back = path(100.0, mount={"x": 0.0, "y": 0.0, "z": 2.0})
+    found = forward_range([back], DRY, FRONT, None)
+    assert found.range_m == pytest.approx(100.0 - FRONT)
+    assert found.needed_m is None
+    aside = path(100.0, mount={"x": FRONT, "y": 0.6, "z": 2.0})
+    assert forward_range([aside], DRY, FRONT, None).range_m == pytest.approx(
+        math.sqrt(100.0**2 - 0.6**2)
+    )
+
+
+def test_forward_range_meets_the_regulation_or_not() -> None:
+    found = forward_range([path(149.9)], DRY, FRONT, 130.0 / 3.6)
+    assert found.needed_m == 150.0
+    assert found.range_m < found.needed_m
+    assert found.speed_mps is not None
+    assert found.speed_mps < 130.0 / 3.6
+
+
+def test_sensor_that_looks_aside_has_no_forward_range() -> None:
+    aside = path(100.0, field_of_view=0.5, mount={**BUMPER, "yaw": 1.0})
+    found = forward_range([aside], DRY, FRONT, None)
+    assert (found.range_m, found.sensor, found.speed_mps) == (0.0, "", None)
+    short = path(1.0, mount={"x": -2.0, "y": 0.0, "z": 2.0})
+    assert forward_range([short], DRY, FRONT, None).range_m == 0.0

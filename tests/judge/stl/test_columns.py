@@ -1,0 +1,284 @@
+"""A formula on runs as columns: obligations, vacuity, errors, and what does not fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import ExpressionError
+from adeye.judge.stl.batch import (
+    SATISFIED,
+    UNDECIDED,
+    VIOLATED,
+    StlColumns,
+    evaluate_columns,
+    joined,
+)
+from adeye.judge.stl.formula import parse_formula
+from adeye.judge.stl.series import SampleStatus, Series
+from tests.judge.stl.batch import Signals, binding, judge, numbers, standing, truths
+
+
+def test_until_without_window_must_be_fulfilled_by_the_horizon() -> None:
+    left, right = truths([[1, 1, 1, 0, 0]]), truths([[0, 0, 0, 1, 0]])
+    signals = {"x": left, "y": right}
+    assert judge("x until y", signals, horizon=[3]).verdict[0] == SATISFIED
+    assert judge("x until y", signals, horizon=[2]).verdict[0] == VIOLATED
+    cut = judge("x until y", signals, length=[3], horizon=[4], complete=False)
+    assert cut.verdict[0] == UNDECIDED
+    assert judge("x until y", signals, length=[3], horizon=[4]).verdict[0] == VIOLATED
+
+
+def test_until_broken_before_the_cut_is_violated() -> None:
+    signals = {"x": truths([[1, 0, 1, 1, 1]]), "y": truths([[0, 0, 0, 0, 1]])}
+    assert judge("x until y", signals, length=[3], complete=False).verdict[0] == VIOLATED
+
+
+def test_eventually_ranges_over_the_horizon() -> None:
+    stands = {"standstill": truths([[0, 0, 0, 1, 1, 1]])}
+    text = "eventually always[0 s, 2 s] standstill"
+    assert judge(text, stands, horizon=[3]).verdict[0] == SATISFIED
+    assert judge(text, stands, horizon=[2]).verdict[0] == VIOLATED
+    assert judge(text, stands, horizon=[5], length=[5]).verdict[0] == UNDECIDED
+    cut = judge(text, stands, horizon=[5], length=[2], complete=False)
+    assert cut.verdict[0] == UNDECIDED
+
+
+def test_outermost_operators_under_connectives_range_over_the_horizon() -> None:
+    signals = {"takeover": truths([[0, 1, 0, 0]]), "gap": numbers([[5.0, 4.0, 3.0, 2.0]])}
+    result = judge("(eventually takeover) implies (always gap > 2.5)", signals, horizon=[2])
+    assert result.verdict[0] == SATISFIED
+    assert not result.vacuous[0]
+    assert judge("(eventually takeover) implies (always gap > 2.5)", signals).verdict[0] == VIOLATED
+    assert judge("not (always gap > 2.5)", signals).verdict[0] == SATISFIED
+
+
+def test_an_obligation_open_at_contact_is_undecided() -> None:
+    signals = {
+        "fault": truths([[0, 1, 1, 1, 1, 0]]),
+        "detected": truths([[0, 0, 0, 0, 0, 0]]),
+        "contact": truths([[0, 0, 0, 0, 1, 0]]),
+    }
+    text = "always (rise(fault) implies eventually[0 s, 4 s] detected)"
+    result = judge(text, signals, length=[5], horizon=[5], complete=False)
+    assert standing(result) == "undecided"
+    assert result.robustness_low[0] == -math.inf
+    contact = judge("always not contact", signals, length=[5], horizon=[5], complete=False)
+    assert standing(contact) == "violated"
+
+
+def test_a_cut_trace_never_passes_an_always_that_should_go_on() -> None:
+    signals = {"gap": numbers([[9.0, 8.0, 7.0, 0.0]], unit="m")}
+    options: dict[str, Any] = {"length": [3], "horizon": [3]}
+    assert judge("always gap > 1 m", signals, **options).verdict[0] == SATISFIED
+    assert judge("always gap > 1 m", signals, complete=False, **options).verdict[0] == UNDECIDED
+    decided = judge("always gap > 1 m", signals, length=[3], horizon=[2], complete=False)
+    assert decided.verdict[0] == SATISFIED
+
+
+def test_at_the_threshold_strictness_decides() -> None:
+    signals = {"gap": numbers([[3.0, 0.0, 3.0]])}
+    at_least, more = judge("always gap >= 0", signals), judge("always gap > 0", signals)
+    assert at_least.robustness_low[0] == more.robustness_low[0] == 0.0
+    assert standing(at_least) == "satisfied"
+    assert standing(more) == "violated"
+    assert standing(judge("always not (gap <= 0)", signals)) == "violated"
+
+
+def test_a_precondition_that_never_holds_is_vacuous() -> None:
+    signals = {"fault": truths([[0, 0, 0]]), "detected": truths([[1, 1, 1]])}
+    result = judge("always (fault implies detected)", signals)
+    assert result.vacuous[0]
+    assert standing(result) == "vacuous"
+    assert not judge("always (detected implies not fault)", signals).vacuous[0]
+    assert not judge("always (not fault or detected)", signals).vacuous[0]
+
+
+def test_a_precondition_after_the_horizon_exercises_nothing() -> None:
+    signals = {"fault": truths([[0, 0, 1]]), "ok": truths([[1, 1, 1]])}
+    assert judge("always (fault implies ok)", signals, horizon=[1]).vacuous[0]
+    assert not judge("always (fault implies ok)", signals, horizon=[2]).vacuous[0]
+    assert judge("always[0 s, 1 s] (fault implies ok)", signals).vacuous[0]
+    assert judge("fault implies ok", signals).vacuous[0]
+
+
+def test_a_rise_at_row_0_is_no_rise() -> None:
+    signals = {"fault": truths([[1, 1, 1]]), "ok": truths([[1, 1, 1]])}
+    assert judge("always (rise(fault) implies ok)", signals).vacuous[0]
+    assert judge("eventually rise(fault)", signals).verdict[0] == VIOLATED
+    assert judge("eventually fall(not fault)", signals).verdict[0] == VIOLATED
+
+
+def test_every_top_level_implication_must_be_exercised() -> None:
+    signals = {"p": truths([[1, 0]]), "q": truths([[0, 0]]), "r": truths([[1, 1]])}
+    assert not judge("always (p implies r)", signals).vacuous[0]
+    assert judge("always ((p implies r) and (q implies r))", signals).vacuous[0]
+    assert judge("always (p implies (q implies r))", signals).vacuous[0]
+    assert not judge("always (p implies (r implies r))", signals).vacuous[0]
+
+
+def test_a_violated_implication_is_a_fail_not_vacuous() -> None:
+    signals = {"p": truths([[1, 0]]), "r": truths([[0, 1]])}
+    result = judge("always (p implies r)", signals)
+    assert standing(result) == "violated"
+    assert not result.vacuous[0]
+
+
+def test_nan_is_an_error_of_its_run_only() -> None:
+    signals = {"gap": numbers([[1.0, np.nan, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, np.nan]])}
+    result = judge("always gap > 0", signals, length=[3, 3, 2])
+    assert result.error.tolist() == [True, False, False]
+    assert [standing(result, b) for b in range(3)] == ["error", "satisfied", "satisfied"]
+    assert np.isnan(result.robustness_low[0])
+    assert np.isnan(result.value[0])
+
+
+def test_no_conflict_counts_with_the_cap() -> None:
+    ttc = numbers([[np.inf, np.inf], [np.inf, 3.0]], unit="s", scale=2.0, cap=10.0)
+    result = judge("always ttc >= 1.5 s", {"ttc": ttc})
+    assert result.robustness_low.tolist() == [5.0, 0.75]
+    undeclared = numbers([[np.inf, np.inf]], unit="s")
+    assert standing(judge("always ttc >= 1.5 s", {"ttc": undeclared})) == "error"
+
+
+def test_a_sample_that_does_not_apply_decides_nothing() -> None:
+    status = np.array([[0, SampleStatus.NOT_APPLICABLE, 0]], dtype=np.int8)
+    gap = Series(np.array([[5.0, np.nan, 5.0]]), 1.0, "m", "number", status=status)
+    lead = truths([[1, 0, 1]])
+    signals = {"gap": gap, "lead": lead}
+    assert standing(judge("always gap > 2 m", signals)) == "undecided"
+    assert standing(judge("always (lead implies gap > 2 m)", signals)) == "satisfied"
+    assert standing(judge("always gap > 6 m", signals)) == "violated"
+
+
+def test_windows_count_rows_inside_them() -> None:
+    signals = {"x": truths([[0, 0, 0, 1, 0, 0]])}
+    for window, expected in (
+        ("[0 s, 0.3 s]", SATISFIED),
+        ("[0, 0.29]", VIOLATED),
+        ("[300 ms, 0.3 s]", SATISFIED),
+        ("[0.31 s, 0.5 s]", VIOLATED),
+    ):
+        result = judge(f"eventually{window} x", signals, step_s=0.1)
+        assert result.verdict[0] == expected, window
+    with pytest.raises(ExpressionError, match="contains no row"):
+        judge("eventually[0.31 s, 0.39 s] x", signals, step_s=0.1)
+
+
+def test_a_formula_without_outermost_operator_is_judged_at_row_0() -> None:
+    signals = {"x": truths([[1, 0, 0]])}
+    assert judge("x", signals).verdict[0] == SATISFIED
+    assert judge("always[1 s, 2 s] x", signals).verdict[0] == VIOLATED
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"length": np.array([0])},
+        {"length": np.array([4])},
+        {"horizon": np.array([-1])},
+        {"horizon": np.array([1, 2])},
+        {"complete": np.array([True, True])},
+        {"chosen": np.array([True, True])},
+        {"step_s": 0.0},
+        {"length": np.array([3, 3])},
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(change: dict[str, Any]) -> None:
+    options: dict[str, Any] = {
+        "step_s": 0.1,
+        "length": np.array([3]),
+        "horizon": np.array([2]),
+        "complete": np.array([True]),
+        "chosen": np.array([True]),
+    }
+    with pytest.raises(ValueError, match=r".+"):
+        evaluate_columns(
+            parse_formula("x"), Signals(x=truths([[1, 0, 0]])), **{**options, **change}
+        )
+
+
+def test_series_of_different_lengths_are_refused() -> None:
+    signals = {"x": truths([[1, 0, 0]]), "y": truths([[1, 0]])}
+    with pytest.raises(ValueError, match="do not fit"):
+        judge("x and y", signals)
+
+
+def test_the_wrong_kind_is_refused_at_evaluation_too() -> None:
+    with pytest.raises(ExpressionError, match="is a length"):
+        judge("always gap > 2 s", {"gap": numbers([[1.0]], unit="m")})
+
+
+TEXTS = (
+    "always (p implies eventually[0, 2] a > 0.3)",
+    "always a > -1.5",
+    "(a > 0) until (p)",
+    "eventually always[0, 3] (a < 0.5 or p)",
+    "always[1, 6] (rise(p) implies a - 0.2 > -1)",
+)
+
+
+def columns_of(result: StlColumns) -> dict[str, np.ndarray]:
+    return {
+        item.name: getattr(result, item.name)
+        for item in fields(StlColumns)
+        if item.name != "program"
+    }
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_run_has_the_same_columns_alone_in_any_batch_and_in_any_order(text: str) -> None:
+    bits = np.random.default_rng(11)
+    values, truth = bits.normal(size=(7, 15)), bits.integers(0, 2, size=(7, 15))
+    values[3, 4] = np.nan
+    actor = bits.integers(-1, 3, size=(7, 15))
+    lengths = bits.integers(1, 16, size=7)
+
+    def of(runs: Any) -> dict[str, np.ndarray]:
+        signals = {"a": numbers(values[runs], actor=actor[runs]), "p": truths(truth[runs])}
+        length = lengths[runs].tolist()
+        horizon = [9] * len(length)
+        return columns_of(judge(text, signals, length=length, horizon=horizon, complete=False))
+
+    together, order = of(np.arange(7)), bits.permutation(7)
+    mixed = of(order)
+    for name, column in together.items():
+        assert np.array_equal(mixed[name], column[order], equal_nan=column.dtype == float), name
+    for run in range(7):
+        for name, column in of(np.array([run])).items():
+            one = together[name][[run]]
+            assert np.array_equal(column, one, equal_nan=column.dtype == float), name
+
+
+def test_parts_joined_are_the_whole() -> None:
+    bits = np.random.default_rng(12)
+    values = bits.normal(size=(6, 8))
+    whole = judge("always a > -1", {"a": numbers(values)})
+    parts = [
+        judge("always a > -1", {"a": numbers(values[rows])}) for rows in ([0, 1], [2], [3, 4, 5])
+    ]
+    found = columns_of(joined(parts))
+    for name, column in columns_of(whole).items():
+        assert np.array_equal(found[name], column, equal_nan=column.dtype == float), name
+    assert joined([whole]) is whole
+
+
+def test_runs_that_are_not_chosen_are_open_and_bind_nowhere() -> None:
+    signals = {"a": numbers([[1.0], [np.nan], [1.0]])}
+    result = judge("always a > 0", signals, chosen=[True, False, False])
+    assert [standing(result, run) for run in range(3)] == ["satisfied", "undecided", "undecided"]
+    assert result.row.tolist() == [0, -1, -1]
+    assert np.isnan(result.robustness_low).tolist() == [False, True, True]
+
+
+def test_the_actor_is_that_of_the_first_signal_which_is_about_one() -> None:
+    nobody, somebody = np.array([[-1, -1]]), np.array([[4, 5]])
+    a, b = numbers([2.0, 1.0], actor=nobody), numbers([0.0, 0.0], actor=somebody)
+    assert binding(judge("always a > b", {"a": a, "b": b})).actor == 5
+    assert binding(judge("always a > 0", {"a": a})).actor is None
+    both = {"a": numbers([2.0, 1.0], actor=np.array([[7, 7]])), "b": b}
+    assert binding(judge("always a > b", both)).actor == 7

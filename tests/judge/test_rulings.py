@@ -1,0 +1,260 @@
+"""Verdicts on many runs at once, against the rules for one run written plainly."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.judge.evaluate import Frame, Judgement
+from adeye.judge.metrics import METRICS, registry
+from adeye.judge.requirements import CheckedRequirement, compile_requirement
+from adeye.judge.uncertainty import NumericUncertainty
+from adeye.judge.verdict import Verdict
+from adeye.ports import MetricColumn
+from adeye.spec.concept import Requirement
+from tests.judge.stl.batch import judge, numbers, truths, words
+
+STATUSES = registry.STATUSES
+NAN = math.nan
+
+
+def fsr(**item: Any) -> CheckedRequirement:
+    shared = {
+        "id": "FSR-01",
+        "goals": ["SG"],
+        "text": "t",
+        "threshold_source": "s",
+        "asil": "QM",
+        "allocation": ["e"],
+    }
+    return compile_requirement(Requirement.model_validate({**shared, **item}))
+
+
+# One run for each status, on both sides of the limits, with and without contact, invalid or not.
+RUNS = list(
+    itertools.product(
+        STATUSES, (5.0, 10.0, 12.5, 400.0, -0.0), (False, True), (None, "not realised")
+    )
+)
+COLUMN = MetricColumn(
+    np.array([value if status == "value" else NAN for status, value, _, _ in RUNS]),
+    tuple(status for status, _, _, _ in RUNS),
+    np.array([1.5 if value > 5.0 else NAN for _, value, _, _ in RUNS]),
+    tuple(1 if value > 10.0 else -1 for _, value, _, _ in RUNS),
+)
+FRAME = Frame(
+    step_s=0.1,
+    objects=("lead", "cutter"),
+    by_contact=np.array([contact for _, _, contact, _ in RUNS]),
+    invalid=tuple(reason for _, _, _, reason in RUNS),
+)
+REASONS = {
+    "error": "the metric has no finite value",
+    "no_conflict": "no conflict",
+    "not_applicable": "the metric does not apply to this run",
+    "undefined": "the metric is undefined in this run",
+    "incomplete": "the run ended before the metric was complete",
+}
+
+
+def plainly(item: CheckedRequirement, run: int, least: float) -> Judgement:
+    """Rule on one run, step by step."""
+    bound = item.bound
+    assert bound is not None
+    status, _, contact, invalid = RUNS[run]
+    metric = bound.metric
+    empty = Judgement(item.requirement.id, item.digest, Verdict.INVALID, is_exercised=False)
+    if invalid:
+        return replace(empty, detail=invalid)
+    named = replace(
+        empty,
+        verdict=Verdict.ERROR,
+        unit=metric.unit,
+        signal=metric.column,
+        predicate=bound.text,
+        threshold=bound.limit,
+        detail=REASONS.get(status),
+    )
+    if status == "error":
+        return named
+    if status in {"value", "no_conflict"}:
+        found = with_margin(item, named, run)
+    elif status == "not_applicable" and not contact:
+        return replace(named, verdict=Verdict.VACUOUS)
+    else:
+        found = replace(
+            named,
+            verdict=Verdict.INCONCLUSIVE,
+            is_exercised=status == "incomplete",
+            robustness_low=-math.inf,
+            robustness_high=math.inf,
+        )
+    if found.verdict is Verdict.INCONCLUSIVE and contact:
+        fails = item.requirement.on_contact == "fail"
+        detail = "; ".join(part for part in ("ended by contact", found.detail) if part)
+        verdict = Verdict.FAIL if fails else Verdict.INCONCLUSIVE
+        return replace(found, verdict=verdict, detail=detail)
+    if found.verdict is Verdict.PASS and found.margin is not None and found.margin < least:
+        detail = f"margin below the numeric uncertainty of {least:g} {metric.unit}"
+        return replace(found, verdict=Verdict.INCONCLUSIVE, detail=detail)
+    return found
+
+
+def with_margin(item: CheckedRequirement, named: Judgement, run: int) -> Judgement:
+    bound = item.bound
+    assert bound is not None
+    status, value, contact, _ = RUNS[run]
+    metric = bound.metric
+    if status == "value" and metric.cap is not None and value - bound.limit > metric.cap:
+        named = replace(named, detail=REASONS["no_conflict"])
+        margin = metric.cap if bound.is_lower else -metric.cap
+    elif status == "value":
+        margin = value - bound.limit if bound.is_lower else bound.limit - value
+    elif metric.cap is not None:
+        margin = metric.cap if bound.is_lower else -metric.cap
+    else:
+        margin = -bound.limit if bound.is_lower else bound.limit
+    is_open = contact and not metric.settles and margin >= 0.0
+    verdict = Verdict.FAIL if margin < 0.0 else Verdict.PASS
+    return replace(
+        named,
+        verdict=Verdict.INCONCLUSIVE if is_open else verdict,
+        is_exercised=True,
+        robustness_low=-math.inf if is_open else margin / metric.scale,
+        robustness_high=margin / metric.scale,
+        margin=margin,
+        value=value if status == "value" else None,
+        time_s=None if math.isnan(COLUMN.time[run]) else float(COLUMN.time[run]),
+        actor=FRAME.objects[COLUMN.actor[run]] if COLUMN.actor[run] >= 0 else None,
+    )
+
+
+SETTLED = next(name for name, metric in METRICS.items() if metric.settles)
+BOUNDS: list[dict[str, Any]] = [
+    {"metric": "min_distance_m", "at_least": 10.0},
+    {"metric": "min_distance_m", "at_most": 10.0},
+    {"metric": "max_drac_mps2", "at_most": 10.0},
+    {"metric": SETTLED, "at_most": 10.0},
+]
+
+
+@pytest.mark.parametrize("on_contact", ["inconclusive", "fail"])
+@pytest.mark.parametrize("least", [0.0, 3.0])
+@pytest.mark.parametrize("bound", BOUNDS, ids=lambda bound: "-".join(map(str, bound.values())))
+def test_every_run_gets_what_the_rules_for_one_run_say(
+    bound: dict[str, Any], least: float, on_contact: str
+) -> None:
+    item = fsr(bound=bound, on_contact=on_contact)
+    metrics = {bound["metric"]: COLUMN}
+    unit = METRICS[bound["metric"]].unit
+    uncertainty = NumericUncertainty(item.digest, {unit: least})
+    found = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, uncertainty)
+    for run in range(len(RUNS)):
+        assert found.of_run(run) == plainly(item, run, least), RUNS[run]
+
+
+def test_chosen_runs_are_judged_as_among_all() -> None:
+    item = fsr(bound=BOUNDS[0])
+    metrics = {"min_distance_m": COLUMN}
+    everything = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, None)
+    for runs in ([7], [0, 13, 14, 60], list(range(1, len(RUNS), 2))):
+        part = FRAME.judge(item, np.array(runs), None, metrics, None)
+        assert part.runs.tolist() == runs
+        assert [part.of_run(run) for run in runs] == [everything.of_run(run) for run in runs]
+
+
+def test_nothing_but_a_value_or_no_conflict_ever_passes() -> None:
+    for bound in BOUNDS:
+        found = FRAME.judge(
+            fsr(bound=bound), np.arange(len(RUNS)), None, {bound["metric"]: COLUMN}, None
+        )
+        for run, (status, _, _, invalid) in enumerate(RUNS):
+            judgement = found.of_run(run)
+            assert judgement is not None
+            if judgement.verdict is Verdict.PASS:
+                assert status in {"value", "no_conflict"}
+                assert invalid is None
+
+
+@pytest.mark.parametrize("bad", [NAN, math.inf, -math.inf])
+def test_value_that_is_not_finite_is_an_error(bad: float) -> None:
+    column = MetricColumn(np.array([bad]), ("value",), np.array([0.0]), (0,))
+    frame = Frame(0.1, ("lead",), np.array([False]), (None,))
+    for bound in BOUNDS:
+        item = fsr(bound=bound)
+        found = frame.judge(item, np.array([0]), None, {bound["metric"]: column}, None).of_run(0)
+        assert found is not None
+        assert found.verdict is Verdict.ERROR
+        assert (found.margin, found.robustness_low, found.value) == (None, None, None)
+
+
+def ruled(text: str, signals: dict[str, Any], **options: Any) -> list[Judgement]:
+    """Judge a formula on runs of which none is invalid."""
+    contact = options.pop("contact", None)
+    item = fsr(formula=text, on_contact=options.pop("on_contact", "inconclusive"))
+    result = judge(text, signals, step_s=0.1, **options)
+    runs = len(result.error)
+    by_contact = np.zeros(runs, bool) if contact is None else np.array(contact)
+    frame = Frame(0.1, ("lead", "cutter"), by_contact, (None,) * runs)
+    columns = frame.judge(item, np.arange(runs), result, {}, None)
+    found = [columns.of_run(run) for run in range(runs)]
+    return [item for item in found if item is not None]
+
+
+def test_formula_has_a_verdict_and_a_reason_on_each_run() -> None:
+    inputs = {
+        "p": truths([[0, 0, 0], [1, 1, 1], [1, 0, 0], [0, 0, 0], [0, 1, 0]]),
+        "a": numbers([[1, 1, 1], [1, 1, 1], [-1, 1, 1], [1, NAN, 1], [1, 1, 1]], unit="m"),
+    }
+    found = ruled(
+        "always(p implies a > 0 m)", inputs, length=[3, 3, 3, 3, 2], horizon=[2] * 5, complete=False
+    )
+    assert [item.verdict for item in found] == [
+        Verdict.VACUOUS,
+        Verdict.PASS,
+        Verdict.FAIL,
+        Verdict.ERROR,
+        Verdict.INCONCLUSIVE,
+    ]
+    assert [item.detail for item in found] == [
+        "the precondition never held",
+        None,
+        None,
+        "a signal has a sample that is not a finite number",
+        "an obligation is open where the trace ends",
+    ]
+    assert [item.is_exercised for item in found] == [False, True, True, False, True]
+    assert (found[2].margin, found[2].unit, found[2].time_s) == (-1.0, "m", 0.0)
+    assert (found[0].margin, found[1].margin) == (None, 1.0)
+    assert (found[3].margin, found[3].signal, found[3].robustness_low) == (None, None, None)
+    assert (found[4].time_s, found[4].value, found[4].unit) == (None, None, None)
+
+
+def test_word_is_said_and_is_no_number() -> None:
+    (found,) = ruled("always(s.x != off)", {"s.x": words([0, 2, 1], "ok", "ON", "off")})
+    assert (found.verdict, found.value, found.threshold) == (Verdict.FAIL, None, None)
+    assert (found.detail, found.time_s) == ("s.x is off", 0.1)
+
+
+def test_contact_opens_only_what_was_undecided() -> None:
+    inputs = {"a": numbers([[1.0, 1.0], [1.0, 1.0], [-1.0, 1.0]])}
+    options: dict[str, Any] = {
+        "horizon": [5] * 3,
+        "complete": False,
+        "contact": [True, False, True],
+    }
+    soft = ruled("always(a > 0)", inputs, **options)
+    assert [item.verdict for item in soft] == [
+        Verdict.INCONCLUSIVE,
+        Verdict.INCONCLUSIVE,
+        Verdict.FAIL,
+    ]
+    assert str(soft[0].detail).startswith("ended by contact; an obligation is open")
+    assert str(soft[1].detail).startswith("an obligation is open")
+    hard = ruled("always(a > 0)", inputs, on_contact="fail", **options)
+    assert [item.verdict for item in hard] == [Verdict.FAIL, Verdict.INCONCLUSIVE, Verdict.FAIL]

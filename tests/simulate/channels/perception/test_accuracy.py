@@ -1,0 +1,294 @@
+"""What channels assume of their sensors: closed forms, laws, and whether the tracks bear it out."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import Bools, Floats
+from adeye.simulate.channels.perception.pose import POSE_WIDTH
+from adeye.simulate.channels.perception.tracking import (
+    ACCURACY_WIDTH,
+    ALONG,
+    BEARING,
+    RATE,
+    assumed_accuracy,
+    assumed_noise,
+    predict_tracks,
+    update_tracks,
+)
+from adeye.simulate.channels.perception.tracks import (
+    FREEDOM_X,
+    FREEDOM_Y,
+    TRACK_HITS,
+    TRACK_STATE,
+    TRACKS,
+    learn,
+    read_belief,
+)
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet
+from adeye.spec.sensors import Sensor, model_name
+from adeye.testing.scenes import channel_context
+from tests.simulate.sensors.scenes import architecture, scene, scene_context, sensor_context
+
+DEGREE = math.pi / 180.0
+SEEN = {"mount": {"x": "0 m", "z": "1.2 m"}, "field_of_view": "60 deg", "rate": "20 Hz"}
+CAMERA = {**SEEN, "kind": "camera", "range": "100 m", "distance_noise": 0.05}
+RADAR = {**SEEN, "kind": "radar", "range": "150 m", "range_noise": "0.3 m"}
+LIDAR = {**SEEN, "kind": "lidar", "range": "150 m", "range_noise": "0.1 m"}
+PIXELS = {**SEEN, "kind": "camera", "fidelity": "physical", "columns": 400, "rows": 200}
+CELLS = {**SEEN, "kind": "radar", "fidelity": "physical", "range": "150 m"}
+BEAMS = {**SEEN, "kind": "lidar", "fidelity": "physical", "range": "150 m", "beams": 600}
+ULTRASONIC = {**SEEN, "kind": "ultrasonic", "range": "5 m", "range_noise": "0.02 m"}
+TRUTH = {"kind": "ground_truth", "rate": "20 Hz"}
+
+
+def record(sensor: Mapping[str, Any]) -> Sensor:
+    return architecture({"one": sensor}).sensors["one"]
+
+
+def assumed(*runs: Mapping[str, Any]) -> Floats:
+    """Return what is assumed of one sensor with a record in every run (B, ACCURACY_WIDTH)."""
+    specs = [record(sensor) for sensor in runs]
+    sheets = {}
+    if model_name(specs[0]) in DATA_SHEETS:
+        rows = [data_sheet(spec) for spec in specs]
+        sheets["one"] = {field: np.array([row[field] for row in rows]) for field in rows[0]}
+    context = channel_context(None, links=["one"], sensors={"one": specs[0].kind}, runs=len(specs))
+    context = replace(context, data_sheets=sheets, models={"one": model_name(specs[0])})
+    return assumed_accuracy(context, ["one"])[:, 0]
+
+
+def deviations(sensor: Mapping[str, Any], distance: float) -> tuple[float, float, float]:
+    """Return what is assumed along, across and of the range rate [m], [m], [m/s]."""
+    row = assumed(sensor)[0]
+    along, across = assumed_noise(row, distance)
+    return math.sqrt(along), math.sqrt(across), math.sqrt(row[RATE])
+
+
+def test_object_camera_errs_with_the_distance_squared_and_with_its_bearing() -> None:
+    along, across, _ = deviations({**CAMERA, "bearing_noise": "0.5 deg"}, 50.0)
+    # 5 % of 100 m at 100 m, so a quarter of that at 50 m.
+    assert along == pytest.approx(math.hypot(1.25, 0.02))
+    assert across == pytest.approx(math.hypot(0.5 * DEGREE * 50.0, 0.02))
+
+
+def test_object_radar_errs_in_range_bearing_and_range_rate() -> None:
+    radar = {**RADAR, "bearing_noise": "1 deg", "range_rate_noise": "0.1 m/s"}
+    wanted = (math.hypot(0.3, 0.02), math.hypot(DEGREE * 40.0, 0.02), math.hypot(0.1, 0.05))
+    assert deviations(radar, 40.0) == pytest.approx(wanted)
+
+
+def test_object_lidar_errs_in_range_and_bearing() -> None:
+    along, across, _ = deviations({**LIDAR, "bearing_noise": "0.1 deg"}, 80.0)
+    wanted = math.hypot(0.1, 0.02), math.hypot(0.1 * DEGREE * 80.0, 0.02)
+    assert (along, across) == pytest.approx(wanted)
+
+
+def test_physical_camera_errs_by_half_a_pixel_on_the_ground_and_one_in_bearing() -> None:
+    focal = 200.0 / math.tan(30.0 * DEGREE)
+    along, across, _ = deviations(PIXELS, 40.0)
+    assert along == pytest.approx(math.hypot(0.5 * 40.0**2 / (focal * 1.2), 0.3))
+    assert across == pytest.approx(math.hypot(40.0 / focal, 0.1))
+
+
+def test_physical_lidar_errs_between_two_beams() -> None:
+    lidar = {**BEAMS, "range_noise": "0.05 m", "bearing_noise": "0.02 deg"}
+    along, across, _ = deviations(lidar, 60.0)
+    # Beams are 0.1 degrees apart.
+    assert along == pytest.approx(math.hypot(0.05, 0.15))
+    bearing = DEGREE * math.sqrt(0.1**2 / 12.0 + 0.02**2)
+    assert across == pytest.approx(math.hypot(bearing * 60.0, 0.1))
+
+
+def test_physical_radar_errs_by_a_share_of_its_cells_that_the_weakest_echo_leaves() -> None:
+    radar = {
+        **CELLS,
+        "range_resolution": "4 m",
+        "bearing_resolution": "5 deg",
+        "range_rate_resolution": "2 m/s",
+        "false_alarm_rate": 1e-4,
+    }
+    share = 1.0 / math.sqrt(2.0 * math.log(1e4))
+    along, across, rate = deviations(radar, 50.0)
+    assert along == pytest.approx(math.hypot(4.0 * share, 0.5), rel=1e-6)
+    assert across == pytest.approx(math.hypot(5.0 * DEGREE * share * 50.0, 0.2), rel=1e-6)
+    assert rate == pytest.approx(math.hypot(2.0 * share, 0.25), rel=1e-6)
+
+
+def test_ultrasonic_echo_comes_from_anywhere_in_the_cone() -> None:
+    along, across, _ = deviations(ULTRASONIC, 3.0)
+    assert along == pytest.approx(math.hypot(0.02, 0.1))
+    assert across == pytest.approx(math.hypot(60.0 * DEGREE / math.sqrt(12.0) * 3.0, 0.5))
+
+
+def test_ground_truth_is_as_good_as_the_ego_knows_itself() -> None:
+    assert deviations(TRUTH, 100.0) == pytest.approx((0.02, 0.02, 0.05))
+
+
+@pytest.mark.parametrize("model", sorted(set(BUILT_IN) - {"gnss", "imu", "localisation"}))
+def test_every_sensor_that_detects_has_a_row_of_its_own(model: str) -> None:
+    every = (CAMERA, RADAR, LIDAR, PIXELS, CELLS, BEAMS, ULTRASONIC, TRUTH)
+    shown = {model_name(record(sensor)): sensor for sensor in every}
+    unknown = assumed_accuracy(
+        channel_context(None, links=["one"], sensors={"one": "./mine.py:Mine"}), ["one"]
+    )
+    assert not np.array_equal(assumed(shown[model]), unknown[0])
+
+
+def test_sensor_without_a_data_sheet_is_taken_for_a_middling_camera() -> None:
+    context = channel_context(None, links=["a", "b"], sensors={"a": "./my.py:My", "b": "radar"})
+    rows = assumed_accuracy(context, ["a", "b"])[0]
+    assert np.array_equal(rows[0], rows[1])
+    assert np.sqrt(rows[0]) == pytest.approx([0.3, 3e-4, 0.1, 0.003, 0.05])
+
+
+@pytest.mark.parametrize(
+    ("sensor", "better", "worse"),
+    [
+        (CAMERA, {"distance_noise": 0.01}, {"distance_noise": 0.02}),
+        (CAMERA, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "0.2 deg"}),
+        (RADAR, {"range_noise": "0.1 m"}, {"range_noise": "0.2 m"}),
+        (RADAR, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "1 deg"}),
+        (RADAR, {"range_rate_noise": "0 m/s"}, {"range_rate_noise": "0.1 m/s"}),
+        (LIDAR, {"range_noise": "0.02 m"}, {"range_noise": "0.05 m"}),
+        (LIDAR, {"bearing_noise": "0.02 deg"}, {"bearing_noise": "0.1 deg"}),
+        (PIXELS, {"columns": 800}, {"columns": 400}),
+        (PIXELS, {"mount": {"z": "1.8 m"}}, {"mount": {"z": "1.2 m"}}),
+        (PIXELS, {"field_of_view": "40 deg"}, {"field_of_view": "100 deg"}),
+        (CELLS, {"range_resolution": "0.5 m"}, {"range_resolution": "1 m"}),
+        (CELLS, {"bearing_resolution": "1 deg"}, {"bearing_resolution": "2 deg"}),
+        (CELLS, {"range_rate_resolution": "0.1 m/s"}, {"range_rate_resolution": "0.5 m/s"}),
+        # A lower threshold lets weaker echoes pass, whose place is less sure.
+        (CELLS, {"false_alarm_rate": 1e-7}, {"false_alarm_rate": 1e-5}),
+        (BEAMS, {"beams": 1200}, {"beams": 600}),
+        (BEAMS, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
+        (BEAMS, {"bearing_noise": "0 deg"}, {"bearing_noise": "0.1 deg"}),
+        (ULTRASONIC, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
+        (ULTRASONIC, {"field_of_view": "30 deg"}, {"field_of_view": "60 deg"}),
+    ],
+)
+def test_better_data_sheet_gives_smaller_variance_and_none_that_is_greater(
+    sensor: dict[str, Any], better: dict[str, Any], worse: dict[str, Any]
+) -> None:
+    good, bad = assumed({**sensor, **better}, {**sensor, **worse})
+    assert (good <= bad).all()
+    assert (good < bad).any()
+
+
+def test_each_run_has_the_data_sheet_of_its_own_sweep() -> None:
+    rows = assumed(*({**RADAR, "bearing_noise": f"{noise} deg"} for noise in (0, 1, 2)))
+    assert rows.shape == (3, ACCURACY_WIDTH)
+    assert np.sqrt(rows[:, BEARING]) == pytest.approx([0.0, DEGREE, 2.0 * DEGREE])
+    assert (rows[:, ALONG] == rows[0, ALONG]).all()
+
+
+# How far samples are from what tracks expect, against how far that is expected to be.
+
+STEP = 0.05
+SETTLED = 20
+SUITE: dict[str, dict[str, Any]] = {
+    "camera": {**CAMERA, "bearing_noise": "0.3 deg"},
+    "radar": {**RADAR, "bearing_noise": "0.2 deg", "range_rate_noise": "0.2 m/s"},
+    "corner radar": {**RADAR, "bearing_noise": "1 deg", "range_rate_noise": "0.2 m/s"},
+    "coarse radar": {**RADAR, "bearing_noise": "3 deg", "range_rate_noise": "0.2 m/s"},
+    "lidar": {**LIDAR, "bearing_noise": "0.1 deg"},
+}
+
+
+def drive(runs: int, ticks: int) -> Floats:
+    """Let objects drive as tracks are thought to (ticks, B, 4): x, y, heading, speed."""
+    noise = np.random.Generator(np.random.Philox(5)).standard_normal((ticks, runs, 2))
+    noise *= np.sqrt(np.array([FREEDOM_X, FREEDOM_Y]) * STEP)
+    velocity = np.cumsum(noise, axis=0)
+    place = np.array([40.0, 6.0]) + STEP * np.cumsum(velocity, axis=0)
+    heading = np.arctan2(velocity[..., 1], velocity[..., 0])
+    return np.dstack([place, heading, np.hypot(velocity[..., 0], velocity[..., 1])])
+
+
+def normalised_innovation(sensor: Mapping[str, Any], accuracy: Floats, ticks: int = 60) -> float:
+    """Return the mean of innovation squared over its assumed variance, of every number measured."""
+    runs = 60
+    context = scene_context(runs=runs)
+    device = RangingSensor(sensor_context(record({**sensor, "min_visible": 0.0}), context))
+    shown = scene(context, [(0.0, 0.0)])
+    tracks, pose = np.zeros((runs, TRACKS, TRACK_STATE)), np.zeros(POSE_WIDTH)
+    squares: list[float] = []
+    for tick, states in enumerate(drive(runs, ticks)):
+        shown.tick, shown.time = tick, tick * STEP
+        shown.objects[:, 0, :4] = states
+        sample = device.sense(shown)
+        for run in range(runs):
+            row = sample.detections[run]
+            predict_tracks(tracks[run], pose, (0.0, 0.0, 0.0, 1.0), tick * STEP, STEP, 0.5)
+            if tick >= SETTLED:
+                squares += innovations(tracks[run, 0], row[0], accuracy)
+            _update(tracks[run], pose, accuracy, sample.mask[run], row, tick * STEP)
+    return float(np.mean(squares))
+
+
+def innovations(track: Floats, row: Floats, accuracy: Floats) -> list[float]:
+    """Return the squared error of each number of a detection over its assumed variance."""
+    belief = read_belief(track)
+    distance = math.hypot(row[0], row[1])
+    ux, uy = row[0] / distance, row[1] / distance
+    along, across = assumed_noise(accuracy, distance)
+    numbers = [((ux, 0.0, uy, 0.0), distance, along), ((-uy, 0.0, ux, 0.0), 0.0, across)]
+    if row[3] > 0.0:
+        turning = (uy * belief[0][1] - ux * belief[0][3]) ** 2 * across / distance**2
+        numbers.append(((0.0, ux, 0.0, uy), row[2], accuracy[RATE] + turning))
+    found = []
+    for weights, measured, noise in numbers:
+        spread = np.array(weights) @ covariance(belief) @ np.array(weights) + noise
+        found.append((measured - np.array(weights) @ np.array(belief[0])) ** 2 / spread)
+        belief = learn(belief, weights, measured, noise)
+    return found
+
+
+def covariance(belief: Any) -> Floats:
+    """Return the covariance of a belief (4, 4)."""
+    found = np.diag(belief[1])
+    found[0, 1:], found[1, 2:], found[2, 3:] = belief[2], belief[3][:2], belief[3][2]
+    return np.triu(found) + np.triu(found, 1).T
+
+
+def _update(
+    tracks: Floats, pose: Floats, accuracy: Floats, mask: Bools, rows: Floats, time: float
+) -> None:
+    update_tracks(
+        tracks,
+        1 if tracks[0, TRACK_HITS] > 0.0 else 0,
+        pose,
+        (0.0, 0.0, 0.0, 1.0),
+        accuracy,
+        0.0,
+        0.0,
+        mask,
+        rows,
+        time,
+        0.0,
+        30.0,
+        (3.0, 0.0, 0.0),
+        np.zeros((1, 2)),
+        np.zeros(1, dtype=np.int64),
+    )
+
+
+@pytest.mark.parametrize("name", sorted(SUITE))
+def test_samples_are_as_far_from_tracks_as_they_are_expected_to_be(name: str) -> None:
+    assert 0.85 < normalised_innovation(SUITE[name], assumed(SUITE[name])[0]) < 1.15
+
+
+def test_one_row_for_all_radars_would_trust_coarse_ones_too_much_and_fine_ones_too_little() -> None:
+    row = np.square([0.5, 0.0, 0.2, 0.01, 0.25])
+    assert normalised_innovation(SUITE["radar"], row) < 0.6
+    assert normalised_innovation(SUITE["coarse radar"], row) > 1.5
+
+
+def test_sensor_that_is_worse_than_its_data_sheet_shows_in_its_samples() -> None:
+    promised = assumed(SUITE["lidar"])[0]
+    assert normalised_innovation({**SUITE["lidar"], "range_noise": "0.5 m"}, promised) > 3.0

@@ -1,0 +1,260 @@
+"""The supervised step in closed loop: counters, levels, and manoeuvres that give way."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, RoadMap
+from adeye.simulate.channels.safety import SupervisedSafetyChannel
+from adeye.spec.supervisor import MANOEUVRE_MONITORS
+from adeye.testing import World
+from adeye.testing.scenes import straight_road
+from tests.simulate.channels.safety.supervised import (
+    NOMINAL,
+    OTHER_SILENT,
+    SAFETY,
+    SILENT,
+    changed,
+    column,
+    faulty,
+    first,
+    parameters,
+    run,
+)
+from tests.simulate.channels.safety.test_supervision import silence
+
+PERIOD, TICK = 0.1, 0.05
+
+
+def test_nothing_happens_while_nothing_fires() -> None:
+    item = parameters({"silent": SILENT, "off": {"kind": "off_road"}})
+    done = run(World(), item)
+    assert (done.status[:, SAFETY] == OK).all()
+    assert (done.authority == NOMINAL).all()
+    for name in SupervisedSafetyChannel(item).monitor_ids:
+        assert not column(done, item, name, 0).any()
+
+
+@pytest.mark.parametrize("killed", [1.0, 1.05, 1.3])
+@pytest.mark.parametrize(
+    ("counter", "steps"),
+    [
+        ({}, 8),
+        ({"fault": 15, "heal": -15}, 30),
+        ({"increment": 2}, 4),
+        ({"increment": 3}, 3),
+        ({"fault": 1, "heal": 0}, 1),
+    ],
+)
+def test_detection_takes_staleness_the_link_and_the_steps_of_the_counter(
+    killed: float, counter: dict[str, int], steps: int
+) -> None:
+    item = parameters({"silent": SILENT}, counter=counter)
+    done = run(World(), item, 6.0, on_commands=silence(killed))
+    # The last command is one tick older, and a linked channel is seen one tick late.
+    stale = killed - TICK + 0.2 + TICK
+    asked = np.ceil(stale / PERIOD - 1e-6) * PERIOD
+    raw = first(done, column(done, item, "silent", 0))
+    assert raw == pytest.approx(asked)
+    expected = asked + (steps - 1) * PERIOD
+    confirmed = first(done, column(done, item, "silent"))
+    assert confirmed == pytest.approx(expected)
+    assert -1e-9 <= confirmed - killed - 0.2 - (steps - 1) * PERIOD < PERIOD + 1e-9
+    assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == pytest.approx(expected)
+
+
+def test_shorter_fault_heals_without_a_request() -> None:
+    item = parameters({"silent": SILENT})
+    done = run(World(), item, on_commands=silence(1.0, 1.6))
+    assert column(done, item, "silent", 0).any()
+    assert not column(done, item, "silent").any()
+    assert (done.status[:, SAFETY] == OK).all()
+
+
+def test_highest_level_among_the_confirmed_monitors_decides() -> None:
+    fires = {"kind": "odd_exit", "max_speed": "1 m/s"}
+    for levels, asked in (
+        ([1], None),
+        ([1, 2], "mrm_rest_area"),
+        ([3, 1], "mrm_roadside_parking"),
+        ([2, 4, 3], "mrm_stop"),
+    ):
+        item = parameters({f"m{at}": {**fires, "level": level} for at, level in enumerate(levels)})
+        done = run(World(), item, 2.0)
+        for name in MANOEUVRE_MONITORS:
+            assert column(done, item, name, 0)[-1] == (name == asked)
+
+
+def test_level_of_continue_degrades_the_channel_and_the_nominal_one_goes_on() -> None:
+    item = parameters({"slow": {"kind": "odd_exit", "max_speed": "1 m/s", "level": 1}})
+    done = run(World(), item, 3.0)
+    assert done.status[-1, SAFETY] == DEGRADED
+    assert (done.authority == NOMINAL).all()
+    assert not any(column(done, item, name).any() for name in MANOEUVRE_MONITORS)
+
+
+def test_stop_of_level_4_is_the_best_there_is() -> None:
+    item = parameters({"silent": SILENT})
+    done = run(World(lane=0), item, 16.0, on_commands=silence(1.0))
+    assert done.ego[-1, 3] == 0.0
+    assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
+    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(
+        first(done, column(done, item, "silent"))
+    )
+
+
+def test_without_a_planner_a_milder_manoeuvre_gives_way_to_the_stop_in_the_lane() -> None:
+    item = parameters({"silent": {**SILENT, "level": 2}}, stop="in_lane")
+    done = run(World(lane=0), item, 16.0, on_commands=silence(1.0))
+    assert column(done, item, "mrm_rest_area", 0).any()
+    assert not column(done, item, "mrm_rest_area").any()
+    assert column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 3] == 0.0
+    assert done.ego[-1, 1] == pytest.approx(1.75, abs=0.1)
+
+
+def test_roadside_parking_is_waited_for_until_the_patience_is_over() -> None:
+    # From the left lane nobody sees behind, so the shoulder cannot be reached.
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}}, patience="2 s")
+    done = run(World(lane=1), item, 16.0, on_commands=faulty(1.0))
+    began = first(done, column(done, item, "mrm_roadside_parking"))
+    stops = first(done, column(done, item, "mrm_stop"))
+    assert stops - began == pytest.approx(2.0 + TICK)
+    waiting = (done.time > began) & (done.time < stops - 1e-6)
+    assert (done.status[waiting, SAFETY] == DEGRADED).all()
+    assert (done.authority[waiting] == NOMINAL).all()
+    assert done.ego[-1, 3] == 0.0
+    assert done.ego[-1, 1] == pytest.approx(5.25, abs=0.1)
+
+
+def test_roadside_parking_takes_over_once_the_shoulder_can_be_reached() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    done = run(World(lane=0), item, 16.0, on_commands=faulty(1.0))
+    assert column(done, item, "mrm_roadside_parking").any()
+    assert not column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
+    assert done.ego[-1, 3] == 0.0
+
+
+def with_refuges(*refuges: tuple[float, float]) -> RoadMap:
+    """Return a road without a shoulder that has refuges: kind and place along it [m]."""
+    rows = np.array([[(kind, s, 80.0, 4.0, 30.0) for kind, s in refuges]])
+    return replace(straight_road(), shoulder=np.zeros(1), refuges=rows.reshape(1, -1, 5))
+
+
+BAY, AREA = 0, 1
+
+
+def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 2}})
+    road = with_refuges((BAY, 300.0), (AREA, 900.0))
+    done = run(World(lane=0, speed=25.0, road=road), item, 50.0, on_commands=faulty(1.0))
+    assert column(done, item, "mrm_rest_area").any()
+    assert not column(done, item, "mrm_roadside_parking").any()
+    assert not column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 3] == 0.0
+    assert 900.0 < done.ego[-1, 0] < 980.0
+    assert done.ego[-1, 1] < -0.95
+    asked = first(done, column(done, item, "mrm_rest_area"))
+    took = first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY)
+    assert took > asked + 5.0
+    waiting = (done.time > asked) & (done.time < took - 1e-6)
+    assert (done.authority[waiting] == NOMINAL).all()
+    assert done.ego[waiting, 3].min() > 23.0
+    assert done.ego[:, 4].min() >= -4.0 - 1e-9
+
+
+def test_roadside_parking_takes_the_bay() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    road = with_refuges((BAY, 300.0), (AREA, 900.0))
+    done = run(World(lane=0, speed=25.0, road=road), item, 40.0, on_commands=faulty(1.0))
+    assert not column(done, item, "mrm_stop").any()
+    assert done.ego[-1, 3] == 0.0
+    assert 300.0 < done.ego[-1, 0] < 380.0
+    # It waits for the moment from which the usual deceleration will do.
+    assert done.ego[:, 4].min() >= -4.0 - 1e-9
+
+
+def test_better_place_is_not_worth_a_harder_braking() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    for ahead in (150.0, 250.0, 350.0):
+        road = replace(with_refuges((BAY, ahead)), shoulder=np.full(1, 2.5))
+        done = run(World(lane=0, speed=27.0, road=road), item, 30.0, on_commands=faulty(1.0))
+        assert done.ego[-1, 3] == 0.0
+        assert done.ego[-1, 1] < -0.95
+        assert not column(done, item, "mrm_stop").any()
+        assert done.ego[:, 4].min() >= -4.0 - 1e-9
+
+
+def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 2}}, sight="400 m")
+    for refuges, places in (
+        (((BAY, 250.0),), ["mrm_roadside_parking"]),
+        (((AREA, 900.0),), ["mrm_stop"]),
+        ((), ["mrm_stop"]),
+    ):
+        world = World(lane=0, speed=25.0, road=with_refuges(*refuges))
+        done = run(world, item, 3.0, on_commands=faulty(1.0))
+        seen = [name for name in MANOEUVRE_MONITORS if column(done, item, name).any()]
+        assert seen == places
+        assert column(done, item, "mrm_rest_area", 0).any()
+
+
+def test_level_that_rises_on_the_way_to_the_rest_area_stops_at_once() -> None:
+    item = parameters(
+        {"silent": {**OTHER_SILENT, "level": 2}, "later": {"kind": "odd_exit", "to_s": "200 m"}}
+    )
+    world = World(lane=0, speed=25.0, road=with_refuges((AREA, 900.0)))
+    done = run(world, item, 25.0, on_commands=faulty(1.0))
+    assert column(done, item, "mrm_rest_area").any()
+    later = first(done, column(done, item, "later"))
+    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
+    assert done.ego[-1, 3] == 0.0
+    assert done.ego[-1, 0] < 400.0
+
+
+def test_level_that_rises_while_waiting_stops_at_once() -> None:
+    item = parameters(
+        {
+            "silent": {**OTHER_SILENT, "level": 3},
+            "later": {"kind": "odd_exit", "to_s": "100 m"},
+        }
+    )
+    done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0))
+    later = first(done, column(done, item, "later"))
+    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
+    assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == pytest.approx(later)
+
+
+def test_what_heals_before_the_takeover_is_forgotten() -> None:
+    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0, 3.0))
+    assert column(done, item, "mrm_roadside_parking").any()
+    assert (done.status[-1, SAFETY], done.authority[-1]) == (OK, NOMINAL)
+    assert not column(done, item, "mrm_roadside_parking")[-1]
+    assert (done.authority == NOMINAL).all()
+
+
+def test_what_heals_after_the_takeover_is_given_up_only_when_another_channel_acts() -> None:
+    item = parameters({"silent": SILENT})
+    for latch in (True, False):
+        done = run(World(), item, 16.0, on_commands=silence(1.0, 3.0), latch=latch)
+        assert column(done, item, "mrm_stop").any()
+        assert (done.ego[-1, 3] == 0.0) == latch
+        assert column(done, item, "mrm_stop")[-1] == latch
+        assert done.status[-1, SAFETY] == OK
+
+
+def test_steering_in_degrees_is_found_at_once_and_a_brake_in_g_is_not() -> None:
+    item = parameters({"wrong": {"kind": "channel_implausible", "watches": ["nominal"]}})
+
+    def in_degrees(command: Any) -> None:
+        command.steering_angle[:] = np.degrees(0.01)
+
+    def in_g(command: Any) -> None:
+        command.acceleration[:] = -4.0 / 9.81
+
+    assert column(run(World(), item, 3.0, on_commands=changed(1.0, in_degrees)), item, "wrong")[-1]
+    assert not column(run(World(), item, 3.0, on_commands=changed(1.0, in_g)), item, "wrong").any()

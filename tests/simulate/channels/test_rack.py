@@ -1,0 +1,288 @@
+"""The channels of an architecture together: who sees what when, and whose failure came first."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.plugins import load_part
+from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand
+from adeye.simulate.channels.rack import ChannelRack
+from adeye.simulate.sensors.rig import Rig
+from adeye.simulate.world.compile import ego_desired_speeds
+from adeye.spec.architecture import Architecture
+from adeye.spec.quantity import SI
+from tests.simulate.sensors.scenes import scene, scene_context
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adeye.sweep.case import TestCase
+    from tests.project import Executed
+
+PLUGIN = '''
+import numpy as np
+
+from adeye.signals import ControlCommand, OK
+
+SEEN = []
+
+
+class Recorder:
+    """Writes down what it is shown and asks for what its parameters say."""
+
+    monitor_ids = ()
+
+    def reset(self, context):
+        self.context = context
+        SEEN.append((context.channel_id, "reset", context))
+
+    def act(self, observation):
+        runs = self.context.runs
+        SEEN.append((self.context.channel_id, observation.time, observation))
+        value = np.full(runs, 1.0 + observation.time)
+        stamp = np.full(runs, observation.time)
+        status = np.full(runs, OK, dtype=np.int64)
+        return ControlCommand(self.context.channel_id, value, np.zeros(runs), stamp, status)
+
+
+class Watching(Recorder):
+    monitor_ids = ("watched",)
+
+    def act(self, observation):
+        command = super().act(observation)
+        command.monitors = np.ones((self.context.runs, 1, 2), dtype=np.bool_)
+        return command
+
+
+class Failing(Recorder):
+    def act(self, observation):
+        if observation.time >= 0.1:
+            raise RuntimeError("lost")
+        return super().act(observation)
+
+
+class FailingLater(Recorder):
+    def act(self, observation):
+        if observation.time >= 0.2:
+            raise RuntimeError("late")
+        return super().act(observation)
+'''
+
+SENSORS = {
+    "pose": {"kind": "localisation", "rate": "20 Hz"},
+    "truth": {"kind": "ground_truth", "rate": "20 Hz"},
+}
+
+
+class Bench:
+    """A rack with plug-in channels, driven tick by tick."""
+
+    def __init__(self, folder: Path, base: TestCase, channels: dict[str, Any]) -> None:
+        for name, spec in channels.items():
+            channels[name] = {"rate": "20 Hz", **spec}
+        names = list(channels)
+        content = {
+            **base.architecture.model_dump(mode="json"),
+            "sensors": {n: {**s, "rate": 20.0} for n, s in SENSORS.items()},
+            "channels": {
+                n: {**s, "rate": float(s["rate"].split()[0])} for n, s in channels.items()
+            },
+            "switch": {"policy": "fixed_priority", "priority": names, "default": names[0]},
+        }
+        (folder / "plugin.py").write_text(PLUGIN, "utf-8")
+        module = sys.modules[load_part("./plugin.py:Recorder", folder).obj.__module__]
+        self.seen: list[tuple[str, Any, Any]] = module.SEEN
+        self.seen.clear()
+        self.case = replace(
+            base, architecture=Architecture.model_validate(content, context=SI), faults=()
+        )
+        self.context = scene_context(runs=2)
+        self.rig = Rig([self.case] * 2, self.context, folder)
+        self.rack = ChannelRack([self.case] * 2, self.context, folder)
+
+    def tick(self, number: int) -> list[ControlCommand]:
+        shown = scene(self.context, [(50.0, 5.25)], ego=(0.0, 5.25, 0.0, 20.0), tick=number)
+        return self.rack.act(shown, self.rig.sense(shown))
+
+
+@pytest.fixture
+def base(mini: Executed) -> TestCase:
+    return mini.plan.cases[0]
+
+
+def test_only_physical_lidars_are_clustered_and_others_pass_as_they_are(
+    base: TestCase, tmp_path: Path
+) -> None:
+    lidar = {
+        "kind": "lidar",
+        "fidelity": "physical",
+        "mount": {"z": 1.0},
+        "field_of_view": 6.283185307179586,
+        "range": 80.0,
+        "rate": 20.0,
+    }
+    content = base.architecture.model_dump(mode="json")
+    content["sensors"]["lidar"] = lidar
+    changed = Architecture.model_validate(content, context=SI)
+    cases = [replace(base, architecture=changed, faults=())] * 2
+    context = scene_context(runs=2)
+    shown = scene(context, [(30.0, 0.0)])
+    readings = Rig(cases, context, tmp_path).sense(shown)
+    found = ChannelRack(cases, context, tmp_path).detect(readings)
+    assert list(found) == list(readings)
+    assert not readings["lidar"].mask.any()
+    assert found["lidar"].mask.sum(axis=1).tolist() == [1, 1]
+    assert found["lidar"].source[:, 0].tolist() == [0, 0]
+    assert all(found[name] is readings[name] for name in found if name != "lidar")
+
+
+def recorder(**changes: Any) -> dict[str, Any]:
+    return {"kind": "./plugin.py:Recorder", **changes}
+
+
+def test_every_channel_answers_at_every_tick_under_its_own_id(
+    tmp_path: Path, base: TestCase
+) -> None:
+    bench = Bench(tmp_path, base, {"one": recorder(), "two": recorder()})
+    for number in range(3):
+        proposals = bench.tick(number)
+        assert [item.channel for item in proposals] == ["one", "two"]
+        assert all(item.acceleration.shape == (2,) for item in proposals)
+        assert all(item.acceleration[0] == pytest.approx(1.0 + 0.05 * number) for item in proposals)
+
+
+def test_channel_acts_at_its_own_rate_and_holds_its_command_between(
+    tmp_path: Path, base: TestCase
+) -> None:
+    bench = Bench(tmp_path, base, {"slow": recorder(rate="10 Hz")})
+    stamps = [float(bench.tick(number)[0].stamp[0]) for number in range(5)]
+    assert stamps == pytest.approx([0.0, 0.0, 0.1, 0.1, 0.2])
+
+
+def test_compute_time_delays_the_command(tmp_path: Path, base: TestCase) -> None:
+    bench = Bench(tmp_path, base, {"late": recorder(delay=0.1)})
+    proposals = [bench.tick(number)[0] for number in range(4)]
+    assert [float(item.stamp[0]) for item in proposals] == pytest.approx([-1.0, -1.0, 0.0, 0.05])
+    assert [int(item.status[0]) for item in proposals] == [SILENT, SILENT, OK, OK]
+
+
+def test_channel_sees_what_is_linked_to_it_and_nothing_else(tmp_path: Path, base: TestCase) -> None:
+    bench = Bench(
+        tmp_path,
+        base,
+        {
+            "blind": recorder(),
+            "eyes": recorder(links=["truth"]),
+            "all": recorder(links=["pose", "truth", "channels.blind", "switch"]),
+        },
+    )
+    bench.tick(0)
+    shown = {name: item for name, time, item in bench.seen if time == 0.0}
+    assert (dict(shown["blind"].measurements), dict(shown["blind"].commands)) == ({}, {})
+    assert list(shown["eyes"].measurements) == ["truth"]
+    assert list(shown["all"].measurements) == ["pose", "truth"]
+    assert list(shown["all"].commands) == ["blind"]
+    assert shown["blind"].authority is None
+    # Which object is behind a detection is the recorder's knowledge alone.
+    assert (shown["eyes"].measurements["truth"].source == -1).all()
+
+
+def test_command_and_authority_of_others_are_seen_one_tick_later(
+    tmp_path: Path, base: TestCase
+) -> None:
+    channels = {"first": recorder(), "second": recorder(links=["channels.first", "switch"])}
+    bench = Bench(tmp_path, base, channels)
+    for number in range(3):
+        proposals = bench.tick(number)
+        authority = Authority(
+            np.full(2, number, dtype=np.int64), np.full(2, number, dtype=np.int64)
+        )
+        bench.rack.remember(proposals, authority)
+        # What the switch does with its arrays later reaches nobody.
+        authority.channel[:] = NO_CHANNEL
+    shown = [item for name, time, item in bench.seen if name == "second" and time != "reset"]
+    assert shown[0].authority is None
+    assert int(shown[0].commands["first"].status[0]) == SILENT
+    assert [float(item.commands["first"].stamp[0]) for item in shown[1:]] == pytest.approx(
+        [0, 0.05]
+    )
+    assert [int(item.authority.channel[0]) for item in shown[1:]] == [0, 1]
+
+
+def test_context_holds_what_is_known_before_the_drive(tmp_path: Path, base: TestCase) -> None:
+    bench = Bench(tmp_path, base, {"one": recorder(links=["pose", "channels.one"], rate="10 Hz")})
+    name, _, context = bench.seen[0]
+    assert name == "one"
+    assert (context.step, context.period, context.runs) == (0.05, 0.1, 2)
+    assert dict(context.sensors) == {"pose": "localisation"}
+    assert context.desired_speed.tolist() == [base.parameters["ego_speed"]] * 2
+
+
+def test_monitors_stand_in_the_order_of_the_channels(tmp_path: Path, base: TestCase) -> None:
+    channels = {
+        "safety": {"kind": "safety", "links": ["truth"], "parameters": {}},
+        "own": {"kind": "./plugin.py:Watching"},
+    }
+    bench = Bench(tmp_path, base, channels)
+    proposals = bench.tick(0)
+    # An architecture keeps its parts in the order of their names.
+    assert [item.channel for item in proposals] == ["own", "safety"]
+    assert bench.rack.monitor_ids[0] == "watched"
+    assert "object_danger" in bench.rack.monitor_ids[1:]
+    widths = [item.monitors.shape[1] for item in proposals if item.monitors is not None]
+    assert widths == [1, len(bench.rack.monitor_ids) - 1]
+
+
+def test_failing_channel_is_silent_and_the_others_go_on(tmp_path: Path, base: TestCase) -> None:
+    bench = Bench(tmp_path, base, {"bad": {"kind": "./plugin.py:Failing"}, "good": recorder()})
+    states = [[int(item.status[0]) for item in bench.tick(number)] for number in range(4)]
+    assert states == [[OK, OK], [OK, OK], [SILENT, OK], [SILENT, OK]]
+
+
+def test_earliest_failure_of_any_channel_is_the_runs_event(tmp_path: Path, base: TestCase) -> None:
+    channels = {
+        "late": {"kind": "./plugin.py:FailingLater"},
+        "good": recorder(),
+        "early": {"kind": "./plugin.py:Failing"},
+    }
+    bench = Bench(tmp_path, base, channels)
+    assert bench.rack.events == [None, None]
+    for number in range(6):
+        bench.tick(number)
+    events = bench.rack.events
+    assert [event and (event.channel, round(event.time, 9)) for event in events] == [
+        ("early", 0.1)
+    ] * 2
+    # The gate asks for every channel that failed, not for the first alone.
+    assert [[item.channel for item in event.later] for event in events if event] == [["late"]] * 2
+
+
+def test_run_depends_on_the_machine_if_any_failure_in_it_does(
+    tmp_path: Path, base: TestCase
+) -> None:
+    channels = {
+        "late": {"kind": "./plugin.py:FailingLater"},
+        "early": {"kind": "./plugin.py:Failing"},
+    }
+    bench = Bench(tmp_path, base, channels)
+    for number in range(6):
+        bench.tick(number)
+    late: Any = bench.rack._inner["late"]
+    events = late.events
+    events[1] = replace(events[1], is_machine_dependent=True)
+    found = [event and (event.channel, event.is_machine_dependent) for event in bench.rack.events]
+    assert found == [("early", False), ("early", True)]
+
+
+def test_ego_without_desired_speed_is_asked_to_keep_its_start_speed(base: TestCase) -> None:
+    scenario = base.scenario.model_copy(
+        update={"ego": base.scenario.ego.model_copy(update={"desired_speed": None})}
+    )
+    faster = replace(base, parameters={**base.parameters, "ego_speed": 33.0})
+    cases = [replace(base, scenario=scenario), faster]
+    assert ego_desired_speeds(cases).tolist() == [base.parameters["ego_speed"], 33.0]

@@ -1,0 +1,171 @@
+"""Faults of sensors in closed loop: identities of the trace, and numbers that are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import SILENT
+from adeye.spec.fault import FAULT
+from tests.project import MINI, Project, run_cases
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.campaign.plan import CampaignPlan
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
+
+ONSET = 2.0
+SENSORS = ("front_camera", "front_radar", "localisation", "truth")
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> tuple[CampaignPlan, TestCase]:
+    """One cut-in of the candidate without a fault."""
+    odd = {
+        **MINI,
+        "scenarios": [{"use": "cut_in", "faults": ["none"]}],
+        "architectures": ["architectures/camera_radar.yaml"],
+    }
+    plan = Project(tmp_path_factory.mktemp("loop") / "project", odd).plan()
+    return plan, plan.cases[0]
+
+
+@pytest.fixture(scope="module")
+def twin(planned: tuple[CampaignPlan, TestCase]) -> Trace:
+    plan, case = planned
+    return run_cases(plan, [case])
+
+
+def faulty(
+    planned: tuple[CampaignPlan, TestCase], faults: Sequence[dict[str, Any]], *, runs: int = 1
+) -> Trace:
+    plan, case = planned
+    made = tuple(
+        FAULT.validate_python({"id": f"f{k}", "onset": {"at": f"{ONSET} s"}, **fault})
+        for k, fault in enumerate(faults)
+    )
+    return run_cases(plan, [replace(case, faults=made, fault_entry="all")] * runs)
+
+
+def first_difference(one: Trace, other: Trace) -> int | None:
+    """The first row in which two traces differ beyond the flags of faults; None for none."""
+    rows = min(len(one.time), len(other.time))
+    found = [rows] if len(one.time) != len(other.time) else []
+    for name, values in one.columns.items():
+        if name == "fault_active" or values.shape[2:] != other.columns[name].shape[2:]:
+            continue
+        a, b = values[0, :rows], other.columns[name][0, :rows]
+        unlike = [k for k in range(rows) if a[k].tobytes() != b[k].tobytes()]
+        found += unlike[:1]
+    return min(found) if found else None
+
+
+NULL: list[dict[str, Any]] = [
+    {"target": "sensors.front_radar", "model": "bias", "signal": "x", "size": "0 m"},
+    {"target": "sensors.front_radar", "model": "noise", "signal": "range", "size": "0 m"},
+    {"target": "sensors.front_camera", "model": "scale", "signal": "range", "factor": 1.0},
+    {"target": "sensors.front_camera", "model": "miss", "probability": 0.0},
+    {"target": "sensors.front_camera", "model": "range_loss", "factor": 1.0},
+    {"target": "sensors.localisation", "model": "delay", "by": "0 s"},
+    {"target": "sensors.localisation", "model": "jump"},
+    {"target": "sensors.truth", "model": "sample_loss"},
+    {"target": "sensors.truth", "model": "miscalibration"},
+    {"target": "sensors.truth", "model": "ghost", "x": "20 m", "duration": "0 s"},
+    {"target": "sensors.truth", "model": "freeze", "onset": {"at": "1000 s"}},
+]
+REAL: list[dict[str, Any]] = [
+    {"target": "sensors.front_radar", "model": "bias", "signal": "x", "size": "-5 m"},
+    {"target": "sensors.front_camera", "model": "miss", "probability": 0.5},
+    {"target": "sensors.localisation", "model": "jump", "y": "1 m"},
+    {"target": "sensors.front_radar", "model": "ghost", "x": "25 m", "speed": "5 m/s"},
+    {"target": "sensors.truth", "model": "freeze"},
+]
+
+
+def test_faults_of_no_size_change_no_bit_of_the_trace(
+    planned: tuple[CampaignPlan, TestCase], twin: Trace
+) -> None:
+    assert first_difference(faulty(planned, NULL), twin) is None
+
+
+@pytest.mark.parametrize("fault", REAL, ids=lambda fault: fault["model"])
+def test_trace_is_that_of_the_twin_up_to_the_onset_and_another_from_there(
+    planned: tuple[CampaignPlan, TestCase], twin: Trace, fault: dict[str, Any]
+) -> None:
+    trace = faulty(planned, [fault])
+    found = first_difference(trace, twin)
+    assert found is not None
+    onset = round(ONSET / (twin.time[1] - twin.time[0]))
+    # Detections are drawn, so what is reported shows at once; nothing shows before.
+    assert onset <= found <= onset + 4
+
+
+def test_equal_runs_of_a_batch_have_equal_faults(planned: tuple[CampaignPlan, TestCase]) -> None:
+    both = faulty(planned, REAL, runs=2)
+    alone = faulty(planned, REAL)
+    for name, values in both.columns.items():
+        assert values[0].tobytes() == values[1].tobytes()
+        assert values[0].tobytes() == alone.columns[name][0].tobytes()
+
+
+FLIPS = [
+    (sensor, signal)
+    for sensor, signals in {
+        "front_radar": ("x", "y", "range", "bearing", "range_rate", "length", "width"),
+        "front_camera": ("x", "y", "length", "width"),
+        "truth": ("x", "y", "range_rate", "ego_x", "ego_y", "ego_heading", "ego_speed"),
+        "localisation": ("ego_x", "ego_y", "ego_heading", "ego_speed", "ego_yaw_rate"),
+    }.items()
+    for signal in signals
+]
+
+
+@pytest.mark.parametrize("bit", [62, 61, 55, 63])
+def test_no_flipped_bit_brings_down_the_loop(
+    planned: tuple[CampaignPlan, TestCase], bit: int
+) -> None:
+    """Each signal of each sensor in turn, intermittently, so that the channels come back to it."""
+    for sensor, signal in FLIPS:
+        flip = {"target": f"sensors.{sensor}", "model": "bit_flip", "signal": signal, "bit": bit}
+        trace = faulty(planned, [{**flip, "duration": "0.3 s", "every": "1 s"}])
+        rows = int(trace.length[0]) - 1
+        for name in ("ego", "command", "acceleration", "steering_angle"):
+            assert np.isfinite(trace.columns[name][0, :rows]).all(), (sensor, signal, name)
+        assert np.isfinite(trace.columns["ego"][0, rows]).all(), (sensor, signal)
+
+
+@pytest.mark.parametrize("signal", ["ego_x", "ego_heading", "ego_speed"])
+def test_ego_estimate_without_numbers_is_not_used_and_the_safety_channel_acts(
+    planned: tuple[CampaignPlan, TestCase], signal: str
+) -> None:
+    """All bits of the exponent make no number of what is stuck there."""
+    from adeye.units import Dimension
+    from tests.simulate.faults.test_sensor_laws import SIZES
+
+    dimension = Dimension.ANGLE if "heading" in signal else Dimension.LENGTH
+    size = (
+        "1 m/s"
+        if signal == "ego_speed"
+        else SIZES[dimension].replace("0.7", "1").replace("2 deg", "1 rad")
+    )
+    target = {"target": "sensors.localisation", "signal": signal}
+    # The exponent of 1 is 1023: its highest bit makes 2047, which with no fraction is infinite.
+    trace = faulty(
+        planned,
+        [
+            {**target, "model": "stuck_at", "value": size},
+            {**target, "model": "bit_flip", "bit": 62},
+        ],
+    )
+    rows = int(trace.length[0]) - 1
+    assert np.isfinite(trace.columns["command"][0, :rows]).all()
+    nominal = trace.layout.channels.index("nominal")
+    status = trace.columns["status"][0, :rows, nominal]
+    late = trace.time[:rows] > ONSET + 1.0
+    assert (status[late] != 0).all()
+    assert status[late][-1] in (1, 2, 3, SILENT)

@@ -1,0 +1,291 @@
+"""Planted blindness: what a sensor cannot see is no track until physics lets it in."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
+from adeye.spec.channels import NominalParameters
+from tests.simulate.sensors.eyes import (
+    EYES,
+    PERSON,
+    SPEED,
+    STEP,
+    Eye,
+    Place,
+    Seen,
+    drive,
+    knows,
+    record_of,
+)
+from tests.simulate.sensors.scenes import CAR
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CLEAR = 1e9
+RAIN = 7.5 * MM_PER_HOUR
+CONFIRMED = NominalParameters().confirm_hits - 1
+"""Ticks from the first sample with an actor to its track, at one sample a tick."""
+
+
+def corners(size: tuple[float, float, float], place: Place) -> list[Place]:
+    return [
+        (place[0] + 0.5 * size[0] * a, place[1] + 0.5 * size[1] * b)
+        for a in (-1.0, 1.0)
+        for b in (-1.0, 1.0)
+    ]
+
+
+def bearings(size: tuple[float, float, float], place: Place) -> tuple[float, float]:
+    """Bearing of the right and of the left edge of a box, seen from the origin [rad]."""
+    angles = [math.atan2(y, x) for x, y in corners(size, place)]
+    return min(angles), max(angles)
+
+
+def check(
+    eye: Eye,
+    seen: Seen,
+    actor: Callable[[float], Place],
+    is_hidden: Callable[[float], bool],
+    is_free: Callable[[float], bool],
+) -> None:
+    """Check that the actor is no track while it is hidden and is one soon after it is free."""
+    times = [tick * STEP for tick in range(len(seen.tracks))]
+    known = [knows(eye, tracks, actor(t)) for t, tracks in zip(times, seen.tracks, strict=True)]
+    hidden = [tick for tick, time in enumerate(times) if is_hidden(time)]
+    free = [tick for tick, time in enumerate(times) if is_free(time)]
+    # It is hidden from the start for half a second at least, long enough for a track.
+    assert hidden == list(range(len(hidden)))
+    assert len(hidden) >= 10
+    assert free == list(range(free[0], len(times)))
+    assert not any(known[: len(hidden)])
+    latest = free[0] + CONFIRMED + eye.misses
+    assert latest < len(times)
+    assert known[latest]
+
+
+def watch_behind_hider(model: str, **changes: Any) -> None:
+    """Check a sensor before which the hider moves off to the left after a second."""
+    eye = EYES[model]
+
+    def hider(time: float) -> Place:
+        return eye.hider_x, max(0.0, 8.0 * (time - 1.0))
+
+    def actor(_: float) -> Place:
+        return eye.actor_x, 0.0
+
+    right, left = bearings(eye.actor, actor(0.0))
+    if not eye.tells_bearing:
+        # The nearest echo drowns those behind it while any of the wall is in the cone.
+        left = eye.half_view
+    record = record_of(model, **changes)
+    check(
+        eye,
+        drive(record, (eye.hider, eye.actor), lambda t: (hider(t), actor(t)), 50),
+        actor,
+        lambda time: bearings(eye.hider, hider(time))[0] <= right,
+        lambda time: bearings(eye.hider, hider(time))[0] >= left,
+    )
+
+
+@pytest.mark.parametrize("model", EYES)
+def test_actor_behind_a_truck_is_no_track_until_the_truck_moves_off(model: str) -> None:
+    watch_behind_hider(model)
+
+
+@pytest.mark.parametrize("model", ["camera", "radar", "lidar"])
+def test_law_of_the_truck_can_fail(model: str) -> None:
+    # A sensor that asks for no visible share of an object sees through whatever hides it.
+    with pytest.raises(AssertionError, match="not True"):
+        watch_behind_hider(model, min_visible=0)
+
+
+@pytest.mark.parametrize("model", EYES)
+def test_actor_in_a_blind_sector_is_no_track_until_it_enters_the_field_of_view(model: str) -> None:
+    eye = EYES[model]
+    way = 0.6 * eye.actor_x
+
+    def actor(time: float) -> Place:
+        bearing = 2.0 * eye.half_view - 0.4 * time
+        return way * math.cos(bearing), way * math.sin(bearing)
+
+    seen = drive(record_of(model), (eye.actor,), lambda time: (actor(time),), 60)
+    check(
+        eye,
+        seen,
+        actor,
+        lambda time: bearings(eye.actor, actor(time))[0] >= eye.half_view,
+        lambda time: bearings(eye.actor, actor(time))[1] <= eye.half_view,
+    )
+
+
+def rows_of_a_car(rows: float) -> float:
+    """Distance at which a car is so many pixels high to the physical camera [m]."""
+    record = EYES["camera/physical"].record
+    return float(0.5 * record["columns"] / math.tan(math.radians(25.0)) * CAR[2] / rows)
+
+
+REACHES: dict[str, tuple[dict[str, Any], float, float]] = {
+    "camera": (
+        {},
+        camera_range(100.0, RAIN, CLEAR, 1.0),
+        camera_range(100.0, RAIN, CLEAR, 1.0),
+    ),
+    # Seven rows, a pixel more or less; in such rain it is pixels that it lacks, not contrast.
+    "camera/physical": ({"min_pixel_height": 7}, rows_of_a_car(6.0), rows_of_a_car(8.0)),
+    "radar": ({}, 100.0, 100.0),
+    # Signals fluctuate: by far too weak, and strong enough for nearly every sample.
+    "radar/physical": ({"range": "60 m"}, 150.0, 25.0),
+    "lidar": (
+        {},
+        lidar_range(100.0, 0.5, 0.9, RAIN, CLEAR),
+        lidar_range(100.0, 0.5, 0.9, RAIN, CLEAR),
+    ),
+    "lidar/physical": (
+        {},
+        lidar_range(100.0, 0.5, 0.9, RAIN, CLEAR),
+        # Its nearest face must reflect several beams, each a little further away than its middle.
+        lidar_range(100.0, 0.5, 0.9, RAIN, CLEAR) - 0.1,
+    ),
+    "ultrasonic": ({}, 10.0, 10.0),
+}
+"""Changes to a record; beyond which distance it sees nothing in the rain, from where it does."""
+
+
+@pytest.mark.parametrize("model", EYES)
+def test_actor_beyond_range_in_rain_is_no_track_until_it_comes_nearer(model: str) -> None:
+    eye = EYES[model]
+    changes, blind, sees = REACHES[model]
+    speed = 4.0 if model == "ultrasonic" else 15.0
+
+    def face(time: float) -> float:
+        return blind + 1.0 * speed - speed * time
+
+    def actor(time: float) -> Place:
+        return face(time) + 0.5 * eye.actor[0], 0.0
+
+    ticks = 40 + int((blind - sees) / speed / STEP)
+    seen = drive(
+        record_of(model, **changes),
+        (eye.actor,),
+        lambda time: (actor(time),),
+        ticks,
+        closing=speed,
+        rain=RAIN,
+    )
+    check(
+        eye,
+        seen,
+        actor,
+        lambda time: face(time) > blind + 1e-6,
+        lambda time: face(time) <= sees - 1e-6,
+    )
+
+
+@pytest.mark.parametrize("model", ["camera", "lidar", "lidar/physical"])
+def test_rain_alone_is_what_blinds_it(model: str) -> None:
+    eye = EYES[model]
+    place = (REACHES[model][1] + 1.0 + 0.5 * eye.actor[0], 0.0)
+    drives = [
+        drive(record_of(model), (eye.actor,), lambda _: (place,), 8, rain=rain)
+        for rain in (0.0, RAIN)
+    ]
+    assert [knows(eye, seen.tracks[-1], place) for seen in drives] == [True, False]
+
+
+def test_actor_on_dead_columns_is_no_track_until_it_moves_off_them() -> None:
+    eye = EYES["camera/physical"]
+    columns, focal = eye.record["columns"], 0.5 * eye.record["columns"] / math.tan(eye.half_view)
+    # To 8 degrees on both sides of the axis.
+    half = int(focal * math.tan(math.radians(8.0)))
+    dead = {"column": columns // 2 - half, "columns": 2 * half, "rows": eye.record["rows"]}
+    edge = math.atan2(half, focal)
+
+    def actor(time: float) -> Place:
+        return 20.0, max(0.0, 6.0 * (time - 0.6))
+
+    def places(time: float) -> tuple[Place, ...]:
+        return (actor(time),)
+
+    record = record_of("camera/physical", patches={"dead": dead})
+    check(
+        eye,
+        drive(record, (eye.actor,), places, 60),
+        actor,
+        lambda time: bearings(eye.actor, actor(time))[1] <= edge,
+        lambda time: bearings(eye.actor, actor(time))[0] >= edge,
+    )
+    # A camera whose pixels are alive has it all the time.
+    whole = drive(record_of("camera/physical"), (eye.actor,), places, 12)
+    assert knows(eye, whole.tracks[-1], actor(0.0))
+
+
+TURN = 20.0
+"""By how much mounts are turned [deg]."""
+
+
+def turned(place: Place, degrees: float) -> Place:
+    angle = math.radians(degrees)
+    c, s = math.cos(angle), math.sin(angle)
+    return c * place[0] - s * place[1], s * place[0] + c * place[1]
+
+
+def bearing_of(rows: Any) -> float:
+    """Bearing of the nearest detection in the vehicle frame [deg]."""
+    assert len(rows) == 1
+    return math.degrees(math.atan2(rows[0, 1], rows[0, 0]))
+
+
+@pytest.mark.parametrize("degrees", [TURN, -TURN])
+@pytest.mark.parametrize("model", EYES)
+def test_turned_mount_sees_a_turned_scene_as_the_straight_one_saw_it(
+    model: str, degrees: float
+) -> None:
+    eye = EYES[model]
+    # A person, because a camera takes cars to head as the ego does.
+    place = (0.6 * eye.actor_x, 1.0)
+
+    def look(yaw: float, at: Place, heading: float) -> Any:
+        return drive(
+            record_of(model, yaw=yaw),
+            (PERSON,),
+            lambda _: (at,),
+            1,
+            headings=lambda _: [math.radians(heading)],
+        ).detections[0]
+
+    straight, aside = look(0.0, place, 0.0), look(degrees, turned(place, degrees), degrees)
+    # In the frame of the sensor both are one; in that of the vehicle the bearing has turned along.
+    assert bearing_of(aside) - bearing_of(straight) == pytest.approx(degrees, abs=0.3)
+    assert np.hypot(*aside[0]) == pytest.approx(np.hypot(*straight[0]), abs=0.2)
+
+
+@pytest.mark.parametrize("model", EYES)
+def test_actor_stays_where_it_is_and_its_bearing_from_the_sensor_turns_with_the_mount(
+    model: str,
+) -> None:
+    eye = EYES[model]
+    place = turned((0.6 * eye.actor_x, 0.0), 10.0)
+
+    def look(yaw: float) -> Any:
+        return drive(record_of(model, yaw=yaw), (eye.actor,), lambda _: (place,), 1).detections[0]
+
+    before, after = bearing_of(look(0.0)), bearing_of(look(TURN))
+    if eye.tells_bearing:
+        assert after == pytest.approx(before, abs=1.0)
+        assert (after - TURN) - before == pytest.approx(-TURN, abs=1.0)
+    else:
+        # All that it knows is its own axis.
+        assert (before, after) == pytest.approx((0.0, TURN), abs=1e-9)
+    # Turned the other way, it is out of view.
+    assert len(look(-TURN - 10.0)) == 0
+
+
+def test_speed_of_the_scene_is_no_matter_of_the_ego() -> None:
+    # All of the above drives: a channel that saw a standing ego might keep what it no longer sees.
+    assert SPEED > 3.0

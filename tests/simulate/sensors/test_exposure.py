@@ -1,0 +1,267 @@
+"""Which pixels show what covers them: air, light, glare, lens, dirt and noise."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from adeye.kernel.raster import GHOST
+from adeye.signals import Scene
+from adeye.simulate.sensors.imaging import upper_tail
+from adeye.simulate.world.objects import CONTRAST
+from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
+from tests.simulate.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels
+from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
+
+PLACES = [(18.0, 1.0, 0.2), (35.0, -4.0, 0.0), (60.0, 3.0, 1.0), (25.0, 6.0, 0.0)]
+SIZES = [CAR, TRUCK, TRUCK, PERSON]
+KINDS = ["car", "truck", "bus", "pedestrian"]
+
+
+def shown(weather: dict[str, Any], **changes: Any) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which pixels of a scene with four objects show them."""
+    context = scene_context(SIZES, kinds=KINDS, **weather)
+    return picture(context, scene(context, PLACES), **changes).visible
+
+
+def first_hidden(weather: dict[str, Any], **changes: Any) -> float:
+    """Distance from which on no pixel of a pedestrian straight ahead shows it [m]."""
+    context = scene_context([PERSON], kinds=["pedestrian"], **weather)
+    sensor = camera(context, columns=1024, rows=128, **changes)
+    low, high = 1.0, 400.0
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        frame = sensor.frame(scene(context, [(middle + 0.25, 0.0)]))
+        low, high = (middle, high) if pixels(frame) else (low, middle)
+    return low
+
+
+def test_clear_day_shows_every_pixel() -> None:
+    context = scene_context(SIZES, kinds=KINDS)
+    frame = picture(context, scene(context, PLACES))
+    assert np.array_equal(frame.visible, frame.objects >= 0)
+    assert {0, 1, 2, 3} <= set(frame.objects.ravel().tolist())
+
+
+@pytest.mark.parametrize("visibility", [50.0, 100.0, 200.0])
+def test_fog_hides_beyond_the_distance_of_koschmieder(visibility: float) -> None:
+    limit = first_hidden({"fog_visibility": visibility})
+    extinction = light_extinction(0.0, visibility)
+    expected = math.log(CONTRAST["pedestrian"] / (0.05 * math.sqrt(1.0 + 120.0 / 2e4))) / extinction
+    assert limit == pytest.approx(expected, rel=0.01)
+
+
+def test_pedestrian_at_night_is_seen_as_far_as_the_headlamps_give_five_lux() -> None:
+    limit = first_hidden({"illuminance": 0.1})
+    assert limit == pytest.approx(math.sqrt(20_000.0 / 4.9), rel=0.01)
+
+
+def test_brighter_headlamps_see_further_and_none_see_nothing() -> None:
+    assert first_hidden({"illuminance": 0.1}, headlamps=80_000.0) == pytest.approx(127.8, rel=0.01)
+    context = scene_context([PERSON], kinds=["pedestrian"], illuminance=0.1)
+    assert not picture(context, scene(context, [(3.0, 0.0)]), headlamps=0.0).visible.any()
+
+
+def test_street_lights_show_what_headlamps_do_not_reach() -> None:
+    context = scene_context([PERSON], kinds=["pedestrian"], illuminance=10.0)
+    assert pixels(picture(context, scene(context, [(100.0, 0.0)])))
+
+
+def test_headlamps_light_what_is_ahead_of_the_ego_not_of_the_camera() -> None:
+    context = scene_context([CAR], kinds=["parked_car"], illuminance=0.1)
+    behind = picture(context, scene(context, [(-20.0, 0.0)]), mount={"yaw": "180 deg"})
+    assert not behind.visible.any()
+    assert (behind.objects == 0).any()
+
+
+def test_low_sun_hides_what_stands_before_it() -> None:
+    context = scene_context([CAR, CAR], sun_elevation=math.radians(2.5))
+    frame = picture(context, scene(context, [(60.0, 0.0), (60.0, 22.0)]))
+    assert (frame.objects == 0).any()
+    assert pixels(frame, 0) == 0
+    assert pixels(frame, 1) > 0
+
+
+def test_sun_on_the_horizon_hides_what_stands_beside_it() -> None:
+    for elevation, is_hidden in ((0.0, True), (-1e-9, False)):
+        context = scene_context(sun_elevation=elevation)
+        frame = picture(context, scene(context, [(60.0, 1.8)]))
+        assert (pixels(frame) == 0) == is_hidden
+
+
+def test_sun_below_the_horizon_or_behind_does_nothing() -> None:
+    clear = shown({})
+    assert np.array_equal(shown({"sun_elevation": -0.01}), clear)
+    assert np.array_equal(shown({"sun_elevation": 0.05, "sun_azimuth": math.pi}), clear)
+
+
+def test_truck_before_the_sun_shades_the_lens() -> None:
+    context = scene_context([CAR, TRUCK], sun_elevation=math.radians(4.0))
+    # Seven degrees beside the sun, and beside the truck as well; behind a dirty lens.
+    glaring = picture(context, scene(context, [(40.0, 6.0), (20.0, -30.0)]), transmission=0.15)
+    shaded = picture(context, scene(context, [(40.0, 6.0), (20.0, 0.0)]), transmission=0.15)
+    assert pixels(glaring, 0) == 0
+    assert pixels(shaded, 0) > 0
+
+
+def test_blackout_shows_nothing() -> None:
+    assert not shown({}, transmission=0.0).any()
+
+
+def test_dead_patch_loses_its_pixels_and_no_others() -> None:
+    patch = {"column": 70, "row": 25, "columns": 12, "rows": 9}
+    dead = shown({}, patches={"dead": patch})
+    expected = shown({})
+    assert expected[25:34, 70:82].any()
+    expected[25:34, 70:82] = False
+    assert np.array_equal(dead, expected)
+
+
+def test_patch_over_the_whole_image_is_the_lens() -> None:
+    patch = {"columns": 160, "rows": 60, "transmission": 0.3}
+    weather = {"fog_visibility": 120.0}
+    dirty = shown(weather, patches={"dirt": patch})
+    assert np.array_equal(dirty, shown(weather, transmission=0.3))
+    assert not np.array_equal(dirty, shown(weather))
+
+
+def test_where_patches_overlap_the_worst_counts() -> None:
+    dirt = {"columns": 160, "rows": 60, "transmission": 0.9}
+    dead = {"column": 70, "row": 25, "columns": 12, "rows": 9}
+    one = shown({}, patches={"a": dirt, "b": dead})
+    assert np.array_equal(one, shown({}, patches={"a": dead, "b": dirt}))
+    assert np.array_equal(one, shown({}, patches={"dead": dead}))
+
+
+def test_patch_beyond_the_image_is_cut() -> None:
+    far = {"column": 150, "row": 0, "columns": 500, "rows": 500}
+    visible = shown({}, patches={"far": far})
+    expected = shown({})
+    expected[:, 150:] = False
+    assert np.array_equal(visible, expected)
+
+
+@pytest.mark.parametrize(
+    "weather",
+    [
+        {"fog_visibility": 70.0},
+        {"illuminance": 0.1},
+        {"rain": 200.0 * MM_PER_HOUR, "illuminance": 5.0},
+        {"sun_elevation": 0.1, "sun_azimuth": 0.1},
+        {"sun_elevation": 0.2, "fog_visibility": 90.0, "illuminance": 2000.0},
+    ],
+)
+def test_judging_whole_objects_equals_judging_every_pixel(weather: dict[str, float]) -> None:
+    # A patch that changes nothing makes the camera look at every pixel on its own.
+    for transmission in (1.0, 0.5, 0.2):
+        quick = shown(weather, transmission=transmission)
+        patch = {"columns": 160, "rows": 60, "transmission": 1.0}
+        slow = shown(weather, transmission=transmission, patches={"clean": patch})
+        assert np.array_equal(quick, slow)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(CONDITIONS),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.02, 0.3),
+)
+def test_worse_conditions_never_show_a_further_pixel(
+    name: str, one: float, other: float, elevation: float
+) -> None:
+    worse, better = sorted((one, other))
+    base = {"fog_visibility": 150.0, "sun_elevation": elevation, "illuminance": 2e4}
+    seen = []
+    for share in (worse, better):
+        lens = {"transmission": condition(name, share)} if name == "transmission" else {}
+        weather = base if lens else base | {name: condition(name, share)}
+        seen.append(shown(weather, **lens))
+    assert not (seen[0] & ~seen[1]).any()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.01, 1.2), st.floats(0.01, 1.2))
+def test_sun_further_from_the_line_of_sight_hides_no_further_pixel(
+    one: float, other: float
+) -> None:
+    # The object is to the right, the sun moves away from it to the left.
+    near, far = sorted((one, other))
+    context = [scene_context([CAR], sun_elevation=0.02, sun_azimuth=turn) for turn in (near, far)]
+    frames = [picture(item, scene(item, [(40.0, -2.0)])) for item in context]
+    assert pixels(frames[0]) <= pixels(frames[1])
+
+
+# --- noise ----------------------------------------------------------------------------------------
+
+
+def empty_scene() -> tuple[Any, Scene]:
+    context = scene_context([CAR])
+    return context, scene(context, [(-30.0, 0.0)])
+
+
+def test_noise_far_below_the_threshold_changes_no_bit() -> None:
+    assert np.array_equal(shown({}, noise=0.005), shown({}))
+
+
+def test_noise_alone_shows_as_many_ghost_pixels_as_cross_the_threshold() -> None:
+    context, nothing = empty_scene()
+    sensor = camera(context, noise=0.025)
+    count = 0
+    for _ in range(50):
+        count += int(sensor.frame(nothing).visible.sum())
+        sensor.sense(nothing)
+    threshold = 0.05 * math.sqrt(1.0 + 120.0 / 2e4)
+    expected = 50 * 160 * 60 * upper_tail(threshold / 0.025)
+    assert count == pytest.approx(expected, abs=5.0 * math.sqrt(expected))
+
+
+def test_noise_of_a_patch_stays_in_the_patch() -> None:
+    context, nothing = empty_scene()
+    patch = {"column": 20, "row": 10, "columns": 30, "rows": 20, "noise": 0.1}
+    visible = picture(context, nothing, patches={"broken": patch}).visible
+    share = visible[10:30, 20:50].mean()
+    assert share == pytest.approx(upper_tail(0.5), abs=0.08)
+    visible[10:30, 20:50] = False
+    assert not visible.any()
+
+
+def test_noise_of_the_image_and_of_a_patch_add_by_their_squares() -> None:
+    context, nothing = empty_scene()
+    patch = {"columns": 160, "rows": 60, "noise": 0.04}
+    both = picture(context, nothing, noise=0.03, patches={"broken": patch}).visible
+    one = picture(context, nothing, noise=0.05).visible
+    assert both.mean() == pytest.approx(one.mean(), rel=0.1)
+    assert both.mean() == pytest.approx(upper_tail(1.003), rel=0.1)
+
+
+def test_noise_hides_object_pixels_near_the_threshold() -> None:
+    weather: dict[str, Any] = {"fog_visibility": 55.0}
+    clean, noisy = shown(weather), shown(weather, noise=0.02)
+    context = scene_context(SIZES, kinds=KINDS, **weather)
+    covered = picture(context, scene(context, PLACES)).objects >= 0
+    assert (clean & ~noisy & covered).any()
+
+
+def test_pixel_that_is_mostly_noise_does_not_tell_its_class() -> None:
+    context = scene_context([CAR])
+    near = scene(context, [(8.0, 0.0)])
+    patch = {"columns": 160, "rows": 60, "transmission": 0.0, "noise": 0.1}
+    found = camera(context, patches={"dead": patch}).sense(near)
+    classes = found.detections[0, found.mask[0], 6]
+    assert len(classes) > 0
+    assert (classes == -1.0).all()
+    assert (found.source[0] == -1).all()
+    assert GHOST < -1
+
+
+def test_noise_is_new_in_each_sample_and_the_same_in_each_run_of_it() -> None:
+    context, nothing = empty_scene()
+    one, other = camera(context, noise=0.03), camera(context, noise=0.03)
+    first = one.frame(nothing).visible
+    assert np.array_equal(first, other.frame(nothing).visible)
+    one.sense(nothing)
+    assert not np.array_equal(first, one.frame(nothing).visible)

@@ -1,0 +1,161 @@
+"""What sensors see of a car: rain, fog, darkness and a low sun take from it and add nothing."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.signals import ILLUMINANCE, Bools, SceneContext
+from adeye.simulate.channels.perception.clustering import Clustering
+from adeye.simulate.sensors.ranging import RangingSensor
+from adeye.simulate.sensors.rig import BUILT_IN
+from adeye.simulate.world.weather import MM_PER_HOUR, glare_contrast
+from adeye.spec.sensors import (
+    Camera,
+    Lidar,
+    PhysicalCamera,
+    PhysicalLidar,
+    PhysicalRadar,
+    Radar,
+    Ultrasonic,
+)
+from tests.simulate.sensors.scenes import CAR, scene, scene_context, seen, sensor_context
+
+KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}
+FIELDS: dict[str, Any] = {
+    "mount": {"x": "0 m"},
+    "field_of_view": "360 deg",
+    "range": "100 m",
+    "rate": "20 Hz",
+}
+
+CONDITIONS: dict[str, list[dict[str, Any]]] = {
+    "rain": [{"rain": rate * MM_PER_HOUR} for rate in (0.0, 0.5, 2.5, 7.5, 40.0)],
+    "fog": [{"fog_visibility": visibility} for visibility in (1e5, 1000.0, 200.0, 50.0)],
+    "darkness": [{"illuminance": ILLUMINANCE[light]} for light in ILLUMINANCE],
+    "sun": [{"sun_elevation": math.radians(degrees)} for degrees in (80, 40, 20, 10, 5, 2, 0)],
+}
+"""From good to bad."""
+
+MATTERS = {
+    "camera": {"rain", "fog", "darkness", "sun"},
+    "lidar": {"rain", "fog"},
+    "radar": set(),
+}
+"""What shortens the range of a sensor; the others leave it as it is."""
+
+
+def reach(kind: str, context: SceneContext, bearing: float = 0.0) -> float:
+    """Distance of the nearest point from which on a car at a bearing is not reported [m]."""
+    night = {"night_range": 0.5} if kind == "camera" else {}
+    spec = KINDS[kind].model_validate({"kind": kind, **FIELDS, **night})
+    sensor = RangingSensor(sensor_context(spec, context))
+    low, high, tick = 1e-3, 200.0, 0
+    while high - low > 1e-6:
+        centre = 0.5 * (low + high) + 0.5 * CAR[0]
+        place = (centre * math.cos(bearing), centre * math.sin(bearing), bearing)
+        found = seen(sensor.sense(scene(context, [place], tick=tick)))
+        low, high = (0.5 * (low + high), high) if found else (low, 0.5 * (low + high))
+        tick += 1
+    return low
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_range_falls_as_a_condition_gets_worse(kind: str, condition: str) -> None:
+    ranges = [reach(kind, scene_context(**weather)) for weather in CONDITIONS[condition]]
+    assert ranges == sorted(ranges, reverse=True)
+    matters = condition in MATTERS[kind]
+    assert len(set(ranges)) == (len(ranges) if matters else 1)
+
+
+def test_low_sun_takes_the_range_of_its_contrast() -> None:
+    elevation = math.radians(10.0)
+    context = scene_context(sun_elevation=elevation)
+    contrast = glare_contrast(math.cos(elevation), ILLUMINANCE["day"])
+    assert reach("camera", context) == pytest.approx(100.0 * contrast, abs=1e-4)
+
+
+def test_low_sun_takes_less_the_farther_an_object_is_from_its_bearing() -> None:
+    context = scene_context(sun_elevation=math.radians(5.0), sun_azimuth=math.radians(30.0))
+    ranges = [reach("camera", context, math.radians(30 + away)) for away in (0, 10, -30, 60, 91)]
+    assert ranges == sorted(ranges)
+    assert ranges[0] < 20.0
+    assert ranges[-1] == pytest.approx(100.0, abs=1e-4)
+
+
+def test_sun_below_the_horizon_blinds_nobody() -> None:
+    context = scene_context(sun_elevation=-0.01)
+    assert reach("camera", context) == pytest.approx(100.0, abs=1e-4)
+
+
+# --- sensors that make what the device makes ------------------------------------------------------
+
+LOOK: dict[str, Any] = {"mount": {"z": "1.3 m"}, "field_of_view": "50 deg", "rate": "20 Hz"}
+PHYSICAL: dict[str, Any] = {
+    "camera": PhysicalCamera.model_validate(
+        # It needs much contrast and has pixels enough, so that it is the weather that decides.
+        {
+            "kind": "camera",
+            "fidelity": "physical",
+            **LOOK,
+            "contrast_threshold": 0.35,
+            "columns": 320,
+            "rows": 120,
+        }
+    ),
+    "lidar": PhysicalLidar.model_validate(
+        {"kind": "lidar", "fidelity": "physical", **LOOK, "range": "100 m"}
+    ),
+    "radar": PhysicalRadar.model_validate(
+        {"kind": "radar", "fidelity": "physical", **LOOK, "range": "100 m"}
+    ),
+    "ultrasonic": Ultrasonic.model_validate({"kind": "ultrasonic", **LOOK, "range": "100 m"}),
+}
+PHYSICS = {
+    "camera": {"rain", "fog", "darkness", "sun"},
+    "lidar": {"rain", "fog"},
+    "radar": {"rain"},
+    "ultrasonic": set(),
+}
+"""What a sensor suffers from. A radar of 77 GHz loses in rain, and fog drops are too small for it;
+what ultrasound loses in rain over its few metres is left out."""
+DISTANCES = np.arange(6.0, 180.0, 2.0)
+
+
+def detected(kind: str, **weather: Any) -> Bools:
+    """Tell at which distances, in which run (D, B), a car ahead is detected."""
+    runs = 40 if kind == "radar" else 1
+    # Parked, because the lamps of a car that drives are seen from afar by night.
+    context = scene_context(kinds=["parked_car"], runs=runs, **weather)
+    spec = PHYSICAL[kind]
+    model = BUILT_IN[kind if kind == "ultrasonic" else f"{kind}/physical"]
+    sensor = model(sensor_context(spec, context))
+    clustering = Clustering([spec] * runs, 1) if kind == "lidar" else None
+    found = []
+    for tick, distance in enumerate(DISTANCES):
+        sample = sensor.sense(scene(context, [(distance + 0.5 * CAR[0], 0.0)], tick=tick))
+        if clustering is not None:
+            sample = clustering.detect(sample)
+        found.append((sample.mask & (sample.source == 0)).any(axis=1))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("kind", PHYSICAL)
+def test_what_a_physical_sensor_detects_in_worse_conditions_it_detects_in_better_ones(
+    kind: str, condition: str
+) -> None:
+    # Random numbers are common to all conditions, so this holds for every sample of every run.
+    # The sun stands beside the car, which would shade the lens.
+    aside = {"sun_azimuth": math.radians(12.0)}
+    steps = [detected(kind, **aside, **weather) for weather in CONDITIONS[condition]]
+    assert steps[0].any()
+    for better, worse in itertools.pairwise(steps):
+        assert not (worse & ~better).any()
+    assert (steps[-1].sum() < steps[0].sum()) == (condition in PHYSICS[kind])
+    assert np.array_equal(steps[-1], steps[0]) == (condition not in PHYSICS[kind])
