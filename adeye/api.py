@@ -6,8 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from adeye.campaign.executor_names import asked_executor
 from adeye.campaign.plan import CampaignPlan, make_plan
-from adeye.campaign.remote import asked_executor
 from adeye.campaign.replay import Replayed, replay_run
 from adeye.campaign.run import Progress, run_campaign
 from adeye.campaign.summary import find_called

@@ -27,7 +27,7 @@ ONE_PLACE = {
     "jinja2": ("adeye.report",),
     "pyarrow": ("adeye.report",),
     "rich": ("adeye.cli",),
-    "scipy": ("adeye.judge", "adeye.sweep"),
+    "scipy": ("adeye.analysis", "adeye.judge", "adeye.sweep"),
     "sqlalchemy": ("adeye.store",),
     "typer": ("adeye.cli",),
 }

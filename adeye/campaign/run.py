@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.remote import NamedExecutor
     from adeye.campaign.traces import Wanted
     from adeye.campaign.work import WorkContext
     from adeye.ports import Executor

@@ -57,8 +57,8 @@ from adeye.errors import ASKED_TO_END
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.remote import NamedExecutor
     from adeye.campaign.run import Session
     from adeye.campaign.summary import CampaignSummary, VerdictLine
     from adeye.campaign.traces import Wanted
@@ -304,8 +304,8 @@ def run(
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
     """
+    from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.plan import make_plan
-    from adeye.campaign.remote import asked_executor
     from adeye.kernel.jit import is_cache_warm
 
     asked = asked_executor(executor, threads, workers, scheduler)
@@ -435,7 +435,7 @@ def parallel(
     Raises:
         UsageError: Both are asked for.
     """
-    from adeye.campaign.remote import PROCESSES, THREADS, asked_executor
+    from adeye.campaign.executor_names import PROCESSES, THREADS, asked_executor
 
     asked_executor(executor, threads, workers, None)
     if workers is not None or executor == PROCESSES:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adeye.campaign import remote as dask_executor
-from adeye.campaign.remote import DaskExecutor, NamedExecutor
+from adeye.campaign.executor_names import NamedExecutor
+from adeye.campaign.remote import DaskExecutor
 from adeye.campaign.run import run_campaign
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.verdict import ExitCode

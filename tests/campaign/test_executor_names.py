@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.campaign.remote import DaskExecutor, NamedExecutor, asked_executor, find_executor
+from adeye.campaign.executor_names import NamedExecutor, asked_executor, find_executor
+from adeye.campaign.remote import DaskExecutor
 from adeye.campaign.run import run_campaign
 from adeye.errors import SpecError, UsageError
 from tests.project import table_hash

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from adeye.kernel.elementary import exp, power, sin
-from adeye.spec.expression import Value, evaluated, may_hold, read_steps
+from adeye.spec.expression import Value, evaluated, may_hold
+from adeye.spec.grammar import read_steps
 
 NAN = math.nan
 

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError
-from adeye.spec.expression import measured, read_steps
+from adeye.spec.expression import measured
+from adeye.spec.grammar import read_steps
 from adeye.units import Dimension
 
 DIMS = {

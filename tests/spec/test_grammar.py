@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError
-from adeye.spec.expression import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, POPS, read_steps
+from adeye.spec.grammar import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, POPS, read_steps
 
 WORDS = [
     *("a", "ego.speed", "true", "2", "0", "1.5e3", "2 s", "60 km/h", "'x'", '"y z"'),
