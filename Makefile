@@ -12,7 +12,8 @@ DEMO_ODD := odd/motorway_chauffeur.yaml
 DEMO_REPORT := reports/motorway_chauffeur.html
 
 .DEFAULT_GOAL := help
-.PHONY: help env demo test slow parity chaos check lint types docs kernels wheel bench clean
+.PHONY: help env demo test server slow rest full parity chaos check lint types docs kernels wheel \
+	bench clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)$$/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
@@ -35,10 +36,20 @@ demo: $(STAMP)  ## run the motorway ODD; write its report
 
 # What the tests of a file share is made once: a file is for one process.
 test: $(STAMP)  ## run the tests
-	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "not slow"
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "not slow and not server"
+
+server: $(STAMP)  ## run the tests on a PostgreSQL server of their own
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "server and not slow"
 
 slow: $(STAMP)  ## run the tests that take long
-	$(BIN)/pytest -n $(JOBS) --dist loadfile -m slow --ignore=tests/test_docs.py
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m slow
+
+# In random order, as much as fits the time. Seconds, of which the last test may take more.
+BUDGET ?= 300
+rest: $(STAMP)  ## run what `make test` leaves out, as far as it fits BUDGET=300 seconds
+	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "slow or server" --budget $(BUDGET)
+
+full: test server slow check kernels  ## run everything; takes an hour and a half
 
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000
@@ -49,7 +60,7 @@ parity: $(STAMP)  ## compare the verdicts of both traffic implementations (CASES
 chaos: $(STAMP)  ## kill, fill up, tear and repeat campaigns in full size; takes two hours
 	ADEYE_CHAOS=full ADEYE_FUZZ=2000 $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
 
-check: lint types docs kernels wheel  ## everything else that must hold before a merge (-j2: faster)
+check: lint types docs wheel  ## everything else that must hold before a merge (-j2: faster)
 
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
@@ -63,11 +74,9 @@ types: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/pytest --doctest-modules --ignore=adeye/store/migrations adeye
-	$(BIN)/pytest -n $(JOBS) -m slow tests/test_docs.py
 
-# The kernels as plain Python: what they compute must not hang on the compiler.
-kernels: $(STAMP)
-	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -m "not slow" tests/kernel
+kernels: $(STAMP)  ## run the kernels as plain Python: nothing may hang on the compiler
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -n $(JOBS) -m "not slow" tests/kernel $(if $(BRIEF),--budget $(BRIEF))
 
 wheel: $(STAMP)
 	.ci/lean_install $(BIN)/python

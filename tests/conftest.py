@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,37 @@ settings.register_profile(
     "any_machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any_machine")
+
+_BEGIN = time.monotonic()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let who has only so much time say so."""
+    parser.addoption(
+        "--budget",
+        type=float,
+        metavar="SECONDS",
+        help="begin no test after so many seconds; what is left belongs to `make full`",
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what needs a PostgreSQL server, by its fixtures and parameters."""
+    for item in items:
+        callspec = getattr(item, "callspec", None)
+        values = () if callspec is None else callspec.params.values()
+        if "server" in getattr(item, "fixturenames", ()) or "postgresql" in values:
+            item.add_marker("server")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Begin nothing after the budget; order is random, so each time it is another part."""
+    budget = item.config.getoption("budget")
+    if budget is not None and time.monotonic() - _BEGIN > budget:
+        pytest.skip("left to `make full`: the budget is spent")
+
 
 # What a shell starts in the background ignores Ctrl-C, and so would what tests send it to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
