@@ -28,7 +28,7 @@ BESIDE_DATABASE: Final = ("-wal", "-shm", "-journal")
 """What SQLite appends to the name of a database for the files that belong to it."""
 
 laid: dict[int, int] = {}
-"""Descriptors of this process that mean another one while a verb runs, see ``cli.apart``."""
+"""Descriptors of this process that mean another one while a verb runs, see ``cli.output``."""
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(

@@ -223,7 +223,7 @@ class ChannelContext:
         shows_candidates: Whether somebody looks at what a command tells for pictures; otherwise a
             channel may leave that out, which saves time and changes nothing else.
         data_sheets: What the data sheet of each linked sensor says that has one, by id: columns
-            (B,) by field, see ``sensors.rig.DATA_SHEETS``.
+            (B,) by field, see ``simulate.sensors.rig.DATA_SHEETS``.
         models: What makes the samples of each linked sensor, by id: its kind with its fidelity, see
             ``spec.sensors.model_name``; where it is missing, its kind.
     """

@@ -356,7 +356,8 @@ def evaluate(
         cases: Its test cases.
         requirements: FSRs.
         faults: Fault ids of the ODD.
-        uncertainty: Numeric uncertainty by FSR; a block is judged without, see ``store.halving``.
+        uncertainty: Numeric uncertainty by FSR; a block is judged without, see
+            ``store.write.half_steps``.
     """
     compiled = [_compiled(item, cases[0].attributes) for item in requirements]
     return evaluate_trace(signals_of(trace, cases, faults), compiled, uncertainty)

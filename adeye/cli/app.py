@@ -319,7 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: What follows the name of the program; default: what it was called with.
 
     Returns:
-        The exit code, see ``evaluation.verdict.ExitCode``; never 0 if anything went wrong.
+        The exit code, see ``judge.verdict.ExitCode``; never 0 if anything went wrong.
     """
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)

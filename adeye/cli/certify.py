@@ -1,4 +1,4 @@
-"""``certify``: execute a sample again under other conditions, and keep what came of it."""
+"""``certify|selftest``: is a campaign deterministic; are faults found that were put in."""
 
 from __future__ import annotations
 

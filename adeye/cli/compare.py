@@ -1,4 +1,4 @@
-"""``compare``: architectures of one campaign on the same test cases."""
+"""``compare|matrix``: architectures on the same test cases; from hazards to runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``confidence``: what a campaign allows to say about the probability of a violation."""
+"""``confidence|uncertainty``: how probable a violation may be, and what the step does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``db upgrade|info|verify|merge|copy|metadata|grant``; ``db prove|withdraw``: runs as evidence."""
+"""``db …``: make, check, merge and copy databases; ``manifest …``: hashes of files, signed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``doctor``: is everything there, and what is proven about the product.
+"""``doctor|plugins``: is everything there, what is proven, what comes from outside.
 
 A status never runs ahead of its proof: without a test file the status is ``not yet``.
 """

@@ -1,4 +1,4 @@
-"""``fork`` and ``forks``: a run with another decision, and the takeovers of a campaign."""
+"""``fork|forks|timeline|faults``: runs with another decision; what followed their faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``gate``: judge a stored campaign, alone or against a committed baseline."""
+"""``gate|stale|check``: judge a campaign; which evidence is stale; do files hold together."""
 
 from __future__ import annotations
 

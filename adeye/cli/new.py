@@ -1,4 +1,4 @@
-"""``new channel|sensor|metric``: write a working example to start from."""
+"""``new channel|sensor|metric`` and ``init``: write a working example to start from."""
 
 from __future__ import annotations
 

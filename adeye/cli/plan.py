@@ -1,4 +1,4 @@
-"""``plan`` and ``signals``: what an ODD asks for and what its requirements may name."""
+"""``plan|signals|coverage|dependencies``: what an ODD asks for, names, covers and shares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``preventability``: would a reference driver have avoided what the architecture did not?"""
+"""``preventability|reference``: what a reference driver would have avoided."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``query``: one SELECT over the views, read-only and bounded, or a saved one by its name."""
+"""``query|export``: one SELECT over the views, read-only and bounded; a campaign as tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``run`` and ``report``: execute a campaign, judge it, write its reports."""
+"""``run|judge|report|warmup``: execute a campaign, judge it, write its reports."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ _WAYS: Final = {
     "invalid": "being invalid",
     "verdict": "verdicts without numeric uncertainty",
 }
-"""What told a verdict, in words, by the word of ``campaign.rejudging``."""
+"""What told a verdict, in words, by the word of ``campaign.rejudge``."""
 
 
 def print_summary(summary: CampaignSummary) -> None:

@@ -1,7 +1,7 @@
 """Compiled: what is left against objects in the path: times, decelerations, last moments to evade.
 
 Beside what ``conflict`` measures at every row, at those at which it found somebody in the path.
-Others keep their velocity, but for the times to collision with acceleration; ``kernel.evasion``
+Others keep their velocity, but for the times to collision with acceleration; ``kernel.encounter``
 says what a manoeuvre avoids.
 """
 

@@ -69,7 +69,7 @@ defaults of the safety channel, so that architectures with and without one can b
 
 @dataclass(frozen=True, slots=True)
 class StopQuality:
-    """Where a run stands, on the scale of ``kernel.stop_rating``.
+    """Where a run stands, on the scale of ``kernel.stops``.
 
     Attributes:
         achieved: Rating of the place; contact if it touched anything, NaN if it does not stand.

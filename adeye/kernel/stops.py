@@ -259,7 +259,7 @@ def rate_footprint(
     STRAIGHT,  # straight on, as with the steering in the middle
     RIGHT_LANE,  # to the centre of the lane to the right
     SHOULDER,  # to the middle of the shoulder
-    REFUGE,  # into the next parking bay or rest area, see `kernel.refuge_stops`
+    REFUGE,  # into the next parking bay or rest area, see `kernel.stops`
 ) = range(5)
 STOP_PATHS: Final = 5
 
@@ -543,7 +543,7 @@ def rate_stop(
     path: Floats,
     profile: Floats,
 ) -> float:
-    """Return the rating of the place where a stop ends, see ``kernel.stop_rating``.
+    """Return the rating of the place where a stop ends, see ``kernel.stops``.
 
     Args:
         record: Has the body of the ego, the lanes, shoulder, verge and ``speed_limit``.

@@ -1,4 +1,4 @@
-"""What sensors deliver, and so which faults have a meaning for them."""
+"""The faults of sensors: of their bodies, signals, objects and timing."""
 
 from __future__ import annotations
 

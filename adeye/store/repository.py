@@ -172,7 +172,7 @@ class Repository:
     # Work
 
     def merge(self, source: str | Path | Origin) -> Merged:
-        """Add what another database has, in one transaction; see ``store.merging``.
+        """Add what another database has, in one transaction; see ``store.write.merge``.
 
         Args:
             source: The other database, which is only read.
@@ -180,7 +180,7 @@ class Repository:
         return merging.merge(self._database, source)
 
     def copy(self, source: Location, campaigns: Sequence[str]) -> Copied:
-        """Fill this empty database with campaigns of another one; see ``store.merging``.
+        """Fill this empty database with campaigns of another one; see ``store.write.merge``.
 
         Args:
             source: The other database, which is only read.

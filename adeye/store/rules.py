@@ -1,4 +1,4 @@
-"""What an integrity rule is.
+"""The integrity rules of concepts, campaigns and budgets: views with a row for each breach.
 
 Rules without SQL are about records that only their own models read, see ``checking``.
 

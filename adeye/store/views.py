@@ -297,7 +297,7 @@ _ALL_HELD: Final = (
 
 
 def _fold(table: str, min_exercised: str, *, waived: bool = False) -> str:
-    """Fold counted verdicts as ``evaluation.verdict.fold_runs`` does."""
+    """Fold counted verdicts as ``judge.verdict.fold_runs`` does."""
     # In a single scenario one result is enough, and what never held may have held in another.
     passed, held = "n_pass", ""
     if table == "s":

@@ -315,8 +315,8 @@ def advance_crashing_reference(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH) in and out.
         marks: (N, MARK_WIDTH) in and out.
         seen: (L, N) scratch, see ``neighbours.make_lists``.

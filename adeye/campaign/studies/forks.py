@@ -300,12 +300,12 @@ class TakeoverMatrix:
 
     @property
     def precision(self) -> tuple[int, int]:
-        """See ``evaluation.takeovers.precision_of``."""
+        """See ``judge.preventability.precision_of``."""
         return precision_of(self.counts)
 
     @property
     def recall(self) -> tuple[int, int]:
-        """See ``evaluation.takeovers.recall_of``."""
+        """See ``judge.preventability.recall_of``."""
         return recall_of(self.counts, self.avoidable)
 
 

@@ -82,7 +82,7 @@ def reference_architecture(
 
     Args:
         vehicle: Content of the vehicle that it drives, in SI.
-        model: One of ``kernel.reference_parameters.MODELS``.
+        model: One of ``kernel.reference_drivers.parameters.MODELS``.
         edition: Of its rules.
         step: Master clock [s]; the driver looks at every tick.
     """

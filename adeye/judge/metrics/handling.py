@@ -5,7 +5,7 @@ that nobody detects, and one that is not handled before the run ends, leaves the
 bound on them is then undecided, never kept and never without a case.
 
 An alarm that has been on since before the fault, without a break, is no detection here. Against a
-fault-free twin (``evaluation.timeline``) it is none either, but there also an alarm is none that
+fault-free twin (``judge.timeline``) it is none either, but there also an alarm is none that
 begins later and that the twin has as well; so a detection by chance counts here and not there.
 
 Vehicle, decelerations and ratings are those of each run's own architecture. Two architectures that

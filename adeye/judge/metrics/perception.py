@@ -4,7 +4,7 @@ The channel is the one that acts without a request: the switch's default. What i
 at every row, also while another channel acts.
 
 An object *matters* at a row if it is the nearest in the path, no farther than the ego gets before
-it can stand (``kernel.reachable``), and half of its extent is to be seen from the ego's centre.
+it can stand (``kernel.encounter``), and half of its extent is to be seen from the ego's centre.
 """
 
 from __future__ import annotations

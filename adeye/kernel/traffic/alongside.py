@@ -2,7 +2,7 @@
 
 Where all lanes lie side by side, a place along one of them is a place along all. So everybody is
 sorted once, and one sweep against the traffic tells who drives ahead of whom. The model is that of
-``kernel.drivers``.
+``kernel.traffic.drivers``.
 """
 
 from __future__ import annotations

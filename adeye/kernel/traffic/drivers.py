@@ -152,7 +152,7 @@ def following_acceleration(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        curves: See ``kernel.lanes``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH).
         marks: (N, MARK_WIDTH).
         driver: Whose parameters count.
@@ -378,8 +378,8 @@ def decide(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH) in and out: timer and acceleration.
         marks: (N, MARK_WIDTH) in and out: target lanes.
         seen: (L, N) scratch, see ``neighbours.make_lists``.

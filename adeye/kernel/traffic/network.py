@@ -2,7 +2,7 @@
 
 Lanes are numbered road by road, in the order in which the roads were added and within a road from
 the left, so the lanes of a road have consecutive numbers. Geometry stands in the lanes' rows
-(``kernel.lanes``), what is connected in rows of ``links``, which all runs of a batch share.
+(``kernel.traffic.lanes``), what is connected in rows of ``links``, which all runs of a batch share.
 
 Source:
     The rules are those of highway-env 1.12 (``RoadNetwork`` in ``road/road.py``), without routes.
@@ -157,7 +157,7 @@ def search_lanes(
 
     Args:
         lanes: (L, LANE_WIDTH), L >= 1.
-        curves: See ``kernel.lanes``.
+        curves: See ``kernel.traffic.lanes``.
         x: [m].
         y: [m].
         heading: [rad].
@@ -195,7 +195,7 @@ def nearest_lane(
     Args:
         lanes: (L, LANE_WIDTH), L >= 1.
         links: (L, T), see ``build_links``.
-        curves: See ``kernel.lanes``.
+        curves: See ``kernel.traffic.lanes``.
         guess: Lane of the vehicle a tick ago.
         x: [m].
         y: [m].
@@ -240,7 +240,7 @@ def next_lane(
     Args:
         lanes: (L, LANE_WIDTH).
         links: (L, T), see ``build_links``.
-        curves: See ``kernel.lanes``.
+        curves: See ``kernel.traffic.lanes``.
         lane: That ends.
         x: Of the vehicle [m].
         y: Of the vehicle [m].
@@ -375,8 +375,8 @@ def see_around(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH).
         seen: (L, N) out, see ``make_lists``.
         listed: (L, 1 + N) out: which lanes are known.
@@ -410,7 +410,7 @@ def neighbours(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
+        links: Of the lanes, see ``kernel.traffic.network``.
         seen: (L, N) see ``see_around``.
         lane: Where to look.
         who: For whom.
@@ -501,8 +501,8 @@ def list_around(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH).
         marks: (N, MARK_WIDTH) in and out: the rank.
         seen: (L, N) out, see ``make_lists``.

@@ -171,7 +171,7 @@ def steer_reference(lanes: Floats, curves: Floats | None, vehicles: Floats, mark
 
     Args:
         lanes: (L, LANE_WIDTH).
-        curves: See ``kernel.lanes``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH) in and out.
         marks: (N, MARK_WIDTH).
     """
@@ -268,8 +268,8 @@ def locate(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH) in and out.
         marks: (N, MARK_WIDTH) in and out; the lane of a tick ago, or any.
         who: For whom.
@@ -326,8 +326,8 @@ def advance_reference(
 
     Args:
         lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.network``.
-        curves: See ``kernel.lanes``.
+        links: Of the lanes, see ``kernel.traffic.network``.
+        curves: See ``kernel.traffic.lanes``.
         vehicles: (N, VEHICLE_WIDTH) in and out.
         marks: (N, MARK_WIDTH) in and out.
         seen: (L, N) scratch, see ``neighbours.make_lists``.

@@ -136,7 +136,8 @@ class FanView(Part):
 class GridView(Part):
     """Cells around the ego, now and then: how safe it is to stand there, and when it is occupied.
 
-    The first cell is the rearmost on the right. Each map is one text, see ``report.grid.packed``.
+    The first cell is the rearmost on the right. Each map is one text, see
+    ``report.page.drive.packed``.
     """
 
     every: Annotated[int, Field(ge=1)]

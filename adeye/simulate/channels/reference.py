@@ -265,7 +265,7 @@ def look_at(
         row: Of the object.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the centre of the ego's lane [m].
-        view: (VIEW_SIZE,) out, see ``kernel.reference_columns``.
+        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.parameters``.
 
     Returns:
         VISIBLE, else the row of the vehicle that hides it, or UNSEEN for what is behind or not

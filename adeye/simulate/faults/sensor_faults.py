@@ -1,4 +1,4 @@
-"""Faults of a sensor's body: blind in a sector, short of sight, turned, shifted; and of pixels."""
+"""What faults do to sensors: to their bodies, numbers, lists of objects and timing."""
 
 from __future__ import annotations
 

@@ -207,7 +207,7 @@ def build_lanes(
 
     Args:
         segments: (B, K, 5) reference lines, the first one straight.
-        links: (K * lanes, T) of the lanes, see ``kernel.network``.
+        links: (K * lanes, T) of the lanes, see ``kernel.traffic.network``.
         lane_width: (B,) [m].
         lead: How far before the road its first lanes begin [m].
         out: (B, K * lanes, LANE_WIDTH), segment by segment, from the left.
@@ -256,7 +256,7 @@ def locate_all_vehicles(lanes: Floats, links: Ints, vehicles: Floats, marks: Int
 
     Args:
         lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.network``.
+        links: (L, T) of the lanes, see ``kernel.traffic.network``.
         vehicles: (B, N, VEHICLE_WIDTH) in and out.
         marks: (B, N, MARK_WIDTH) in and out.
     """
@@ -285,7 +285,7 @@ def show_placed(  # noqa: PLR0913, PLR0917 - a kernel
         ego: (B, 7) states.
         objects: (B, M, 5) states.
         lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.network``.
+        links: (L, T) of the lanes, see ``kernel.traffic.network``.
         vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
         marks: (B, 1 + M, MARK_WIDTH) in and out.
     """
@@ -334,10 +334,10 @@ def react_reference(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         running: (B,) runs to do it in.
         lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.network``.
+        links: (L, T) of the lanes, see ``kernel.traffic.network``.
         vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
         marks: (B, 1 + M, MARK_WIDTH) in and out.
-        seen: (L, 1 + M) scratch, see ``kernel.neighbours.make_lists``.
+        seen: (L, 1 + M) scratch, see ``kernel.traffic.network.make_lists``.
         along: (L, 1 + M) scratch.
         listed: (L, 2 + M) scratch.
         step: [s].

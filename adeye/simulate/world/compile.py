@@ -297,7 +297,7 @@ class World:
         context: What does not change during the runs.
         ego: (B, 7) initial states, see ``signals.EGO_COLUMNS``.
         objects: (B, M, 5) initial states, see ``signals.OBJECT_COLUMNS``.
-        actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.manoeuvre``.
+        actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.storyboard``.
         scripted: (A,) which actors follow the storyboard; the others are reactive.
         lane_changes: (A,) which reactive actors may change lanes.
         desired_speed: (B, A) speed that reactive actors want to drive [m/s].

@@ -661,7 +661,7 @@ class Executed:
 
 @dataclass(frozen=True)
 class CertificateRecord:
-    """A certificate as the database holds it, see ``campaign.certificate.Certificate``.
+    """A certificate as the database holds it, see ``campaign.studies.certify.Certificate``.
 
     Attributes:
         campaign: Id.

@@ -1,7 +1,7 @@
 """Save twins with half the step and the numeric uncertainty they told, and judge runs with it.
 
 A twin belongs to a run and is in no selection, like a fork. A verdict with the uncertainty is the
-verdict without it and one rule more (``evaluation.uncertainty.verdict_with``), so that it is made
+verdict without it and one rule more (``judge.uncertainty.verdict_with``), so that it is made
 from the row of that verdict: no run is executed for it.
 """
 

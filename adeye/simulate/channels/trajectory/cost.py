@@ -1,6 +1,6 @@
 """What the predicted objects cost a candidate: collisions, too little distance, who is cut up.
 
-What is predicted of an object is in ``kernel.prediction``. Road coordinates are taken as straight
+What is predicted of an object is in ``kernel.profiles``. Road coordinates are taken as straight
 over the length of a body.
 
 Costs are sums of terms >= 0, so that a candidate can be dropped as soon as it costs more than the
