@@ -53,6 +53,7 @@ from adeye.cli.output import (
 )
 from adeye.cli.progress import asking, duration, reporting
 from adeye.errors import ASKED_TO_END
+from adeye.judge.verdict import WORST_FIRST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -65,16 +66,6 @@ if TYPE_CHECKING:
 
 # --- The table of verdicts that a campaign ends with, the worst first -----------------------------
 
-WORST_FIRST: Final = (
-    "FAIL",
-    "ERROR",
-    "INVALID",
-    "INCONCLUSIVE",
-    "NOT_RUN",
-    "VACUOUS",
-    "PASS",
-    None,
-)
 _SHOWN_TEXT: Final = 60
 _WIDE: Final = 145
 
@@ -83,8 +74,7 @@ def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
     """Sort verdicts: architectures of the gate first, what is mandatory, then the worst."""
 
     def place(line: VerdictLine) -> tuple[Any, ...]:
-        verdict = None if line.verdict is None else str(line.verdict)
-        rank = WORST_FIRST.index(verdict)
+        rank = WORST_FIRST.index(line.verdict)
         return not line.is_gate, line.architecture, not line.mandatory, rank, line.fsr
 
     return sorted(lines, key=place)

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
+from typing import Final
 
 __all__ = [
     "ExitCode",
@@ -64,6 +65,8 @@ _RUN_ORDER = (
     Verdict.NOT_RUN,
 )
 _FSR_ORDER = (*_RUN_ORDER, Verdict.VACUOUS, Verdict.PASS)
+WORST_FIRST: Final = (*_RUN_ORDER, None, Verdict.VACUOUS, Verdict.PASS)
+"""Verdicts as they are listed; None is "not applicable", which is an error in the gate."""
 
 
 def _count(verdicts: Mapping[Verdict, int] | Iterable[Verdict]) -> dict[Verdict, int]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.judge.verdict import Outcome, Verdict
+from adeye.judge.verdict import WORST_FIRST, Outcome, Verdict
 from adeye.report.claims import is_sample
 from adeye.report.concept import measure_text
 from adeye.report.model.concept import OpenPoint, Realisation, VerificationRow
@@ -123,7 +123,7 @@ KINDS: Final[Mapping[Verdict | None, PointKind]] = {
     None: "not_applicable",
 }
 ORDER: Final[tuple[PointKind, ...]] = (
-    *KINDS.values(),
+    *(KINDS[verdict] for verdict in WORST_FIRST if verdict in KINDS),
     "channel_failure",
     "finding",
     "waiver",

@@ -6,8 +6,8 @@ from itertools import pairwise
 import pytest
 
 from adeye.campaign.summary import CampaignSummary, VerdictLine
-from adeye.cli.run import WORST_FIRST, margin_text, ordered, print_verdicts
-from adeye.judge.verdict import ExitCode, Verdict, fold_fsrs
+from adeye.cli.run import margin_text, ordered, print_verdicts
+from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict, fold_fsrs
 
 LINE = VerdictLine(
     architecture="a",
@@ -31,8 +31,8 @@ def summary(*lines: VerdictLine) -> CampaignSummary:
 
 def test_order_of_verdicts_is_that_of_folding() -> None:
     for worse, better in pairwise(word for word in WORST_FIRST if word is not None):
-        assert fold_fsrs([Verdict(better), Verdict(worse)]) is Verdict(worse)
-    assert {word for word in WORST_FIRST if word} == {verdict.value for verdict in Verdict}
+        assert fold_fsrs([better, worse]) is worse
+    assert set(WORST_FIRST) == {*Verdict, None}
 
 
 def test_gate_then_mandatory_then_worst_first() -> None:
@@ -46,7 +46,7 @@ def test_gate_then_mandatory_then_worst_first() -> None:
         replace(LINE, fsr="5", architecture="a", verdict=None),
         replace(LINE, fsr="6", architecture="a", verdict=Verdict.ERROR),
     ]
-    assert [line.fsr for line in ordered(lines)] == ["3", "2", "4", "6", "1", "5"]
+    assert [line.fsr for line in ordered(lines)] == ["3", "2", "4", "6", "5", "1"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import WORST_FIRST, Verdict
 from adeye.report.claims import refusals_of
 from adeye.report.formats.gsn import argument_of, render_svg
 from adeye.report.formats.matrix import By, grouped, matrix_of
@@ -33,17 +33,6 @@ if TYPE_CHECKING:
 
 # --- What the page shows, in the order in which it shows it: worst first --------------------------
 
-SEVERITY: tuple[Verdict | None, ...] = (
-    Verdict.FAIL,
-    Verdict.ERROR,
-    Verdict.INVALID,
-    Verdict.INCONCLUSIVE,
-    Verdict.NOT_RUN,
-    None,
-    Verdict.VACUOUS,
-    Verdict.PASS,
-)
-"""Verdicts from the worst; None is "not applicable"."""
 _NO_MARGIN = float("inf")
 
 
@@ -132,7 +121,7 @@ def arrange(report: Report) -> Page:
         rows.append(MatrixRow(report.fsrs.index(fsr) + 1, fsr, tuple(cells)))
     cards = tuple(_card(report, architecture) for architecture in architectures)
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
-    gate = min(gates, key=SEVERITY.index) if gates else Verdict.NOT_RUN
+    gate = min(gates, key=WORST_FIRST.index) if gates else Verdict.NOT_RUN
     return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
 
 
@@ -160,7 +149,7 @@ def _rank(report: Report, fsr: Fsr) -> tuple[Any, ...]:
         ids = [item.id for item in report.architectures if item.is_gate is in_gate]
         cells = [report.cell(fsr.id, architecture) for architecture in ids]
         states = [Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells]
-        severity = min((SEVERITY.index(state) for state in states), default=len(SEVERITY))
+        severity = min((WORST_FIRST.index(state) for state in states), default=len(WORST_FIRST))
         return severity, min((_robustness(cell) for cell in cells), default=_NO_MARGIN)
 
     return (not fsr.mandatory, *worst(in_gate=True), *worst(in_gate=False))
@@ -233,7 +222,7 @@ def _detail(
 def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
     cells = [report.cell(fsr.id, architecture.id) for fsr in report.fsrs if fsr.mandatory]
     states = Counter(Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells)
-    counts = tuple((badge(state), states[state]) for state in SEVERITY if states[state])
+    counts = tuple((badge(state), states[state]) for state in WORST_FIRST if states[state])
     worst = min((cell for cell in cells if cell is not None), key=_robustness, default=None)
     text = ""
     if worst is not None and _robustness(worst) < _NO_MARGIN:
@@ -579,7 +568,7 @@ def _line(group: TraceGroup, columns: tuple[By, ...]) -> TraceLine:
         (None if name == "NOT_APPLICABLE" else Verdict(name), count)
         for name, count in group.verdicts.items()
     ]
-    counts.sort(key=lambda item: SEVERITY.index(item[0]))
+    counts.sort(key=lambda item: WORST_FIRST.index(item[0]))
     links = tuple(group.links[column] for column in columns)
     return TraceLine(group.id, links, tuple(counts), group.gaps)
 

@@ -4,10 +4,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import WORST_FIRST, Verdict
 from adeye.report.formats.gsn import argument_of
 from adeye.report.model.report import Report
-from adeye.report.page.views import SEVERITY, TraceWay, goal_structure, ways_of
+from adeye.report.page.views import TraceWay, goal_structure, ways_of
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_both_ways_have_the_same_links(ways: dict[str, TraceWay]) -> None:
 def test_verdicts_are_counted_the_worst_first(ways: dict[str, TraceWay]) -> None:
     for way in ways.values():
         for line in way.lines:
-            ranks = [SEVERITY.index(verdict) for verdict, _ in line.verdicts]
+            ranks = [WORST_FIRST.index(verdict) for verdict, _ in line.verdicts]
             assert ranks == sorted(ranks)
             assert all(count > 0 for _, count in line.verdicts)
     assert ways["hazard"].lines[0].verdicts[0][0] is Verdict.FAIL
