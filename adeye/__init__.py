@@ -1,5 +1,7 @@
 """Test an automated driving architecture, in closed loop, against its operating conditions.
 
+The import loads nothing heavy: functions are fetched when they are first used. Begin with ``api``.
+
 >>> import adeye
 >>> sorted(adeye.__all__)
 ['CompareOptions', '__version__', 'compare', 'plan', 'replay', 'results', 'run', 'stl']

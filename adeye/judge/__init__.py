@@ -1,1 +1,4 @@
-"""What a recorded run means: metrics, signal temporal logic, verdicts."""
+"""What a recorded run means: metrics, signal temporal logic, verdicts.
+
+Nothing here drives a run or knows a database. Begin with ``evaluate``.
+"""

@@ -1,1 +1,5 @@
-"""Reports on a campaign: one HTML page, its machine twin in JSON, and JUnit XML for CI."""
+"""Reports on a campaign: one HTML page, its machine twin in JSON, and JUnit XML for CI.
+
+Nothing here executes a run: who wants replays drawn gives the function for it. Begin with
+``build``.
+"""

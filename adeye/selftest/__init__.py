@@ -1,1 +1,4 @@
-"""The self-test: known-bad masters through plan, run, judge, store and exit code."""
+"""The self-test: known-bad masters through plan, run, judge, store and exit code.
+
+Nothing that a campaign needs is here. Begin with ``running``.
+"""

@@ -1,4 +1,7 @@
-"""Fakes and conformance suites for those who write channels, sensors and executors."""
+"""Fakes and conformance suites for those who write channels, sensors and executors.
+
+The product imports nothing of it. Begin with ``channels``.
+"""
 
 from adeye.testing.channels import ScriptedChannel, check_channel
 from adeye.testing.driving import Drive, Fed, World, drive, feed

@@ -1,4 +1,8 @@
-"""Metrics: one number per run with its status, time and actor of the worst case."""
+"""Metrics: one number per run with its status, time and actor of the worst case.
+
+To import this package registers the built-in ones. What an FSR asks for is never here. Begin with
+``registry``.
+"""
 
 from adeye.judge.metrics import (
     arbitration,

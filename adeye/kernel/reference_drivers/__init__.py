@@ -1,4 +1,4 @@
 """Numerics of the reference drivers: parameters, reactions, scenes.
 
-Begin with ``drivers``.
+No channel and no trace is known here. Begin with ``drivers``.
 """

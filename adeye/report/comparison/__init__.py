@@ -1,4 +1,4 @@
 """Comparisons of architectures: pairs, tables, statistics of differences.
 
-Begin with ``compare``.
+Nothing is executed here. Begin with ``compare``.
 """

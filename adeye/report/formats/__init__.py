@@ -1,4 +1,7 @@
-"""The forms that a report is written in for other tools, besides the page."""
+"""The forms that a report is written in for other tools, besides the page.
+
+No verdict is made here. Begin with ``json``, the whole record.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
 """The gate against a baseline: snapshot, what changed, what it decides.
 
-Begin with ``decide``.
+Nothing is executed here. Begin with ``decide``.
 """

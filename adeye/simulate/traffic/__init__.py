@@ -1,4 +1,7 @@
-"""The simulated world around the ego, behind one protocol: make an implementation by its name."""
+"""The simulated world around the ego, behind one protocol: make an implementation by its name.
+
+No sensor and no channel is known here. Begin with ``stage``, which all implementations share.
+"""
 
 from __future__ import annotations
 

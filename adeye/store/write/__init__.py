@@ -1,4 +1,5 @@
 """What puts rows into the database: plans, content, the queue, results, studies, merging.
 
-Nothing here is read for people. Begin with ``results``.
+How anything is shown is not decided here, though studies are read where they are saved. Begin with
+``results``.
 """

@@ -1,9 +1,10 @@
 """The zoo: channels that misbehave, and the outcome that a run with each of them must have.
 
 A conformance test for what contains channels: whatever a channel does, its run gets the outcome
-that says so, and no bit of another run changes. ``ANIMALS`` are one program, ``zoo_program.py``;
+that says so, and no bit of another run changes. ``ANIMALS`` are one program, ``program.py``;
 ``values.animal`` says which one it is. ``OBJECTS`` and ``HERDS`` are plug-ins in Python, the two
-classes of ``zoo_plugin.py``; they have a parameter ``animal``.
+classes of ``plugin.py``; they have a parameter ``animal``. The product imports nothing of it. Begin
+with ``ANIMALS``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
 """The channel that plans trajectories: candidates, their cost, the plan and its following.
 
-Begin with ``channel``.
+No detection is read here, only tracks. Begin with ``channel``.
 """
