@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict
 
 from adeye.delivery import Delivery, no_measurement, sample_at
 from adeye.errors import UsageError
+from adeye.kernel import elementary
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal, uniform
@@ -153,6 +154,7 @@ __all__ = [
     "TrafficBackend",
     "UsageError",
     "compiled",
+    "elementary",
     "no_measurement",
     "normal",
     "sample_at",

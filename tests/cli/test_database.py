@@ -9,7 +9,6 @@ import pytest
 from adeye.store import schema
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
-from adeye.store.write import queue
 from adeye.store.write.merge import Merged
 
 
@@ -97,7 +96,7 @@ def test_merge_says_what_came_over_and_needs_its_sources(
 ) -> None:
     schema.upgrade("other.db")
     found = Merged("other.db", ("c",), 1_000, 20_000, 3, 7)
-    monkeypatch.setattr(queue, "merge", lambda _database, _source: found)
+    monkeypatch.setattr(Repository, "merge", lambda _here, _source: found)
     ended = adeye("db", "merge", "all.db", "other.db")
     assert ended.out == "other.db: campaigns 1, new runs 1,000, blocks done by it 3\n"
     assert "kept traces of 7 runs stay in other.db.traces" in ended.err

@@ -47,9 +47,7 @@ json_valid julianday lag last_value lead length like ln log log10 log2 lower max
 nth_value ntile nullif percent_rank pi pow power quote radians random rank round row_number
 sign sin sqrt strftime substr substring sum tan time total trunc typeof unicode upper
 """
-SQLITE_FUNCTIONS: Final = frozenset(
-    {*_SQLITE_FUNCTION_NAMES.split(), "iif"}
-)  # codespell:ignore iif
+SQLITE_FUNCTIONS: Final = frozenset({*_SQLITE_FUNCTION_NAMES.split(), "iif"})
 """Functions that finish at once on any value within the limits."""
 
 _ALLOWED_ACTIONS: Final = frozenset(
