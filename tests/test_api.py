@@ -113,6 +113,7 @@ def test_what_counts_no_threads_is_refused_before_anything_is_made(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_result_is_as_true_as_its_gate(mini: Executed) -> None:
     assert mini.summary.exit_code == ExitCode.OK
     assert mini.summary

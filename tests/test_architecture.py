@@ -76,6 +76,7 @@ def test_module_has_at_most_900_lines() -> None:
     assert {name: lines for name, lines in sizes.items() if lines > MAX_LINES} == {}
 
 
+@pytest.mark.slow
 def test_module_begins_with_a_docstring() -> None:
     silent = [
         dotted(path)
@@ -106,6 +107,7 @@ def test_no_stored_file_is_over_one_megabyte() -> None:
     assert {name: size for name, size in sizes.items() if size > MAX_FILE_BYTES} == {}
 
 
+@pytest.mark.slow
 def test_third_party_import_is_a_declared_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     # What develops the product is no part of it.
@@ -124,6 +126,7 @@ def test_third_party_import_is_a_declared_dependency() -> None:
     assert undeclared == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", ONE_PLACE)
 def test_library_is_imported_in_its_one_place(library: str) -> None:
     strangers = [
@@ -138,6 +141,7 @@ def test_library_is_imported_in_its_one_place(library: str) -> None:
     assert strangers == []
 
 
+@pytest.mark.slow
 def test_kernel_imports_numpy_and_numba_only() -> None:
     kernel = [path for path in MODULES if path.is_relative_to(PACKAGE / "kernel")]
     assert kernel
@@ -145,12 +149,14 @@ def test_kernel_imports_numpy_and_numba_only() -> None:
     assert {name: libraries for name, libraries in foreign.items() if libraries} == {}
 
 
+@pytest.mark.slow
 def test_imports_keep_the_contracts() -> None:
     linter = Path(sys.executable).with_name("lint-imports")
     result = subprocess.run([linter], cwd=ROOT, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
 
 
+@pytest.mark.slow
 def test_importing_the_command_line_loads_nothing_heavy() -> None:
     heavy = ["highway_env", "numba", "numpy", "pandas", "scipy", "sqlalchemy"]
     program = f"import sys, adeye.cli; print(sorted(set({heavy!r}) & set(sys.modules)))"

@@ -44,6 +44,7 @@ def test_smoke_prints_a_table_and_writes_no_result(file: Path) -> None:
     assert set(results.glob("*")) == before
 
 
+@pytest.mark.slow
 def test_a_median_of_fewer_than_three_rounds_is_refused() -> None:
     # One after the other in one process, for most of the time goes into imports.
     script = (

@@ -50,6 +50,7 @@ def digests(project: Project, cases: list[TestCase], size: int, **options: Any) 
     return found
 
 
+@pytest.mark.slow
 def test_size_and_order_of_batches_change_no_bit(many: Project) -> None:
     cases = list(many.plan().cases)
     assert len(cases) > 200
@@ -64,16 +65,19 @@ def test_size_and_order_of_batches_change_no_bit(many: Project) -> None:
     assert len(set(together.values())) > 100
 
 
+@pytest.mark.slow
 def test_memory_that_is_used_again_changes_no_bit(many: Project) -> None:
     cases = list(many.plan().cases)[:60]
     assert digests(many, cases, 16, memory=Memory()) == digests(many, cases, 16)
 
 
+@pytest.mark.slow
 def test_what_is_drawn_changes_no_digest(many: Project) -> None:
     cases = list(many.plan().cases)[:20]
     assert digests(many, cases, 20, drawn=True) == digests(many, cases, 20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["reference", "fast"])
 def test_variant_has_bits_of_its_own_that_do_not_depend_on_the_batch(
     many: Project, variant: str
@@ -82,6 +86,7 @@ def test_variant_has_bits_of_its_own_that_do_not_depend_on_the_batch(
     assert digests(many, cases, 30, variant=variant) == digests(many, cases, 7, variant=variant)
 
 
+@pytest.mark.slow
 def test_blocks_threads_and_workers_change_no_table(
     many: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

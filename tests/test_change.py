@@ -49,6 +49,7 @@ def stale(project: Project) -> StaleFiles | str:
         return stale_now(repository, campaign)
 
 
+@pytest.mark.slow
 def test_change_is_told_from_verdicts_to_stale_evidence(project: Project, baseline: Path) -> None:
     told = since(project, baseline)
     assert (told.changes, told.exit_code) == ((), ExitCode.OK)
@@ -89,6 +90,7 @@ def test_files_that_cannot_be_planned_are_said(project: Project) -> None:
     assert stale(project) == f"The ODD of the campaign is no longer at {project.odd}."
 
 
+@pytest.mark.slow
 def test_report_has_the_change_in_its_json(project: Project, baseline: Path) -> None:
     path = project.folder / "r.json"
     write_reports(project.db, None, json=path, baseline=baseline)

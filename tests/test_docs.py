@@ -169,6 +169,7 @@ def test_every_page_that_is_shown_a_command_in_is_walked() -> None:
     assert [name_of(page) for page in others if "```console" in text_of(page)] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [README, ROOT / "docs" / "guide" / "ci.md"], ids=name_of)
 def test_commands_of_the_workflow_exist_with_their_options(page: Path) -> None:
     known = generate.commands()
@@ -190,6 +191,7 @@ def test_commands_of_the_workflow_exist_with_their_options(page: Path) -> None:
 # --- files and snippets ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_files_of_the_pages_are_valid(project: Path) -> None:
     names = [name for page in WALKED for name in walk.files_of(text_of(page))]
     shown = {Path(name).parent.name for name in names}
@@ -219,6 +221,7 @@ def test_snippet_is_accepted_in_the_shipped_file(project: Path, target: str, sni
     assert make_plan(project / ODD).expansion.count > 0
 
 
+@pytest.mark.slow
 def test_every_yaml_block_is_checked_by_one_of_the_tests() -> None:
     for page in WALKED:
         for match in _YAML.finditer(text_of(page)):

@@ -140,6 +140,7 @@ def resumed(project: Project) -> None:
         assert repository.verify() == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lanes", "name", "code"),
     [("--threads", signal.SIGINT, 130), ("--workers", signal.SIGTERM, 143)],
@@ -158,6 +159,7 @@ def test_first_signal_gives_a_few_seconds_and_leaves_a_campaign_that_goes_on(
     resumed(slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lanes", "name", "code"),
     [("--threads", signal.SIGTERM, 143), ("--workers", signal.SIGINT, 130)],
@@ -178,6 +180,7 @@ def ended(process: subprocess.Popen[str]) -> list[Any]:
     return found
 
 
+@pytest.mark.slow
 def test_two_runners_share_a_campaign_and_end_with_one_verdict(tmp_path: Path) -> None:
     project = Project(tmp_path / "project")
     command = ["-c", RUNNER, str(project.odd), str(project.db)]
@@ -190,6 +193,7 @@ def test_two_runners_share_a_campaign_and_end_with_one_verdict(tmp_path: Path) -
     assert table_hash(project.db) == table_hash(project.folder / "whole.db")
 
 
+@pytest.mark.slow
 def test_stopped_runner_is_taken_over_and_fenced_off(slow: Project) -> None:
     mark = slow.folder / "mark"
     command = ["-c", RUNNER, str(slow.odd), str(slow.db)]

@@ -57,6 +57,7 @@ def test_batch_mixes_runs_that_end_at_different_rows(
     assert not trace.complete.all()
 
 
+@pytest.mark.slow
 def test_case_has_the_same_digest_alone_and_in_a_batch(
     sixteen: tuple[list[TestCase], Trace],
 ) -> None:

@@ -34,6 +34,7 @@ POINTS: Final[Mapping[str, Mapping[str, list[str]]]] = {
 """One point of each scenario, at the default speed of 100 km/h."""
 
 
+@pytest.mark.slow
 def test_campaign_has_five_thousand_test_cases_over_every_level_and_world() -> None:
     plan = make_plan(CAMPAIGN)
     assert plan.expansion.count >= 5000

@@ -161,6 +161,7 @@ ON_TRACES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ON_TRACES)
 def test_what_a_metric_does_to_its_trace_changes_nothing_else(tmp_path: Path, attack: str) -> None:
     bench = Bench(tmp_path)
@@ -172,6 +173,7 @@ def test_what_a_metric_does_to_its_trace_changes_nothing_else(tmp_path: Path, at
     assert came.verdicts == honest.verdicts
 
 
+@pytest.mark.slow
 def test_metric_does_not_change_what_another_is_shown(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bound = bounded("After", "guest_after_m", "at_least: 1e6")[1]
@@ -182,6 +184,7 @@ def test_metric_does_not_change_what_another_is_shown(tmp_path: Path) -> None:
     assert run(bench, attack, *edits).verdicts == honest.verdicts
 
 
+@pytest.mark.slow
 def test_requirement_on_a_guests_metric_is_judged_and_the_others_are_before_it(
     tmp_path: Path,
 ) -> None:
@@ -193,6 +196,7 @@ def test_requirement_on_a_guests_metric_is_judged_and_the_others_are_before_it(
     assert came.code == 1
 
 
+@pytest.mark.slow
 def test_metric_that_finds_its_way_to_the_trace_itself_is_named(tmp_path: Path) -> None:
     attack = """
         frame = sys._getframe()
@@ -233,6 +237,7 @@ _FRONT = Edit(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ON_SCENES)
 def test_what_a_sensor_does_to_the_world_changes_nothing(tmp_path: Path, attack: str) -> None:
     bench = Bench(tmp_path)
@@ -294,6 +299,7 @@ _SPY = Edit(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ON_ROADS)
 def test_what_a_channel_does_to_its_map_changes_nothing(tmp_path: Path, attack: str) -> None:
     bench = Bench(tmp_path)
@@ -304,6 +310,7 @@ def test_what_a_channel_does_to_its_map_changes_nothing(tmp_path: Path, attack: 
     assert came.verdicts == honest.verdicts
 
 
+@pytest.mark.slow
 def test_replay_of_a_tampered_run_is_of_the_truth(tmp_path: Path) -> None:
     came = run(Bench(tmp_path), ON_SCENES["the_ego"], OSCILLATES, _FRONT)
     db = came.folder / DB
@@ -313,6 +320,7 @@ def test_replay_of_a_tampered_run_is_of_the_truth(tmp_path: Path) -> None:
     assert again.verdicts["FSR-04"] == "FAIL"
 
 
+@pytest.mark.slow
 def test_built_in_parts_pay_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hashed = []
     honest = Trace._digest

@@ -108,6 +108,7 @@ def test_canonical_json_is_json_that_has_the_same_canonical_json(value: Any) -> 
     assert canonical_json(json.loads(content)) == content
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.text("abcdef", max_size=3), VALUES, max_size=5), st.randoms())
 def test_order_of_keys_does_not_matter(value: dict[str, Any], random: Any) -> None:
     keys = list(value)
@@ -175,6 +176,7 @@ def test_seeds_of_many_are_those_of_each() -> None:
     assert stream_seeds(7, "scenärio", range(3), texts) == alone
 
 
+@pytest.mark.slow
 @given(
     constant=st.dictionaries(st.text(max_size=3), st.floats(allow_nan=False, allow_infinity=False)),
     varied=st.dictionaries(

@@ -1509,6 +1509,7 @@ def test_flaw_in_a_swept_parameter_of_a_plugin_is_found(project: Path, plan: Run
     assert "channels.nominal.parameters.gain: must be a valid number" in message
 
 
+@pytest.mark.slow
 def test_swept_values_that_fit_are_planned(project: Path, plan: Run) -> None:
     axes = (
         "architecture.sensors.camera.range: [80 m, 120 m]\n"

@@ -157,6 +157,7 @@ def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Exe
     assert set(decided.tolist()) <= {NOMINAL, NO_CHANNEL}
 
 
+@pytest.mark.slow
 def test_fork_is_the_same_for_any_batch(mini: Executed) -> None:
     case = mini.plan.cases[0]
     fork = replace(case, override=AuthorityOverride(30, case.architecture.switch.default))

@@ -68,6 +68,7 @@ def digests(project: Project, db: str = "") -> dict[tuple[str, str], str]:
     }
 
 
+@pytest.mark.slow
 def test_failing_programs_are_named_and_no_other_run_changes(project: Project) -> None:
     project.run(db="honest.db")
     for name in ANIMALS:
@@ -93,6 +94,7 @@ def test_failing_programs_are_named_and_no_other_run_changes(project: Project) -
     assert "depends on the machine" in replay_run(project.db, hanging).note
 
 
+@pytest.mark.slow
 def test_blocks_and_workers_make_no_difference(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -103,6 +105,7 @@ def test_blocks_and_workers_make_no_difference(
     assert table_hash(project.db) == table_hash(project.folder / "other.db")
 
 
+@pytest.mark.slow
 def test_edited_program_is_executed_again_and_nothing_else(project: Project) -> None:
     project.run()
     assert project.run().executed == 0
@@ -111,6 +114,7 @@ def test_edited_program_is_executed_again_and_nothing_else(project: Project) -> 
     assert project.run().executed == 2
 
 
+@pytest.mark.slow
 def test_values_can_be_swept(project: Project) -> None:
     with project.edited_odd() as odd:
         path = "architecture.channels.guest.parameters.values.animal"
@@ -120,6 +124,7 @@ def test_values_can_be_swept(project: Project) -> None:
     assert outcomes == {"completed", "channel_error"}
 
 
+@pytest.mark.slow
 def test_blocks_hold_no_more_programs_than_a_machine_can_bear(project: Project) -> None:
     with project.edited_odd() as odd:
         gaps = {"from": "10 m", "to": "60 m", "step": "0.01 m"}
@@ -131,6 +136,7 @@ def test_blocks_hold_no_more_programs_than_a_machine_can_bear(project: Project) 
     assert not project.plan().is_compiled
 
 
+@pytest.mark.slow
 def test_non_deterministic_program_is_caught_by_a_replay(project: Project) -> None:
     add(project, "reads_the_clock", "reads_the_clock")
     project.run()
@@ -138,6 +144,7 @@ def test_non_deterministic_program_is_caught_by_a_replay(project: Project) -> No
     assert not replay_run(project.db, run).identical
 
 
+@pytest.mark.slow
 def test_what_a_stored_run_showed_is_saved_and_fed(project: Project, tmp_path: Path) -> None:
     project.run()
     run = next(row["run"] for row in project.rows() if row["architecture"] == "honest")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from adeye.campaign import run as runner
 from adeye.campaign.replay import replay_run
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 SAMPLE = 50
 
 
+@pytest.mark.slow
 def test_fifty_runs_replay_identically_from_any_batch_and_worker_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,6 +89,7 @@ def test_progress_counts_the_runs_that_are_drawn(
     assert {(item.phase, item.total) for item in seen} == {("report", len(report.replays))}
 
 
+@pytest.mark.slow
 def test_reporting_changes_nothing_in_the_database(mini: Executed, tmp_path: Path) -> None:
     before = count_rows(mini.db, "run"), table_hash(mini.db)
     report = write_reports(mini.db, mini.summary.campaign[:8], junit=tmp_path / "junit.xml")
@@ -97,6 +98,7 @@ def test_reporting_changes_nothing_in_the_database(mini: Executed, tmp_path: Pat
     assert (count_rows(mini.db, "run"), table_hash(mini.db)) == before
 
 
+@pytest.mark.slow
 def test_one_run_has_a_page_of_its_own(mini: Executed, tmp_path: Path) -> None:
     run = mini.project.rows()[5]["run"]
     write_replay(mini.db, run[:12], tmp_path / "replay.html")
@@ -105,6 +107,7 @@ def test_one_run_has_a_page_of_its_own(mini: Executed, tmp_path: Path) -> None:
     assert "asked for" in page
 
 
+@pytest.mark.slow
 def test_folder_that_is_not_there_is_made_or_refused(mini: Executed, tmp_path: Path) -> None:
     path = tmp_path / "deep" / "junit.xml"
     write_reports(mini.db, None, junit=path)
@@ -134,6 +137,7 @@ def test_campaign_is_found_by_its_beginning_or_as_the_newest(mini: Executed) -> 
         assert repository.find_campaign(mini.summary.campaign[:10]).id == mini.summary.campaign
 
 
+@pytest.mark.slow
 def test_exports_are_written_without_a_page(mini: Executed, tmp_path: Path) -> None:
     files = {"sarif": tmp_path / "v.sarif", "gsn": tmp_path / "a.svg", "reqif": tmp_path / "r.xml"}
     report = write_reports(mini.db, None, exports=files)
@@ -148,6 +152,7 @@ def test_form_that_is_none_is_refused_before_anything_is_read(tmp_path: Path) ->
         write_reports(tmp_path / "missing.db", None, exports={"gsn": tmp_path / "a.png"})
 
 
+@pytest.mark.slow
 def test_report_is_read_by_the_id_of_its_odd(mini: Executed) -> None:
     found = read_report(mini.db, "mini")
     assert found.campaign == mini.summary.campaign

@@ -10,6 +10,7 @@ import time
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from adeye.errors import AdeyeError
 from adeye.store.repository import Repository
@@ -75,6 +76,7 @@ def results(db: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 def test_killed_campaign_ends_as_an_uninterrupted_one(tmp_path: Path) -> None:
     project = Project(tmp_path)
     with project.edited_odd() as odd:

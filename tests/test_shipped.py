@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+pytestmark = pytest.mark.slow
+
 MOTORWAY = ROOT / "odd" / "motorway_chauffeur.yaml"
 URBAN = ROOT / "odd" / "urban_pedestrian_rain.yaml"
 STUDY = ROOT / "odd" / "sensor_study.yaml"
@@ -154,7 +156,6 @@ def test_experiment_a_is_monotone_on_a_thinned_grid(tmp_path: Path) -> None:
     check_experiment(rows)
 
 
-@pytest.mark.slow
 def test_experiment_a_is_monotone_on_its_whole_grid(tmp_path: Path) -> None:
     rows = urban(shipped(tmp_path / "project", URBAN))
     assert len(rows) == 7524

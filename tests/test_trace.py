@@ -191,6 +191,7 @@ def test_digest_tells_the_sign_of_zero_and_nan_from_zero() -> None:
     assert len(found) == 3
 
 
+@pytest.mark.slow
 def test_digest_does_not_depend_on_memory_order_or_batch() -> None:
     trace = make()
     fortran = {name: np.asfortranarray(column) for name, column in trace.columns.items()}

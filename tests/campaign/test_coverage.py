@@ -24,6 +24,7 @@ def test_executed_campaign_covers_what_was_planned(mini: Executed) -> None:
         assert executed.coverage == planned.coverage
 
 
+@pytest.mark.slow
 def test_declared_bins_change_the_coverage_and_no_test_case(make_project: MakeProject) -> None:
     project = make_project()
     before = [case.digest for case in project.plan().cases]

@@ -71,10 +71,12 @@ class AtFirst:
             self.act()
 
 
+@pytest.mark.slow
 def test_workers_of_this_machine_conform() -> None:
     check_executor(DaskExecutor, is_isolated=True)
 
 
+@pytest.mark.slow
 def test_campaign_on_a_local_cluster_is_the_campaign_of_this_process(
     mini: Executed, tmp_path: Path
 ) -> None:
@@ -84,6 +86,7 @@ def test_campaign_on_a_local_cluster_is_the_campaign_of_this_process(
     assert table_hash(db) == table_hash(mini.db)
 
 
+@pytest.mark.slow
 def test_worker_that_is_killed_loses_no_block(mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "killed.db"
     with started_cluster(tmp_path / "cluster", workers=2) as cluster:
@@ -94,6 +97,7 @@ def test_worker_that_is_killed_loses_no_block(mini: Executed, tmp_path: Path) ->
     assert table_hash(db) == table_hash(mini.db)
 
 
+@pytest.mark.slow
 def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
     mini: Executed, tmp_path: Path
 ) -> None:
@@ -118,6 +122,7 @@ def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
     assert table_hash(db) == table_hash(mini.db)
 
 
+@pytest.mark.slow
 def test_cluster_without_workers_is_waited_for_only_so_long(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -131,6 +136,7 @@ def test_cluster_without_workers_is_waited_for_only_so_long(
     assert "has no worker; waiting, for 0.7 s at most" in caplog.text
 
 
+@pytest.mark.slow
 def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
     with (
         started_cluster(tmp_path, workers=0) as cluster,
@@ -145,6 +151,7 @@ def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
         assert {done.result for done in executor.run(tasks())} == {"a", "b"}
 
 
+@pytest.mark.slow
 def test_worker_that_cannot_import_the_work_says_what_is_missing(tmp_path: Path) -> None:
     with (
         started_cluster(tmp_path, workers=1) as cluster,
@@ -205,6 +212,7 @@ tests.campaign.work.perform = perform
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("preload", "why"),
     [
@@ -231,6 +239,7 @@ def test_worker_that_is_unfit_is_named_and_left_out_while_others_work(
     assert re.search(rf"worker odd_one at tcp://\S+ cannot take part: {why}", caplog.text)
 
 
+@pytest.mark.slow
 def test_cluster_of_unfit_workers_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -189,6 +189,7 @@ def test_architecture_under_two_ids_is_executed_once_and_shares_its_results(
     assert [line.exercised for line in summary.verdicts] == [2, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("nested", "verdict"),
     [

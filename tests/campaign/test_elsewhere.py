@@ -62,6 +62,7 @@ def a_task(plan: CampaignPlan) -> BatchTask:
     return BatchTask(1, (plan.cases[0],), (), plan.work)
 
 
+@pytest.mark.slow
 def test_worker_that_has_everything_executes_as_here(mini: Executed) -> None:
     task = a_task(mini.plan)
     made = DemandingTask.of(demand_of(mini.plan), task)
@@ -129,6 +130,7 @@ def test_module_that_was_installed_anew_under_a_worker_is_refused(
         required(demand_of(made.plan()))
 
 
+@pytest.mark.slow
 def test_file_that_changes_during_a_block_makes_its_result_worthless(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -286,6 +288,7 @@ def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
         list(executor.run(iter([a_task(mini.plan)])))
 
 
+@pytest.mark.slow
 def test_results_of_two_blocks_that_an_executor_exchanges_are_refused(mini: Executed) -> None:
     first = a_task(mini.plan)
     second = replace(first, block=2, execute=(mini.plan.cases[1],))
@@ -312,6 +315,7 @@ def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -
     assert mini.plan.cases[0].architecture.sensors
 
 
+@pytest.mark.slow
 def test_seal_stays_on_its_way_through_a_pipe(mini: Executed) -> None:
     item = DemandingTask.of(demand_of(mini.plan), a_task(mini.plan))
     sent = pickle.loads(pickle.dumps(execute_as_demanded(item)))  # noqa: S301 - made here

@@ -64,6 +64,7 @@ def test_class_without_run_is_no_executor(here: Path) -> None:
         find_executor("./own.py:Deaf")
 
 
+@pytest.mark.slow
 def test_class_of_a_file_executes_a_campaign(mini: Executed, here: Path) -> None:
     named = NamedExecutor("./own.py:Own", workers=3, address="there")
     assert named.text == "executor ./own.py:Own at there with 3 workers"

@@ -106,6 +106,7 @@ def test_exception_in_a_thread_is_the_callers_and_the_rest_is_dropped() -> None:
     assert len(tasks.waiting) > 40
 
 
+@pytest.mark.slow
 def test_processes_give_back_every_result_with_its_task() -> None:
     tasks = [f"echo:{number}" for number in range(7)]
     ended = list(Processes(perform, 2).run(iter(tasks)))
@@ -113,6 +114,7 @@ def test_processes_give_back_every_result_with_its_task() -> None:
     assert all(done.task == f"echo:{done.result}" and not done.lost for done in ended)
 
 
+@pytest.mark.slow
 def test_work_runs_in_other_processes() -> None:
     ended = Processes(perform, 2).run(iter(["pid"] * 4))
     pids = {done.result for done in ended}
@@ -120,6 +122,7 @@ def test_work_runs_in_other_processes() -> None:
     assert 1 <= len(pids) <= 2
 
 
+@pytest.mark.slow
 def test_worker_that_dies_takes_only_its_batch_with_it() -> None:
     ended = list(Processes(perform, 2).run(iter(["echo:a", "die", "echo:b", "echo:c"])))
     results = {done.task: done.result for done in ended}
@@ -128,6 +131,7 @@ def test_worker_that_dies_takes_only_its_batch_with_it() -> None:
     assert lost == [f"its worker died with code {DIE}"]
 
 
+@pytest.mark.slow
 def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
     tasks = Again("die")
     ended = Processes(perform, 1).run(tasks)
@@ -136,6 +140,7 @@ def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
     assert [done.result for done in ended] == ["again"]
 
 
+@pytest.mark.slow
 def test_exception_of_the_work_is_raised_here_and_ends_the_workers(workers: Children) -> None:
     with pytest.raises(ValueError, match="refused x"):
         list(Processes(perform, 2).run(iter(["raise:x", "echo:a"])))
@@ -147,6 +152,7 @@ def test_no_worker_is_left_when_the_tasks_have_ended(workers: Children) -> None:
     assert workers() == set()
 
 
+@pytest.mark.slow
 def test_no_worker_is_left_when_the_caller_stops_listening(workers: Children) -> None:
     ended = Processes(perform, 1).run(iter(["echo:a", "echo:b", "echo:c"]))
     assert next(ended).result == "a"
@@ -155,6 +161,7 @@ def test_no_worker_is_left_when_the_caller_stops_listening(workers: Children) ->
     assert workers() == set()
 
 
+@pytest.mark.slow
 def test_closing_ends_a_worker_that_is_busy(tmp_path: object, workers: Children) -> None:
     place = f"{tmp_path}/pid"
     executor = Processes(perform, 2)
@@ -164,6 +171,7 @@ def test_closing_ends_a_worker_that_is_busy(tmp_path: object, workers: Children)
     assert workers() == set()
 
 
+@pytest.mark.slow
 def test_ctrl_c_is_the_parents_business() -> None:
     ended = list(Processes(perform, 1).run(iter(["interrupt:on", "echo:after"])))
     assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
@@ -175,6 +183,7 @@ def test_no_tasks_are_no_results_and_start_no_worker(monkeypatch: pytest.MonkeyP
     assert list(executor.run(iter(()))) == []
 
 
+@pytest.mark.slow
 def test_no_more_workers_start_than_there_are_tasks(workers: Children) -> None:
     executor = Processes(perform, 8)
     ended = executor.run(iter(["pid", "pid"]))
@@ -194,6 +203,7 @@ def test_worker_that_cannot_be_started_says_what_to_do(monkeypatch: pytest.Monke
         list(pool.run(Again("echo:a")))
 
 
+@pytest.mark.slow
 def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
     tmp_path: object,
 ) -> None:
@@ -208,6 +218,7 @@ def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
     assert not is_running(int(Path(place).read_text("utf-8")))
 
 
+@pytest.mark.slow
 def test_what_a_worker_started_ends_with_it(tmp_path: object, workers: Children) -> None:
     place = Path(f"{tmp_path}/pid")
     executor = Processes(perform, 2)
@@ -275,11 +286,13 @@ def test_abandoned_threads_are_not_waited_for() -> None:
     thread.join()
 
 
+@pytest.mark.slow
 def test_work_in_a_worker_may_ask_a_process_of_its_own() -> None:
     executor = Processes(perform, 1)
     assert [done.result for done in executor.run(iter(["ask:a", "ask:b"]))] == ["a", "b"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["echo:done", "die:"])
 def test_what_a_worker_leaves_behind_ends_with_it(tmp_path: Path, end: str) -> None:
     noted = tmp_path / "pid"

@@ -192,6 +192,7 @@ def lagged(time: float, lag: float) -> float:
     return 0.5 * time**2 - lag * time + lag**2 * (1.0 - math.exp(-time / lag))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "gap"), [(20.0, 61.0), (33.3, 100.0), (5.0, 7.3)])
 def test_without_commands_the_way_is_driven_at_constant_speed(
     speed: float, gap: float, tmp_path: Path
@@ -207,6 +208,7 @@ def test_without_commands_the_way_is_driven_at_constant_speed(
     assert_measures(found, gap / speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "gap"), [(20.0, 90.0), (12.0, 35.0)])
 def test_braking_that_stays_too_weak_meets_a_standing_vehicle(
     speed: float, gap: float, tmp_path: Path
@@ -230,6 +232,7 @@ def test_braking_that_stays_too_weak_meets_a_standing_vehicle(
     assert_measures(found, (speed - math.sqrt(speed**2 - 2.0 * weak * gap)) / weak)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", [0.15, 0.6])
 def test_acceleration_builds_up_with_the_lag_of_the_drive(lag: float, tmp_path: Path) -> None:
     """Acceleration stuck at a with a first-order lag: d = vt + a(t²/2 - τt + τ²(1 - e^(-t/τ)))."""
@@ -248,6 +251,7 @@ def test_acceleration_builds_up_with_the_lag_of_the_drive(lag: float, tmp_path: 
     assert_measures(found.one, closed)
 
 
+@pytest.mark.slow
 def test_lost_brakes_meet_a_lead_that_brakes(tmp_path: Path) -> None:
     """Brakes lost while a lead brakes with b: the difference of two parabolas is bt²/2.
 
@@ -277,6 +281,7 @@ def test_lost_brakes_meet_a_lead_that_brakes(tmp_path: Path) -> None:
     assert found.class_ == "undetected_violation"
 
 
+@pytest.mark.slow
 def test_straight_on_in_a_curve_leaves_the_road_along_the_tangent(tmp_path: Path) -> None:
     """Steering stuck at 0 in a curve: the ego leaves its circle along the tangent.
 
@@ -312,6 +317,7 @@ def test_straight_on_in_a_curve_leaves_the_road_along_the_tangent(tmp_path: Path
     assert_measures(found, 0.5 * turning + straight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", [0.0, 0.4])
 def test_wheels_that_stay_turned_leave_a_straight_road(lag: float, tmp_path: Path) -> None:
     """Steering stuck at δ on a straight road: a circle, or with lag y'' = κv²(1 - e^(-t/τ)).
@@ -349,6 +355,7 @@ def test_wheels_that_stay_turned_leave_a_straight_road(lag: float, tmp_path: Pat
     assert_measures(found, root(lambda time: aside(time) - 1.5 * 3.5, 10.0))
 
 
+@pytest.mark.slow
 def test_mechanism_is_in_time_up_to_one_tick_before_the_ftti(tmp_path: Path) -> None:
     """Delayed tick by tick, a mechanism is in time while FHTI < FTTI, and flagged from then on.
 
@@ -395,6 +402,7 @@ def test_mechanism_is_in_time_up_to_one_tick_before_the_ftti(tmp_path: Path) -> 
     assert handled[last] == pytest.approx((ticks - 1) * STEP)
 
 
+@pytest.mark.slow
 def test_fast_ego_must_be_stopped_its_braking_distance_earlier(tmp_path: Path) -> None:
     """Handled within the FTTI and yet too late: v·FHTI + v² / 2B must fit into the distance.
 
@@ -423,6 +431,7 @@ def test_fast_ego_must_be_stopped_its_braking_distance_earlier(tmp_path: Path) -
         assert item.class_ == ("detected_in_time" if at <= last else "detected_late"), at
 
 
+@pytest.mark.slow
 def test_ftti_is_not_the_faults_doing_where_nobody_else_would_have_stopped(
     tmp_path: Path,
 ) -> None:

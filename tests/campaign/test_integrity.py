@@ -27,6 +27,7 @@ def project(tmp_path: Path) -> Project:
     return Project(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", sorted(shipped("odd").glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_files_break_no_rule(odd: Path, tmp_path: Path) -> None:
     if odd.stem == "million":
@@ -100,6 +101,7 @@ def test_orphan_scenario_is_found_where_the_odd_uses_it(project: Project) -> Non
     assert line_of(project, finding) == "- use: lead_braking"
 
 
+@pytest.mark.slow
 def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
     plan = project.plan()
     with Repository.open(project.db) as repository:
@@ -156,6 +158,7 @@ def test_executed_campaign_breaks_no_rule(project: Project) -> None:
     assert checked.findings == ()
 
 
+@pytest.mark.slow
 def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
     project: Project,
 ) -> None:

@@ -111,6 +111,7 @@ def plugin(project: Project) -> None:
     path.write_text(path.read_text("utf-8").replace("+ 1.0", "+ 2.0"), "utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
@@ -145,6 +146,7 @@ def test_comment_is_no_edit(project: Project) -> None:
     assert (meant(project), gated(project)) == ((1, ""), ExitCode.OK)
 
 
+@pytest.mark.slow
 def test_file_that_was_put_back_means_the_campaign_that_it_had(project: Project) -> None:
     before = (project.folder / CONCEPT).read_text("utf-8")
     with project.edited(CONCEPT) as concept:

@@ -63,6 +63,7 @@ def project(make_project: MakeProject) -> Project:
     return made
 
 
+@pytest.mark.slow
 def test_metric_is_stored_in_a_table_of_its_own_and_judged(project: Project) -> None:
     summary = project.run(workers=2)
     line = next(line for line in summary.verdicts if line.fsr == "FSR-99" and line.is_gate)
@@ -77,6 +78,7 @@ def test_metric_is_stored_in_a_table_of_its_own_and_judged(project: Project) -> 
     assert values[1] == summary.planned
 
 
+@pytest.mark.slow
 def test_editing_the_metric_executes_its_runs_again(project: Project) -> None:
     first = project.run()
     assert project.run().executed == 0

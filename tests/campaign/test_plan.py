@@ -90,6 +90,7 @@ def test_size_of_the_columns_does_not_change_the_campaign(
         assert planned.campaign == newest.id
 
 
+@pytest.mark.slow
 def test_changed_weights_ask_for_every_run_of_their_architecture_again(
     make_project: MakeProject,
 ) -> None:
@@ -205,6 +206,7 @@ def test_list_of_points_is_described_by_its_values(make_project: MakeProject) ->
     assert axes == {"ego_speed": "80 km/h, 90 km/h", "gap": "30 m, 50 m"}
 
 
+@pytest.mark.slow
 def test_sample_is_stored_with_its_distributions_its_data_and_its_draws(
     make_project: MakeProject,
 ) -> None:
@@ -237,6 +239,7 @@ def test_sample_is_stored_with_its_distributions_its_data_and_its_draws(
     assert project.plan().record().odd.digest != record.odd.digest
 
 
+@pytest.mark.slow
 def test_covering_design_is_stored_with_what_it_covers(make_project: MakeProject) -> None:
     project = make_project()
     with project.edited_odd() as odd:
@@ -247,6 +250,7 @@ def test_covering_design_is_stored_with_what_it_covers(make_project: MakeProject
     assert (factor["raw"], factor["points"]) == (4, 3)
 
 
+@pytest.mark.slow
 def test_shipped_odds_have_no_notices() -> None:
     for path in sorted((ROOT / "odd").glob("*.yaml")):
         if path.stem != "million":

@@ -63,6 +63,7 @@ def test_counter_tells_each_time_how_many_are_done() -> None:
     Counter("forks", 5, None).add(1)
 
 
+@pytest.mark.slow
 def test_looking_back_in_small_parts_finds_the_same_and_tells_how_far_it_is(
     mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -80,6 +81,7 @@ def test_looking_back_in_small_parts_finds_the_same_and_tells_how_far_it_is(
     assert (forks, faults) == whole
 
 
+@pytest.mark.slow
 def test_what_was_done_before_an_interruption_is_kept(
     mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

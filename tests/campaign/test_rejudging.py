@@ -221,6 +221,7 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> 
     assert summary.to_replay + summary.ways["invalid"] == summary.planned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_same", [True, False])
 def test_metric_that_is_defined_otherwise_by_now_tells_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_same: bool

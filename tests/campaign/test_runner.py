@@ -77,6 +77,7 @@ def test_candidate_passes_and_legacy_fails(mini: Executed) -> None:
     assert failed.worst_run in {row["run"] for row in mini.project.rows()}
 
 
+@pytest.mark.slow
 def test_second_run_executes_nothing(mini: Executed) -> None:
     project = mini.project
     before = count_rows(mini.db, "run"), table_hash(mini.db)
@@ -87,6 +88,7 @@ def test_second_run_executes_nothing(mini: Executed) -> None:
     assert (count_rows(mini.db, "run"), table_hash(mini.db)) == before
 
 
+@pytest.mark.slow
 def test_new_threshold_judges_again_and_executes_nothing(small: Project) -> None:
     first = small.run()
     runs, before, rows = count_rows(small.db, "run"), identities(small), small.rows()
@@ -118,6 +120,7 @@ def with_plugin(project: Project, acceleration: float = 0.0) -> None:
         odd["architectures"] = [*MINI["architectures"], "architectures/own.yaml"]
 
 
+@pytest.mark.slow
 def test_another_architecture_leaves_every_result_as_it_was(small: Project) -> None:
     small.run()
     before = identities(small)
@@ -128,6 +131,7 @@ def test_another_architecture_leaves_every_result_as_it_was(small: Project) -> N
     assert {run: after[run] for run in before} == before
 
 
+@pytest.mark.slow
 def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_no_others(
     small: Project,
 ) -> None:
@@ -144,6 +148,7 @@ def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_no_others(
         assert (row["trace_digest"] == old["trace_digest"]) is (row["architecture"] != "own")
 
 
+@pytest.mark.slow
 def test_undoing_the_edit_of_a_plugin_finds_its_results_again(small: Project) -> None:
     with_plugin(small)
     first = small.run()
@@ -154,6 +159,7 @@ def test_undoing_the_edit_of_a_plugin_finds_its_results_again(small: Project) ->
     assert (third.campaign, third.executed, third.reused) == (first.campaign, 0, 6)
 
 
+@pytest.mark.slow
 def test_texts_costs_and_tags_execute_nothing(small: Project) -> None:
     small.run()
     with small.edited("odd/architectures/camera_radar.yaml") as candidate:
@@ -164,6 +170,7 @@ def test_texts_costs_and_tags_execute_nothing(small: Project) -> None:
     assert small.run().executed == 0
 
 
+@pytest.mark.slow
 def test_workers_and_block_size_do_not_change_a_result(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -173,6 +180,7 @@ def test_workers_and_block_size_do_not_change_a_result(
     assert table_hash(small.db) == table_hash(small.folder / "other.db")
 
 
+@pytest.mark.slow
 def test_progress_rises_to_the_total(small: Project) -> None:
     seen: list[Progress] = []
     adeye.run(small.odd, db=small.db, progress=seen.append)
@@ -187,6 +195,7 @@ def test_progress_rises_to_the_total(small: Project) -> None:
 # --- what goes wrong ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_interrupted_campaign_goes_on_where_it_ended(small: Project) -> None:
     def stop(state: Progress) -> None:
         if state.done:
@@ -218,6 +227,7 @@ def failing(real: Callable[[BatchTask], Any], name: str) -> Callable[[BatchTask]
     return execute
 
 
+@pytest.mark.slow
 def test_defect_in_one_block_leaves_the_others_and_is_no_success(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -234,6 +244,7 @@ def test_defect_in_one_block_leaves_the_others_and_is_no_success(
     assert (small.run().executed, small.run().executed) == (2, 0)
 
 
+@pytest.mark.slow
 def test_what_another_runner_executed_meanwhile_is_not_counted_as_executed_here(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -253,6 +264,7 @@ def test_what_another_runner_executed_meanwhile_is_not_counted_as_executed_here(
     assert f"; {executed} by other runners; 0 reused." in executed_text(summary)
 
 
+@pytest.mark.slow
 def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
     with_plugin(small)
     folder = small.folder / "odd" / "architectures"
@@ -270,6 +282,7 @@ def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
         assert repository.progress(summary.campaign).accounted == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_plugin_that_is_changed_meanwhile_ends_the_campaign_and_spoils_no_result(
     small: Project, workers: int, monkeypatch: pytest.MonkeyPatch
@@ -296,6 +309,7 @@ def test_plugin_that_is_changed_meanwhile_ends_the_campaign_and_spoils_no_result
     assert table_hash(small.db) == table_hash(small.folder / "other.db")
 
 
+@pytest.mark.slow
 def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -314,6 +328,7 @@ def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
         small.run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("others", [[], MINI["architectures"]], ids=["alone", "beside_others"])
 def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
     others: list[str], small: Project, tmp_path: Path
@@ -329,6 +344,7 @@ def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
         run_campaign(plan, db=tmp_path / "adeye.db")
 
 
+@pytest.mark.slow
 def test_defect_of_ours_is_named_and_never_green(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -343,6 +359,7 @@ def test_defect_of_ours_is_named_and_never_green(
     assert "blocks were given up: KeyError: 'no such column'" in summary.message
 
 
+@pytest.mark.slow
 def test_mastered_failure_of_a_channel_is_mentioned(make_project: MakeProject) -> None:
     project = make_project(SMALL)
     folder = project.folder / "odd" / "architectures"

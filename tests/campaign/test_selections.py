@@ -54,6 +54,7 @@ def fails_for_the_candidate(project: Project) -> None:
         requirement["formula"] = "always(abs(ego.lane_offset) <= 0.0001 m)"
 
 
+@pytest.mark.slow
 def test_shards_are_parts_of_one_campaign_and_none_of_them_is_green(small: Project) -> None:
     parts = [run(small, choice=Choice(shard=Shard(place, 2))) for place in (1, 2)]
     assert parts[0].campaign == parts[1].campaign
@@ -66,6 +67,7 @@ def test_shards_are_parts_of_one_campaign_and_none_of_them_is_green(small: Proje
     assert table_hash(small.db) == table_hash(small.folder / "whole.db")
 
 
+@pytest.mark.slow
 def test_what_is_not_chosen_is_not_run_and_what_is_chosen_counts(small: Project) -> None:
     fails_for_the_candidate(small)
     summary = run(small, **word("gap=30"))
@@ -82,6 +84,7 @@ def test_what_is_not_chosen_is_not_run_and_what_is_chosen_counts(small: Project)
         assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_chosen_passes_are_no_success(small: Project) -> None:
     summary = run(small, **word("camera_radar and gap=50"))
     assert summary.exit_code is ExitCode.INCOMPLETE
@@ -90,6 +93,7 @@ def test_chosen_passes_are_no_success(small: Project) -> None:
     }
 
 
+@pytest.mark.slow
 def test_empty_selection_is_no_success_even_where_all_is_done(small: Project) -> None:
     assert small.run().exit_code is ExitCode.OK
     summary = run(small, **word("no_such_name"))
@@ -97,6 +101,7 @@ def test_empty_selection_is_no_success_even_where_all_is_done(small: Project) ->
     assert "an empty selection is no success" in summary.message
 
 
+@pytest.mark.slow
 def test_last_failed_executes_after_an_edit_what_failed_before_it(small: Project) -> None:
     first = small.run()
     failed = {row["ordinal"] for row in small.rows() if "FAIL" in row["verdicts"].values()}
@@ -109,6 +114,7 @@ def test_last_failed_executes_after_an_edit_what_failed_before_it(small: Project
     assert {row["ordinal"] for row in small.rows()} == failed
 
 
+@pytest.mark.slow
 def test_enough_failures_begin_no_further_block(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -122,6 +128,7 @@ def test_enough_failures_begin_no_further_block(
     assert small.run().executed == 6
 
 
+@pytest.mark.slow
 def test_budget_that_is_over_leaves_the_rest_for_the_next_time(small: Project) -> None:
     summary = run(small, limits=Limits(budget_s=1e-9))
     assert (summary.executed, summary.exit_code) == (0, ExitCode.INCOMPLETE)
@@ -132,6 +139,7 @@ def test_budget_that_is_over_leaves_the_rest_for_the_next_time(small: Project) -
     assert "budget" not in done.message
 
 
+@pytest.mark.slow
 def test_runner_waits_for_what_others_execute_and_takes_it_over(
     small: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -156,6 +164,7 @@ def test_runner_waits_for_what_others_execute_and_takes_it_over(
     assert count_rows(small.db, "run") == 8
 
 
+@pytest.mark.slow
 def test_runner_that_does_not_want_it_does_not_wait_for_it(small: Project) -> None:
     plan = small.plan()
     with Repository.open(small.db) as repository:

@@ -341,6 +341,7 @@ def check(seed: int) -> set[str]:
         return {item.cause for item in found.stale}
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32))
 @settings(max_examples=4, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 def test_stale_is_exactly_what_depends_on_the_edits(seed: int) -> None:

@@ -60,6 +60,7 @@ def make(project: Project, repository: Repository) -> Callable[..., Tasks]:
     return tasks
 
 
+@pytest.mark.slow
 def test_pieces_of_a_block_are_executed_together_and_completed_apart(
     make: Callable[..., Tasks], project: Project, repository: Repository
 ) -> None:
@@ -80,6 +81,7 @@ def test_pieces_of_a_block_are_executed_together_and_completed_apart(
     assert table_hash(project.db) == table_hash(project.folder / "whole.db")
 
 
+@pytest.mark.slow
 def test_rest_in_pieces_is_executed_together_if_all_of_it_is_chosen(
     make: Callable[..., Tasks],
 ) -> None:
@@ -102,6 +104,7 @@ def test_pieces_that_failed_are_tried_one_by_one(
     assert repository.find_campaign().work.leased == 0
 
 
+@pytest.mark.slow
 def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
     make: Callable[..., Tasks], repository: Repository
 ) -> None:

@@ -81,6 +81,7 @@ def test_what_is_compiled_aside_drives_and_judges(
     )
 
 
+@pytest.mark.slow
 def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
     plan = make_project().plan()
     assert compile_aside(plan)

@@ -54,6 +54,7 @@ def test_block_is_executed_and_judged(mini: Executed, cut_ins: Candidates) -> No
     assert result.done == len(cases)
 
 
+@pytest.mark.slow
 def test_metric_has_a_finite_value_or_says_why_not(mini: Executed, cut_ins: Candidates) -> None:
     runs = execute(task(mini, cut_ins[0])).runs
     assert runs is not None

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from tests.chaos.bench import Bench
     from tests.chaos.ways import Way
 
+pytestmark = pytest.mark.slow
+
 WAYS: Final[list[Way]] = [way for ways in GROUPS.values() for way in ways]
 
 

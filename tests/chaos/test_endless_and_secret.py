@@ -53,6 +53,7 @@ def test_what_never_ends_is_refused(
     assert "not a regular file" in said or "a folder" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "location",
     [

@@ -272,6 +272,7 @@ def flaw_of(kind: Kind, code: int, said: str) -> str:
     return ""
 
 
+@pytest.mark.slow
 def test_input_depends_on_its_seed_alone(project: Path) -> None:
     """Whatever was spoilt before: an input that fails must be made again from its seed."""
     for name, kind in KINDS.items():
@@ -280,6 +281,7 @@ def test_input_depends_on_its_seed_alone(project: Path) -> None:
         assert [spoilt(name, seed, valid) for seed in reversed(range(300))] == once[::-1], name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(KINDS))
 def test_spoilt_inputs_are_refused_or_used(
     name: str, project: Path, capfd: pytest.CaptureFixture[str]

@@ -129,6 +129,7 @@ def fuzz(seeds: range, folder: Path, capfd: pytest.CaptureFixture[str]) -> dict[
     return codes
 
 
+@pytest.mark.slow
 def test_spoilt_databases_are_refused_or_read(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -144,6 +145,7 @@ def test_many_spoilt_databases_are_refused_or_read(
     fuzz(range(ORDINARY, ORDINARY + SLOW), folder, capfd)
 
 
+@pytest.mark.slow
 def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A file of traces is looked for by its hash: no name in a database leads out of the folder."""
     path = folder / "a.db"
@@ -178,6 +180,7 @@ def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[
     assert (folder.parent / "outside.npz").read_bytes() == b"planted"
 
 
+@pytest.mark.slow
 def test_reading_never_imports_what_a_database_names(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -145,10 +145,12 @@ def kill_everywhere(asset: Path, folder: Path, stride: int) -> int:
     return len(places)
 
 
+@pytest.mark.slow
 def test_upgrade_that_is_killed_has_not_begun(asset: Path, tmp_path: Path) -> None:
     assert kill_everywhere(asset, tmp_path, size(3, 1)) >= 5
 
 
+@pytest.mark.slow
 def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
     path = tmp_path / "new.db"
     total = statements_of_upgrade(path)
@@ -160,6 +162,7 @@ def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
         assert schema.upgrade(path) == schema.head()
 
 
+@pytest.mark.slow
 def test_several_that_upgrade_at_once_make_one_database(asset: Path, tmp_path: Path) -> None:
     path = copy_of(asset, tmp_path)
     alone = copy_of(asset, _other(tmp_path))
@@ -188,6 +191,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("version", "remedy"),
     [

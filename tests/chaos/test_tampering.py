@@ -232,6 +232,7 @@ def tried(
     return done, findings(copy)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_tampering_with_a_few_tables_is_named(whole: Path, tmp_path: Path, kind: str) -> None:
     picks = random.Random(kind)  # noqa: S311 - which tables
@@ -292,6 +293,7 @@ def test_many_tamperings_are_named_and_the_manifest_fails(whole: Path, tmp_path:
     assert missed == []
 
 
+@pytest.mark.slow
 def test_rows_that_are_gone_would_not_be_missed_without_the_ledger(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -167,6 +167,7 @@ def test_python_m_adeye_is_the_same_program(tmp_path: Path) -> None:
     assert program("--version", cwd=tmp_path).stdout == f"adeye {__version__}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "offered"),
     [

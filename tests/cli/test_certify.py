@@ -27,6 +27,7 @@ def db(mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return copy
 
 
+@pytest.mark.slow
 def test_deterministic_campaign_is_certified(
     db: Path, mini: Executed, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -38,6 +39,7 @@ def test_deterministic_campaign_is_certified(
     assert "Certified: every trace, metric and verdict" in shown
 
 
+@pytest.mark.slow
 def test_run_that_differs_is_exit_code_4_and_named(
     db: Path, mini: Executed, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -24,6 +24,7 @@ def expire(project: Project) -> None:
         content["assumptions"][0]["valid_until"] = "2001-01-31"
 
 
+@pytest.mark.slow
 def test_sound_files_have_no_findings(adeye: Any, project: Project) -> None:
     assert project.odd.is_file()
     ended = adeye("check", ODD)
@@ -34,6 +35,7 @@ def test_sound_files_have_no_findings(adeye: Any, project: Project) -> None:
     )
 
 
+@pytest.mark.slow
 def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) -> None:
     expire(project)
     ended = adeye("check", ODD)
@@ -49,6 +51,7 @@ def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) 
     assert last.endswith("1 finding by 1 of 25 rules.")
 
 
+@pytest.mark.slow
 def test_json_has_rules_and_findings(adeye: Any, project: Project) -> None:
     expire(project)
     ended = adeye("check", ODD, "--json")
@@ -65,6 +68,7 @@ def test_json_has_rules_and_findings(adeye: Any, project: Project) -> None:
     assert finding["where"]["path"].endswith("motorway_chauffeur.yaml")
 
 
+@pytest.mark.slow
 def test_sarif_is_written_beside_the_text(adeye: Any, project: Project) -> None:
     expire(project)
     ended = adeye("check", ODD, "--sarif", "check.sarif")
@@ -74,6 +78,7 @@ def test_sarif_is_written_beside_the_text(adeye: Any, project: Project) -> None:
     assert [item["ruleId"] for item in log["runs"][0]["results"]] == ["expired_assumption"]
 
 
+@pytest.mark.slow
 def test_stored_campaign_is_named_by_its_number(adeye: Any, project: Project) -> None:
     plan = project.plan()
     with Repository.open(project.db) as repository:

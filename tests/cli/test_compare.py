@@ -26,6 +26,7 @@ def db(folder: Path, suites: Executed) -> tuple[str, str]:
     return "--db", str(suites.db)
 
 
+@pytest.mark.slow
 def test_overview_comes_first_and_names_everything(adeye: Any, db: tuple[str, str]) -> None:
     ended = adeye("compare", *db)
     assert (ended.code, ended.err) == (0, "")
@@ -66,6 +67,7 @@ def test_objectives_and_epsilon(adeye: Any, db: tuple[str, str]) -> None:
     assert found == [("cost", 50.0), ("failures", 0.0)]
 
 
+@pytest.mark.slow
 def test_page_is_written(adeye: Any, db: tuple[str, str], folder: Path) -> None:
     ended = adeye("compare", *db, "--html", "compared.html")
     assert ended.code == 0
@@ -112,6 +114,7 @@ def test_odd_that_was_never_run_exits_2(adeye: Any, db: tuple[str, str], suites:
     assert "has no campaign" in ended.err
 
 
+@pytest.mark.slow
 def test_text_json_and_page_of_an_interrupted_campaign_agree(
     adeye: Any, suites: Executed, folder: Path
 ) -> None:
@@ -132,6 +135,7 @@ def test_text_json_and_page_of_an_interrupted_campaign_agree(
             assert f"{item['failing']} of {item['cases']}" in flat
 
 
+@pytest.mark.slow
 def test_largest_loss_is_a_loss_or_none(adeye: Any, db: tuple[str, str]) -> None:
     found: Counter[str] = Counter()
     column = -1

@@ -5,11 +5,14 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from adeye.cli.database import _VIEWS
 from adeye.cli.queries import SAVED
 from adeye.store.read.query import run_query
 
 
+@pytest.mark.slow
 def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, folder: Path) -> None:
     ended = adeye("db", "metadata", "--db", str(mini.db), "-o", "metadata.json")
     assert (ended.code, ended.out) == (0, "")
@@ -27,6 +30,7 @@ def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, fold
     connection.close()
 
 
+@pytest.mark.slow
 def test_every_view_and_its_columns_are_described(adeye: Any, mini: Any) -> None:
     document = adeye("db", "metadata", "--db", str(mini.db)).document
     tables = document["databases"][mini.db.stem]["tables"]

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import pytest
+
 from adeye.spec.load import shipped
 
 ODD = str(shipped("odd") / "motorway_chauffeur.yaml")
@@ -32,6 +34,7 @@ def test_json_holds_every_pair_with_its_targets(adeye: Any) -> None:
     assert shared["nominal → safety"]["targets"] == ["links.safety.channels.nominal"]
 
 
+@pytest.mark.slow
 def test_plan_counts_what_the_table_lists(adeye: Any) -> None:
     document = adeye("dependencies", ODD, "--json").document
     lines = {
@@ -43,6 +46,7 @@ def test_plan_counts_what_the_table_lists(adeye: Any) -> None:
     assert adeye("plan", ODD).out.strip().endswith(f"(adeye dependencies): {told}")
 
 
+@pytest.mark.slow
 def test_single_channel_has_nobody_to_share_anything_and_no_line_in_the_plan(adeye: Any) -> None:
     odd = str(shipped("odd") / "sensor_study.yaml")
     ended = adeye("dependencies", odd, "--architecture", "study_camera")

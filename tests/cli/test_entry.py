@@ -147,6 +147,7 @@ def test_missing_file_names_it(adeye: Any) -> None:
     assert "no_such.yaml" in ended.err
 
 
+@pytest.mark.slow
 def test_unreadable_output_encoding_does_not_end_the_program(folder: Path) -> None:
     process = start("query", "--list", cwd=folder)
     out, err = process.communicate(timeout=60)
@@ -154,6 +155,7 @@ def test_unreadable_output_encoding_does_not_end_the_program(folder: Path) -> No
     assert "failing-fsrs" in out
 
 
+@pytest.mark.slow
 def test_reader_that_goes_away_is_no_error(folder: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -163,6 +165,7 @@ def test_reader_that_goes_away_is_no_error(folder: Path) -> None:
     assert (process.returncode, err) == (0, "")
 
 
+@pytest.mark.slow
 def test_full_disk_is_an_environment_error(folder: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")
@@ -174,6 +177,7 @@ def test_full_disk_is_an_environment_error(folder: Path) -> None:
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_sigterm_ends_with_143(folder: Path) -> None:
     with start("query", "-", cwd=folder, stdin=subprocess.PIPE) as process:
         # It waits for the statement; give it time to get there.

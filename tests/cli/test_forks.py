@@ -37,6 +37,7 @@ def run(mini: Executed) -> str:
     )
 
 
+@pytest.mark.slow
 def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
     done = adeye("fork", run[:12], "--from", "2 s", "--authority", "safety", "--db", db)
     assert done.code == 0, done.err
@@ -49,6 +50,7 @@ def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
     assert (shown["fork_of"], shown["from_tick"], shown["authority"]) == (run, 40, "safety")
 
 
+@pytest.mark.slow
 def test_fork_as_json_names_both_runs(adeye: Any, db: str, run: str) -> None:
     arguments = ("fork", run, "--from", "150", "--authority", "safety", "--db", db, "--json")
     document = adeye(*arguments).document
@@ -57,11 +59,13 @@ def test_fork_as_json_names_both_runs(adeye: Any, db: str, run: str) -> None:
     assert (document["from_tick"], document["links"]) == (150, 1)
 
 
+@pytest.mark.slow
 def test_prefix_of_one_link_says_so(adeye: Any, db: str, run: str) -> None:
     done = adeye("fork", run, "--from", "150", "--authority", "safety", "--db", db)
     assert "150 ticks as recorded, 1 link of the digest chain" in done.out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", [("forks", "--sample", "4"), ("faults", "--sample", "12"), ("timeline", "RUN")]
 )
@@ -114,6 +118,7 @@ def test_unknown_channel_is_a_usage_error(adeye: Any, db: str, run: str) -> None
     assert "nominal, safety" in done.err
 
 
+@pytest.mark.slow
 def test_forks_count_every_run_once(adeye: Any, db: str) -> None:
     done = adeye("forks", "--sample", "5", "--db", db)
     assert done.code == 0, done.err

@@ -41,6 +41,7 @@ def stricter(path: Path) -> None:
     path.write_text(baseline_text(found.model_copy(update={"cases": parts + others})), "utf-8")
 
 
+@pytest.mark.slow
 def test_campaign_alone_and_against_its_own_baseline(
     adeye: Any, db: tuple[str, str], baseline: Path
 ) -> None:
@@ -52,6 +53,7 @@ def test_campaign_alone_and_against_its_own_baseline(
     assert "Nothing differs from the baseline." in against.out
 
 
+@pytest.mark.slow
 def test_loss_of_margin_is_printed_and_decides(
     adeye: Any, db: tuple[str, str], baseline: Path
 ) -> None:
@@ -67,6 +69,7 @@ def test_loss_of_margin_is_printed_and_decides(
     assert tolerated.code == 0
 
 
+@pytest.mark.slow
 def test_document_and_junit_say_the_same(adeye: Any, db: tuple[str, str], baseline: Path) -> None:
     stricter(baseline)
     ended = adeye("gate", *db, "--baseline", str(baseline), "--json", "--junit", "j.xml")
@@ -81,11 +84,13 @@ def test_document_and_junit_say_the_same(adeye: Any, db: tuple[str, str], baseli
     assert len(red) == 2
 
 
+@pytest.mark.slow
 def test_green_gate_has_no_red_case(adeye: Any, db: tuple[str, str], baseline: Path) -> None:
     assert adeye("gate", *db, "--baseline", str(baseline), "--junit", "j.xml").code == 0
     assert etree.parse("j.xml").xpath("//failure | //error") == []
 
 
+@pytest.mark.slow
 def test_update_says_what_changed_and_is_green_afterwards(
     adeye: Any, db: tuple[str, str], baseline: Path
 ) -> None:

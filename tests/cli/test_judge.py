@@ -5,12 +5,15 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.project import Executed
 
 
+@pytest.mark.slow
 def test_judged_results_are_left_alone(adeye: Any, mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "copy.db"
     shutil.copyfile(mini.db, db)

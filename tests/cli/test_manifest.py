@@ -23,6 +23,7 @@ def campaign(folder: Path) -> str:
         return plan.campaign
 
 
+@pytest.mark.slow
 def test_unsigned_manifest_tells_of_an_altered_file(
     adeye: Any, folder: Path, campaign: str
 ) -> None:
@@ -61,6 +62,7 @@ def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campa
     assert (ended.code, "is a baseline, a manifest" in ended.err) == (2, True)
 
 
+@pytest.mark.slow
 def test_signed_manifest_is_checked_with_the_public_key(
     adeye: Any, folder: Path, campaign: str
 ) -> None:

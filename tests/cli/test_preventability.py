@@ -20,6 +20,7 @@ def db(folder: Path, mini: Executed) -> str:
     return str(folder / "adeye.db")
 
 
+@pytest.mark.slow
 def test_findings_are_listed_with_their_commands(adeye: Any, db: str) -> None:
     done = adeye("preventability", "--db", db, "--model", "cc,rss")
     assert done.code == 0, done.err
@@ -32,6 +33,7 @@ def test_findings_are_listed_with_their_commands(adeye: Any, db: str) -> None:
     assert shown["architecture"] in {"reference_cc", "reference_rss"}
 
 
+@pytest.mark.slow
 def test_json_has_every_run(adeye: Any, db: str) -> None:
     found = adeye("preventability", "1", "--db", db, "--all", "--json").document
     assert found["edition"] == "r157-01"

@@ -78,6 +78,7 @@ def test_saved_queries_are_listed(adeye: Any, arguments: tuple[str, ...]) -> Non
     assert all(name in out for name in SAVED)
 
 
+@pytest.mark.slow
 def test_list_as_json_and_csv(adeye: Any) -> None:
     names = [item["name"] for item in adeye("query", "--list", "--json").document["queries"]]
     assert names == list(SAVED)
@@ -112,6 +113,7 @@ def test_no_rows_although_there_is_evidence_are_an_answer(
 ROWS = "SELECT 1 AS a, '=cmd' AS b, 'x\x1b[31m' AS c UNION ALL SELECT 2.5, NULL, 'y'"
 
 
+@pytest.mark.slow
 def test_file_is_written_as_its_name_says(adeye: Any, folder: Any) -> None:
     for name in ("rows.csv", "rows.json", "rows.parquet"):
         ended = adeye("query", ROWS, "-o", name)
@@ -160,6 +162,7 @@ def test_database_is_not_written_over(adeye: Any, folder: Any) -> None:
     assert (ended.code, named.read_bytes()) == (2, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAVED.keys() - {"campaigns"})
 def test_saved_query_is_about_the_campaign_that_is_named(adeye: Any, mini: Any, name: str) -> None:
     db = ("--db", str(mini.db), "--json")
@@ -167,6 +170,7 @@ def test_saved_query_is_about_the_campaign_that_is_named(adeye: Any, mini: Any, 
     assert (asked.code, asked.document) == (0, adeye("query", name, *db).document)
 
 
+@pytest.mark.slow
 def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
     sql = "SELECT COUNT(*) AS runs FROM v_runs WHERE campaign = :campaign"
     arguments = ("--db", str(mini.db), "--format", "csv")

@@ -29,6 +29,7 @@ def masters(monkeypatch: pytest.MonkeyPatch) -> Any:
     return use
 
 
+@pytest.mark.slow
 def test_real_master_by_name_is_detected_and_nothing_is_kept(adeye: Any, folder: Path) -> None:
     ended = adeye("selftest", "--only", "unit_missing")
     assert ended.code == 0, ended.err

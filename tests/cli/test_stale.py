@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.project import Executed
 
 
+@pytest.mark.slow
 def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:
     done = adeye("stale", str(mini.project.odd), "--db", str(mini.db))
     assert done.code == 0, done.err

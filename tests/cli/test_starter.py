@@ -56,6 +56,7 @@ def test_nothing_is_overwritten_and_then_nothing_is_written(
     assert (folder / name).read_text() == "precious"
 
 
+@pytest.mark.slow
 def test_commands_of_the_readme_exist(adeye: Any) -> None:
     verbs = set(re.findall(r"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
     assert verbs == {"plan", "run", "query", "show", "replay"}

@@ -106,6 +106,7 @@ def test_json_tells_what_null_means(adeye: Any, table: str) -> None:
     assert cut["robustness_status"] == ["-inf", "+inf"]
 
 
+@pytest.mark.slow
 def test_window_beyond_any_trace_is_a_trace_that_ends_too_early(adeye: Any, table: str) -> None:
     for last in ("1e3 s", "1e20 s", "1e300 s"):
         done = adeye("stl", f"always(eventually[0 s, {last}](gap > 10))", table, "--json")

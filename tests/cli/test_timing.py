@@ -32,6 +32,7 @@ def test_timeline_prints_moments_and_intervals(adeye: Any, mini: Executed, run: 
         assert word in done.out
 
 
+@pytest.mark.slow
 def test_intervals_add_up_in_json(adeye: Any, mini: Executed, run: str) -> None:
     found = adeye("timeline", run, "--db", str(mini.db), "--json").document
     assert found["fhti_s"] == pytest.approx(found["fdti_s"] + found["frti_s"])
@@ -46,6 +47,7 @@ def test_run_without_a_fault_is_a_usage_error(adeye: Any, mini: Executed) -> Non
     assert "no fault" in done.err
 
 
+@pytest.mark.slow
 def test_faults_count_by_scenario_fault_and_architecture(
     adeye: Any, mini: Executed, tmp_path: Path
 ) -> None:
@@ -59,6 +61,7 @@ def test_faults_count_by_scenario_fault_and_architecture(
     assert {row["coverage"] for row in document["rows"]} == {None}
 
 
+@pytest.mark.slow
 def test_faults_leave_out_classes_that_are_not_there_on_a_narrow_terminal(
     adeye: Any, mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -72,6 +75,7 @@ def test_faults_leave_out_classes_that_are_not_there_on_a_narrow_terminal(
     assert f"{row['counts']['detected_in_time']} in time" in printed
 
 
+@pytest.mark.slow
 def test_trade_of_an_axis_is_a_table_and_json(
     adeye: Any, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -69,6 +69,7 @@ def test_unknown_campaign_is_an_input_error(adeye: Any, asked: Project) -> None:
     assert "ffffffff" in done.err
 
 
+@pytest.mark.slow
 def test_run_and_plan_say_how_many_twins(adeye: Any, asked: Project, tmp_path: Path) -> None:
     done = adeye("run", str(asked.odd), "--db", str(tmp_path / "new.db"), "--quiet")
     assert f"Executed {RUNS} of {RUNS} test cases and {TWINS} twins with half the step" in done.out

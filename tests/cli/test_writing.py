@@ -87,6 +87,7 @@ def test_findings_are_not_written_over_the_files_that_are_checked(adeye: Any, fo
     assert (done.code, "would be overwritten" in done.err) == (2, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "text"), [(("stl", "always(gap > 2)"), TRACE), (("reference",), CASES)]
 )
@@ -239,6 +240,7 @@ def test_database_that_is_not_there_yet_is_no_file_to_write(adeye: Any, project:
     assert not (project / "new.db").exists()
 
 
+@pytest.mark.slow
 def test_baseline_is_brought_up_to_date_and_no_database_becomes_one(
     adeye: Any, project: Path
 ) -> None:

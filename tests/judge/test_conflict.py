@@ -193,6 +193,7 @@ def on_a_bend(made: Any, radius: float) -> Any:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [60.0, -60.0, 500.0, -45.0])
 @pytest.mark.parametrize("lane", [0, 2])
 def test_distances_on_a_bend_are_those_along_the_lane_of_the_ego(

@@ -49,6 +49,7 @@ def distances(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
     ego, size, others, sizes = scene(seed)
@@ -84,6 +85,7 @@ def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
     assert bounds > 0
 
 
+@pytest.mark.slow
 def test_far_beside_is_neither_in_the_path_nor_laterally_unsafe() -> None:
     bits = np.random.default_rng(1)
     culled = 0

@@ -55,6 +55,7 @@ def test_other_formulas_need_the_trace(text: str) -> None:
     assert measure_of(parse_formula(text)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
 def test_samples_give_what_the_run_gives_for_every_threshold(seed: int) -> None:
     noise = np.random.default_rng(seed)

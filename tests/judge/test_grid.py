@@ -49,6 +49,7 @@ def test_car_10_m_ahead_occupies_its_cells_and_the_ego_its_own(hand_made: Make) 
     assert not found["static"].any()
 
 
+@pytest.mark.slow
 def test_window_is_as_asked_for(hand_made: Make) -> None:
     trace = hand_made().trace()
     found = grid_map(trace, 0, 0.0)

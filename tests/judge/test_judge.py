@@ -49,6 +49,7 @@ def judged(made: Any, item: Requirement, **options: Any) -> Any:
 # --- formulas
 
 
+@pytest.mark.slow
 def test_kept_formula_passes_with_its_margin_and_binding_predicate(hand_made: Any) -> None:
     made = hand_made().object("lead", s=20.0 * np.arange(21) * 0.1 + 44.0 - np.arange(21))
     found = judged(made, fsr(formula="always(gap >= 10 m)"))
@@ -265,6 +266,7 @@ def test_metric_that_is_incomplete_is_inconclusive(hand_made: Any) -> None:
     assert (found.robustness_low, found.robustness_high) == (-math.inf, math.inf)
 
 
+@pytest.mark.slow
 def test_metric_that_is_undefined_is_inconclusive(hand_made: Any) -> None:
     made = hand_made(rows=1, tail_rows=0)
     found = judged(made, fsr(bound={"metric": "max_jerk_mps3", "at_most": 5.0}))
@@ -294,6 +296,7 @@ def test_bound_that_a_contact_breaks_fails(hand_made: Any) -> None:
     assert (found.verdict, found.margin) == (FAIL, -10.0)
 
 
+@pytest.mark.slow
 def test_settled_metric_is_not_opened_by_a_contact(hand_made: Any) -> None:
     made = hand_made().set("fault_active", value=True, rows=slice(2, None), at=0)
     made.set("authority", 1, rows=slice(4, None)).touch(9, "lead")

@@ -129,6 +129,7 @@ EXTRA = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_metrics_of_runs_are_those_of_a_second_implementation() -> None:
     assert differing(FEW, 1) == {}
 

@@ -82,6 +82,7 @@ def test_more_runs_never_make_the_bound_worse() -> None:
         assert zero_failure_bound(strata(THREE, runs), 0.95) <= before + 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [(6, 3), (4, 4)])
 def test_stratified_bound_covers_at_least_as_often_as_it_says(runs: tuple[int, int]) -> None:
     weights, level = (0.8, 0.2), 0.9

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from adeye.kernel.raster import (
     EDGE,
@@ -86,6 +87,7 @@ def test_hole_belongs_to_nobody() -> None:
     assert (parts.column(PART_PIXELS), parts.column(PART_CONTACT)) == ([8], [2])
 
 
+@pytest.mark.slow
 def test_classes_that_touch_are_two_parts() -> None:
     parts = Parts("0022", "0022", "....")
     assert parts.column(RUN_CLASS) == [0, 6]

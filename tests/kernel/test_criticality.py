@@ -236,6 +236,7 @@ def test_contact_cannot_be_braked_away() -> None:
     assert required_deceleration(math.inf, 30.0, 0.0, -3.0) == 0.0
 
 
+@pytest.mark.slow
 def test_required_deceleration_is_enough_and_no_more() -> None:
     tried = 0
     for gap, rear, front, _, front_a in random_following(25):

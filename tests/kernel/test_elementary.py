@@ -134,6 +134,7 @@ def test_ends_of_exponential_and_logarithm() -> None:
     assert own.log(math.inf) == math.inf
 
 
+@pytest.mark.slow
 def test_machine_code_and_plain_python_give_the_same_bits() -> None:
     program = (
         "from adeye.kernel import elementary as e\n"

@@ -151,6 +151,7 @@ def test_moving_out_by_the_overlap_parts_two_aligned_boxes() -> None:
     assert signed_box_distance(*UNIT, 3.0 + depth, 0.5, 0.0, 4.0, 2.0) == 0.0
 
 
+@pytest.mark.slow
 def test_head_on_at_60_mps_each_touches_at_the_right_time() -> None:
     # 7.5 m between bumpers, 6 m closed in a step of 0.05 s and 12 m in one of 0.1 s.
     contact, share = sweep((0, 0, 0), (6.0, 0, 0), (12.0, 0, math.pi), (6.0, 0, math.pi))
@@ -171,6 +172,7 @@ def test_crossing_thin_boxes_do_not_tunnel() -> None:
     assert share == pytest.approx((3.0 - 0.2) / 6.0, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_passing_beside_each_other_is_no_contact() -> None:
     assert sweep((0, 0, 0), (6, 0, 0), (12, 1.81, math.pi), (6, 1.81, math.pi)) == (False, math.inf)
     assert sweep((0, 0, 0), (6, 0, 0), (9, 1.8, math.pi), (0, 1.8, math.pi))[0]
@@ -180,10 +182,12 @@ def test_contact_at_the_start_has_share_zero() -> None:
     assert sweep((0, 0, 0), (3, 0, 0), (4, 0, 0), (9, 0, 0)) == (True, 0.0)
 
 
+@pytest.mark.slow
 def test_boxes_at_rest_apart_stay_apart() -> None:
     assert sweep((0, 0, 0), (0, 0, 0), (5, 0, 0), (5, 0, 0)) == (False, math.inf)
 
 
+@pytest.mark.slow
 def test_heading_turns_the_shorter_way_over_the_seam() -> None:
     # From 179 to -179 degrees: 2 degrees, not a full spin that would sweep the neighbour.
     near, far = math.radians(179.0), math.radians(-179.0)
@@ -205,11 +209,13 @@ def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
     assert not sweep((0.0, 0.0, 0.0), end, beyond, beyond, size=square)[0]
 
 
+@pytest.mark.slow
 def test_unknown_pose_counts_as_contact() -> None:
     assert sweep((0, 0, 0), (math.nan, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
     assert sweep((0, 0, math.nan), (0, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
 
 
+@pytest.mark.slow
 def test_sweep_agrees_with_many_small_steps() -> None:
     draw = np.random.default_rng(11)
     found = 0

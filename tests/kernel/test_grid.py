@@ -97,6 +97,7 @@ def test_earliest_time_stays() -> None:
     assert made[XS == 2.75, YS == 0.25] == 3.0
 
 
+@pytest.mark.slow
 def test_what_is_outside_of_the_window_covers_nothing() -> None:
     for far in (500.0, -500.0, 1e300, -1e300, math.inf, math.nan):
         assert np.isinf(covered(far, 0.0, 0.0, 4.0, 2.0)).all()

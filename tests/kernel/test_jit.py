@@ -84,6 +84,7 @@ def test_division_by_zero_follows_ieee_754() -> None:
     assert math.isnan(ratio(0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) -> None:
     program = "from adeye.outer import outer; print(outer(1.0))"
     cache = str(tmp_path / "cache")
@@ -92,6 +93,7 @@ def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) ->
     assert run(program, package, XDG_CACHE_HOME=cache) == ["3.0"]
 
 
+@pytest.mark.slow
 def test_cache_is_warm_once_it_is_said_to_be_and_cold_for_other_sources(
     package: Path, tmp_path: Path
 ) -> None:
@@ -107,18 +109,21 @@ def test_cache_is_warm_once_it_is_said_to_be_and_cold_for_other_sources(
         assert run(program, package, **cache) == ["False", "True"]
 
 
+@pytest.mark.slow
 def test_a_part_is_warm_once_it_was_used(package: Path, tmp_path: Path) -> None:
     program = ASK + "from adeye.kernel.jit import mark_cache_warm; mark_cache_warm('camera/a'); "
     program += "print(is_cache_warm(), is_cache_warm('camera/a'), is_cache_warm('camera/a', 'b'))"
     assert run(program, package, XDG_CACHE_HOME=str(tmp_path)) == ["True True False"]
 
 
+@pytest.mark.slow
 def test_nothing_to_compile_is_warm(package: Path, tmp_path: Path) -> None:
     program = ASK + "print(is_cache_warm())"
     environment = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
     assert run(program, package, **environment) == ["True"]
 
 
+@pytest.mark.slow
 def test_folder_depends_on_compiled_sources_only(package: Path, tmp_path: Path) -> None:
     program = ASK + "print(cache_directory())"
     cache = str(tmp_path / "cache")
@@ -130,12 +135,14 @@ def test_folder_depends_on_compiled_sources_only(package: Path, tmp_path: Path) 
     assert run(program, package, XDG_CACHE_HOME=cache) != first
 
 
+@pytest.mark.slow
 def test_choice_of_the_user_is_kept(package: Path, tmp_path: Path) -> None:
     program = ASK + "import os; print(cache_directory(), os.environ['NUMBA_CACHE_DIR'])"
     mine = str(tmp_path / "mine")
     assert run(program, package, NUMBA_CACHE_DIR=mine) == [f"{mine} {mine}"]
 
 
+@pytest.mark.slow
 def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path: Path) -> None:
     stale = str(tmp_path / "stale")
     program = ASK + "print(cache_directory())"
@@ -144,12 +151,14 @@ def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path:
     assert Path(found[0]).is_relative_to(tmp_path / "cache")
 
 
+@pytest.mark.slow
 def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Path) -> None:
     program = "import numba; " + ASK + "print(cache_directory() == type(cache_directory())("
     program += "numba.config.CACHE_DIR))"
     assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == ["True"]
 
 
+@pytest.mark.slow
 def test_unwritable_cache_falls_back_to_a_private_folder(package: Path, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     (tmp_path / "temporary").mkdir()
@@ -163,6 +172,7 @@ def test_unwritable_cache_falls_back_to_a_private_folder(package: Path, tmp_path
     assert found.parent.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.slow
 def test_folder_that_others_can_write_to_is_not_trusted(package: Path, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     temporary = tmp_path / "temporary"
@@ -176,6 +186,7 @@ def test_folder_that_others_can_write_to_is_not_trusted(package: Path, tmp_path:
     assert found.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.slow
 def test_relative_cache_home_is_ignored(package: Path, tmp_path: Path) -> None:
     environment = {"XDG_CACHE_HOME": "here", "HOME": str(tmp_path)}
     found = run(ASK + "print(cache_directory())", package, **environment)

@@ -153,6 +153,7 @@ def moved_twice(values: Floats) -> float:
     return float(moved(moved(values)).sum())
 
 
+@pytest.mark.slow
 def test_arrays_can_be_computed_with_as_a_whole() -> None:
     for _ in range(2):
         assert moved(np.array([4.0, 9.0])).tolist() == [3.0, 4.0]

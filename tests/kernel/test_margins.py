@@ -88,6 +88,7 @@ def test_safe_distance_ratio() -> None:
     assert safe_distance_ratio(30.0, 0.0) == INF
 
 
+@pytest.mark.slow
 @given(st.floats(-8.0, 8.0))
 @settings(max_examples=200, deadline=None)
 def test_normal_share_is_that_of_the_error_function(x: float) -> None:

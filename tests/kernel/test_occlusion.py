@@ -106,6 +106,7 @@ def random_scene(seed: int) -> tuple[Floats, Floats]:
     return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_exact_share_equals_dense_ray_casting(seed: int) -> None:
     objects, sizes = random_scene(seed)

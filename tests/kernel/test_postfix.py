@@ -114,6 +114,7 @@ def test_comparison_with_nan_is_false(word: str, left: float, right: float) -> N
     assert run(left, right, word) == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("word", "value", "answer"),
     [

@@ -55,6 +55,7 @@ def test_who_is_free_goes_on_beyond_the_road() -> None:
     assert body[OBJECT_GROWTH] == FREE_GROWTH
 
 
+@pytest.mark.slow
 def test_who_brakes_stands_and_moves_sideways_no_more() -> None:
     _, way = ways(8.0, 0.5, -4.0)
     assert way[-1, WAY_S] == pytest.approx(8.0)

@@ -116,6 +116,7 @@ def test_camera_inside_a_box_sees_its_cut_everywhere() -> None:
     assert (picture.nearness == 1.0 / NEAR).all()
 
 
+@pytest.mark.slow
 def test_camera_on_a_face_neither_fails_nor_sees_through_it() -> None:
     picture = Picture((0.0, 0.0, 1.5))
     assert picture.add((2.0, 0.0, 0.0), (4.0, 2.0, 3.0)) == COLUMNS * ROWS

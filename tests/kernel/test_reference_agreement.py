@@ -192,6 +192,7 @@ def compare_on_both_cores(scenes: Sequence[Scene], model: str, step: float) -> N
     compare(scenes, model, step, theirs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_sample_of_cut_ins_agrees(model: str) -> None:
     scenes = sample_of_cut_ins()
@@ -214,6 +215,7 @@ def test_cut_ins_of_round_numbers_agree_but_for_ties(model: str) -> None:
     compare_on_both_cores(round_cut_ins(), model, 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("scenes_of_a_kind", [cut_outs, braking_leads])
 def test_scenes_with_a_lead_agree(model: str, scenes_of_a_kind: Any) -> None:
@@ -223,6 +225,7 @@ def test_scenes_with_a_lead_agree(model: str, scenes_of_a_kind: Any) -> None:
     compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_cut_ins_whose_sideways_speed_grows_agree(model: str) -> None:
     scenes: list[Any] = [
@@ -234,6 +237,7 @@ def test_cut_ins_whose_sideways_speed_grows_agree(model: str) -> None:
     compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
 
 
+@pytest.mark.slow
 def test_growth_that_takes_no_time_is_none() -> None:
     rows = table_of(sample_of_cut_ins()[:: max(3, SPARSE - 3)])
     fast, none = rows.copy(), rows.copy()
@@ -249,6 +253,7 @@ def test_growth_that_takes_no_time_is_none() -> None:
             assert np.mean(unlike) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["cc", "fsm", "rss"])
 def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: str) -> None:
     scenes = [
@@ -272,6 +277,7 @@ def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: 
     assert len(unlike) <= len(scenes) // 1000
 
 
+@pytest.mark.slow
 def test_longer_delay_of_the_second_implementation_is_found() -> None:
     # The comparison must fail for a driver that is three steps late.
     scenes = sample_of_cut_ins()[::7]

@@ -143,6 +143,7 @@ def test_every_name_is_tested_for_the_models_that_it_says() -> None:
     assert {name for name, _ in WHERE} == {*VARIANTS, *GROUPS, "eu-2022-1426"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), WHERE)
 def test_variant_is_that_of_the_second_implementation(name: str, model: str) -> None:
     step = HALF if name == "jrc-guard" else STEP
@@ -176,6 +177,7 @@ def bits(scenes: Sequence[Scene], model: str, names: tuple[str, ...]) -> bytes:
 SILENT = sorted(set(product(VARIANTS, MODELS)) - set(WHERE))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), SILENT)
 def test_variant_of_another_model_changes_no_bit(name: str, model: str) -> None:
     for kind in ("cut-ins", "cut-outs", "leads"):
@@ -209,6 +211,7 @@ def test_whole_of_one_program_is_the_sum_of_its_variants() -> None:
         assert bits(scenes, model, (group,)) == bits(scenes, model, tuple(sorted(GROUPS[group])))
 
 
+@pytest.mark.slow
 def test_wrong_variant_of_the_second_implementation_is_found() -> None:
     # The comparison must fail where one of the two does not know the difference.
     scenes = narrow_cut_ins()[::3]

@@ -101,6 +101,7 @@ def test_places_on_the_road_are_marked_run_by_run() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_bodies_in_refuges_are_marked_run_by_run() -> None:
     s, d = np.array([[430.0, 650.0, 500.0]]), np.array([[-4.5, -4.5, -4.5]])
     size = np.array([[4.5, 1.8, 1.5]])

@@ -148,6 +148,7 @@ def test_wall_ahead_is_at_its_distance_over_the_cosine(level: bool) -> None:  # 
     assert found == pytest.approx(10.0 / np.cos(table[BEAM_BEARING]))
 
 
+@pytest.mark.slow
 def test_level_beams_meet_what_any_beams_meet() -> None:
     table, _ = beams_of(720, 2.0 * math.pi, yaw=0.4)
     for box in ((8.0, 3.0, 0.3), (-6.0, -4.0, 2.0), (0.5, 12.0, -1.0), (1.0, 0.5, 0.2)):

@@ -257,6 +257,7 @@ def test_agrees_with_a_second_implementation_on_every_state(name: str) -> None:
     check(name, STATES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORMS)
 def test_comparison_sees_a_difference_in_the_eighth_digit(name: str) -> None:
     form = FORMS[name]

@@ -112,6 +112,7 @@ def test_gentlest_stop_from_130_kmh_stands_within_the_horizon() -> None:
     assert stands_at(stop(60.0, 2.4)) == STOP_SAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [3.0, 8.0, 15.0, 25.0, 36.1])
 @pytest.mark.parametrize("level", range(STOP_LEVELS))
 def test_no_stop_to_the_side_leaves_its_lateral_limits(speed: float, level: int) -> None:

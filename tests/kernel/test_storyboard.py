@@ -153,6 +153,7 @@ def test_a_small_speed_change_never_reaches_the_rate() -> None:
     assert out[-1, 3] == 20.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [0.0, 12.0, 30.0])
 @pytest.mark.parametrize("rate", [1.5, 6.0])
 def test_a_new_target_during_braking_is_met_without_a_jump_of_the_acceleration(
@@ -452,6 +453,7 @@ def test_to_a_lane_from_a_direction_across_the_road_ends_in_the_lane(heading: fl
     assert np.abs(turned).max() <= 10.0 * STEP / TURNING_RADIUS
 
 
+@pytest.mark.slow
 def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> None:
     random = np.random.default_rng(25)
     step, ticks = 0.04, 160

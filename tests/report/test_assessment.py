@@ -102,6 +102,7 @@ def test_json_has_the_same(measured: Report) -> None:
     assert parse_json(render_json(changed)).impact == impact()
 
 
+@pytest.mark.slow
 def test_change_is_told_or_its_command(plain: Report) -> None:
     assert plain.impact is None
     text = section(plain, "change")
@@ -129,5 +130,6 @@ def test_page_has_no_id_twice_beside_the_drawing(plain: Report) -> None:
     assert any(name.startswith("gsn-") for name in ids)
 
 
+@pytest.mark.slow
 def test_same_campaign_gives_the_same_page(mini: Executed, plain: Report) -> None:
     assert render(built(mini.db)) == render(plain)

@@ -57,6 +57,7 @@ def total(report: Report, fsr: str, architecture: str) -> Cell:
     )
 
 
+@pytest.mark.slow
 def test_report_tells_of_the_self_test_of_the_same_code_only(
     builder: ReportBuilder, built: Report, mini: Executed
 ) -> None:
@@ -147,6 +148,7 @@ def test_worst_case_says_its_point_in_the_users_units(built: Report) -> None:
     assert labels["gap"] in {"30 m", "50 m"}
 
 
+@pytest.mark.slow
 def test_page_draws_the_worst_of_failing_fsrs_and_a_passing_run_per_scenario(
     builder: ReportBuilder, rows: list[dict[str, Any]]
 ) -> None:
@@ -175,6 +177,7 @@ def test_page_draws_the_worst_of_failing_fsrs_and_a_passing_run_per_scenario(
     assert all(item.why for item in asked)
 
 
+@pytest.mark.slow
 def test_without_replays_nothing_is_executed(builder: ReportBuilder) -> None:
     def refuse(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
         raise AssertionError
@@ -182,6 +185,7 @@ def test_without_replays_nothing_is_executed(builder: ReportBuilder) -> None:
     assert builder.build(refuse, replays=0).replays == ()
 
 
+@pytest.mark.slow
 def test_report_without_a_time_of_day_is_the_same_every_time(builder: ReportBuilder) -> None:
     assert builder.build(no_replays) == builder.build(no_replays)
 
@@ -190,6 +194,7 @@ def test_no_axis_of_the_mini_campaign_is_dead(built: Report) -> None:
     assert built.dead_axes == ()
 
 
+@pytest.mark.slow
 def test_waiver_counts_what_it_sets_aside(project_with_waiver: Project) -> None:
     project = project_with_waiver
     project.run()
@@ -237,6 +242,7 @@ def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Re
     assert sum(item.executed for item in built.realisations) == built.accounted
 
 
+@pytest.mark.slow
 def test_large_campaign_is_not_read_whole(
     builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
 ) -> None:

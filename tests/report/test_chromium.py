@@ -36,6 +36,7 @@ def picture(tab: Browser, canvas: str) -> str:
     return str(tab.run(f"document.getElementById('{canvas}').toDataURL()"))
 
 
+@pytest.mark.slow
 def test_page_plays_a_run_without_an_error_or_a_request(tab: Browser, page: Path) -> None:
     before = picture(tab, "world"), picture(tab, "belief")
     assert tab.run(TICK) == 0
@@ -128,6 +129,7 @@ def test_filter_leaves_what_it_asks_for(tab: Browser) -> None:
     tab.wait(lambda: tab.run(runs) == 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [800, 1400])
 @pytest.mark.parametrize("dark", [False, True])
 def test_page_fits_the_window_in_both_schemes(
@@ -143,6 +145,7 @@ def test_page_fits_the_window_in_both_schemes(
     assert struct.unpack(">II", shot.read_bytes()[16:24]) == (width, 1000)
 
 
+@pytest.mark.slow
 def test_names_are_text_and_never_run(browser: Browser, tmp_path: Path) -> None:
     text = "</script><img src=x onerror=alert(1)><script>window.owned=1</script>'\"{{7*7}}"
     path = tmp_path / "hostile.html"
@@ -188,6 +191,7 @@ def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -
     assert_quiet(tab, page)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_argument_unfolds_and_scrolls_inside_of_its_box(
     browser: Browser, page: Path, *, dark: bool

@@ -58,6 +58,7 @@ def test_each_kind_of_design_is_spoken_of_once() -> None:
     assert spoken_of(designs, ("b",)) == (GRID.format(scenarios="b"),)
 
 
+@pytest.mark.slow
 def test_report_calls_only_its_grid_no_random_sample(suites: Executed, mini: Executed) -> None:
     statements = []
     for executed in (suites, mini):

@@ -204,6 +204,7 @@ def refused_without(reqif_schema: Any, made: bytes) -> tuple[set[str], set[str]]
     return attributes, elements
 
 
+@pytest.mark.slow
 def test_document_without_a_required_part_is_invalid(reqif_schema: Any, report: Report) -> None:
     first = report.fsrs[0]
     goals = tuple(goal for goal in report.goals if goal.id in first.goals)

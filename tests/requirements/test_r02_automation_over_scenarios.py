@@ -39,6 +39,7 @@ BEND: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_one_command_runs_a_catalogue_over_several_roads_and_resumes(
     make_project: MakeProject,
 ) -> None:
@@ -70,6 +71,7 @@ def test_one_command_runs_a_catalogue_over_several_roads_and_resumes(
     assert table_hash(project.db) == finished
 
 
+@pytest.mark.slow
 def test_a_new_point_executes_only_what_is_new(make_project: MakeProject) -> None:
     project = make_project()
     first = project.run()

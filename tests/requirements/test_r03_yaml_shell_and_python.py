@@ -34,6 +34,7 @@ assert replayed.identical
 """
 
 
+@pytest.mark.slow
 def test_shell_and_python_give_identical_results(make_project: MakeProject) -> None:
     project = make_project(TWO)
     code = {}

@@ -63,6 +63,7 @@ def test_channel_is_source_in_the_package(kind: str) -> None:
     assert inspect.getdoc(built)
 
 
+@pytest.mark.slow
 def test_channel_can_be_replaced_without_a_change_here(make_project: MakeProject) -> None:
     odd = {
         **MINI,
@@ -84,6 +85,7 @@ def test_channel_can_be_replaced_without_a_change_here(make_project: MakeProject
     assert gentle["max_deceleration_mps2"] != built_in["max_deceleration_mps2"]
 
 
+@pytest.mark.slow
 def test_nominal_channel_is_exchanged_for_another_one_by_its_kind(
     make_project: MakeProject,
 ) -> None:

@@ -226,6 +226,7 @@ def plugged(project: Project, name: str, *, near: float, reach: float) -> None:
         }
 
 
+@pytest.mark.slow
 def test_channel_and_sensor_of_a_third_party_drive_the_ego(
     make_project: MakeProject, third_party: str
 ) -> None:
@@ -254,6 +255,7 @@ def test_channel_and_sensor_of_a_third_party_drive_the_ego(
     assert f"{third_party}.eye" in sys.modules
 
 
+@pytest.mark.slow
 def test_parts_from_a_file_of_the_user_run_in_the_loop(make_project: MakeProject) -> None:
     project = make_project()
     folder = project.folder / "odd" / "architectures"
@@ -290,6 +292,7 @@ def braking(project: Project, name: str) -> None:
         concept["requirements"] = [*kept, own]
 
 
+@pytest.mark.slow
 def test_fault_and_metric_of_a_third_party_decide_a_verdict(
     make_project: MakeProject, third_party: str
 ) -> None:
@@ -320,6 +323,7 @@ def test_fault_and_metric_of_a_third_party_decide_a_verdict(
     }
 
 
+@pytest.mark.slow
 def test_executor_of_a_third_party_is_found_by_its_name_and_changes_no_result(
     make_project: MakeProject,
     third_party: str,  # noqa: ARG001 - it is installed

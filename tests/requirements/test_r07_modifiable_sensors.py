@@ -264,6 +264,7 @@ def project_of(folder: Path, model: str) -> Project:
     return project
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", RECORDS)
 def test_every_parameter_is_swept_from_yaml(model: str, planned: Any) -> None:
     cases = planned(model)
@@ -322,6 +323,7 @@ def _same(one: Floats | None, other: Floats | None) -> bool:
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", RECORDS)
 def test_every_parameter_changes_what_the_sensor_reads(model: str, planned: Any) -> None:
     idle = {

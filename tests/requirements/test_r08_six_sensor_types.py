@@ -85,6 +85,7 @@ SUITE: dict[str, dict[str, Any]] = {
 """No localisation and no ground truth: the channel finds its place by receiver and unit."""
 
 
+@pytest.mark.slow
 def test_six_types_run_together_by_name_in_closed_loop(make_project: MakeProject) -> None:
     project = make_project(
         {
@@ -213,6 +214,7 @@ def test_ultrasonic_sensor_hears_the_nearest_echo_beyond_its_blind_zone(
     assert not found.mask.any()
 
 
+@pytest.mark.slow
 def test_bias_of_a_receiver_is_correlated_exponentially() -> None:
     runs = 4000
     record = {"kind": "gnss", "rate": "20 Hz", "bias": "2 m", "bias_time": "1.5 s"}
@@ -225,6 +227,7 @@ def test_bias_of_a_receiver_is_correlated_exponentially() -> None:
         assert correlation == pytest.approx(expected, abs=4.0 / math.sqrt(runs))
 
 
+@pytest.mark.slow
 def test_heading_by_an_inertial_unit_walks_with_the_root_of_the_time() -> None:
     runs, step = 2000, 0.05
     record = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.01 rad/s"}

@@ -50,6 +50,7 @@ def test_only_the_channel_that_is_allowed_the_truth_has_it(
     assert "truth" not in links["nominal"]
 
 
+@pytest.mark.slow
 def test_truth_of_a_stored_run_can_be_had_again(mini: Executed) -> None:
     row = mini.project.rows()[0]
     with Repository.open(mini.db, create=False) as repository:

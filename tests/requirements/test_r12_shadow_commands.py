@@ -38,6 +38,7 @@ def test_every_channel_answers_at_every_tick_whoever_acts(
     assert (shadow != acting).any()
 
 
+@pytest.mark.slow
 def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
     project = make_project(
         {
@@ -60,6 +61,7 @@ def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
     assert lines == {"FSR-N": Verdict.PASS, "FSR-S": Verdict.FAIL}
 
 
+@pytest.mark.slow
 def test_commands_of_a_program_and_of_a_planned_stop_are_kept_while_another_acts(
     make_project: MakeProject,
 ) -> None:
@@ -94,6 +96,7 @@ def test_commands_of_a_program_and_of_a_planned_stop_are_kept_while_another_acts
     assert "last_safe_stop" in trace.layout.monitors
 
 
+@pytest.mark.slow
 def test_shadow_commands_say_what_a_fork_with_another_authority_would_have_begun_with(
     mini: Executed,
 ) -> None:

@@ -40,6 +40,7 @@ SENSORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sorted(BUILT_IN))
 def test_built_in_channel_conforms(kind: str) -> None:
     check_channel(BUILT_IN[kind], PARAMETERS[kind], links=LINKS[kind], sensors=SENSORS[kind])
@@ -57,6 +58,7 @@ STOPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", sorted(STOPS))
 def test_every_kind_of_safe_stop_conforms(stop: str) -> None:
     parameters = SafetyParameters.model_validate(STOPS[stop])

@@ -58,6 +58,7 @@ def test_failing_channel_is_named(tmp_path: Path) -> None:
     assert [item.subject for item in failure] == ["alpha"]
 
 
+@pytest.mark.slow
 def test_handover_is_told_from_whom_and_to_whom_by_every_policy(tmp_path: Path) -> None:
     channels = {"alpha": {"acceleration": -1.0, "fails_from": 0.5}, "beta": {"acceleration": -1.1}}
     switches: dict[str, dict[str, Any]] = {
@@ -70,6 +71,7 @@ def test_handover_is_told_from_whom_and_to_whom_by_every_policy(tmp_path: Path) 
         assert told[-1] == ("beta", "authority to beta from alpha (staleness)")
 
 
+@pytest.mark.slow
 def test_fork_names_the_channel_that_was_given_authority(mini: Executed) -> None:
     case = next(
         case

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.requirements
 
 
+@pytest.mark.slow
 def test_second_radar_is_an_instance_of_its_own(make_project: MakeProject) -> None:
     project = make_project(
         {
@@ -67,6 +68,7 @@ def told(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
+@pytest.mark.slow
 def test_further_sensor_that_nobody_reads_changes_no_verdict_and_no_drive(
     make_project: MakeProject,
 ) -> None:

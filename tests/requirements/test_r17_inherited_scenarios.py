@@ -37,6 +37,7 @@ BEND: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_scenario_inherits_and_overrides_by_file_and_by_odd(make_project: MakeProject) -> None:
     project = make_project(ODD)
     project.write("scenarios_db/motorway/braking_on_a_bend.yaml", BEND)

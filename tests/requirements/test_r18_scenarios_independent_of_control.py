@@ -66,6 +66,7 @@ def executed(make_project: MakeProject, name: str, edit: Edit | None) -> tuple[T
     return plan.cases[0], run_cases(plan, [plan.cases[0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.__name__)
 def test_architecture_leaves_situation_and_noise_as_they_were(
     make_project: MakeProject, edit: Edit

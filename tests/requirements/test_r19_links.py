@@ -46,6 +46,7 @@ def project_with(make_project: MakeProject, *variants: tuple[str, list[str]]) ->
     return project
 
 
+@pytest.mark.slow
 def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> None:
     project = project_with(
         make_project,
@@ -74,6 +75,7 @@ def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> No
     assert len({digest for _, digest in tracked.values()}) == 3
 
 
+@pytest.mark.slow
 def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeProject) -> None:
     project = project_with(
         make_project,
@@ -114,6 +116,7 @@ def swept_links(make_project: MakeProject, lists: list[list[str]]) -> Project:
     )
 
 
+@pytest.mark.slow
 def test_whole_lists_of_links_are_an_axis_of_a_sweep(make_project: MakeProject) -> None:
     project = swept_links(make_project, LISTS)
     plan = project.plan()

@@ -102,6 +102,7 @@ def test_run_is_the_fault_free_one_to_the_bit_until_the_fault(traces: dict[str, 
             assert np.array_equal(none[column][0, :until], trace[column][0, :until]), column
 
 
+@pytest.mark.slow
 def test_fault_that_never_begins_leaves_every_bit(make_project: MakeProject) -> None:
     project = make_project()
     with project.edited_odd() as odd:
@@ -131,6 +132,7 @@ EVERY_PART: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.slow
 def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> None:
     faults = [
         {**fault, "id": fault["target"].replace(".", "_"), "onset": {"between": ["1 s", "2 s"]}}
@@ -171,6 +173,7 @@ def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> Non
         assert int(np.argmax(differs)) > onset, name
 
 
+@pytest.mark.slow
 def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> None:
     faults = [
         {"id": "dead", "target": "channels.guest", "model": "crash", "onset": {"at": "2 s"}},
@@ -211,6 +214,7 @@ def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> N
         assert one["acceleration"][0, :, 0].tobytes() == other["acceleration"][0, :, 0].tobytes()
 
 
+@pytest.mark.slow
 def test_planned_stop_can_be_deprived_of_its_view_and_says_so(make_project: MakeProject) -> None:
     faults = [
         {"id": "lost", "target": "links.safety.truth", "model": "drop", "onset": {"at": "2 s"}}

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.requirements
 
 
+@pytest.mark.slow
 def test_fault_entries_and_fault_parameters_are_axes_of_the_sweep(
     make_project: MakeProject,
 ) -> None:
@@ -85,6 +86,7 @@ def test_onset_and_duration_are_axes_of_the_same_sweep(make_project: MakeProject
     assert len({case.digest for case in plan.cases}) == len(plan.cases)
 
 
+@pytest.mark.slow
 def test_faults_of_the_switch_and_what_masters_them_are_axes_of_the_same_sweep(
     make_project: MakeProject,
 ) -> None:

@@ -57,6 +57,7 @@ def bits(project: Project, **environment: str) -> dict[str, str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mask", MASKS)
 def test_masked_processor_features_change_no_bit(make_project: MakeProject, mask: str) -> None:
     project = make_project()

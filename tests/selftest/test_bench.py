@@ -7,6 +7,7 @@ import pytest
 from adeye.selftest.bench import BARE, DB, DRIVING, HANDOVER, Bench, Edit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", [DRIVING, HANDOVER])
 def test_bench_is_good_as_it_is(bench: Bench, odd: str) -> None:
     seen = bench.run((), odd)
@@ -27,12 +28,14 @@ def test_edit_that_does_not_apply_once_is_refused(bench: Bench, old: str) -> Non
         bench.settle((Edit(BARE, old, "x"),))
 
 
+@pytest.mark.slow
 def test_same_edits_are_executed_once(bench: Bench) -> None:
     edit = (Edit(BARE, "range: 150 m", "range: 120 m"),)
     assert bench.run(edit) is bench.run(edit)
     assert bench.settle(edit) == bench.settle(edit) != bench.settle(())
 
 
+@pytest.mark.slow
 def test_nothing_outside_of_its_folder_is_written(
     bench: Bench, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,7 @@ def check(bench: Bench, master: Master) -> None:
     assert is_good(master.twin(bench))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("master", FAST, ids=lambda item: item.name)
 def test_master_is_detected(bench: Bench, master: Master) -> None:
     check(bench, master)
@@ -32,6 +33,7 @@ def only(bench: Bench, name: str, fsr: str) -> None:
     assert [line for line in verdicts if not line.endswith("PASS")] == [f"{fsr} FAIL"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "fsr"), [("sensor_late", "FSR-06"), ("oscillates", "FSR-04")])
 def test_master_shows_by_its_own_fsr_and_not_by_another(bench: Bench, name: str, fsr: str) -> None:
     only(bench, name, fsr)

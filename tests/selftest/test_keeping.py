@@ -20,6 +20,7 @@ def test_alteration_is_found(bench: Bench, master: Master) -> None:
     assert is_good(twin), twin.text
 
 
+@pytest.mark.slow
 def test_command_says_what_the_master_sees(
     bench: Bench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -31,12 +32,14 @@ def test_command_says_what_the_master_sees(
     assert main(["db", "verify", "--db", str(tmp_path / "altered.db")]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("master", REPORT[:2], ids=lambda item: item.name)
 def test_flipped_report_is_found(bench: Bench, master: Master) -> None:
     assert master.is_detected(master.examine(bench))
     assert is_good(master.twin(bench))
 
 
+@pytest.mark.slow
 def test_output_onto_the_database_is_found_and_harms_nothing(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:

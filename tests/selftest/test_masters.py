@@ -26,6 +26,7 @@ def test_only_exit_code_0_is_good() -> None:
     assert [code for code in (-1, 0, 1, 2, 3, 4, 5) if is_good(Seen(code, ""))] == [0]
 
 
+@pytest.mark.slow
 def test_edits_are_taken_through_the_production_path(bench: Bench) -> None:
     assert running(Edit(BARE, "flaw: none", "flaw: never_brakes"))(bench).exit_code == 1
 

@@ -43,6 +43,7 @@ def test_metric_that_is_not_there_agrees_with_nothing(db: Path) -> None:
     assert compare(db, "no_such_column", "max_jerk_mps3").exit_code == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
@@ -71,6 +72,7 @@ def test_wrong_metric_lets_pass_what_the_right_one_does_not(
     assert "FSR-02 FAIL" in seen.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plugin", ["Broken", "Endless", "Raising"])
 def test_run_in_which_a_metric_works_passes_beside_the_one_in_which_it_fails(
     bench: Bench, plugin: str

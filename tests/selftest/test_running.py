@@ -47,6 +47,7 @@ def test_every_master_is_detected_and_no_twin_rejected() -> None:
     assert told == [*range(len(MASTERS)), len(MASTERS)]
 
 
+@pytest.mark.slow
 def test_judge_that_says_pass_to_everything_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result("never_brakes", "switch_stuck", "key_unknown").is_good
     always(Verdict.PASS, monkeypatch)
@@ -56,6 +57,7 @@ def test_judge_that_says_pass_to_everything_is_noticed(monkeypatch: pytest.Monke
     assert not found.is_good
 
 
+@pytest.mark.slow
 def test_judge_that_says_fail_to_everything_is_noticed_by_the_twins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -66,6 +68,7 @@ def test_judge_that_says_fail_to_everything_is_noticed_by_the_twins(
     assert not found.is_good
 
 
+@pytest.mark.slow
 def test_database_check_that_finds_nothing_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     def verify(_: object) -> Iterator[object]:
         return iter(())
@@ -77,6 +80,7 @@ def test_database_check_that_finds_nothing_is_noticed(monkeypatch: pytest.Monkey
     )
 
 
+@pytest.mark.slow
 def test_built_in_metric_that_is_wrong_is_noticed_by_the_second_opinion(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -140,6 +144,7 @@ def test_bound_is_that_of_clopper_and_pearson() -> None:
     assert conclude(made([(2, 0)] * 64)).low == pytest.approx(0.025 ** (1 / 64))
 
 
+@pytest.mark.slow
 def test_folder_is_gone_and_metrics_of_the_bench_are_forgotten() -> None:
     folders: list[Path] = []
 

@@ -232,6 +232,7 @@ BOMBS = [
 ]
 
 
+@pytest.mark.slow
 def test_a_hundred_bombs_are_refused_at_once() -> None:
     assert len(BOMBS) >= 100
     for bomb in BOMBS:
@@ -343,6 +344,7 @@ PIECES = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=400)
 @given(st.text(max_size=40) | st.lists(st.sampled_from(PIECES), max_size=20).map("".join))
 def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> None:

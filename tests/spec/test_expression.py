@@ -52,6 +52,7 @@ def run(expression: Expression, values: list[float]) -> float:
     return run_program(program.ops, program.args, np.array(values))
 
 
+@pytest.mark.slow
 @settings(max_examples=400)
 @given(text=EXPRESSIONS, values=st.lists(NUMBERS, min_size=3, max_size=3))
 def test_program_agrees_with_columns(text: str, values: list[float]) -> None:
@@ -263,6 +264,7 @@ def test_stack_of_a_program_is_exact() -> None:
     assert to_program(parse("a in [1, 2, 3]"), INDEX).stack == 3
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.text("abx.()[]<>=+-*/'\" 0123456789mskh^²,eEnotrd_if", max_size=40))
 def test_any_text_gives_an_answer_or_an_expression_error(text: str) -> None:

@@ -211,6 +211,7 @@ def test_nested_membership_stays_small() -> None:
     assert len(read_steps(text)) < len(text)
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.text(max_size=60) | st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join))
 def test_any_text_is_steps_or_an_expression_error(text: str) -> None:

@@ -82,18 +82,21 @@ CONTENT = st.recursive(
 MAPPING = st.dictionaries(st.sampled_from("abc"), CONTENT)
 
 
+@pytest.mark.slow
 @given(base=MAPPING, override=MAPPING)
 def test_merging_twice_is_merging_once(base: Any, override: Any) -> None:
     once = merge(base, override)
     assert merge(once, override) == once
 
 
+@pytest.mark.slow
 @given(base=MAPPING)
 def test_nothing_and_itself_change_nothing(base: Any) -> None:
     assert merge(base, {}) == base
     assert merge(base, base) == base
 
 
+@pytest.mark.slow
 @given(base=MAPPING, override=MAPPING)
 def test_merging_leaves_both_as_they_were(base: Any, override: Any) -> None:
     before = repr((base, override))

@@ -192,6 +192,7 @@ def test_long_value_is_cut() -> None:
     assert len(line) < 300
 
 
+@pytest.mark.slow
 def test_many_problems_are_counted_and_the_first_listed() -> None:
     text = "\n".join(["rig: a", "speed: 1 m/s", *(f"k{k}: 1" for k in range(20_000))])
     document = parse_document(text, "f.yaml")

@@ -132,6 +132,7 @@ def test_driver_beside_a_file_of_its_id_is_listed_twice(odd: Any) -> None:
         odd("reference_cc.yaml", "reference:cc")
 
 
+@pytest.mark.slow
 def test_driver_is_executed_judged_and_replayed_as_any_architecture(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     names = "[architectures/bare.yaml, 'reference:cc', 'reference:fsm+jrc']"

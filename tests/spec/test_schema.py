@@ -19,10 +19,12 @@ SHIPPED = [
 ]
 
 
+@pytest.mark.slow
 def test_committed_schemas_are_fresh() -> None:
     assert schema.stale(ROOT / "docs" / "schema") == []
 
 
+@pytest.mark.slow
 def test_stale_schema_is_noticed(tmp_path: Path) -> None:
     schema.write(tmp_path)
     assert schema.main(["--check", str(tmp_path)]) == 0
@@ -30,17 +32,20 @@ def test_stale_schema_is_noticed(tmp_path: Path) -> None:
     assert schema.main(["--check", str(tmp_path)]) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "path"), SHIPPED, ids=[path.stem for _, path in SHIPPED])
 def test_shipped_files_fit_their_schema(kind: str, path: Path) -> None:
     jsonschema.validate(load_document(path).value, schema.schema(kind))
 
 
+@pytest.mark.slow
 def test_schema_refuses_an_unknown_key() -> None:
     content = load_document(ROOT / "odd" / "motorway_chauffeur.yaml").value
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate({**content, "sede": 7}, schema.schema("odd"))
 
 
+@pytest.mark.slow
 def test_file_that_extends_another_may_hold_parts_of_its_records() -> None:
     strict = schema.schema("architecture")
     part = {"extends": "a.yaml", "channels": {"nominal": {"links": ["pose"]}}}

@@ -44,6 +44,7 @@ def interrupted(repository: Repository, example: Any) -> str:
     return str(plan.campaign)
 
 
+@pytest.mark.slow
 def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example: Any) -> None:
     interrupted(repository, example)
     told = content(repository)
@@ -78,6 +79,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("table", "column", "change"), CHANGES, ids=str)
 def test_altered_account_is_named_even_with_a_hash_that_fits(
     repository: Repository,
@@ -110,6 +112,7 @@ def test_altered_account_is_named_even_with_a_hash_that_fits(
     assert any(item.row == " ".join(named) for item in told)
 
 
+@pytest.mark.slow
 def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

@@ -3,6 +3,8 @@
 from collections import Counter
 from typing import Any
 
+import pytest
+
 from adeye.store.read.checking import EVIDENCE_RULES, check_campaign, check_plan
 from adeye.store.repository import Repository
 from adeye.store.rules import CAMPAIGN_RULES, FRAGMENTS
@@ -28,6 +30,7 @@ def test_campaign_that_was_only_planned_has_not_run(repository: Repository, exam
     ]
 
 
+@pytest.mark.slow
 def test_another_threshold_makes_evidence_stale_until_it_is_judged(
     repository: Repository, example: Any
 ) -> None:

@@ -113,6 +113,7 @@ def copied(repository: Repository, to: str, *campaigns: str) -> Repository:
     return into
 
 
+@pytest.mark.slow
 def test_copy_of_all_campaigns_is_all_rows(
     repository: Repository, two: tuple[str, str], target: str
 ) -> None:
@@ -134,6 +135,7 @@ def test_copy_of_all_campaigns_is_all_rows(
     assert rows_of(repository) == before
 
 
+@pytest.mark.slow
 def test_copy_of_one_campaign_tells_what_the_original_tells(
     repository: Repository, two: tuple[str, str], target: str
 ) -> None:
@@ -150,6 +152,7 @@ def test_copy_of_one_campaign_tells_what_the_original_tells(
         assert {item[0] for item in found["concept"]} < {item[0] for item in before["concept"]}
 
 
+@pytest.mark.slow
 def test_work_goes_on_in_a_copy(
     repository: Repository, two: tuple[str, str], target: str, example: Example
 ) -> None:
@@ -167,6 +170,7 @@ def test_work_goes_on_in_a_copy(
         assert into.verify() == ()
 
 
+@pytest.mark.slow
 def test_database_that_has_campaigns_already_and_unknown_names_are_refused(
     repository: Repository,
     two: tuple[str, str],
@@ -218,6 +222,7 @@ def campaign_of(db: Path, name: str, to: Path) -> str:
         return source.find_campaign(name).id
 
 
+@pytest.mark.slow
 def test_kept_traces_go_over_and_the_old_database_is_not_needed(
     archive: Path, tmp_path: Path
 ) -> None:

@@ -77,6 +77,7 @@ def test_many_entries_are_written_before_the_end(
     assert found == [(0, 2, 0), (1, 2, 0), (2, 2, 0), (3, 1, 1)]
 
 
+@pytest.mark.slow
 def test_entries_of_blocks_do_not_depend_on_their_order(make_example: Any, tmp_path: Any) -> None:
     totals = set()
     for size in (1, 3, 8):

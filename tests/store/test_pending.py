@@ -1,6 +1,8 @@
 import sqlite3
 from typing import Any
 
+import pytest
+
 from adeye.store.repository import Repository
 from tests.store.raw import on_sqlite
 
@@ -18,6 +20,7 @@ def test_run_that_exists_needs_only_the_verdicts_it_lacks(
     assert {case.missing_fsrs for case in block.to_judge} == {("FSR1",)}
 
 
+@pytest.mark.slow
 def test_new_threshold_adds_rows_and_keeps_the_old_ones(
     repository: Repository, example: Any
 ) -> None:

@@ -24,6 +24,7 @@ def complete(
     return str(runs[0].result_digest)
 
 
+@pytest.mark.slow
 def test_metrics_of_a_plugin_have_a_wide_table_of_their_own(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -38,6 +39,7 @@ def test_metrics_of_a_plugin_have_a_wide_table_of_their_own(
     assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_new_metric_makes_another_table_and_keeps_the_first(
     repository: Repository, example: Any
 ) -> None:
@@ -50,6 +52,7 @@ def test_new_metric_makes_another_table_and_keeps_the_first(
     assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_run_without_metrics_of_a_plugin_has_none(repository: Repository, example: Any) -> None:
     complete(repository, example, COMFORT)
     example.with_odd("2")
@@ -59,6 +62,7 @@ def test_run_without_metrics_of_a_plugin_has_none(repository: Repository, exampl
     assert stored.plugin_metrics == {}
 
 
+@pytest.mark.slow
 def test_same_metrics_again_are_kept_once_and_others_are_an_error(
     repository: Repository, example: Any
 ) -> None:
@@ -83,6 +87,7 @@ def test_machine_dependent_result_keeps_its_first_metrics(
     assert list(stored.plugin_metrics.values()) == [COMFORT]
 
 
+@pytest.mark.slow
 def test_rows_of_plugins_are_protected_and_verified(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -104,6 +109,7 @@ def test_metric_id_must_be_an_identifier(repository: Repository, example: Any, n
     assert repository.info().rows["run"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plugin", ["./my plug'in.py:Comfort", f"./{'long' * 20}.py:Comfort"])
 def test_plugin_may_have_any_name(repository: Repository, example: Any, plugin: str) -> None:
     longest = {f"{'x' * (LONGEST_COLUMN - 1)}{end}": MetricValue(1.0) for end in "ab"}
@@ -114,6 +120,7 @@ def test_plugin_may_have_any_name(repository: Repository, example: Any, plugin: 
     assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_metrics_of_a_plugin_are_in_no_result_hash(repository: Repository, example: Any) -> None:
     campaign = example.campaign(repository, 2)
     before = repository.result_table_hash(campaign)

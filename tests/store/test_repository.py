@@ -51,6 +51,7 @@ def work_until_killed(path: Path, example: Any, campaign: str, done: Any) -> Non
             done.release()
 
 
+@pytest.mark.slow
 def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
     tmp_path: Path, example: Any
 ) -> None:
@@ -88,6 +89,7 @@ def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
         assert (again.to_execute, again.to_judge) == (0, 0)
 
 
+@pytest.mark.slow
 def test_threads_share_a_repository(repository: Repository, example: Any) -> None:
     plan = repository.plan_campaign(example.record(), example.cases(40), block_size=2)
     done: list[int] = []
@@ -106,6 +108,7 @@ def test_threads_share_a_repository(repository: Repository, example: Any) -> Non
     assert repository.progress(plan.campaign).accounted == 40
 
 
+@pytest.mark.slow
 def test_power_cut_at_any_point_of_the_log_leaves_whole_blocks(
     tmp_path: Path, example: Any
 ) -> None:

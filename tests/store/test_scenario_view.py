@@ -83,6 +83,7 @@ def test_scenarios_with_one_identifier_get_two_views(
         assert len(raw.execute(f"SELECT * FROM {view}").fetchall()) == 1  # noqa: S608
 
 
+@pytest.mark.slow
 def test_hostile_names_make_no_sql(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -106,6 +107,7 @@ def test_parameter_may_be_called_like_a_word_of_sql(
     assert raw.execute(f'SELECT "{word.lower()}" FROM v_runs_cut_in').fetchall() == [(1.5,)]  # noqa: S608
 
 
+@pytest.mark.slow
 def test_long_names_that_differ_at_their_end_are_kept_apart(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

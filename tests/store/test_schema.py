@@ -75,6 +75,7 @@ def test_new_database_is_the_one_that_the_code_describes(tmp_path: Path) -> None
     assert ddl(tmp_path / "made.db") == ddl(tmp_path / "described.db")
 
 
+@pytest.mark.slow
 def test_no_migration_is_missing(tmp_path: Path) -> None:
     schema.upgrade(tmp_path / "a.db")
     engine = create_engine(f"sqlite:///{tmp_path / 'a.db'}")
@@ -84,7 +85,10 @@ def test_no_migration_is_missing(tmp_path: Path) -> None:
     engine.dispose()
 
 
-@pytest.mark.parametrize("dialect", [sqlite.dialect(), postgresql.dialect()])
+@pytest.mark.parametrize(
+    "dialect",
+    [sqlite.dialect(), postgresql.dialect()],  # type: ignore[no-untyped-call]
+)
 def test_what_a_version_holds_changes_with_its_number_only(dialect: Dialect) -> None:
     text = "\n".join(statement for _, statement in schema.statements(dialect))
     held = f"{schema.head()} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
@@ -203,6 +207,7 @@ def open_and_close(path: Path, failures: "multiprocessing.Queue[str]") -> None:
         failures.put(repr(error))
 
 
+@pytest.mark.slow
 def test_many_first_users_make_one_database(tmp_path: Path) -> None:
     context = multiprocessing.get_context("fork")
     failures: multiprocessing.Queue[str] = context.Queue()

@@ -43,6 +43,7 @@ def test_connections_keep_the_rules(database: Database) -> None:
     }
 
 
+@pytest.mark.slow
 def test_log_of_a_large_transaction_does_not_stay(database: Database) -> None:
     log = Path(f"{database.location.path}-wal")
     with database.write() as connection:
@@ -203,6 +204,7 @@ needs_rights = pytest.mark.skipif(
 )
 
 
+@pytest.mark.slow
 @needs_rights
 @pytest.mark.parametrize("file_mode", [0o444, 0o644])
 def test_archive_that_nobody_may_write_is_read(archive: Path, file_mode: int) -> None:
@@ -218,6 +220,7 @@ def test_archive_that_nobody_may_write_is_read(archive: Path, file_mode: int) ->
     assert archive.read_bytes() == before
 
 
+@pytest.mark.slow
 @needs_rights
 def test_file_that_may_not_be_written_is_read_in_a_folder_that_may(archive: Path) -> None:
     archive.chmod(0o444)
@@ -226,6 +229,7 @@ def test_file_that_may_not_be_written_is_read_in_a_folder_that_may(archive: Path
     assert codes[:3] == [0, 0, 0]
 
 
+@pytest.mark.slow
 @needs_rights
 def test_who_writes_into_an_archive_is_told(archive: Path) -> None:
     archive.parent.chmod(0o555)
@@ -235,6 +239,7 @@ def test_who_writes_into_an_archive_is_told(archive: Path) -> None:
     assert "write access to file and folder" in said
 
 
+@pytest.mark.slow
 @needs_rights
 def test_log_that_is_not_in_the_file_yet_is_read_or_named(archive: Path) -> None:
     writing = sqlite3.connect(archive)

@@ -9,6 +9,7 @@ from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 
 
+@pytest.mark.slow
 def test_stored_rows_are_never_changed_or_deleted(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

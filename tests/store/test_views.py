@@ -238,6 +238,7 @@ def complete(repository: Repository, example: Any, campaign: str, blocks: int) -
         assert repository.complete_block(block, example.runs(block), example.judged(block))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_views_tell_what_they_told_when_they_looked_at_every_case(
     repository: Repository, example: Any, raw: sqlite3.Connection, seed: int

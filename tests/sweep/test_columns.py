@@ -48,6 +48,7 @@ def check(expansion: Expansion, start: int = 0, stop: int | None = None) -> None
         assert columns.point_json == [json_text(dict(case.point)) for case in cases]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_every_test_case_of_the_shipped_odds_has_the_identity_of_its_row(path: Path) -> None:
     check(expand(load_odd(path)))

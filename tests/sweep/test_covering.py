@@ -91,6 +91,7 @@ def models(draw: st.DrawFn) -> tuple[list[int], int, list[Term]]:
     return sizes, strength, terms
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(model=models())
 def test_every_feasible_tuple_is_covered_by_feasible_points(
@@ -114,6 +115,7 @@ def test_every_feasible_tuple_is_covered_by_feasible_points(
     assert points.raw == math.prod(sizes)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(model=models())
 def test_same_axes_give_the_same_points(model: tuple[list[int], int, list[Term]]) -> None:
@@ -122,6 +124,7 @@ def test_same_axes_give_the_same_points(model: tuple[list[int], int, list[Term]]
     assert rows_of(first, sizes) == rows_of(second, sizes)
 
 
+@pytest.mark.slow
 def test_every_point_covers_something_that_those_before_do_not() -> None:
     sizes = [3, 2, 4, 3, 2]
     rows = rows_of(covered(sizes, 2), sizes)
@@ -132,6 +135,7 @@ def test_every_point_covers_something_that_those_before_do_not() -> None:
 # --- sizes that others publish --------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sizes", "strength", "most"),
     [
@@ -173,6 +177,7 @@ def test_tuple_that_only_several_relations_exclude_together_is_infeasible() -> N
     assert (points.tuples.feasible, points.tuples.total) == (3, 27)
 
 
+@pytest.mark.slow
 def test_long_chain_of_relations_is_decided_exactly() -> None:
     sizes = [3] * 9
     texts = [f"a{k} <= a{k + 1}" for k in range(8)]
@@ -183,6 +188,7 @@ def test_long_chain_of_relations_is_decided_exactly() -> None:
     assert len(tuples_of(rows, 2)) == 6 * math.comb(9, 2)
 
 
+@pytest.mark.slow
 def test_component_with_too_many_solutions_to_list_is_searched() -> None:
     sizes = [3] * 9
     texts = [f"a{k} != a{k + 1}" for k in range(8)]

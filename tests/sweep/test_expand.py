@@ -125,6 +125,7 @@ def test_steps_include_both_ends_exactly(load: Load) -> None:
     assert values == [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
 
 
+@pytest.mark.slow
 def test_a_billion_combinations_are_refused_before_expansion(load: Load) -> None:
     thousand = {"from": "30 m", "to": "59.97 m", "step": "0.03 m"}
     axis = "architecture.sensors.front_camera.range"

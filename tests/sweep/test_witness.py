@@ -40,6 +40,7 @@ def limited(scenario: LogicalScenario, *constraints: str) -> LogicalScenario:
     return LogicalScenario.model_validate({**content, "constraints": list(constraints)}, context=SI)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("constraint", "holds"),
     [

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 
 
+@pytest.mark.slow
 def test_shipped_executors_conform() -> None:
     check_executor(lambda context: InProcess(context.work))
     check_executor(lambda context: Threads(context.work, context.workers or 1))
@@ -84,6 +85,7 @@ def test_whoever_ends_with_the_tasks_does_not_execute_what_comes_back() -> None:
         check_executor(lambda context: Ending(context.work))
 
 
+@pytest.mark.slow
 def test_death_of_a_worker_is_told() -> None:
     class Silent(Processes[Any, Any]):
         def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:

@@ -99,6 +99,7 @@ def test_every_kind_answers_as_in_the_run(project: Project, tmp_path: Path, name
     assert len(set(trace["acceleration"][0, :TICKS, channel])) > 2
 
 
+@pytest.mark.slow
 def test_witness_changes_no_bit(project: Project, tmp_path: Path) -> None:
     case, trace = shown(project, "safety", tmp_path / "shown.jsonl")
     again = engine.run([case], base_dirs=project.plan().folders, most_ticks=TICKS)
@@ -133,6 +134,7 @@ def test_channel_of_a_class_or_an_instance_is_fed_one_at_a_time(
     assert len(list(feed(Counting, file))) == TICKS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "place", "words"),
     [
@@ -161,6 +163,7 @@ def test_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
         next(feed(Counting, tmp_path / "missing.jsonl"))
 
 
+@pytest.mark.slow
 def test_saved_lines_are_what_a_program_gets(project: Project, tmp_path: Path) -> None:
     file = tmp_path / "shown.jsonl"
     shown(project, "told", file)

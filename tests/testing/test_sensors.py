@@ -40,6 +40,7 @@ PHYSICAL_RADAR = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spec",
     [

@@ -168,6 +168,7 @@ def test_zoo_has_twenty_animals_and_every_outcome_of_a_channel() -> None:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sleeps", "stops_itself", "ignores_sigterm"])
 def test_hang_costs_at_most_a_second_beyond_its_deadline(tmp_path: Path, name: str) -> None:
     zoo.settle(tmp_path)

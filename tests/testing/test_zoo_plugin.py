@@ -196,6 +196,7 @@ def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) 
         assert rows == told["here"], way
 
 
+@pytest.mark.slow
 def test_campaign_stores_what_no_text_is_and_its_standard_output_is_clean(tmp_path: Path) -> None:
     project = built(tmp_path / "project")
     names = ["", "prints", "closes_its_streams", "raises_what_no_text_is", "leaves"]

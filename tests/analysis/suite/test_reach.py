@@ -200,6 +200,7 @@ def low_sun(elevation: float, visibility: float = 1e12) -> Condition:
     return Condition("low_sun", 0.0, visibility, "day", 0.9, elevation)
 
 
+@pytest.mark.slow
 def test_object_camera_reaches_as_its_sensor_model_in_a_low_sun() -> None:
     elevation = math.radians(5.0)
     parameters = {

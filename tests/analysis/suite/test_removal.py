@@ -27,6 +27,7 @@ def is_not_better(less: Removal, more: Removal) -> bool:
     return all((low or 0.0) <= (high or 0.0) for low, high in pairs)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(
     st.lists(

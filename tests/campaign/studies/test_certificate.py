@@ -78,6 +78,7 @@ def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> P
     return project
 
 
+@pytest.mark.slow
 def test_shipped_parts_are_certified_under_every_condition(campaign: tuple[Project, Path]) -> None:
     project, db = campaign
     found = certify(db, str(project.odd))
@@ -94,6 +95,7 @@ def test_shipped_parts_are_certified_under_every_condition(campaign: tuple[Proje
     assert (stored.asked, stored.sampled, stored.class_) == (1000, found.sampled, "portable")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "source",
     ["time.time_ns() % 1000", "os.getpid() % 1000", "next(CALLS)"],
@@ -118,6 +120,7 @@ def test_channel_that_is_not_deterministic_is_found_and_named(
     assert [item["run"] for item in stored.findings] == [finding.run]
 
 
+@pytest.mark.slow
 def test_first_ticks_that_differ_are_named(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,6 +133,7 @@ def test_first_ticks_that_differ_are_named(
     assert finding.traces >= 2
 
 
+@pytest.mark.slow
 def test_metric_that_is_not_as_stored_is_named(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,6 +154,7 @@ def edit(db: Path, table: str, statement: str) -> None:
     connection.close()
 
 
+@pytest.mark.slow
 def test_run_that_a_deadline_ended_is_left_out(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,6 +167,7 @@ def test_run_that_a_deadline_ended_is_left_out(
     assert found.sampled == found.executed - 1
 
 
+@pytest.mark.slow
 def test_masks_are_conditions_of_what_promises_as_much(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -177,6 +183,7 @@ def test_masks_are_conditions_of_what_promises_as_much(
     assert certify(db, str(project.odd), sample=2).conditions == ((FEW[0].name, 2),)
 
 
+@pytest.mark.slow
 def test_reference_traffic_is_certified_on_its_platform(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,6 +205,7 @@ def test_reference_traffic_is_certified_on_its_platform(
     assert [name for name, _ in found.conditions] == [item.name for item in FEW]
 
 
+@pytest.mark.slow
 def test_changed_plugin_is_no_nondeterminism(make_project: MakeProject) -> None:
     project = unsteady(make_project, "0")
     path = project.folder / "odd" / "architectures" / "unsteady.py"
@@ -256,6 +264,7 @@ def test_draw_takes_from_every_stratum_in_turn_by_digest() -> None:
     assert draw(often, 100) == often
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "later", "cause"),
     [("next(CALLS)", "next(CALLS)", NEVER_THE_SAME), ("3", "4", CHANGED)],

@@ -65,6 +65,7 @@ def test_fork_with_the_other_decision_is_another_run(mini: Executed, db: Path) -
     assert forked.fork.verdicts.keys() == forked.origin.verdicts.keys()
 
 
+@pytest.mark.slow
 def test_fork_is_kept_and_replays_but_counts_in_no_campaign(mini: Executed, db: Path) -> None:
     with Repository.open(db, create=False) as repository:
         newest = repository.latest_campaign()

@@ -92,6 +92,7 @@ def test_sample_is_that_of_the_smallest_situations(asked: Executed) -> None:
         ]
 
 
+@pytest.mark.slow
 def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     project = make_project(ASKED)
     before = chosen(project.plan())
@@ -209,6 +210,7 @@ def test_every_fsr_and_metric_has_a_line(asked: Executed) -> None:
     assert ("camera_radar", "metric", "min_ttc_s") in found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("workers", "threads", "batch"), [(1, 2, 5), (2, 1, 64)])
 def test_uncertainty_and_verdicts_do_not_depend_on_how_runs_are_executed(
     asked: Executed,
@@ -226,6 +228,7 @@ def test_uncertainty_and_verdicts_do_not_depend_on_how_runs_are_executed(
     assert verdicts(project) == verdicts(asked.project)
 
 
+@pytest.mark.slow
 def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> None:
     plan = asked.plan
     for sample in plan.samples:
@@ -243,6 +246,7 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
             assert half / whole == pytest.approx(0.25, rel=0.15)
 
 
+@pytest.mark.slow
 def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject) -> None:
     project = make_project({**ASKED, "faults": MINI["faults"]})
     with project.edited_odd() as odd:
@@ -266,6 +270,7 @@ def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject)
     assert len(begun) >= 24
 
 
+@pytest.mark.slow
 def test_noise_of_a_run_is_that_of_its_twin(asked: Executed) -> None:
     cases = [case for case in asked.plan.cases if case.architecture.architecture == "camera_radar"]
     whole = run_cases(asked.plan, cases)["detections"]
@@ -325,6 +330,7 @@ def test_margins_below_the_uncertainty_are_inconclusive_and_no_others(asked: Exe
     assert {("PASS", "INCONCLUSIVE"), ("PASS", "PASS"), ("FAIL", "FAIL")} <= seen
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_the_judge_with_the_same_uncertainty(asked: Executed) -> None:
     with Repository.open(asked.db, create=False) as repository:
         campaign = asked.summary.campaign
@@ -342,6 +348,7 @@ def test_rows_are_those_of_the_judge_with_the_same_uncertainty(asked: Executed) 
     assert Verdict.INCONCLUSIVE in found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "is_pass"), [(0.5, False), (0.99, False), (1.01, True), (2.0, True)]
 )
@@ -388,6 +395,7 @@ def worst_deceleration(asked: Executed) -> tuple[float, float]:
     return float(least), float(worst)
 
 
+@pytest.mark.slow
 def test_failure_stays_one(asked: Executed, tmp_path: Path) -> None:
     least, worst = worst_deceleration(asked)
     project = Project(tmp_path / "failing", ASKED)
@@ -401,6 +409,7 @@ def test_failure_stays_one(asked: Executed, tmp_path: Path) -> None:
     assert line.verdict is Verdict.FAIL
 
 
+@pytest.mark.slow
 def test_asking_later_executes_only_twins_and_going_back_nothing(
     asked: Executed, make_project: MakeProject
 ) -> None:
@@ -436,6 +445,7 @@ def test_odd_that_does_not_ask_is_the_content_that_it_was(make_project: MakeProj
 # --- interruption and failure
 
 
+@pytest.mark.slow
 def test_interrupted_twins_are_gone_on_with(
     asked: Executed, make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -472,6 +482,7 @@ def verdicts_judged(project: Project) -> int:
         return int(found.fetchone()[0])
 
 
+@pytest.mark.slow
 def test_twin_that_cannot_be_executed_leaves_nothing_judged(
     asked: Executed, make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -496,6 +507,7 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
     assert verdicts(project) == verdicts(asked.project)
 
 
+@pytest.mark.slow
 def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
     make_project: MakeProject,
 ) -> None:
@@ -514,6 +526,7 @@ def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
 # --- twins as runs
 
 
+@pytest.mark.slow
 def test_twin_is_found_and_replays_bit_for_bit(asked: Executed) -> None:
     with closing(sqlite3.connect(asked.db)) as connection:
         twin, origin = connection.execute(
@@ -536,6 +549,7 @@ def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) ->
 # --- the gate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "kind"), [(0.5, Kind.NOTE), (2.0, Kind.MARGIN)])
 def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
     asked: Executed, tmp_path: Path, share: float, kind: Kind

@@ -49,6 +49,7 @@ def test_every_cell_occurs(found: Preventability) -> None:
     assert sum(sum(row.counts.values()) for row in found.rows) == 2 * found.executed == 96
 
 
+@pytest.mark.slow
 def test_cells_are_those_of_the_contacts(found: Preventability, driven: Path) -> None:
     touched = {
         "both_avoid": (False, False),
@@ -69,6 +70,7 @@ def test_cells_are_those_of_the_contacts(found: Preventability, driven: Path) ->
             ) == pair
 
 
+@pytest.mark.slow
 def test_by_default_a_conflict_is_a_contact_or_more_than_the_model_can_brake(
     found: Preventability, driven: Path
 ) -> None:
@@ -133,6 +135,7 @@ def test_a_drive_is_replayed_bit_for_bit(found: Preventability, driven: Path) ->
     assert replayed.verdicts == {}
 
 
+@pytest.mark.slow
 def test_threads_make_no_difference(
     project: Project, found: Preventability, tmp_path: Path
 ) -> None:
@@ -192,6 +195,7 @@ def test_what_no_model_avoids_does_not_block_and_the_verdict_stays(
     assert line.verdict is Verdict.FAIL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gate", "by", "code"),
     [

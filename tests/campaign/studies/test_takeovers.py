@@ -73,6 +73,7 @@ def test_needed_takeovers_are_those_whose_fork_violates(matrix: TakeoverMatrix) 
         assert line.fork_violation_s > line.takeover_s
 
 
+@pytest.mark.slow
 def test_sample_is_part_of_the_whole(
     mini: Executed, tmp_path: Path, matrix: TakeoverMatrix
 ) -> None:

@@ -60,6 +60,7 @@ def test_stuck_switch_is_its_own_mechanism_off_twin(table: InjectionTable) -> No
     assert all(item.times == item.without_mechanism for item in stuck)
 
 
+@pytest.mark.slow
 def test_one_run_is_as_in_the_table(mini: Executed, table: InjectionTable) -> None:
     one = table.injections[0]
     assert run_timeline(mini.db, one.run) == one

@@ -143,6 +143,7 @@ def computed(metric: type, made: Any) -> MetricColumn:
     return compute_metrics(made.trace())["mean_speed_mps"]
 
 
+@pytest.mark.slow
 def test_one_run_that_a_metric_fails_on_leaves_the_others(
     hand_made: Any, caplog: pytest.LogCaptureFixture
 ) -> None:

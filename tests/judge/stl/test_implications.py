@@ -125,6 +125,7 @@ def with_consequent(node: Any, other: Any) -> Any:
     return tuple(with_consequent(part, other) for part in node)
 
 
+@pytest.mark.slow
 def test_no_consequent_matters_where_its_antecedent_never_held() -> None:
     """Laws over random formulas with one antecedent that holds nowhere."""
     random, told = Random(24), {NEEDED: 0, SPARE: 0}

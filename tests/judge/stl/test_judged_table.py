@@ -151,6 +151,7 @@ def _on(times: Any, formula: str, bad: int, **reading: Any) -> Verdict:
     return judge_table(formula, table_of({"time": times, "x": values}), Reading(**reading)).verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(1, 1001, 100))
 def test_a_row_at_the_end_of_a_window_belongs_to_it_at_every_step(first: int) -> None:
     for step in range(first, first + 100):

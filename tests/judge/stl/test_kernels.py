@@ -10,6 +10,7 @@ from adeye.judge.stl.operators import sliding_maximum
 INF = float("inf")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beyond", [-INF, INF, -1.0])
 @pytest.mark.parametrize(("first", "last"), [(0, 0), (0, 3), (2, 2), (1, 6), (9, 12), (0, 40)])
 def test_sliding_maximum_is_the_maximum_of_every_window(

@@ -10,6 +10,7 @@ from tests.judge.stl.batch import binding, judge, numbers, standing, truths
 from tests.judge.stl.random_formulas import Random, Reference, rounded, text_of, traces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None:
     random = Random(300 + seed)
@@ -32,6 +33,7 @@ def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None
                 assert bound[b] == expected, text_of(body, ",")
 
 
+@pytest.mark.slow
 def test_satisfaction_on_the_threshold_agrees_with_the_boolean_definition() -> None:
     """Whole numbers meet their thresholds often, so robustness is often exactly 0."""
     random = Random(400)

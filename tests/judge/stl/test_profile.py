@@ -110,6 +110,7 @@ def compare_with_rtamt(seed: int, count: int) -> int:
     return compared
 
 
+@pytest.mark.slow
 def test_robustness_agrees_with_rtamt_at_every_row() -> None:
     """1,080 pairs of a formula and a trace: past and future, with and without windows, arithmetic.
 
@@ -161,6 +162,7 @@ def random_formulas(seed: int, count: int = 40) -> Iterable[tuple[str, dict[str,
         yield text_of(random.formula(3, past=True, edges=True), ","), traces(random, BATCH, ROWS)
 
 
+@pytest.mark.slow
 def test_the_first_row_is_what_the_formula_is_on_the_run() -> None:
     for text, signals in random_formulas(11):
         for outermost in ("always({})", "not eventually({})", "({} until a > 1) or b > 1"):
@@ -224,6 +226,7 @@ def test_a_trace_that_begins_later_has_the_same_robustness_later() -> None:
         assert np.array_equal(at_rows(text, signals), np.array(at_rows(text, later))[:, :, 7:])
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(
     seed=st.integers(0, 10**6),

@@ -20,6 +20,7 @@ def slid(level: int, state: Any, truth: Any, first: int, last: int, *, always: b
     return out[:, :KNOWN], sign[:, :KNOWN]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", [(0, 0), (0, 5), (2, 9), (0, 32), (3, 60), (35, 50)])
 @pytest.mark.parametrize("is_last_open", [False, True])
 @pytest.mark.parametrize("always", [False, True])

@@ -153,6 +153,7 @@ def test_what_is_unknown_asks_for_no_number(model: str, column: int) -> None:
     assert math.isnan(limits(model, row, 1)[0])
 
 
+@pytest.mark.slow
 def test_unknown_model_is_no_number() -> None:
     assert math.isnan(
         reference_limit(9, view(), np.zeros(columns.PARAMETER_SIZE), np.zeros(6), STEP)

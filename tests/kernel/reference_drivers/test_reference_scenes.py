@@ -33,6 +33,7 @@ def grid(speeds: int, shares: int, gaps: int, laterals: int) -> list[tuple[float
     return [(float(v), float(v * s), float(g), float(w)) for v, s, g, w in axes]
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_impact_speed_converges_with_the_step(model: str) -> None:
@@ -51,6 +52,7 @@ def test_impact_speed_converges_with_the_step(model: str) -> None:
     assert worst[-1] < 0.5 * worst[0]
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_both_integrators_meet_for_small_steps(model: str) -> None:

@@ -38,6 +38,7 @@ def test_points_are_a_metre_apart(length: float, points: int) -> None:
     assert k.count_points(np.array([[0.0, 0.0], [length, 0.0]])) == points
 
 
+@pytest.mark.slow
 def test_a_straight_polyline_is_a_straight_lane() -> None:
     points, knots, length = polyline([[1.0, 2.0], [1.0, 22.5]])
     assert length == 20.5

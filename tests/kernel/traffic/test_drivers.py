@@ -232,6 +232,7 @@ def test_few_and_many_decide_alike_on_a_road_that_they_share(vehicles: int) -> N
     np.testing.assert_array_equal(found[0][1], found[1][1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved", "roundabout"])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_acceleration_behind_anybody_is_highway_env_s(kind: str, seed: int) -> None:
@@ -252,6 +253,7 @@ def test_acceleration_behind_anybody_is_highway_env_s(kind: str, seed: int) -> N
                 assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved", "merge"])
 def test_decisions_of_a_tick_are_highway_env_s(kind: str) -> None:
     changes = 0

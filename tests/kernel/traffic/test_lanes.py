@@ -76,6 +76,7 @@ def test_local_place_of_a_point_leads_back_to_the_point(name: str) -> None:
             assert k.lane_local(lanes, 0, curves, x, y) == pytest.approx((s, lateral), abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LANES)
 @pytest.mark.parametrize("margin", [0.0, 1.0])
 def test_what_is_on_a_lane_and_can_reach_it_is_highway_env_s_answer(
@@ -122,6 +123,7 @@ def test_far_from_a_straight_lane_the_least_distance_says_so() -> None:
     assert k.least_distance(lanes, 0, 500.0, 0.0) == pytest.approx(420.0)
 
 
+@pytest.mark.slow
 def test_a_metre_to_the_left_of_an_eastward_lane_is_positive() -> None:
     lane = np.zeros((1, k.LANE_WIDTH))
     k.write_straight(lane[0], 10.0, 5.0, 0.0, 100.0, 4.0, math.inf)

@@ -97,6 +97,7 @@ def two_roads() -> tuple[Floats, Ints]:
     return lanes, build_links([("a", "b", 1), ("b", "c", 1)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("me", "other", "expected"), [(80, 140, (1, -1)), (140, 80, (-1, 1))])
 def test_beyond_the_ends_of_a_lane_the_linked_ones_count(
     me: float, other: float, expected: tuple[int, int]
@@ -150,6 +151,7 @@ def answers(ours: Converted) -> set[tuple[int, int]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_sorted_search_is_the_naive_one_to_the_bit(kind: str, seed: int) -> None:

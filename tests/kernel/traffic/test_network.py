@@ -61,6 +61,7 @@ def places(lanes: Floats, curves: Floats | None, count: int) -> list[tuple[float
     return [*found, (1e4, -1e4, 0.0), (-500.0, 300.0, 3.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_nearest_lane_is_found_from_any_guess_to_the_bit(kind: str) -> None:
     road = ROADS[kind](connected=True)
@@ -71,6 +72,7 @@ def test_nearest_lane_is_found_from_any_guess_to_the_bit(kind: str) -> None:
             assert k.nearest_lane(lanes, links, curves, guess, x, y, heading) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_nearest_lane_is_highway_env_s_closest_lane(kind: str) -> None:
     road = ROADS[kind](connected=True)
@@ -81,6 +83,7 @@ def test_nearest_lane_is_highway_env_s_closest_lane(kind: str) -> None:
         assert names[found] == road.network.get_closest_lane_index(np.array([x, -y]), -heading)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     road = ROADS[kind](connected=True)

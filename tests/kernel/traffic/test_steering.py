@@ -21,6 +21,7 @@ POSES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved", "roundabout"])
 def test_steering_is_highway_env_s(kind: str) -> None:
     road = scene(kind, 11, 6)
@@ -65,6 +66,7 @@ def test_a_hard_turn_is_at_the_limit_of_the_wheels_in_both_arithmetics() -> None
     assert math.sin(math.atan(0.5 * math.tan(math.pi / 3.0))) == pytest.approx(k.MAX_SLIP_SINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved", "merge"])
 def test_a_step_is_highway_env_s_bicycle(kind: str) -> None:
     road = scene(kind, 12, 6)
@@ -96,6 +98,7 @@ def test_both_arithmetics_move_alike() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("move", [k.move_reference, k.move_fast])
 def test_braking_ends_at_standstill_and_says_what_it_took(move: Any) -> None:
     road = LaneRoad()
@@ -108,6 +111,7 @@ def test_braking_ends_at_standstill_and_says_what_it_took(move: Any) -> None:
     assert road.vehicles[0, n.X] == pytest.approx(100.0 + 0.2 * STEP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("move", [k.move_reference, k.move_fast])
 def test_a_crashed_vehicle_brakes_straight_on(move: Any) -> None:
     road = LaneRoad()
@@ -136,6 +140,7 @@ def test_objects_and_placed_vehicles_are_not_moved(move: Any) -> None:
     np.testing.assert_array_equal(road.vehicles, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("advance", [k.advance_reference, k.advance_fast])
 def test_an_oblique_vehicle_settles_on_the_centre_of_its_lane(advance: Any) -> None:
     road = LaneRoad()
@@ -148,6 +153,7 @@ def test_an_oblique_vehicle_settles_on_the_centre_of_its_lane(advance: Any) -> N
     assert road.vehicles[0, n.S] > 250.0
 
 
+@pytest.mark.slow
 def test_a_driver_in_its_lane_keeps_the_exact_centre_line_and_its_kinematics() -> None:
     road = LaneRoad()
     road.put(1, 100.0, 20.0, n.FOLLOWING)

@@ -160,6 +160,7 @@ def test_wider_confidence_gives_wider_intervals(suites: Executed) -> None:
         assert outer.low <= inner.low <= inner.high <= outer.high
 
 
+@pytest.mark.slow
 def test_campaign_without_a_run_is_no_evidence_for_anybody(suites: Executed, tmp_path: Any) -> None:
     plan = suites.project.plan()
     with Repository.open(tmp_path / "none.db") as repository:

@@ -19,6 +19,7 @@ def test_replays_are_left_out_unless_asked_for(report: Report) -> None:
     assert parse_json(text) == report.model_copy(update={"replays": ()})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_replays", [False, True])
 def test_document_follows_its_schema(report: Report, *, with_replays: bool) -> None:
     document = json.loads(render_json(report, with_replays=with_replays))

@@ -103,6 +103,7 @@ def test_sensors_have_their_view_and_what_they_report(replay: Replay, trace: Tra
     assert (pose.range_m, pose.fov_rad) == (None, None)
 
 
+@pytest.mark.slow
 def test_what_a_failed_part_gives_instead_of_a_number_is_a_gap(trace: Trace) -> None:
     columns: dict[str, Any] = {name: values.copy() for name, values in trace.columns.items()}
     columns["acceleration"][1, 5, 0], columns["steering_angle"][1, 6, 0] = math.nan, math.inf
@@ -146,6 +147,7 @@ def changed_road(trace: Trace, **changes: Any) -> Trace:
     return replace(trace, layout=replace(trace.layout, context=context))
 
 
+@pytest.mark.slow
 def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     case = mini.plan.cases[0]
     content = case.architecture.model_dump(mode="json")
@@ -193,6 +195,7 @@ def test_road_without_a_shoulder_has_none(trace: Trace) -> None:
     assert drawn(changed_road(trace, shoulder=shoulder)).road.shoulder is None
 
 
+@pytest.mark.slow
 def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
     case = mini.plan.cases[0]
     box = {
@@ -214,6 +217,7 @@ def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
     assert made.boxes[0].y_m == pytest.approx(-1.5)
 
 
+@pytest.mark.slow
 def test_a_bay_is_drawn_with_its_corners(trace: Trace) -> None:
     road = trace.layout.context.road
     runs = road.shoulder.shape[0]

@@ -68,6 +68,7 @@ def test_grid_says_that_there_is_no_probability(report: Report) -> None:
     assert "Conditions" not in text
 
 
+@pytest.mark.slow
 def test_mandatory_fsrs_without_a_statement_are_named(report: Report) -> None:
     assert "Nothing is said about FSR-03 , though mandatory" in section(report, "confidence")
     two = claims(
@@ -154,6 +155,7 @@ def test_report_without_these_parts_has_no_sections_and_no_links(report: Report)
         assert tree.xpath(f"//nav/a[@href='#{name}']") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [800, 1280])
 @pytest.mark.parametrize("dark", [False, True])
 def test_drawn_parts_stay_within_their_boxes(

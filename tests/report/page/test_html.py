@@ -60,6 +60,7 @@ def test_there_are_a_hundred_payloads() -> None:
     assert len(set(PAYLOADS)) == 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("payload", PAYLOADS)
 def test_payload_in_every_text_changes_no_element(
     payload: str, small: list[tuple[str, tuple[str, ...]]]
@@ -120,6 +121,7 @@ def test_links_lead_to_something_on_the_page(tree: Any) -> None:
     assert links <= set(identifiers)
 
 
+@pytest.mark.slow
 def test_same_report_gives_the_same_page() -> None:
     assert render(build_report()) == render(build_report())
 
@@ -151,6 +153,7 @@ def test_page_keeps_to_its_size_and_lists_what_it_left_out(report: Report) -> No
     assert left_out == [report.replays[2].command]
 
 
+@pytest.mark.slow
 def test_twenty_long_replays_fit() -> None:
     one = build_report(rows=500).replays[1]
     replays = tuple(one.model_copy(update={"run": f"run{number}"}) for number in range(20))

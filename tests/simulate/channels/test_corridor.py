@@ -91,6 +91,7 @@ def test_object_that_reaches_into_the_margin_is_in_the_path() -> None:
     assert view((40.0, 2.0, 0.0, 0.0))[PATH_GAP] == pytest.approx(35.5)
 
 
+@pytest.mark.slow
 def test_braking_of_the_object_ahead_counts_until_it_stands() -> None:
     # Both at 20 m/s: it stops within 200/6 m, which is added to the gap.
     path = view((40.0, 0.0, 20.0, 0.0), braking=-6.0)

@@ -98,6 +98,7 @@ def test_wrong_parameter_is_an_input_error_with_its_path(folder: Path) -> None:
         channel.reset(channel_context({"gian": 1.0}, links=(), sensors={}))
 
 
+@pytest.mark.slow
 def test_built_in_channels_conform() -> None:
     check_channel(lambda: make_channel("nominal", Path()), NominalParameters())
     check_channel(

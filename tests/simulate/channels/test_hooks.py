@@ -84,6 +84,7 @@ def bits(command: ControlCommand, run: int) -> bytes:
     return b"|".join(item[run].tobytes() for item in arrays if item is not None) + plan
 
 
+@pytest.mark.slow
 @ALL
 @pytest.mark.parametrize("hook", HOOKS)
 def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, hook: str) -> None:
@@ -147,6 +148,7 @@ def told(items: list[ControlCommand], run: int = 0) -> list[tuple[int, list[list
     ]
 
 
+@pytest.mark.slow
 @SAFE
 def test_frozen_monitors_confirm_nothing_new_until_the_end(kind: Any, parameters: Any) -> None:
     # Something stands so near that the monitors fire from the first tracks on.

@@ -42,6 +42,7 @@ def run(world: World, horizon: float, *, desired: float = 30.0, **parameters: An
     return drive({"nominal": channel}, {"nominal": LINKS}, world, horizon=horizon)
 
 
+@pytest.mark.slow
 def test_conforms() -> None:
     check_channel(NominalChannel, NominalParameters())
 
@@ -66,6 +67,7 @@ def test_stopped_lead_first_seen_at_150_m_is_not_touched_from_30_mps(latency: in
     assert done.ego[-1, 3] == 0.0
 
 
+@pytest.mark.slow
 def test_slower_lead_is_followed_at_the_time_gap() -> None:
     lead = World(objects=lambda t: [[80.0 + 20.0 * t, LANE, 0.0, 20.0, 0.0]])
     done = run(lead, 60.0)
@@ -74,6 +76,7 @@ def test_slower_lead_is_followed_at_the_time_gap() -> None:
     assert done.distance[-1] == pytest.approx(equilibrium, abs=1.0)
 
 
+@pytest.mark.slow
 def test_emergency_braking_is_used_only_above_its_threshold() -> None:
     early = World(objects=lambda _: [[300.0, LANE, 0.0, 0.0, 0.0]], speed=20.0)
     gentle = run(early, 25.0, desired=20.0)

@@ -129,6 +129,7 @@ def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True
     return answer  # type: ignore[no-any-return]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["keep", "Predictor", "network", "Batched"])
 def test_conforms(folder: Path, name: str) -> None:
     check_channel(lambda: PolicyChannel(folder), parameters(name))
@@ -170,6 +171,7 @@ def test_action_is_cut_to_what_the_vehicle_can_follow(folder: Path) -> None:
     assert answer.steering_angle[0] == pytest.approx(-np.radians(35.0))
 
 
+@pytest.mark.slow
 def test_normalised_action_is_a_share_of_the_limits(folder: Path) -> None:
     answer = ask(made(folder, "beyond", normalised=True), [20.0])
     assert answer.acceleration.tolist() == [3.0]

@@ -170,6 +170,7 @@ def near_boundary(rows: Floats, kind: int, model: str, verdict: Floats) -> Any:
     return near
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", list(MODELS))
 @pytest.mark.parametrize("kind", [CUT_IN, BRAKING_LEAD, CUT_OUT])
 def test_contacts_are_those_of_the_scenes(kind: int, model: str) -> None:

@@ -113,6 +113,7 @@ def test_objects_keep_their_rows_when_their_order_changes() -> None:
     assert things[1, THING_S] == pytest.approx(521.6)
 
 
+@pytest.mark.slow
 def test_a_vehicle_ahead_hides_the_next_until_it_leaves() -> None:
     things, view = nothing(), np.zeros(VIEW_SIZE)
     for _ in range(3):

@@ -142,6 +142,7 @@ def test_no_number_hands_over_and_is_never_acted_on(runs: Any) -> None:
     assert (trace["authority"][0, onset:rows] == trace.layout.channels.index("safety")).all()
 
 
+@pytest.mark.slow
 def test_batch_has_the_bits_of_its_runs(runs: Any) -> None:
     cases, traces = runs
     for name in ("f104", "f105", "f107"):

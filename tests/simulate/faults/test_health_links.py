@@ -121,6 +121,7 @@ def test_fault_of_the_health_link_is_seen_by_the_supervisor_and_nobody_else(
         assert runs["null"][column].tobytes() == runs["none"][column].tobytes()
 
 
+@pytest.mark.slow
 def test_batch_of_several_decides_as_each_alone(project: Project) -> None:
     folder = project.folder.with_name("swept")
     swept = Project(

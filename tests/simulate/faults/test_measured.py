@@ -24,6 +24,7 @@ PAIRS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensor", "signal"), PAIRS)
 def test_what_is_written_is_read_again(sensor: str, signal: str) -> None:
     item = streams()[sensor][ONSET]

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from adeye.trace import Trace
 
+pytestmark = pytest.mark.slow
+
 STEP: Final = 0.05
 ONSET: Final = 2.0
 SCENARIOS: Final = {

@@ -203,6 +203,7 @@ def test_runs_do_not_know_of_each_other(model: str, sensor: str, signal: str) ->
             assert same(one.map(lambda array, run=run: array[run : run + 1]), other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor", list(SENSORS))
 def test_never_present_is_the_very_same_object(sensor: str) -> None:
     for model, name, signal in EVERY:

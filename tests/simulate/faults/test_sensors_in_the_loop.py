@@ -105,6 +105,7 @@ def test_trace_is_that_of_the_twin_up_to_the_onset_and_another_from_there(
     assert onset <= found <= onset + 4
 
 
+@pytest.mark.slow
 def test_equal_runs_of_a_batch_have_equal_faults(planned: tuple[CampaignPlan, TestCase]) -> None:
     both = faulty(planned, REAL, runs=2)
     alone = faulty(planned, REAL)
@@ -125,6 +126,7 @@ FLIPS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bit", [62, 61, 55, 63])
 def test_no_flipped_bit_brings_down_the_loop(
     planned: tuple[CampaignPlan, TestCase], bit: int

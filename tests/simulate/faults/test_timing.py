@@ -107,6 +107,7 @@ def long_play(parameters: dict[str, Any], samples: int) -> list[bool]:
     return found
 
 
+@pytest.mark.slow
 def test_bursts_have_their_mean_length_and_share() -> None:
     lost = np.array(long_play({"enter": 0.05, "leave": 0.25}, 8_000))
     # Stationary share of the bad state of a chain of two: enter / (enter + leave).

@@ -93,6 +93,7 @@ def watch_behind_hider(model: str, **changes: Any) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", EYES)
 def test_actor_behind_a_truck_is_no_track_until_the_truck_moves_off(model: str) -> None:
     watch_behind_hider(model)

@@ -222,6 +222,7 @@ def test_broken_camera_sees_ghosts_where_there_is_no_object_at_all() -> None:
     assert not look(context, scene(context, [])).mask.any()
 
 
+@pytest.mark.slow
 def test_detections_lie_where_their_objects_do() -> None:
     draw = np.random.default_rng(8)
     context = scene_context([CAR, TRUCK, PERSON], kinds=["car", "truck", "pedestrian"])

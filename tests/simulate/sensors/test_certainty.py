@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -60,6 +61,7 @@ def pixels_shown(sensor: PhysicalCameraSensor, covered: Any, transmission: float
     return found
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     place=st.tuples(st.floats(5.0, 80.0), st.floats(-12.0, 12.0), st.floats(-3.0, 3.0)),

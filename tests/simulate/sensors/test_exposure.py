@@ -144,6 +144,7 @@ def test_patch_beyond_the_image_is_cut() -> None:
     assert np.array_equal(visible, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "weather",
     [

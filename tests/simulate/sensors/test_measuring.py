@@ -64,6 +64,7 @@ def test_there_is_room_for_every_object_of_a_block() -> None:
     assert memory_for(4).items.shape[1] == 4 * BLOCK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "sigma"), [(LIDAR, 0.5), (CAMERA, 0.5 * 20.0 * 20.0 / 100.0)])
 def test_place_is_off_along_the_line_of_sight_by_its_draw(kind: int, sigma: float) -> None:
     seen = measured(kind, [(5, 1), (5, 0)])

@@ -452,6 +452,7 @@ def test_ghosts_at_the_default_rate_brake_nobody_in_half_an_hour() -> None:
     assert hardest(drive(FRONT, {}, 60)).min() > -0.5
 
 
+@pytest.mark.slow
 def test_m_of_n_takes_most_of_the_phantom_braking_out_of_heavy_clutter() -> None:
     heavy = {**FRONT, "clutter": 2.0}
     braked = [

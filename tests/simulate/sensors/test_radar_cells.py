@@ -83,6 +83,7 @@ def found(echoes: Sequence[Floats], number: int = 0) -> list[Floats]:
     return [rows[thing] for thing in order[:count]]
 
 
+@pytest.mark.slow
 def test_two_equal_echoes_of_one_cell_are_detected_midway() -> None:
     places = [found([echo(50.0), echo(50.4, 0.02)], number) for number in range(200)]
     assert {len(rows) for rows in places} == {1}

@@ -196,6 +196,7 @@ def test_made_switch_is_the_arbiter() -> None:
 ROW = st.tuples(*[st.sampled_from([OK, DEGRADED, REQUESTS_AUTHORITY, FAULT, SILENT])] * 3)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     rows=st.lists(ROW, min_size=1, max_size=12),
@@ -249,6 +250,7 @@ EVERY = (
 NUMBERS = st.tuples(st.sampled_from([-6.0, 0.0, 0.7, np.nan]), st.floats(-0.4, 0.4))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(rows=st.lists(st.tuples(ROW, st.tuples(NUMBERS, NUMBERS, NUMBERS)), min_size=1, max_size=12))
 def test_every_policy_gives_the_same_bits_beside_the_others_as_alone(

@@ -146,6 +146,7 @@ def test_ego_coasts_at_once_and_the_next_channel_begins_from_there() -> None:
 PAIR = st.tuples(st.floats(-9.0, 3.0), st.floats(-0.5, 0.5))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(
     targets=st.lists(st.tuples(PAIR, PAIR), min_size=6, max_size=20),
@@ -220,6 +221,7 @@ def test_only_a_change_that_is_decided_while_the_switch_is_late_is_late() -> Non
 STATES = st.sampled_from([OK, REQUESTS_AUTHORITY, FAULT, SILENT])
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(
     rows=st.lists(st.tuples(STATES, STATES), min_size=1, max_size=20),
@@ -239,6 +241,7 @@ def test_stuck_switch_never_changes_hands_and_before_it_nothing_differs(
     assert {tick.channel for tick in found[onset:]} <= {held[-1] if held else NOMINAL}
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(rows=st.lists(st.tuples(STATES, STATES), min_size=1, max_size=20))
 def test_delay_of_nothing_changes_no_bit(rows: list[tuple[int, int]]) -> None:

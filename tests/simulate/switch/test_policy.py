@@ -112,6 +112,7 @@ POLICIES = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(
     rows=st.lists(TICK, min_size=1, max_size=14),
@@ -147,6 +148,7 @@ def test_one_usable_channel_or_nobody_acts_under_every_policy(
             assert found.acceleration == row[found.channel][1]
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(rows=st.lists(st.tuples(*[st.sampled_from(STATES)] * 2), min_size=1, max_size=20))
 def test_latched_authority_never_goes_back_while_its_channel_is_usable(
@@ -159,6 +161,7 @@ def test_latched_authority_never_goes_back_while_its_channel_is_usable(
         taken |= channel == SAFETY
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(
     rows=st.lists(st.tuples(*[st.sampled_from(STATES)] * 2), min_size=1, max_size=25),

@@ -159,6 +159,7 @@ def test_start_up_waits_for_the_first_majority_up_to_the_staleness_time() -> Non
 VALUES = st.floats(-9.0, 9.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     sound=st.tuples(VALUES, st.floats(-TOLERANCE, TOLERANCE)),
@@ -183,6 +184,7 @@ def test_one_of_three_that_lies_in_any_way_never_moves_the_ego_beyond_the_tolera
     assert low - 1e-12 <= found.acceleration <= high + 1e-12
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(values=st.lists(st.tuples(VALUES, VALUES, VALUES), min_size=1, max_size=5))
 def test_runs_of_a_batch_vote_for_themselves(values: list[tuple[float, float, float]]) -> None:

@@ -84,6 +84,7 @@ def drive(
     return np.stack(rows, axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", worlds())
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_it_is_the_reference_traffic_to_a_billionth(
@@ -130,6 +131,7 @@ def test_a_second_reset_begins_anew(make_scenario: Make, make_case: Case) -> Non
     np.testing.assert_array_equal(drive(traffic, [case], 40), first)
 
 
+@pytest.mark.slow
 def test_the_variants_are_two_arithmetics(make_scenario: Make, make_case: Case) -> None:
     case = make_case(make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s"))
     reference, fast = (drive(BatchTraffic(variant), [case], 300) for variant in VARIANTS)
@@ -186,6 +188,7 @@ def test_a_driver_brakes_for_a_scripted_actor_and_for_a_static_object(
     assert 3.0 < gap < 5.5
 
 
+@pytest.mark.slow
 def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(
     make_scenario: Make, make_case: Case
 ) -> None:

@@ -40,6 +40,7 @@ def sweep(
     return int(touched[0]), float(impact[0]), bool(foreign[0])
 
 
+@pytest.mark.slow
 def test_sixty_metres_a_second_do_not_tunnel_through_a_pedestrian() -> None:
     step = 0.1
     before, after = state(0.0, speed=60.0), state(60.0 * step, speed=60.0)

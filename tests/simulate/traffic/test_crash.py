@@ -34,6 +34,7 @@ def test_far_boxes_do_not_touch() -> None:
     assert pushed(box(0, 0, 0), box(20, 0, 0), (0.0, 0.0)) == (False, False, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_overlapping_boxes_are_pushed_apart_by_the_overlap() -> None:
     touch, will_touch, x, y = pushed(box(0, 0, 0), box(4.5, 0, 0), (0.0, 0.0))
     assert (touch, will_touch) == (True, True)
@@ -129,6 +130,7 @@ def by_looking_at_all(ours: Any) -> Floats:
     return np.array(bodies)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicles", [6, 20])
 @pytest.mark.parametrize("kind", ["straight", "merge", "roundabout"])
 def test_culled_pairs_touch_as_all_pairs_do_to_the_bit(kind: str, vehicles: int) -> None:
@@ -169,6 +171,7 @@ def test_a_diagonal_reaches_from_corner_to_corner() -> None:
     assert corners.shape == (8, 2)
 
 
+@pytest.mark.slow
 def test_boxes_called_apart_neither_touch_nor_will() -> None:
     draw = Draw(10)
     apart = near = 0

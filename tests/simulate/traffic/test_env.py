@@ -341,6 +341,7 @@ def test_wrong_use_is_an_error_that_says_what_to_do(
         env.step(np.full((4, 2), np.nan))
 
 
+@pytest.mark.slow
 def test_constraints_that_nothing_satisfies_are_an_error(
     make_scenario: Make, make_case: Case
 ) -> None:

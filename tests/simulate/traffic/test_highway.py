@@ -95,6 +95,7 @@ def reference(case: TestCase, ticks: int) -> tuple[Floats, set[int]]:
     return np.stack(rows), lanes
 
 
+@pytest.mark.slow
 def test_reactive_actors_have_the_bits_of_a_road_built_by_hand(
     make_scenario: Make, make_case: Case
 ) -> None:
@@ -107,6 +108,7 @@ def test_reactive_actors_have_the_bits_of_a_road_built_by_hand(
     np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 def test_a_follower_settles_behind_a_slow_leader_at_the_desired_gap(
     make_scenario: Make, make_case: Case
 ) -> None:
@@ -163,6 +165,7 @@ def test_a_reactive_actor_does_not_exceed_its_desired_speed_or_lose_it_to_the_li
     assert last[0, 3] == pytest.approx(48.0, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", ["500 m", "-500 m"])
 def test_reactive_actors_follow_a_curve_in_their_lane(
     make_scenario: Make, make_case: Case, radius: str
@@ -244,6 +247,7 @@ def test_the_ego_and_scripted_actors_stand_where_their_states_say(
     assert (vehicles[-1].LENGTH, vehicles[-1].WIDTH) == (5.9, 2.0)
 
 
+@pytest.mark.slow
 def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_case: Case) -> None:
     scenario = make_scenario(actors=DENSE)
     cases = [make_case(scenario, {"ego_speed": speed}) for speed in np.linspace(20.0, 35.0, 7)]
@@ -312,6 +316,7 @@ def test_using_traffic_before_its_reset_is_an_error() -> None:
         HighwayTraffic().step(np.zeros((1, 2)))
 
 
+@pytest.mark.slow
 def test_importing_it_prints_nothing_and_naming_it_imports_nothing() -> None:
     program = (
         "import sys; from adeye.simulate.traffic import variant_of, make_traffic;"

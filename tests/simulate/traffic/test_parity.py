@@ -74,6 +74,7 @@ def check(kind: str, plan: Plan) -> None:
     assert max(result.turned for result in found.values()) > 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PLANS)
 def test_reference_is_highway_env_to_a_billionth(kind: str) -> None:
     check(kind, PLANS[kind])
@@ -106,6 +107,7 @@ def test_a_billionth_at_the_start_is_seen(column: int) -> None:
     assert 0.9e-9 < compare(scene("straight", 4, 5), 3, disturb=disturb).worst < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "by"),
     [
@@ -127,6 +129,7 @@ def test_a_millionth_of_a_driver_s_parameter_is_seen(column: int, by: float) -> 
     assert compare(scene("straight", 503, 5), disturb=disturb).worst > 100 * SAME
 
 
+@pytest.mark.slow
 def test_a_later_thought_of_changing_lanes_is_seen() -> None:
     def disturb(ours: Converted) -> None:
         ours.vehicles[:, n.TIMER] -= 0.5
@@ -166,6 +169,7 @@ def difference(kind: str, seed: int, vehicles: int) -> tuple[float, int, int]:
     return worst, steps, int(reference.marks[:, n.CRASHED].sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind in ROADS if kind != "polyline"])
 def test_fast_is_the_reference_to_a_billionth(kind: str) -> None:
     # In none of these scenes a decision hangs on the last bits; where one does, both are right.
@@ -182,6 +186,7 @@ def test_fast_is_the_reference_to_a_billionth(kind: str) -> None:
     assert sum(contacts for _, _, contacts in found) > 5
 
 
+@pytest.mark.slow
 def test_fast_is_highway_env_to_a_billionth() -> None:
     found: list[Comparison] = [
         compare(scene(kind, seed, 5), kernel=advance_crashing_fast)

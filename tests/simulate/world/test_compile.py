@@ -147,6 +147,7 @@ def test_sun_below_the_horizon_goes_with_the_dark(make_scenario: Make, make_case
     assert compile_world([make_case(scenario)]).context.surroundings.sun_elevation[0] < 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", ["300 m", "-300 m"])
 def test_an_ego_that_starts_in_a_curve_stays_in_its_lane_with_its_wheels_held(
     make_scenario: Make, make_case: Case, radius: str

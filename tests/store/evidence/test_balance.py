@@ -16,6 +16,7 @@ def found(repository: Repository) -> set[tuple[str, str]]:
     return {(item.table, item.row) for item in repository.verify() if item.table != "schema"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", ["timing", "criticality", "chain", "basis", "extreme"])
 def test_deleted_derived_row_is_named_by_its_run(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
@@ -27,6 +28,7 @@ def test_deleted_derived_row_is_named_by_its_run(
     assert (table, digest) in found(repository)
 
 
+@pytest.mark.slow
 def test_deleted_listed_row_is_named_by_its_key(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
@@ -36,6 +38,7 @@ def test_deleted_listed_row_is_named_by_its_key(
     assert any(table == "safety_goal" and "SG1" in row for table, row in found(repository))
 
 
+@pytest.mark.slow
 def test_last_entry_that_is_gone_leaves_rows_without_one(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
@@ -45,6 +48,7 @@ def test_last_entry_that_is_gone_leaves_rows_without_one(
     assert found(repository) != set()
 
 
+@pytest.mark.slow
 def test_entry_in_the_middle_that_is_gone_is_named(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
@@ -54,6 +58,7 @@ def test_entry_in_the_middle_that_is_gone_is_named(
     assert ("ledger", "2 0") in found(repository)
 
 
+@pytest.mark.slow
 def test_seal_that_is_gone_is_told_from_the_rows(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:

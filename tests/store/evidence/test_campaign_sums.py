@@ -1,8 +1,11 @@
 from typing import Any
 
+import pytest
+
 from adeye.store.repository import Repository
 
 
+@pytest.mark.slow
 def test_sums_of_a_campaign_do_not_change_with_another_one(
     repository: Repository, example: Any
 ) -> None:

@@ -24,6 +24,7 @@ def record(example: Example, repository: Repository) -> CertificateRecord:
     return CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
 
 
+@pytest.mark.slow
 def test_certificates_come_back_the_newest_first(
     record: CertificateRecord, repository: Repository
 ) -> None:

@@ -37,6 +37,7 @@ def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) 
     assert repository.evidence.sessions("none") == ()
 
 
+@pytest.mark.slow
 def test_withdrawn_result_is_no_evidence_in_any_campaign(
     repository: Repository, example: Any, campaign: str
 ) -> None:
@@ -59,6 +60,7 @@ def test_withdrawn_result_is_no_evidence_in_any_campaign(
     assert gate_code(repository, repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
 
 
+@pytest.mark.slow
 def test_withdrawn_failure_is_not_counted_and_not_green(
     repository: Repository, example: Any
 ) -> None:

@@ -21,6 +21,7 @@ def root_of(path: Path, example: Any, **options: Any) -> str:
         return str(found.root)
 
 
+@pytest.mark.slow
 def test_one_plan_has_one_root_whatever_the_blocks_and_what_else_is_there(
     tmp_path: Path, make_example: Any
 ) -> None:
@@ -67,6 +68,7 @@ def test_rows_are_read_in_parts(
     assert repository.evidence.computed_root(campaign) == whole
 
 
+@pytest.mark.slow
 def test_altered_evidence_of_a_complete_campaign_is_refused(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -87,6 +89,7 @@ def test_altered_evidence_of_a_complete_campaign_is_refused(
     assert "campaign_root" in {item.table for item in repository.verify()}
 
 
+@pytest.mark.slow
 def test_root_without_its_plan_is_a_finding(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:

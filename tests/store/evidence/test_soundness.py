@@ -34,6 +34,7 @@ def test_untouched_campaign_is_sound(repository: Repository, campaign: str) -> N
     assert repository.unsound(campaign) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("statement", "table"),
     [

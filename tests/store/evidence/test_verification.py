@@ -57,6 +57,7 @@ def another(value: Any, column: Any) -> Any:
     return ("y" if value[0] == "x" else "x") + value[1:] if value else "x"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 def test_every_altered_value_is_named_with_its_table(
     repository: Repository, campaign: str, raw: sqlite3.Connection, part: int
@@ -86,6 +87,7 @@ DELETABLE = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "table", [*DELETABLE, "test_case", "campaign", "odd", "scenario", "concept", "fsr", "work"]
 )
@@ -108,6 +110,7 @@ def next_of(column: Any) -> str:
     return f"'9' || substr({column.name}, 2)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", DELETABLE)
 def test_inserted_row_is_noticed_even_with_a_copied_hash(
     repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
@@ -177,6 +180,7 @@ def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
     assert named >= {"event", "run"}
 
 
+@pytest.mark.slow
 @on_sqlite
 def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
     repository: Repository, example: Any, tmp_path: Path

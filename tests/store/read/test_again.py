@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import pytest
+
 from adeye.judge.verdict import Verdict
 from adeye.store.repository import Repository
 
@@ -17,6 +19,7 @@ def test_evidence_is_what_was_judged(repository: Repository, example: Any) -> No
     assert repository.again.fsr_digests(campaign)["FSR1"] == example.fsr_digest("FSR1")
 
 
+@pytest.mark.slow
 def test_block_that_lacks_one_fsr_counts_the_others(repository: Repository, example: Any) -> None:
     example.campaign(repository, 4)
     example.thresholds["FSR1"] = "3 m"

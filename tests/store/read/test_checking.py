@@ -567,6 +567,7 @@ def test_every_rule_has_a_defect() -> None:
     assert {defect.rule for defect in DEFECTS} == {rule.name for rule in RULES if rule.sql}
 
 
+@pytest.mark.slow
 def test_no_defect_hides_another(tmp_path: Path, sound_database: bytes) -> None:
     hidden, tried = set(), set()
     for at, one in enumerate(DEFECTS):
@@ -581,6 +582,7 @@ def test_no_defect_hides_another(tmp_path: Path, sound_database: bytes) -> None:
     assert hidden == OVERRULED & tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "needed", "details"),
     [
@@ -602,6 +604,7 @@ def test_what_the_gate_takes_for_vacuous_is_a_finding(
     assert [item.detail for item in found if item.id == "FSR1"] == details
 
 
+@pytest.mark.slow
 def test_one_view_has_what_all_have(database: Path) -> None:
     sown(database, *DEFECTS[:2], DEFECTS[-1])
     expected = [(item.rule, item.part, item.id, item.detail) for item in violations(database)]
@@ -611,6 +614,7 @@ def test_one_view_has_what_all_have(database: Path) -> None:
         run_query(database, f"SELECT * FROM {rule.view}")
 
 
+@pytest.mark.slow
 def test_a_campaign_is_judged_by_its_own_concept(
     repository: Repository, example: Any, make_example: Callable[[], Any]
 ) -> None:
@@ -737,6 +741,7 @@ def maker(make_example: Callable[[], Any]) -> Callable[[], Any]:
     return make_example
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(elements=graphs(), covered=st.sets(st.sampled_from(("p", "s", "m", "a", "c"))))
 def test_common_causes_are_what_both_reach(

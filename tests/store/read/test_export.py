@@ -41,6 +41,7 @@ def of_view(repository: Repository, table: str) -> list[dict[str, Any]]:
     return [{name: row[name] for name in row.keys()} for row in rows]  # noqa: SIM118
 
 
+@pytest.mark.slow
 def test_tables_hold_what_their_views_hold(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
     example.campaign(repository, 9)
@@ -57,6 +58,7 @@ def test_tables_hold_what_their_views_hold(repository: Repository, example: Any)
     assert {type(row["mandatory"]) for row in found["verdicts"]} == {bool}
 
 
+@pytest.mark.slow
 def test_parameters_and_verdicts_are_columns(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
     example.campaign(repository, 8)
@@ -84,6 +86,7 @@ def test_missing_result_is_not_run_and_no_row_of_runs(repository: Repository, ex
         assert (source.campaign.planned, source.done) == (4, 0)
 
 
+@pytest.mark.slow
 def test_rows_do_not_depend_on_the_parts_that_are_read(
     repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -97,6 +100,7 @@ def test_rows_do_not_depend_on_the_parts_that_are_read(
     assert sizes == [3, 3, 3, 1]
 
 
+@pytest.mark.slow
 def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> None:
     one, other = tmp_path / "one.db", tmp_path / "other.db"
     with Repository.open(one) as repository:
@@ -113,6 +117,7 @@ def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> N
     assert read(one, campaign) == read(other, campaign)
 
 
+@pytest.mark.slow
 def test_server_gives_the_same_as_a_file(
     server: Server, repository: Repository, make_example: Any
 ) -> None:
@@ -123,6 +128,7 @@ def test_server_gives_the_same_as_a_file(
     assert repr(read(url, campaign)) == repr(read(repository.location, campaign))
 
 
+@pytest.mark.slow
 def test_what_differs_between_executions_is_left_out_unless_asked_for(
     repository: Repository, example: Any
 ) -> None:
@@ -132,6 +138,7 @@ def test_what_differs_between_executions_is_left_out_unless_asked_for(
     assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
 
 
+@pytest.mark.slow
 def test_hostile_and_mixed_parameters_become_plain_columns(
     repository: Repository, example: Any
 ) -> None:

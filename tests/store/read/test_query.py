@@ -112,6 +112,7 @@ assert resource.getrlimit(resource.RLIMIT_AS) == before
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sql", TOO_MUCH, ids=range(len(TOO_MUCH)))
 def test_statement_that_takes_all_memory_is_stopped(path: Path, sql: str) -> None:
     # In a process of its own: what tests before it gave back would be there to be used.
@@ -159,6 +160,7 @@ def fuzz(path: Path, count: int) -> None:
     assert answered > count / 10
 
 
+@pytest.mark.slow
 def test_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(path.parent)
     fuzz(path, 500)
@@ -175,6 +177,7 @@ def late_after(duration_s: float) -> Callable[[], bool]:
     return lambda: time.monotonic() > end
 
 
+@pytest.mark.slow
 def test_fuzzed_statements_would_do_harm_on_a_plain_connection(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -80,6 +80,7 @@ def test_planned_run_is_found_before_it_is_executed(repository: Repository, exam
     assert not repository.find_run("1", campaign=plan.campaign).is_done
 
 
+@pytest.mark.slow
 def test_ambiguous_prefix_lists_what_it_could_be(repository: Repository, example: Any) -> None:
     cases = [example.case(4 * ordinal) for ordinal in range(1500)]
     repository.plan_campaign(example.record(), cases)
@@ -135,6 +136,7 @@ def test_unknown_test_case_is_an_input_error(repository: Repository) -> None:
         repository.test_case_row("0" * 64)
 
 
+@pytest.mark.slow
 def test_campaign_that_was_planned_again_is_the_latest(
     repository: Repository, example: Any
 ) -> None:

@@ -127,6 +127,7 @@ def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None
         run_query(alice, sql)
 
 
+@pytest.mark.slow
 def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
     with Repository.open(alice, create=False) as repository:
         assert repository.verify() == ()
@@ -197,6 +198,7 @@ def test_endless_statement_is_stopped_at_its_deadline(alice: str, sql: str) -> N
     assert time.monotonic() - began < 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sql",
     [
@@ -210,6 +212,7 @@ def test_statement_that_takes_all_memory_is_stopped(alice: str, sql: str) -> Non
         run_query(alice, sql, timeout_s=20.0)
 
 
+@pytest.mark.slow
 def test_fuzzed_statements_change_nothing(owned: str, alice: str) -> None:
     before = content(owned)
     for sql in statements(300):
@@ -220,6 +223,7 @@ def test_fuzzed_statements_change_nothing(owned: str, alice: str) -> None:
     assert content(owned) == before
 
 
+@pytest.mark.slow
 def test_reader_reads_every_table_and_view(reader: psycopg.Connection[Any]) -> None:
     for name in (*metadata.tables, *view_ddl(), "v_runs_cut_in", "alembic_version"):
         reader.execute(f"SELECT * FROM {name} LIMIT 1")  # noqa: S608
@@ -275,6 +279,7 @@ def test_user_without_rights_is_told_by_every_reader(owned: str) -> None:
             Repository.open(url, create=is_made)
 
 
+@pytest.mark.slow
 def test_owner_who_may_not_make_roles_is_told_what_granting_needs(
     server: Server, make_example: Callable[[], Any]
 ) -> None:
@@ -294,6 +299,7 @@ def test_user_without_rights_is_told(owned: str) -> None:
         run_query(owned.replace("://tester@", "://mallory@"), "SELECT * FROM v_runs")
 
 
+@pytest.mark.slow
 def test_mighty_user_without_a_reading_role_is_refused(
     server: Server, make_example: Callable[[], Any]
 ) -> None:

@@ -35,6 +35,7 @@ def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
         return repository.result_table_hash(plan.campaign)
 
 
+@pytest.mark.slow
 def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
     tmp_path: Path, example: Any
 ) -> None:
@@ -63,6 +64,7 @@ def test_hash_of_results_notices_one_different_run(
     assert len(hashes) == 2
 
 
+@pytest.mark.slow
 def test_hash_of_results_is_kept_when_other_campaigns_reuse_them(
     repository: Repository, example: Any
 ) -> None:
@@ -136,6 +138,7 @@ def test_progress_counts_what_is_saved(repository: Repository, example: Any) -> 
     assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
 
 
+@pytest.mark.slow
 def test_worst_runs_come_first(repository: Repository, example: Any) -> None:
     example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal in {4, 8} else Verdict.PASS
     campaign = example.campaign(repository, 12)

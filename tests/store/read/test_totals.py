@@ -55,6 +55,7 @@ def test_fsr_of_one_scenario_counts_its_runs_only(repository: Repository, exampl
     assert folded(repository, example.campaign(repository, 8))["FSR3", "new"].runs == 2
 
 
+@pytest.mark.slow
 def test_worst_run_is_the_one_with_the_least_margin(repository: Repository, example: Any) -> None:
     found = folded(repository, example.campaign(repository, 8))["FSR1", "new"]
     assert found.worst is not None
@@ -85,6 +86,7 @@ def test_totals_views_and_rows_name_the_same_run_as_the_worst(
         assert run == (None if total is None else total[0].result_digest)
 
 
+@pytest.mark.slow
 def test_gate_is_green_when_every_mandatory_fsr_passes(
     repository: Repository, example: Any
 ) -> None:
@@ -113,6 +115,7 @@ def test_only_mandatory_failures_in_the_gate_count(
     assert folded(repository, campaign)[fsr, name].verdict is Verdict.FAIL
 
 
+@pytest.mark.slow
 def test_gate_that_asks_for_nothing_says_so(repository: Repository, example: Any) -> None:
     example.requirements = tuple(
         item.model_copy(update={"mandatory": False}) for item in example.requirements
@@ -201,6 +204,7 @@ def allow(example: Any) -> None:
     example.odd = ContentRecord("motorway", "1", content)
 
 
+@pytest.mark.slow
 def test_channel_that_fails_is_no_success_though_everything_passes(
     repository: Repository, example: Any
 ) -> None:
@@ -283,6 +287,7 @@ def test_failing_fsr_is_worse_than_a_failing_channel(repository: Repository, exa
     assert "channel_error of channel a" in message
 
 
+@pytest.mark.slow
 def test_what_happened_most_often_is_told_and_the_rest_is_counted(
     repository: Repository, example: Any
 ) -> None:
@@ -308,6 +313,7 @@ def test_contact_is_said_beside_a_green_answer(repository: Repository, example: 
     assert repository.contacts(campaign) == {"legacy": 2, "new": 1}
 
 
+@pytest.mark.slow
 def test_too_few_exercised_runs_are_vacuous(repository: Repository, example: Any) -> None:
     example.requirements = tuple(
         item.model_copy(update={"min_exercised": 5}) for item in example.requirements
@@ -373,6 +379,7 @@ def test_equal_traces_with_other_margins_are_other_results(
     assert (found.runs, found.exercised, found.repeated) == (4, 4, 0)
 
 
+@pytest.mark.slow
 def test_withdrawn_results_never_count_below_what_is_left(
     repository: Repository, example: Any
 ) -> None:
@@ -410,6 +417,7 @@ def test_nested_implication_that_no_run_asked_for(
         assert "gap >= 9 never held" in gate(repository, campaign)[1]
 
 
+@pytest.mark.slow
 def test_one_run_that_asks_for_it_is_enough(repository: Repository, example: Any) -> None:
     example.repeat(NEEDED)
     example.detail_of = lambda case: None if case.ordinal == 3 else never_held([NEEDED])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from adeye.store.repository import Repository
 from adeye.store.write import studies as benchmarks
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from tests.project import Executed
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_found_once_and_the_same_again_changes_nothing(
     repository: Repository, example: Any
 ) -> None:

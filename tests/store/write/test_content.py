@@ -38,6 +38,7 @@ def test_unknown_content_is_an_input_error(repository: Repository) -> None:
         repository.content("concept", "0" * 64)
 
 
+@pytest.mark.slow
 def test_two_hundred_hostile_texts_read_back_as_data(repository: Repository) -> None:
     assert len(PAYLOADS) == 200
     for text in PAYLOADS:
@@ -49,6 +50,7 @@ def test_two_hundred_hostile_texts_read_back_as_data(repository: Repository) -> 
     assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_hostile_texts_in_results_read_back_as_data(repository: Repository, example: Any) -> None:
     plan = repository.plan_campaign(example.record(), example.cases(len(PAYLOADS)), block_size=500)
     block = repository.claim_block(campaign=plan.campaign)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from adeye.store.repository import Repository
 
 
+@pytest.mark.slow
 def test_what_twins_told_is_read_as_it_was_saved(repository: Repository, example: Any) -> None:
     campaign = example.campaign(repository, 4)
     assert repository.hindsight.half_steps.uncertainty(campaign) == ()

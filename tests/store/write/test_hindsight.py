@@ -19,6 +19,7 @@ def campaign(repository: Repository, example: Any) -> str:
     return str(example.campaign(repository, 8))
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_found_as_it_was(
     repository: Repository, example: Any, campaign: str
 ) -> None:
@@ -100,6 +101,7 @@ def test_fork_that_nobody_classified_has_no_class(
     assert raw.execute("SELECT class, takeover_s FROM v_forks").fetchall() == [(None, None)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", ["injection", "takeover"])
 def test_findings_cannot_be_changed_and_an_altered_one_is_named(
     repository: Repository, example: Any, campaign: str, raw: sqlite3.Connection, table: str

@@ -36,6 +36,7 @@ def test_blocks_that_are_held_are_not_given_out(repository: Repository, campaign
     assert ordinals == list(range(8))
 
 
+@pytest.mark.slow
 def test_lease_of_a_dead_process_is_taken_over_and_its_owner_fenced_off(
     repository: Repository, example: Any, campaign: str
 ) -> None:
@@ -168,6 +169,7 @@ def test_block_that_another_campaign_filled_needs_nothing(
     assert repository.progress(campaign).accounted == 2
 
 
+@pytest.mark.slow
 def test_failing_block_is_halved_down_to_the_bad_case(repository: Repository, example: Any) -> None:
     plan = repository.plan_campaign(example.record(), example.cases(8), block_size=8)
     attempts = 0
@@ -218,6 +220,7 @@ def claim_all(path: Path, outbox: "multiprocessing.Queue[list[int]]") -> None:
         signal.sigwait({signal.SIGTERM})
 
 
+@pytest.mark.slow
 def test_processes_that_claim_at_once_get_different_blocks(
     repository: Repository, example: Any
 ) -> None:

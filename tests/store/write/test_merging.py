@@ -60,6 +60,7 @@ def altered(db: Path, *statements: str) -> Path:
     return db
 
 
+@pytest.mark.slow
 def test_shards_merged_are_the_campaign_executed_in_one(
     mini: Executed, parts: Path, tmp_path: Path
 ) -> None:
@@ -74,6 +75,7 @@ def test_shards_merged_are_the_campaign_executed_in_one(
     assert again.verdicts == mini.summary.verdicts
 
 
+@pytest.mark.slow
 def test_merging_again_adds_nothing(parts: Path, tmp_path: Path) -> None:
     db = tmp_path / "all.db"
     merged(db, parts / "1.db")
@@ -85,6 +87,7 @@ def test_merging_again_adds_nothing(parts: Path, tmp_path: Path) -> None:
         assert repository.info().rows == before
 
 
+@pytest.mark.slow
 def test_parts_that_overlap_and_cut_blocks_are_counted_once(
     mini: Executed, parts: Path, tmp_path: Path
 ) -> None:
@@ -101,6 +104,7 @@ def test_parts_that_overlap_and_cut_blocks_are_counted_once(
     assert table_hash(db) == table_hash(mini.db)
 
 
+@pytest.mark.slow
 def test_results_of_another_campaign_are_added_and_local_numbers_given_anew(
     parts: Path, tmp_path: Path
 ) -> None:
@@ -130,6 +134,7 @@ def refused(into: Path, source: Path, error: type[Exception], words: Sequence[st
         assert repository.info().rows == before
 
 
+@pytest.mark.slow
 def test_altered_source_is_refused_whole_and_named(parts: Path, tmp_path: Path) -> None:
     source = altered(copied(parts, "2.db", tmp_path), "UPDATE metric SET row_hash = 'x'")
     merged(tmp_path / "all.db", parts / "1.db")
@@ -156,6 +161,7 @@ def test_view_in_the_place_of_a_table_is_refused(parts: Path, tmp_path: Path) ->
     refused(tmp_path / "all.db", source, IntegrityError, ["takeover is not a table"])
 
 
+@pytest.mark.slow
 def test_another_execution_of_one_test_case_contradicts(
     mini: Executed, parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -168,6 +174,7 @@ def test_another_execution_of_one_test_case_contradicts(
     refused(db, source, IntegrityError, ["run ", "another result_hash"])
 
 
+@pytest.mark.slow
 def test_another_verdict_on_one_result_contradicts(
     parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -266,6 +273,7 @@ def spellings(folder: Path, elsewhere: Path) -> list[tuple[Path, str]]:
 CONTENT = "SELECT digest FROM {} ORDER BY 1"
 
 
+@pytest.mark.slow
 def test_shards_of_the_same_files_merge_however_they_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -307,6 +315,7 @@ FORGERIES = {
 }
 
 
+@pytest.mark.slow
 def test_texts_of_files_are_no_contradiction_and_what_runs_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

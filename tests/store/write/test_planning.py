@@ -32,6 +32,7 @@ def test_plan_is_committed_before_anything_runs(
     assert raw.execute("SELECT count(*) FROM scenario").fetchone() == (2,)
 
 
+@pytest.mark.slow
 def test_same_selection_is_the_same_campaign_and_changes_no_row(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -71,6 +72,7 @@ def test_whatever_is_selected_makes_another_campaign(
     assert repository.plan_campaign(example.record(), cases).campaign != first
 
 
+@pytest.mark.slow
 def test_only_what_is_new_is_executed(repository: Repository, example: Any) -> None:
     example.campaign(repository, 8)
     example.with_odd("2")
@@ -79,6 +81,7 @@ def test_only_what_is_new_is_executed(repository: Repository, example: Any) -> N
     assert example.work_off(repository, plan.campaign) == 4
 
 
+@pytest.mark.slow
 def test_block_without_gaps_is_done_at_once_with_its_tallies(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
@@ -92,6 +95,7 @@ def test_block_without_gaps_is_done_at_once_with_its_tallies(
     assert counted.fetchone() == (8,)
 
 
+@pytest.mark.slow
 def test_changed_plugin_executes_its_runs_and_no_others(
     repository: Repository, example: Any
 ) -> None:
@@ -197,6 +201,7 @@ def test_latest_expiry_of_a_waiver_counts(
     assert found.fetchall() == [("FSR1", "2031-01-01"), ("FSR2", None), ("FSR3", None)]
 
 
+@pytest.mark.slow
 def test_ten_thousand_cases_are_planned_without_holding_them(
     repository: Repository, example: Any
 ) -> None:

@@ -70,6 +70,7 @@ def test_first_of_two_machine_dependent_results_in_one_block_is_kept(
     assert stored.trace_digest == run.trace_digest
 
 
+@pytest.mark.slow
 def test_same_result_again_is_kept_once(repository: Repository, example: Any) -> None:
     example.campaign(repository, 4)
     example.thresholds["FSR1"] = "3 m"

@@ -58,6 +58,7 @@ def counted(repository: Repository, block: Block, runs: RunBlock) -> Counted | N
         return count_block(connection, block.id, runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_columns_and_rows_count_to_the_same(
     repository: Repository, example: Any, seed: int
@@ -104,6 +105,7 @@ def test_case_that_is_no_run_of_the_block_leaves_the_count_to_the_rows(
     assert counted(repository, block, part) is None
 
 
+@pytest.mark.slow
 def test_block_whose_results_exist_is_counted_from_the_rows(
     repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def test_only_what_is_wanted_is_leased_and_the_rest_waits(
     assert rest[-1] is None
 
 
+@pytest.mark.slow
 def test_what_is_cut_is_completed_counted_and_covers_the_plan(
     repository: Repository, example: Any, campaign: str
 ) -> None:

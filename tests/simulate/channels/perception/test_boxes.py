@@ -81,6 +81,7 @@ def test_shallow_side_leaves_the_depth_unknown() -> None:
     assert fit(face(6.0, 2.6, 4.4) + flank(2.6, 6.0, 6.8, 4))[2] == 0.0
 
 
+@pytest.mark.slow
 def test_side_alone_is_a_box_of_unknown_width_whose_side_stays() -> None:
     x, y, length, width = fit(flank(2.6, 8.0, 12.0, 20))
     assert [x, length, width] == pytest.approx([10.0, 4.0, 0.0])
@@ -122,6 +123,7 @@ def test_boxes_stand_in_order_of_distance_with_what_is_behind_them() -> None:
     assert not detections[:3, [DETECTION_LENGTH, DETECTION_HAS_RANGE_RATE]].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, -1])
 def test_full_list_keeps_the_nearest(order: int) -> None:
     ways = [float(way) for way in range(1, SLOTS + 6)][::order]

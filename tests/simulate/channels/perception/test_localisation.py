@@ -83,6 +83,7 @@ def test_place_on_the_road_belongs_to_the_estimated_pose() -> None:
     assert rows[:, ESTIMATE_PLACE:] == pytest.approx(expected[:, ESTIMATE_PLACE:])
 
 
+@pytest.mark.slow
 def test_receiver_alone_follows_at_constant_turn_and_acceleration() -> None:
     found = estimate(WINDING, gnss(), None)
     assert found.stamps[2:, 0] == pytest.approx(np.arange(2, 400) * STEP)

@@ -80,6 +80,7 @@ def told(*status: str, **values: Any) -> ProcessParameters:
     return parameters("python3", "./told.py", values={"status": status or ["ok"], **values})
 
 
+@pytest.mark.slow
 def test_channel_of_the_guide_in_perl_conforms(tmp_path: Path) -> None:
     needs("perl")
     files = {Path(name).name: text for name, text in walk.files_of(PAGE.read_text("utf-8")).items()}
@@ -90,6 +91,7 @@ def test_channel_of_the_guide_in_perl_conforms(tmp_path: Path) -> None:
     check_channel(lambda: ProcessChannel(tmp_path), given)
 
 
+@pytest.mark.slow
 def test_channel_in_c_conforms(tmp_path: Path) -> None:
     needs("gcc")
     (tmp_path / "drive.c").write_text(IN_C)

@@ -69,6 +69,7 @@ def test_other_systems_are_told_what_is_needed(
         find_program(("./drive",), folder)
 
 
+@pytest.mark.slow
 def test_package_imports_without_what_only_posix_has() -> None:
     # The warden is executed by name; nothing imports it.
     assert "adeye.simulate.channels.process.channel" in sys.modules

@@ -112,6 +112,7 @@ def assert_same_stop(one: Trace, other: Trace) -> None:
 CASES: Final = [(road, stop) for road in ("straight", "curved") for stop in STOPS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("road", "stop"), CASES)
 def test_stop_is_the_same_without_nominal_channel_and_sensors(
     road: str, stop: str, tmp_path: Path
@@ -192,6 +193,7 @@ def reachable(start: object) -> Iterator[object]:
                 waiting += [getattr(thing, name, None) for name in names]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("road", "stop"), CASES)
 def test_scribbling_over_all_that_the_nominal_channel_keeps_changes_no_bit(
     road: str, stop: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

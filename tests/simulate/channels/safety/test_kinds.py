@@ -187,6 +187,7 @@ def test_fires_where_it_should_and_nowhere_else(
     assert fires(monitor, scene) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "monitor",
     [

@@ -156,6 +156,7 @@ def test_debounce_counts_and_saturates(pattern: str, confirm: int, heal: int, ma
     assert confirmed_after(pattern, confirm, heal)[: len(marks)] == marks
 
 
+@pytest.mark.slow
 def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
     states = np.zeros((len(MONITOR_IDS), STATE_WIDTH), dtype=np.int64)
     shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)

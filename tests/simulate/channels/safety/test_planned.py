@@ -19,6 +19,7 @@ from tests.simulate.channels.safety.test_supervision import LINKS
 PLANNED = SafetyParameters(stop="planned")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("links", [LINKS["safety"], ("truth",), ("channels.nominal",)])
 def test_conforms(links: tuple[str, ...]) -> None:
     sensors = {"truth": "ground_truth"} if "truth" in links else {"x": "radar"}

@@ -285,6 +285,7 @@ def test_places_are_what_is_asked_for_or_nothing() -> None:
     assert plan([], places=ANYWHERE, shoulder=0.0)[0] == number(IN_LANE, 1)
 
 
+@pytest.mark.slow
 def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> None:
     assert plan([], d=MIDDLE, refuges=BAY)[0] == number(IN_LANE, 1)
     assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // STOP_LEVELS == REFUGE

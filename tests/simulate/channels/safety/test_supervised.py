@@ -18,6 +18,7 @@ from adeye.testing.scenes import object_measurement, straight_road
 from tests.simulate.channels.safety.supervised import SILENT, parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", ["in_lane", "planned"])
 @pytest.mark.parametrize("links", [("truth", "channels.nominal", "switch", "health.front")])
 def test_conforms(stop: str, links: tuple[str, ...]) -> None:

@@ -147,6 +147,7 @@ def with_refuges(*refuges: tuple[float, float]) -> RoadMap:
 BAY, AREA = 0, 1
 
 
+@pytest.mark.slow
 def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
     item = parameters({"silent": {**OTHER_SILENT, "level": 2}})
     road = with_refuges((BAY, 300.0), (AREA, 900.0))
@@ -166,6 +167,7 @@ def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
     assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
+@pytest.mark.slow
 def test_roadside_parking_takes_the_bay() -> None:
     item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
     road = with_refuges((BAY, 300.0), (AREA, 900.0))
@@ -177,6 +179,7 @@ def test_roadside_parking_takes_the_bay() -> None:
     assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
+@pytest.mark.slow
 def test_better_place_is_not_worth_a_harder_braking() -> None:
     item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
     for ahead in (150.0, 250.0, 350.0):
@@ -237,6 +240,7 @@ def test_what_heals_before_the_takeover_is_forgotten() -> None:
     assert (done.authority == NOMINAL).all()
 
 
+@pytest.mark.slow
 def test_what_heals_after_the_takeover_is_given_up_only_when_another_channel_acts() -> None:
     item = parameters({"silent": SILENT})
     for latch in (True, False):

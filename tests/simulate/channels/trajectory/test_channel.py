@@ -57,16 +57,19 @@ def wall_and(*others: tuple[float, float, float]) -> Any:
     return objects
 
 
+@pytest.mark.slow
 def test_conforms() -> None:
     check_channel(TrajectoryChannel, TrajectoryParameters())
 
 
+@pytest.mark.slow
 def test_conforms_while_it_sees_all_round() -> None:
     parameters = TrajectoryParameters.model_validate(SEES_ALL_ROUND | {"weight_lane_change": 1.0})
     sensors = {"truth": "ground_truth"}
     check_channel(TrajectoryChannel, parameters, links=("truth",), sensors=sensors)
 
 
+@pytest.mark.slow
 def test_free_road_is_driven_at_the_desired_speed_in_the_lane() -> None:
     done = run(World(speed=25.0, offset=0.8), 30.0)
     assert done.ego[-1, 3] == pytest.approx(30.0, abs=0.3)
@@ -85,6 +88,7 @@ def test_speed_limit_is_kept() -> None:
     assert done.ego[:, 3].max() < 130.0 / 3.6 + 0.3
 
 
+@pytest.mark.slow
 def test_slower_lead_is_followed_at_the_time_gap() -> None:
     """Adaptive cruise comes out of the costs: there is no car-following law in the channel."""
     done = run(World(objects=lambda t: [[80.0 + 20.0 * t, LANE, 0.0, 20.0, 0.0]]), 50.0)

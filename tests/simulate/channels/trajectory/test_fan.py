@@ -71,6 +71,7 @@ def test_ego_in_the_middle_of_its_lane_keeps_a_flat_path() -> None:
     assert first(d=LANE + 0.5)[KEEP, PATH_IS_FLAT] == 0.0
 
 
+@pytest.mark.slow
 def test_nudge_stays_inside_the_lane() -> None:
     wide = first(nudge=2.0)
     assert wide[NUDGE_LEFT, PATH_TARGET] + 0.9 == pytest.approx(7.0)

@@ -96,6 +96,7 @@ def test_imminent_collision_is_worse_than_a_late_one() -> None:
     assert cost(thing(35.0, LANE, 10.0)) > cost(thing(75.0, LANE, 10.0)) > 200.0
 
 
+@pytest.mark.slow
 def test_hard_collision_is_worse_than_a_soft_one() -> None:
     assert cost(thing(60.0, LANE, 0.0), wanted=-3.0) > cost(thing(60.0, LANE, 0.0), wanted=-8.0)
 
@@ -162,6 +163,7 @@ def cut_up(*items: Any, d: float = LANE, is_lane: bool = True, **more: float) ->
     return is_cut_up(limits, LANE + 3.5, is_lane, d, 30.0, objects, ways, len(items))
 
 
+@pytest.mark.slow
 def test_empty_lane_that_is_seen_cuts_up_nobody() -> None:
     assert not cut_up()
     assert not cut_up(thing(-30.0, LANE, 40.0))

@@ -74,6 +74,7 @@ def test_chosen_candidate_is_the_cheapest_of_the_fan() -> None:
     assert np.isfinite(plan.costs).sum() > PROFILES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ahead", [20.0, 35.0, 50.0, 75.0, 120.0, 400.0])
 @pytest.mark.parametrize("speed", [0.0, 15.0, 28.0])
 def test_dropping_dear_candidates_early_never_drops_the_best(ahead: float, speed: float) -> None:

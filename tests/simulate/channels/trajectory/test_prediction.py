@@ -69,6 +69,7 @@ def test_swaying_vehicle_stays_where_it_is() -> None:
     assert ways[:2, :, WAY_D] == pytest.approx(LANE + 3.5)
 
 
+@pytest.mark.slow
 def test_vehicle_that_moves_sideways_completes_its_lane_change() -> None:
     _, objects, ways = predicted(track(40.0, 3.3, 25.0, -1.0))
     assert ways[0, :, WAY_D] == pytest.approx(np.maximum(LANE, LANE + 3.3 - TIMES))
