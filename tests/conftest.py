@@ -49,8 +49,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what needs a PostgreSQL server, by its fixtures and parameters."""
     for item in items:
         callspec = getattr(item, "callspec", None)
-        values = () if callspec is None else callspec.params.values()
-        if "server" in getattr(item, "fixturenames", ()) or "postgresql" in values:
+        values = [] if callspec is None else list(callspec.params.values())
+        on_server = any(isinstance(value, str) and value == "postgresql" for value in values)
+        if on_server or "server" in getattr(item, "fixturenames", ()):
             item.add_marker("server")
 
 
