@@ -134,7 +134,22 @@ def combinations() -> list[tuple[str, str, str]]:
 
 
 EVERY = combinations()
-every = pytest.mark.parametrize(("model", "sensor", "signal"), EVERY)
+FIRST = list(
+    {(model, signal): item for item in reversed(EVERY) for model, _, signal in [item]}.values()
+)
+"""Of each model and signal one sensor, which is tried at every change."""
+
+
+def of(combinations: list[tuple[str, str, str]]) -> pytest.MarkDecorator:
+    """Try all, those of ``FIRST`` always."""
+    items = [
+        pytest.param(*item, marks=() if item in FIRST else pytest.mark.slow)
+        for item in combinations
+    ]
+    return pytest.mark.parametrize(("model", "sensor", "signal"), items)
+
+
+every = of(EVERY)
 
 
 def test_every_model_of_sensors_is_among_those_tested() -> None:
@@ -187,7 +202,7 @@ def first_unlike(tick: int, sensor: str) -> int:
     raise AssertionError(sensor)
 
 
-@pytest.mark.parametrize(("model", "sensor", "signal"), [item for item in EVERY if item[0] in NULL])
+@of([item for item in EVERY if item[0] in NULL])
 def test_fault_of_no_size_changes_no_bit(model: str, sensor: str, signal: str) -> None:
     for given, faulty in played(made(model, sensor, null(model, signal)), sensor):
         assert same(given, faulty)
