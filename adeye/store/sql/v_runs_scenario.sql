@@ -1,0 +1,4 @@
+CREATE VIEW $view AS
+SELECT $columns
+FROM v_runs
+WHERE scenario = '$scenario'
