@@ -7,14 +7,13 @@ import pytest
 
 from adeye.store.read.checking import EVIDENCE_RULES, check_campaign, check_plan
 from adeye.store.repository import Repository
-from adeye.store.rules import CAMPAIGN_RULES, FRAGMENTS
+from adeye.store.rules import CAMPAIGN_RULES, check_view_ddl
 
 
 def test_plan_rules_ask_no_table_of_results() -> None:
-    for rule in CAMPAIGN_RULES:
-        words = " ".join([rule.sql, *(FRAGMENTS[name] for name in FRAGMENTS if name in rule.sql)])
-        if not rule.sql:
-            continue
+    views = check_view_ddl()
+    for rule in (rule for rule in CAMPAIGN_RULES if rule.has_view):
+        words = views[rule.view]
         is_about_runs = any(name in words for name in ("tally", " run ", "v_case_counts"))
         assert rule.needs_evidence == is_about_runs, rule.name
 

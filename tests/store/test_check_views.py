@@ -93,7 +93,7 @@ def test_every_rule_is_a_view_and_says_what_to_do() -> None:
         assert re.fullmatch(r"[a-z_]+", rule.name)
         assert rule.text.endswith(".")
         assert rule.remedy.endswith(".")
-        if rule.sql:
+        if rule.has_view:
             written = views[rule.view]
             assert not re.search(r"RANK|BRACKET|LETTER|DECOMPOSED|ITS_SIDE|JUDGED", written)
         else:

@@ -230,7 +230,7 @@ def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[
     return tuple(
         Violation(rule.name, str(part), str(name), str(detail))
         for rule in rules
-        if rule.sql
+        if rule.has_view
         for part, name, detail in _rows(connection, rule.view, campaign)
     )
 
