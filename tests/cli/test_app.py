@@ -15,7 +15,17 @@ from adeye import __version__
 from adeye.cli.app import app
 
 ROOT = Path(__file__).parents[2]
-HEAVY = ("numpy", "pandas", "sqlalchemy", "numba", "highway_env", "scipy", "pydantic", "rich.live")
+HEAVY = (
+    "numpy",
+    "pandas",
+    "sqlalchemy",
+    "numba",
+    "highway_env",
+    "scipy",
+    "pydantic",
+    "rich.live",
+    "yaml",
+)
 
 
 def verbs(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
