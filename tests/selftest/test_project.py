@@ -1,8 +1,17 @@
 """The files of the bench: each is what its place says."""
 
+from pathlib import Path
+
 import yaml
 
+from adeye.selftest import bench
 from adeye.selftest.bench import FILES, PARTS
+
+
+def test_every_file_of_the_project_is_one_of_the_bench() -> None:
+    folder = Path(bench.__file__).with_name("project")
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert {path.relative_to(folder).as_posix() for path in files} == set(FILES)
 
 
 def test_every_file_is_yaml_of_the_kind_of_its_folder() -> None:
