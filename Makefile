@@ -36,6 +36,7 @@ demo: $(STAMP)  ## run the motorway ODD; write its report
 
 # What the tests of a file share is made once: a file is for one process.
 test: $(STAMP)  ## run the tests
+	$(BIN)/adeye warmup --quiet
 	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "not slow and not server"
 
 server: $(STAMP)  ## run the tests on a PostgreSQL server of their own

@@ -13,7 +13,7 @@ from adeye.campaign.executors import Processes
 from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
-from adeye.kernel.jit import mark_cache_warm
+from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.simulate.engine import run as run_batch
 from adeye.spec.clock import ticks
@@ -25,12 +25,18 @@ if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
 
 
-def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = None) -> float:
+def warm_up(
+    plan: CampaignPlan,
+    progress: Callable[[Progress], None] | None = None,
+    *,
+    aside: bool = False,
+) -> float:
     """Execute and judge one test case of each structure of a plan, and throw the results away.
 
     Args:
         plan: A checked plan.
         progress: Called before each structure.
+        aside: Whether to compile most of it in processes of their own first.
 
     Returns:
         How long it took [s].
@@ -40,6 +46,10 @@ def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = No
     """
     began = time.monotonic()
     examples = plan.examples()
+    if aside and not is_cache_warm(*plan.compiled_parts):
+        if progress is not None:
+            progress(Progress("compile", 0, len(examples), 0))
+        compile_aside(plan)
     for number, case in enumerate(examples):
         if progress is not None:
             progress(Progress("compile", number, len(examples), 0))

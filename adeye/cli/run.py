@@ -644,7 +644,7 @@ def warmup(
     for odd in files:
         plan = make_plan(odd, backend=backend, variant=variant)
         with reporting(f"compile for {odd.name}", quiet=quiet) as progress:
-            taken += warm_up(plan, progress)
+            taken += warm_up(plan, progress, aside=usable_processors() > 1)
     if json:
         emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
     else:

@@ -97,3 +97,20 @@ def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakePro
     assert {"sensor-camera", "channel-nominal", "traffic-batch-reference-1"} <= plan.compiled_parts
     for number in range(len(parts)):
         assert not parts[number] <= frozenset().union(*parts[:number])
+
+
+def test_cold_cache_is_filled_aside_first_and_a_warm_one_is_not(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = make_project().plan()
+    asked: list[object] = []
+    monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
+    monkeypatch.setattr(warmup, "compile_aside", asked.append)
+    monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
+    warm_up(plan)
+    assert asked == []
+    warm_up(plan, aside=True)
+    assert asked == [plan]
+    monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: True)
+    warm_up(plan, aside=True)
+    assert asked == [plan]

@@ -22,7 +22,8 @@ class Warm:
         self.plans.append((path, options))
         return path.name
 
-    def warm_up(self, _plan: str, _progress: Any) -> float:
+    def warm_up(self, _plan: str, _progress: Any, *, aside: bool) -> float:
+        assert isinstance(aside, bool)
         return 2.0
 
 
