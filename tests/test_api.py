@@ -48,12 +48,14 @@ def test_plan_counts_without_running(mini: Executed) -> None:
     assert plan.expansion.count == len(mini.project.rows())
 
 
+@pytest.mark.slow
 def test_run_takes_a_plan_and_reuses_every_result(mini: Executed) -> None:
     summary = adeye.run(mini.plan, db=mini.db)
     assert summary.executed == 0
     assert summary.exit_code is mini.summary.exit_code is ExitCode.OK
 
 
+@pytest.mark.slow
 def test_replay_is_identical(mini: Executed) -> None:
     run = mini.project.rows()[0]["run"]
     done = adeye.replay(run[:12], db=mini.db)
@@ -127,6 +129,7 @@ def test_result_is_as_true_as_its_gate(mini: Executed) -> None:
     assert not replace(replayed, identical=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gap", "verdict"), [(9.0, "PASS"), (1.0, "FAIL"), (math.nan, "ERROR")])
 def test_judged_table_is_true_if_the_formula_holds(gap: float, verdict: str) -> None:
     found = adeye.stl("always(gap > 2)", {"time": [0.0, 1.0], "gap": [9.0, gap]})

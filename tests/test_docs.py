@@ -213,6 +213,7 @@ def patches() -> list[Any]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("target", "snippet"), patches())
 def test_snippet_is_accepted_in_the_shipped_file(project: Path, target: str, snippet: str) -> None:
     path = project / target
@@ -232,6 +233,7 @@ def test_every_yaml_block_is_checked_by_one_of_the_tests() -> None:
 # --- references -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_generated_pages_are_fresh() -> None:
     assert generate.stale() == [], "run python docs/generate.py"
 

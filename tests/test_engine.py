@@ -66,6 +66,7 @@ def test_case_has_the_same_digest_alone_and_in_a_batch(
         assert engine.run([cases[run]]).digests() == [trace.digests()[run]]
 
 
+@pytest.mark.slow
 def test_case_has_the_same_digest_in_any_order(sixteen: tuple[list[TestCase], Trace]) -> None:
     cases, trace = sixteen
     order = np.random.default_rng(3).permutation(16).tolist()[:6]

@@ -102,6 +102,7 @@ def test_what_has_no_canonical_form_is_refused(value: Any) -> None:
         canonical_json(value)
 
 
+@pytest.mark.slow
 @given(VALUES)
 def test_canonical_json_is_json_that_has_the_same_canonical_json(value: Any) -> None:
     content = canonical_json(value)

@@ -141,6 +141,7 @@ def test_other_runs_of_the_batch_keep_their_decisions(case: TestCase) -> None:
     assert command[:, 0].tolist() == [1.0, -4.0]
 
 
+@pytest.mark.slow
 def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Executed) -> None:
     case = next(
         case

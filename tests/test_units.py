@@ -188,6 +188,7 @@ def test_what_is_written_reads_back_to_ten_digits(value: float, dimension: Dimen
     assert again == pytest.approx(value, rel=1e-9, abs=1e-300)
 
 
+@pytest.mark.slow
 @given(text=st.text(max_size=30), dimension=st.sampled_from(Dimension))
 def test_any_text_is_a_finite_number_or_a_unit_error(text: str, dimension: Dimension) -> None:
     try:

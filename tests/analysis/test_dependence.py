@@ -332,6 +332,7 @@ def test_table_of_code_is_that_of_the_imports(kind: str, code: str) -> None:
     assert is_imported == (kind in BUILT_IN_CODE[code][1])
 
 
+@pytest.mark.slow
 def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is() -> None:
     listed: set[str] = set()
     for code in BUILT_IN_CODE:

@@ -25,6 +25,7 @@ def stored_case(mini: Executed, ordinal: int) -> tuple[StoredCase, Any]:
         return repository.test_case_row(mini.plan.cases[ordinal].digest), odd
 
 
+@pytest.mark.slow
 def test_every_test_case_comes_out_of_the_database_as_it_went_in(mini: Executed) -> None:
     for ordinal, case in enumerate(mini.plan.cases):
         stored, odd = stored_case(mini, ordinal)

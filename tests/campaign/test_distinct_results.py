@@ -124,6 +124,7 @@ WAYS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("again", "runs"), WAYS)
 def test_two_results_do_not_become_more(project: Project, again: Any, runs: int) -> None:
     again(project)
@@ -138,6 +139,7 @@ def test_two_results_do_not_become_more(project: Project, again: Any, runs: int)
     assert "FSR-01 VACUOUS" in summary.message
 
 
+@pytest.mark.slow
 def test_other_values_are_other_results(project: Project) -> None:
     with project.edited_odd() as odd:
         use = odd["scenarios"][0]
@@ -160,6 +162,7 @@ def test_plan_names_scenarios_that_are_there_twice(project: Project, again: Any)
     assert "are those of lead_braking under another name" in notices[0]
 
 
+@pytest.mark.slow
 def test_architecture_under_two_ids_is_executed_once_and_shares_its_results(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:

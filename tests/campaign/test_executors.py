@@ -147,6 +147,7 @@ def test_exception_of_the_work_is_raised_here_and_ends_the_workers(workers: Chil
     assert workers() == set()
 
 
+@pytest.mark.slow
 def test_no_worker_is_left_when_the_tasks_have_ended(workers: Children) -> None:
     list(Processes(perform, 2).run(iter(["echo:a"])))
     assert workers() == set()
@@ -245,6 +246,7 @@ def is_running(pid: int) -> bool:
     return text.rpartition(")")[2].split()[0] != "Z"
 
 
+@pytest.mark.slow
 def test_sigterm_is_the_parents_business() -> None:
     ended = list(Processes(perform, 1).run(iter(["terminate:on", "echo:after"])))
     assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]

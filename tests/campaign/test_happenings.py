@@ -61,6 +61,7 @@ def test_events_are_in_order_of_time_and_at_ticks(trace: Trace) -> None:
     assert np.isin(np.round(times, 9), np.round(trace.time, 9)).all()
 
 
+@pytest.mark.slow
 def test_fault_begins_and_ends_when_it_was_scripted_to(mini: Executed) -> None:
     case = next(
         case

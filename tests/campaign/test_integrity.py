@@ -74,6 +74,7 @@ def edit_scenario(content: Any) -> None:
     content["requirements"][4]["scenarios"] = ["fog"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("edit", "rule", "line"),
     [
@@ -137,6 +138,7 @@ def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
     assert line_of(project, stale[0]) == "odd: mini"
 
 
+@pytest.mark.slow
 def test_stored_campaign_is_checked_without_files(project: Project) -> None:
     assert check_stored(project.db) is None
     plan = project.plan()

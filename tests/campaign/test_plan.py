@@ -49,6 +49,7 @@ def test_planning_executes_nothing_and_writes_nothing(make_project: MakeProject)
     assert sorted(path for path in project.folder.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_same_files_give_the_same_test_cases_wherever_they_stand(
     make_project: MakeProject,
 ) -> None:
@@ -197,6 +198,7 @@ def test_axis_of_steps_is_described_by_its_ends(make_project: MakeProject) -> No
     assert axes["gap"] == "30 m to 50 m, step 10 m"
 
 
+@pytest.mark.slow
 def test_list_of_points_is_described_by_its_values(make_project: MakeProject) -> None:
     project = make_project()
     with project.edited_odd() as odd:

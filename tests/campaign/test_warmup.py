@@ -52,6 +52,7 @@ def test_case_that_cannot_be_executed_is_named(
         warm_up(plan)
 
 
+@pytest.mark.slow
 def test_what_is_compiled_aside_drives_and_judges(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -99,6 +100,7 @@ def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakePro
         assert not parts[number] <= frozenset().union(*parts[:number])
 
 
+@pytest.mark.slow
 def test_cold_cache_is_filled_aside_first_and_a_warm_one_is_not(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:

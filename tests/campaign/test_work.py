@@ -34,6 +34,7 @@ def task(mini: Executed, cases: list[TestCase], **changes: Any) -> BatchTask:
     )
 
 
+@pytest.mark.slow
 def test_block_is_executed_and_judged(mini: Executed, cut_ins: Candidates) -> None:
     cases, trace = cut_ins
     result = execute(task(mini, cases))
@@ -66,6 +67,7 @@ def test_metric_has_a_finite_value_or_says_why_not(mini: Executed, cut_ins: Cand
     assert {metrics.actors.words[code] for code in nearest} == {"cutter"}
 
 
+@pytest.mark.slow
 def test_result_that_exists_is_only_judged_on_what_it_lacks(
     mini: Executed, cut_ins: Candidates
 ) -> None:
@@ -119,6 +121,7 @@ def test_wrong_input_is_the_users_business(mini: Executed, cut_ins: Candidates) 
         execute(task(mini, [odd]))
 
 
+@pytest.mark.slow
 def test_description_does_not_depend_on_the_batch(mini: Executed, cut_ins: Candidates) -> None:
     cases, trace = cut_ins
     requirements = mini.plan.files.concept.spec.requirements

@@ -157,6 +157,7 @@ def test_version(adeye: Any) -> None:
     assert adeye("--version").out == f"adeye {__version__}\n"
 
 
+@pytest.mark.slow
 def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
     program_text = (
         "import sys; from adeye.cli import main; code = main(['--help'])\n"
@@ -173,6 +174,7 @@ def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
     assert ended.stdout.splitlines()[-1] == "0 []"
 
 
+@pytest.mark.slow
 def test_python_m_adeye_is_the_same_program(tmp_path: Path) -> None:
     assert program("--version", cwd=tmp_path).stdout == f"adeye {__version__}\n"
 
@@ -199,6 +201,7 @@ def test_shell_completion_offers(tmp_path: Path, line: str, offered: str) -> Non
     assert ended.stderr == ""
 
 
+@pytest.mark.slow
 def test_completion_script_can_be_printed(tmp_path: Path) -> None:
     ended = program(
         "--show-completion", "bash", cwd=tmp_path, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1"
@@ -207,6 +210,7 @@ def test_completion_script_can_be_printed(tmp_path: Path) -> None:
     assert "_ADEYE_COMPLETE=complete_bash" in ended.stdout
 
 
+@pytest.mark.slow
 def test_no_color_without_a_terminal(tmp_path: Path) -> None:
     assert "\x1b" not in program("query", "--list", cwd=tmp_path).stdout
 

@@ -60,6 +60,7 @@ def test_architectures_alone_are_of_the_latest_campaign(adeye: Any, db: tuple[st
     assert [item["id"] for item in document["candidates"]] == ["no_radar", "twin"]
 
 
+@pytest.mark.slow
 def test_objectives_and_epsilon(adeye: Any, db: tuple[str, str]) -> None:
     given = ("--objectives", "cost, failures", "--epsilon", "cost=50")
     document = adeye("compare", *db, "--json", *given).document

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from adeye.spec.load import shipped
 
 if TYPE_CHECKING:
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
 ODD = str(shipped("odd") / "motorway_chauffeur.yaml")
 
 
+@pytest.mark.slow
 def test_plan_is_told_with_its_gaps(adeye: Any) -> None:
     ended = adeye("coverage", ODD)
     assert ended.code == 0, ended.err
@@ -23,6 +26,7 @@ def test_plan_is_told_with_its_gaps(adeye: Any) -> None:
     assert "--json lists all" in ended.out
 
 
+@pytest.mark.slow
 def test_json_lists_every_uncovered_pair(adeye: Any) -> None:
     document = adeye("coverage", ODD, "--json").document
     assert document["schema"] == "adeye/coverage@1"
@@ -31,6 +35,7 @@ def test_json_lists_every_uncovered_pair(adeye: Any) -> None:
     assert all(item["feasible"] == item["covered"] + len(item["uncovered"]) for item in parts)
 
 
+@pytest.mark.slow
 def test_strength_one_has_no_pairs(adeye: Any) -> None:
     assert "pairs" not in adeye("coverage", ODD, "--strength", "1").out
 

@@ -42,6 +42,7 @@ def test_other_file_is_an_environment_error(adeye: Any, folder: Path, verb: str)
     assert ended.err.startswith("PlatformError: ")
 
 
+@pytest.mark.slow
 def test_info_counts_rows(adeye: Any, folder: Path) -> None:
     with Repository.open(folder / "x.db") as repository:
         repository.save_content("odd", ContentRecord("first", "", {"odd": "first"}))
@@ -53,6 +54,7 @@ def test_info_counts_rows(adeye: Any, folder: Path) -> None:
     assert "odd" in adeye("db", "info", "--db", "x.db").out
 
 
+@pytest.mark.slow
 def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, folder: Path) -> None:
     path = folder / "x.db"
     with Repository.open(path) as repository:
@@ -91,6 +93,7 @@ def test_reading_is_granted_on_a_server(adeye: Any, server: Any) -> None:
     assert "datasette shows files" in adeye("db", "metadata", "--db", url).err
 
 
+@pytest.mark.slow
 def test_merge_says_what_came_over_and_needs_its_sources(
     adeye: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

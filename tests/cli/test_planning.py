@@ -133,6 +133,7 @@ def test_signals_table_names_labels_and_who_has_them(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sweep", "said"),
     [

@@ -43,6 +43,7 @@ def test_json_has_every_run(adeye: Any, db: str) -> None:
     assert "unknown" not in cells
 
 
+@pytest.mark.slow
 def test_without_a_conflict_it_says_so(adeye: Any, db: str) -> None:
     run = adeye("query", "SELECT run FROM v_runs WHERE contact = 0", "--db", db, "--format", "csv")
     one = run.out.split()[1]

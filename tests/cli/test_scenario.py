@@ -61,6 +61,7 @@ def test_unknown_scenario_is_suggested(adeye: Any) -> None:
     assert "Did you mean 'cut_in'?" in ended.err
 
 
+@pytest.mark.slow
 def test_shipped_catalogue_lints_clean(adeye: Any) -> None:
     ended = adeye("scenario", "lint", str(shipped("scenarios_db")))
     assert (ended.code, ended.out) == (0, "")

@@ -93,6 +93,7 @@ def test_options_that_do_not_fit_are_usage_errors(
     assert "Traceback" not in done.err
 
 
+@pytest.mark.slow
 def test_json_tells_what_null_means(adeye: Any, table: str) -> None:
     found = adeye("stl", "always(eventually[0 s, 1 s](gap > 5))", table, "--json").document
     assert found["robustness_status"] == ["value", "+inf"]

@@ -90,6 +90,7 @@ def test_samples_that_would_tell_nothing_are_refused(
     assert "situations" in done.err
 
 
+@pytest.mark.slow
 def test_architectures_are_compared_by_the_verdicts_with_uncertainty(
     adeye: Any, asked: Project
 ) -> None:

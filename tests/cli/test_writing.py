@@ -214,6 +214,7 @@ def test_no_verb_writes_over_what_is_beside_a_database(
     refused(adeye, project, option, target)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "option", ["run --sarif", "report --output", "gate --junit", "check --sarif"]
 )
@@ -274,6 +275,7 @@ def test_export_makes_no_folder_that_is_called_like_a_file(adeye: Any, project: 
     assert (project / "runs.24" / "runs.csv").is_file()
 
 
+@pytest.mark.slow
 def test_cells_that_a_spreadsheet_would_obey_are_text(adeye: Any, folder: Path) -> None:
     (folder / "cases.csv").write_text(CASES.replace("\n", ",=note\n", 1).replace("1\n", "1,=1+1\n"))
     assert adeye("reference", "cases.csv", "-o", "out.csv").code == 0

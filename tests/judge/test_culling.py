@@ -60,6 +60,7 @@ def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
     assert found >= every.min() > 0.0
 
 
+@pytest.mark.slow
 def test_without_a_number_or_an_object_nothing_is_left_out() -> None:
     ego, size, others, sizes = scene(0)
     assert least_so_far(0, 20, ego, size, others[:, :, :0], sizes) == np.inf

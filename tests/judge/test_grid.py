@@ -224,6 +224,7 @@ def test_last_row_shows_what_was_decided_before_it(hand_made: Make) -> None:
 RULE = CellRule(layer="sensors", above=0.0, add=7.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rules", [(), (RULE,)], ids=["no rule", "rule"])
 @pytest.mark.parametrize("name", list(LAYERS))
 def test_layer_alone_is_that_of_the_whole_map(

@@ -61,6 +61,7 @@ def test_paired_difference_turns_around_with_the_pair() -> None:
             assert -1.0 <= one.low <= difference <= one.high <= 1.0
 
 
+@pytest.mark.slow
 def test_paired_difference_covers_the_truth_about_as_often_as_it_says() -> None:
     pairs = 24
     for truth in ((0.1, 0.1, 0.1), (0.3, 0.05, 0.2), (0.0, 0.15, 0.3), (0.5, 0.1, 0.02)):

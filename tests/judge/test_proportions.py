@@ -50,6 +50,7 @@ def test_clopper_pearson_golden_values(failures: int, low: float, high: float) -
     assert (interval.low, interval.high) == pytest.approx((low, high), abs=5e-7)
 
 
+@pytest.mark.slow
 def test_clopper_pearson_is_scipys() -> None:
     for runs, level in itertools.product((1, 2, 7, 300), (0.5, 0.9, 0.999)):
         for failures in range(min(runs, 9) + 1):

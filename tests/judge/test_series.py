@@ -60,6 +60,7 @@ def test_overlap_without_recorded_contact_is_an_error(hand_made: Any) -> None:
     assert np.all(samples.status == SampleStatus.ERROR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SERIES)
 def test_nan_is_an_error_in_every_series(hand_made: Any, name: str) -> None:
     made = hand_made()
@@ -108,6 +109,7 @@ def test_distance_to_the_object_touched_is_zero(hand_made: Any) -> None:
     assert series.object_distance(0)[0, 3] == 0.0
 
 
+@pytest.mark.slow
 def test_distance_to_an_unknown_place_is_unknown(hand_made: Any) -> None:
     made = hand_made().object("lead", s=np.nan)
     series = TraceSeries(made.trace())

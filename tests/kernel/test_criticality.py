@@ -149,6 +149,7 @@ def test_slower_follower_that_speeds_up() -> None:
     assert modified_time_to_collision(8.0, 10.0, 12.0, 2.0, 0.0) == pytest.approx(4.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_mttc_equals_small_steps() -> None:
     met = 0
     for state in random_following(25):
@@ -298,6 +299,7 @@ def test_without_brakes_there_is_no_stop() -> None:
     assert ramped_stopping_distance(10.0, 0.0, 0.0, 0.0, 6.0) == math.inf
 
 
+@pytest.mark.slow
 def test_steep_ramp_tends_to_a_step() -> None:
     assert ramped_stopping_distance(30.0, 0.5, 0.0, 1e9, 6.0) == pytest.approx(
         stopping_distance(30.0, 0.5, 6.0), rel=1e-7

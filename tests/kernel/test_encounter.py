@@ -62,6 +62,7 @@ def test_thin_and_fast_crossing_does_not_tunnel() -> None:
     )
 
 
+@pytest.mark.slow
 @given(placed)
 @settings(max_examples=200, deadline=None)
 def test_it_is_symmetric_and_does_not_know_left_from_right(pair: Pair) -> None:
@@ -73,6 +74,7 @@ def test_it_is_symmetric_and_does_not_know_left_from_right(pair: Pair) -> None:
     )
 
 
+@pytest.mark.slow
 @given(placed)
 @settings(max_examples=200, deadline=None)
 def test_closest_encounter_is_where_it_says_and_nowhere_nearer(pair: Pair) -> None:
@@ -83,6 +85,7 @@ def test_closest_encounter_is_where_it_says_and_nowhere_nearer(pair: Pair) -> No
     assert (distance == 0.0) == (planar_time_to_collision(*pair) < math.inf)
 
 
+@pytest.mark.slow
 @given(placed, st.floats(0.0, 20.0))
 @settings(max_examples=200, deadline=None)
 def test_worst_case_is_never_later_than_constant_velocity(pair: Pair, most: float) -> None:

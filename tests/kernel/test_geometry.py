@@ -159,6 +159,7 @@ def test_head_on_at_60_mps_each_touches_at_the_right_time() -> None:
     assert share == pytest.approx(7.5 / 12.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_crossing_thin_boxes_do_not_tunnel() -> None:
     # Neither pose of the step overlaps: the one passes through the other in between.
     contact, share = sweep(
@@ -178,6 +179,7 @@ def test_passing_beside_each_other_is_no_contact() -> None:
     assert sweep((0, 0, 0), (6, 0, 0), (9, 1.8, math.pi), (0, 1.8, math.pi))[0]
 
 
+@pytest.mark.slow
 def test_contact_at_the_start_has_share_zero() -> None:
     assert sweep((0, 0, 0), (3, 0, 0), (4, 0, 0), (9, 0, 0)) == (True, 0.0)
 

@@ -119,6 +119,7 @@ def test_an_error_in_a_linked_kernel_reaches_python() -> None:
         rooted(-1.0)
 
 
+@pytest.mark.slow
 def test_a_literal_takes_no_function_of_its_own() -> None:
     compile_anew(total_of, np.ones(2))
     compile_anew(sum_of_ramps, 2)

@@ -23,6 +23,7 @@ INF = math.inf
 following = st.tuples(st.floats(0.5, 100.0), st.floats(0.01, 40.0))
 
 
+@pytest.mark.slow
 @given(following)
 @settings(max_examples=100, deadline=None)
 def test_without_delay_or_safety_time_it_is_the_deceleration_rate(

@@ -85,6 +85,7 @@ def test_sensor_inside_a_box() -> None:
     assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 0.0
 
 
+@pytest.mark.slow
 def test_unknown_place_has_no_visible_share() -> None:
     objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, math.nan, 0.0, 4.0, 2.0))
     assert math.isnan(visible_fraction(0.0, 0.0, 0, objects, sizes))

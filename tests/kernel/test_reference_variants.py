@@ -231,6 +231,7 @@ def test_guard_is_the_look_at_the_next_tick_where_that_comes_after_a_tenth_of_a_
         assert bits(scenes, "reg157", ("jrc-guard",)) == bits(scenes, "reg157", ())
 
 
+@pytest.mark.slow
 def test_guard_lets_the_rule_brake_up_to_a_tenth_of_a_second_earlier() -> None:
     table = table_of(narrow_cut_ins()[::SPARSE])
     text, guarded = (
@@ -244,6 +245,7 @@ def test_guard_lets_the_rule_brake_up_to_a_tenth_of_a_second_earlier() -> None:
     assert np.mean(earlier > 0.08) > 0.5
 
 
+@pytest.mark.slow
 def test_rule_without_reaction_brakes_as_late_and_at_once() -> None:
     table: Any = table_of(narrow_cut_ins()[::SPARSE])
     text, esmini = (

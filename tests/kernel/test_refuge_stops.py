@@ -163,6 +163,7 @@ def test_no_stop_leaves_its_limits_or_the_road(speed: float, shoulder: float, le
         assert abs(jerk) <= LATERAL_JERK
 
 
+@pytest.mark.slow
 def test_a_bay_without_a_shoulder_can_be_had() -> None:
     assert any(lay(shoulder=0.0).exists())
     assert any(lay(shoulder=0.0, speed=33.0).exists())
@@ -238,6 +239,7 @@ def test_a_stop_that_was_begun_ends_where_it_was_to_end() -> None:
         assert end[PATH_TARGET] == path[PATH_TARGET]
 
 
+@pytest.mark.slow
 def test_edges_of_the_taper_bind_where_there_is_no_shoulder() -> None:
     """The same path fits with a shoulder beside it and does not without one."""
     path, profile = lay().path(1), lay().profile(1)

@@ -80,6 +80,7 @@ def test_left_is_positive_on_a_right_curve() -> None:
     assert (s, d, heading, curvature) == pytest.approx((0.0, 2.0, 0.0, -0.01), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_curvature_is_that_of_the_segment() -> None:
     segments = ROADS["s_curve"]
     curvatures = [local(segments, *position(segments, s, 2.0)[:2])[3] for s in (50, 150, 350, 650)]

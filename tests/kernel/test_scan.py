@@ -141,6 +141,7 @@ def test_no_beam_is_outside_of_the_field_of_view() -> None:
 # --- where they meet it ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [False, True])
 def test_wall_ahead_is_at_its_distance_over_the_cosine(level: bool) -> None:  # noqa: FBT001
     table, _ = beams_of(31, 60.0 * DEGREE)
@@ -208,6 +209,7 @@ def test_rising_beam_passes_over_far_boxes_only() -> None:
     assert math.isinf(scan(table, (16.0, 0.0, 0.0), (2.0, 2.0, 1.5))[0])
 
 
+@pytest.mark.slow
 def test_sensor_inside_of_a_box_sees_nothing_else() -> None:
     table, _ = beams_of(4, 2.0 * math.pi)
     assert scan(table, (0.5, 0.0, 0.3), (4.0, 2.0, 2.0)).tolist() == [0.0] * 4

@@ -125,6 +125,7 @@ def test_corners_are_those_that_no_other_lies_beyond() -> None:
             assert look[LEFT_X] * y - look[LEFT_Y] * x <= 1e-9
 
 
+@pytest.mark.slow
 def test_many_boxes_look_as_each_of_them_does() -> None:
     boxes, sizes = drawn(503)
     boxes[11, 0], boxes[12, 2] = math.nan, math.inf

@@ -149,6 +149,7 @@ def test_narrow_shoulder_is_none() -> None:
     assert [made[row, PATH_EXISTS] for row in range(REFUGE)] == [1.0, 1.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_in_a_curve_the_lane_is_followed_and_straight_on_leaves_the_road() -> None:
     made = paths(1.75, 30.0, lane=0, curvature=1.0 / 300.0)
     assert at_path(made[IN_LANE], 100.0)[0] == pytest.approx(1.75)

@@ -173,6 +173,7 @@ def test_a_new_target_during_braking_is_met_without_a_jump_of_the_acceleration(
     np.testing.assert_allclose(out[:, 3], speeds, atol=0.02)
 
 
+@pytest.mark.slow
 def test_hard_braking_that_would_pass_zero_drops_the_jerk_limit_and_never_reverses() -> None:
     row = actor(speed=10.0)
     begin_action(row, action(CHANGE_SPEED, 0.0, 8.0), 0)

@@ -46,6 +46,7 @@ def test_without_a_cost_there_is_no_picture_and_it_is_said() -> None:
     assert "declares no cost" in text
 
 
+@pytest.mark.slow
 def test_report_has_the_section_exactly_if_there_is_a_comparison(report: Report) -> None:
     assert 'id="comparison"' not in render(report)
     text = render(report.model_copy(update={"comparison": comparison()}))

@@ -70,6 +70,7 @@ def test_text_names_what_was_not_detected() -> None:
     assert "not detected: ghost; good twins rejected: late" in bad.text
 
 
+@pytest.mark.slow
 def test_page_and_json_say_it_or_that_it_was_not_run(report: Report) -> None:
     assert report.self_test is None
     assert NOT_RUN in render(report)

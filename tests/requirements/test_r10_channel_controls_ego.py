@@ -34,6 +34,7 @@ def test_ego_takes_the_commanded_acceleration(tmp_path: Path, acceleration: floa
     assert speed_after(trace, 2.0) == pytest.approx(expected, abs=0.05 * abs(acceleration) + 1e-9)
 
 
+@pytest.mark.slow
 def test_ego_turns_where_it_is_steered(tmp_path: Path) -> None:
     trace = driven(scripted(tmp_path, {"only": {"steering_angle": 0.01}}))
     side = trace["ego"][0, : round(2.0 / 0.05), 1]

@@ -31,6 +31,7 @@ def authority(trace: Trace) -> list[str]:
     return [trace.layout.channels[int(index)] for index in rows]
 
 
+@pytest.mark.slow
 def test_request_of_the_channel_with_priority_takes_over(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -45,6 +46,7 @@ def test_request_of_the_channel_with_priority_takes_over(tmp_path: Path) -> None
     assert trace["ego"][0, -1, EGO_SPEED] == 0.0
 
 
+@pytest.mark.slow
 def test_the_other_order_of_priority_gives_the_other_answer(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -66,6 +68,7 @@ def test_channel_that_falls_silent_loses_authority(tmp_path: Path) -> None:
     assert FIRST - 2 <= lost <= FIRST + round(0.2 / 0.05) + 1
 
 
+@pytest.mark.slow
 def test_request_must_stand_as_long_as_the_debounce(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -81,6 +84,7 @@ def test_request_must_stand_as_long_as_the_debounce(tmp_path: Path) -> None:
     assert taken[1] - taken[0] == pytest.approx(0.3 / 0.05, abs=1)
 
 
+@pytest.mark.slow
 def test_hysteresis_returns_to_the_default_after_its_time(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -1.0, "requests_from": 1.0, "requests_until": 1.5},
@@ -121,6 +125,7 @@ def test_majority_outvotes_the_default_that_is_wrong(tmp_path: Path) -> None:
     assert set(trace["command"][0, 1 : trace.length[0] - 1, 0].tolist()) == {-1.0}
 
 
+@pytest.mark.slow
 def test_latency_of_the_handover_is_in_the_time_to_the_takeover(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -141,6 +146,7 @@ def test_latency_of_the_handover_is_in_the_time_to_the_takeover(tmp_path: Path) 
     assert "handover from quick begins" not in kept[0]
 
 
+@pytest.mark.slow
 def test_late_switch_delays_each_handover_by_its_ticks(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -168,6 +174,7 @@ def test_late_switch_delays_each_handover_by_its_ticks(tmp_path: Path) -> None:
     assert taken[4] == taken[0] + 4
 
 
+@pytest.mark.slow
 def test_bumpless_handover_limits_the_jerk_of_the_command(tmp_path: Path) -> None:
     channels = {
         "careful": {"acceleration": -4.0, "requests_from": 1.0},
@@ -198,6 +205,7 @@ def test_handover_that_is_no_whole_number_of_ticks_is_an_error_with_its_line(
     assert re.search(r"camera_radar\.yaml:\d+:\d+: .*handover: 0.07 s is no", str(caught.value))
 
 
+@pytest.mark.slow
 def test_stuck_switch_keeps_the_default(make_project: MakeProject) -> None:
     project = make_project()
     with project.edited(CANDIDATE) as candidate:

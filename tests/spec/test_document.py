@@ -250,6 +250,7 @@ def test_depth_is_capped() -> None:
     )
 
 
+@pytest.mark.slow
 def test_nodes_are_capped_with_aliases_counted() -> None:
     # The outer list, the inner list of 9 and its aliases: 1 + 10 * n nodes.
     def document(repeats: int) -> str:
@@ -360,6 +361,7 @@ def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> N
     assert place.column >= 1
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.binary(max_size=60))
 def test_any_bytes_are_a_document_or_an_input_error(

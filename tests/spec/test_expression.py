@@ -66,6 +66,7 @@ def test_program_agrees_with_columns(text: str, values: list[float]) -> None:
         assert found == float(wanted)
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(
     text=EXPRESSIONS, rows=st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5)
@@ -153,6 +154,7 @@ def test_a_relation_that_divides_by_zero_names_the_point() -> None:
 DECIMALS = st.integers(-20, 40).map(lambda count: 5 * count)
 
 
+@pytest.mark.slow
 @given(parts=st.lists(DECIMALS, min_size=1, max_size=4), unit=st.sampled_from(["km/h", "m", "deg"]))
 @example(parts=[20, 45], unit="km/h")
 def test_a_sum_of_decimals_on_a_limit_counts_as_on_it(parts: list[int], unit: str) -> None:

@@ -278,6 +278,7 @@ def test_what_is_not_as_it_was_written_is_not_copied_and_nothing_is_left(
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith("new.db")] == []
 
 
+@pytest.mark.slow
 def test_copy_that_is_not_the_same_is_removed(
     archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -64,6 +64,7 @@ def there(repository: Repository) -> set[str]:
         return {*catalog.table_names(connection), *catalog.views(connection)}
 
 
+@pytest.mark.slow
 def test_new_database_is_the_one_that_the_code_describes(tmp_path: Path) -> None:
     schema.upgrade(tmp_path / "made.db")
     engine = create_engine(f"sqlite:///{tmp_path / 'described.db'}")

@@ -84,6 +84,7 @@ def shown(project: Project, channel: str, file: Path) -> tuple[TestCase, Trace]:
     return case, trace
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nominal", "safety", "planner", "asked", "mine", "told"])
 def test_every_kind_answers_as_in_the_run(project: Project, tmp_path: Path, name: str) -> None:
     file = tmp_path / "shown.jsonl"
@@ -123,6 +124,7 @@ class Counting:
         return ControlCommand("counting", np.zeros(1), np.zeros(1), time, np.array([OK]))
 
 
+@pytest.mark.slow
 def test_channel_of_a_class_or_an_instance_is_fed_one_at_a_time(
     project: Project, tmp_path: Path
 ) -> None:

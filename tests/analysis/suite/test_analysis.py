@@ -114,6 +114,7 @@ def test_shipped_candidate_reaches_130_in_rain_and_the_legacy_suite_does_not() -
     assert found["camera_radar"].critical == "front_radar"
 
 
+@pytest.mark.slow
 def test_twelve_sensors_take_less_than_a_second() -> None:
     lidar: dict[str, Any] = {
         "kind": "lidar",

@@ -214,6 +214,7 @@ def test_changed_plugin_is_no_nondeterminism(make_project: MakeProject) -> None:
         certify(project.db, str(project.odd))
 
 
+@pytest.mark.slow
 def test_other_arithmetic_is_no_nondeterminism(
     campaign: tuple[Project, Path],
 ) -> None:
@@ -223,6 +224,7 @@ def test_other_arithmetic_is_no_nondeterminism(
         certify(db, str(project.odd))
 
 
+@pytest.mark.slow
 def test_batch_that_cannot_be_executed_certifies_nothing(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,6 +240,7 @@ def test_batch_that_cannot_be_executed_certifies_nothing(
         assert repository.hindsight.certificates.of(campaign_id) == ()
 
 
+@pytest.mark.slow
 def test_campaign_without_results_cannot_be_certified(
     make_project: MakeProject,
 ) -> None:

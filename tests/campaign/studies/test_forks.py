@@ -50,6 +50,7 @@ def takeover_of(db: Path, run: str) -> int:
     return round(time / recalled.case.step)
 
 
+@pytest.mark.slow
 def test_fork_with_the_original_decision_is_the_run_bit_for_bit(mini: Executed, db: Path) -> None:
     run = run_of(mini, "camera_radar")
     forked = fork_run(db, run, start=str(takeover_of(db, run)), authority="safety")
@@ -58,6 +59,7 @@ def test_fork_with_the_original_decision_is_the_run_bit_for_bit(mini: Executed, 
     assert forked.fork.run != forked.origin.run == run
 
 
+@pytest.mark.slow
 def test_fork_with_the_other_decision_is_another_run(mini: Executed, db: Path) -> None:
     run = run_of(mini, "camera_radar")
     forked = fork_run(db, run, start=str(takeover_of(db, run)), authority="nominal")
@@ -82,6 +84,7 @@ def test_fork_is_kept_and_replays_but_counts_in_no_campaign(mini: Executed, db: 
         assert repository.verify() == ()
 
 
+@pytest.mark.slow
 def test_chain_of_a_fork_begins_with_that_of_its_run(mini: Executed, db: Path) -> None:
     run = run_of(mini, "camera_radar", "none")
     forked = fork_run(db, run, start=str(2 * LINK_TICKS), authority="safety")
@@ -107,6 +110,7 @@ def altered(db: Path, statement: str) -> None:
     connection.close()
 
 
+@pytest.mark.slow
 def test_recorded_chain_that_says_otherwise_is_refused(mini: Executed, db: Path) -> None:
     altered(db, "UPDATE chain SET links = replace(links, substr(links, 1, 8), '00000000')")
     with pytest.raises(IntegrityError, match="recorded digest chain") as raised:
@@ -114,12 +118,14 @@ def test_recorded_chain_that_says_otherwise_is_refused(mini: Executed, db: Path)
     assert raised.value.exit_code == 4
 
 
+@pytest.mark.slow
 def test_run_that_does_not_come_out_as_recorded_has_no_forks(mini: Executed, db: Path) -> None:
     altered(db, "UPDATE run SET trace_digest = lower(hex(zeroblob(16)))")
     with pytest.raises(IntegrityError, match=r"the first \d+ ticks are as recorded"):
         fork_run(db, run_of(mini, "camera_radar"), start="2 s", authority="safety")
 
 
+@pytest.mark.slow
 def test_fork_that_departs_before_its_tick_is_refused(
     mini: Executed, db: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,6 +139,7 @@ def test_fork_that_departs_before_its_tick_is_refused(
         fork_run(db, run, start="40", authority="safety")
 
 
+@pytest.mark.slow
 def test_runs_before_the_digest_chain_can_be_forked(mini: Executed, db: Path) -> None:
     altered(db, "DELETE FROM chain")
     forked = fork_run(db, run_of(mini, "camera_radar"), start="150", authority="safety")
@@ -156,6 +163,7 @@ def test_what_cannot_be_forked_is_an_input_error(
         fork_run(db, run_of(mini, "camera_radar"), start=start, authority=authority)
 
 
+@pytest.mark.slow
 def test_fork_of_a_fork_is_an_input_error(mini: Executed, db: Path) -> None:
     forked = fork_run(db, run_of(mini, "camera_radar"), start="2 s", authority="safety")
     with pytest.raises(InputError, match="fork itself"):

@@ -195,6 +195,7 @@ def test_value_below_a_mask_is_an_error_of_its_run(hand_made: Any) -> None:
     assert np.isnan(column.value[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> None:
     class Bad(Mean):

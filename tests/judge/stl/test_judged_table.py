@@ -39,6 +39,7 @@ def test_a_violation_has_place_value_and_threshold_in_its_unit() -> None:
     assert found.horizon_s == pytest.approx(0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.125, 1.5, 2.0, 1000.0])
 @pytest.mark.parametrize(
     ("formula", "worth"),
@@ -163,6 +164,7 @@ def test_a_row_at_the_end_of_a_window_belongs_to_it_at_every_step(first: int) ->
         assert _on(times, "always(x > 0)", row, horizon=at) is Verdict.FAIL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("milliseconds", [1, 3, 9, 13, 30, 50, 70, 83, 100, 333, 400, 1000])
 def test_a_run_and_its_table_have_one_verdict(milliseconds: int) -> None:
     step = milliseconds / 1000

@@ -19,6 +19,7 @@ from tests.judge.stl.random_formulas import (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_robustness_agrees_with_rtamt(seed: int) -> None:
     """100 pairs a seed: 25 formulas on 4 traces each."""
@@ -47,6 +48,7 @@ def test_robustness_agrees_with_rtamt(seed: int) -> None:
             assert result.robustness_high[b] == pytest.approx(expected, abs=1e-9), mine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None:
     random = Random(100 + seed)
@@ -73,6 +75,7 @@ def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None
                     assert bound[b] == expected, text_of(body, ",")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_satisfaction_on_the_threshold_agrees_with_the_boolean_definition(seed: int) -> None:
     """Whole numbers meet their thresholds often, so robustness is often exactly 0."""

@@ -84,5 +84,6 @@ def test_lead_that_brakes_on_is_answered_before_its_braking_is_too_hard() -> Non
     assert limits([view(OTHER_ACCELERATION=-4.0, OTHER_SPEED=12.0, GAP=14.0)]) == [0.0]
 
 
+@pytest.mark.slow
 def test_what_is_unknown_asks_for_no_number() -> None:
     assert all(math.isnan(value) for value in limits([view(GAP=math.nan)]))

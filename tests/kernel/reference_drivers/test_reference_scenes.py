@@ -130,6 +130,7 @@ def with_and_without(variant: str, model: str, lane: float) -> tuple[Any, Any]:
     )
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize(
     ("variant", "model", "lane", "brakes", "touches"),
@@ -185,6 +186,7 @@ def test_lateral_variant_is_the_text_for_the_usual_width() -> None:
     assert text.tobytes() == published.tobytes()
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize(("variant", "sign"), [("jrc-coasting", 1.0), ("jrc-no-emergency", -1.0)])
 def test_variant_changes_the_impact_of_the_careful_driver_one_way(

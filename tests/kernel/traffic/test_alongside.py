@@ -37,6 +37,7 @@ def agree(road: Any) -> Floats:
     return vehicles[:, n.ACCELERATION]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicles", [2, 5, 11, 12, 20, 50])
 def test_drivers_of_a_scene_decide_as_on_any_road(vehicles: int) -> None:
     changes = 0
@@ -60,6 +61,7 @@ def test_of_those_abreast_each_is_ahead_of_the_other(others: int) -> None:
     assert agree(road)[:3].tolist() == [-6.0] * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("others", [0, MANY])
 @pytest.mark.parametrize("exponent", [0.0, 3.7, 4.0, 16.0, 17.5, -2.5, -40.5])
 @pytest.mark.parametrize("speed", [0.0, 0.3, 10.0, 29.0, 44.0, 80.0])

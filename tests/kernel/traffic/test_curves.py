@@ -48,6 +48,7 @@ def test_a_straight_polyline_is_a_straight_lane() -> None:
     assert k.polyline_point(points, knots, 5.25, 1.0) == pytest.approx((0.0, 7.25))
 
 
+@pytest.mark.slow
 def test_a_polyline_goes_on_beyond_both_ends() -> None:
     points, knots, _ = polyline(BEND)
     assert k.polyline_point(points, knots, -3.0, 0.0) == pytest.approx((-3.0, 0.0))

@@ -79,6 +79,7 @@ def test_a_close_leader_brakes_no_harder_than_the_limit() -> None:
     assert acceleration(road, rear) == -k.MAX_ACCELERATION
 
 
+@pytest.mark.slow
 def test_a_fixed_object_ahead_is_braked_for_and_asked_for_nothing() -> None:
     road = LaneRoad(1)
     rear = road.put(0, 100.0, 20.0)

@@ -100,6 +100,7 @@ def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     assert answers == {"straight": {False}, "intersection": {True}}.get(kind, {False, True})
 
 
+@pytest.mark.slow
 def test_at_the_end_of_the_last_road_the_lane_goes_on_as_itself() -> None:
     lanes = np.zeros((1, LANE_WIDTH))
     write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, np.inf)

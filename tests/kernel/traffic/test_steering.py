@@ -84,6 +84,7 @@ def test_a_step_is_highway_env_s_bicycle(kind: str) -> None:
         assert ours.vehicles[who, :4].tolist() == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_both_arithmetics_move_alike() -> None:
     slow, quick = LaneRoad(), LaneRoad()
     for road in (slow, quick):
@@ -172,6 +173,7 @@ def test_locate_finds_lane_and_place() -> None:
     assert road.vehicles[who, [n.S, n.LATERAL]].tolist() == [77.0, 0.5]
 
 
+@pytest.mark.slow
 def test_locating_the_drivers_leaves_everybody_else() -> None:
     road = LaneRoad()
     driver, placed = road.put(0, 50.0), road.put(0, 90.0, role=n.PLACED)

@@ -177,6 +177,7 @@ def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     assert lidar.points[40] != lidar.points[42]
 
 
+@pytest.mark.slow
 def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     road: RoadMap = trace.layout.context.road
     segments = road.segments.copy()
@@ -190,6 +191,7 @@ def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     assert [edge.x_m[0], edge.y_m[0]] == pytest.approx([x, y], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_road_without_a_shoulder_has_none(trace: Trace) -> None:
     shoulder = np.zeros_like(trace.layout.context.road.shoulder)
     assert drawn(changed_road(trace, shoulder=shoulder)).road.shoulder is None

@@ -147,6 +147,7 @@ def test_long_list_of_metrics_is_cut_and_says_so(report: Report) -> None:
     assert (len(view.metrics), view.unlisted) == (MAX_LINES, 7)
 
 
+@pytest.mark.slow
 def test_report_without_these_parts_has_no_sections_and_no_links(report: Report) -> None:
     page = render(report.model_copy(update={"replays": (), **dict.fromkeys(PARTS)}))
     tree: Any = lxml_html.document_fromstring(page)
@@ -177,6 +178,7 @@ def test_drawn_parts_stay_within_their_boxes(
     assert len(set(browser.run(colours))) == 2
 
 
+@pytest.mark.slow
 def test_filter_hides_the_bounds_of_other_architectures(browser: Browser, page: Path) -> None:
     browser.open(page, width=1280)
     rows = "[...document.querySelectorAll('#confidence tr[data-architecture]')]"

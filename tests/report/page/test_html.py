@@ -142,6 +142,7 @@ def test_headline_says_gate_exit_code_and_counts(tree: Any) -> None:
         assert words in text
 
 
+@pytest.mark.slow
 def test_page_keeps_to_its_size_and_lists_what_it_left_out(report: Report) -> None:
     full = render(report)
     limit = len(full.encode()) - 1000
@@ -175,6 +176,7 @@ def test_missing_cell_is_shown_as_not_run(report: Report) -> None:
     assert set(lidar) == {"NOT_RUN"}
 
 
+@pytest.mark.slow
 def test_written_file_is_the_page(report: Report, tmp_path: Path) -> None:
     path = tmp_path / "new" / "report.html"
     write_html(report, path)

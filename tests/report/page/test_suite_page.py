@@ -53,6 +53,7 @@ def test_what_is_left_out_is_told(tree: Any) -> None:
     assert "Each target stands alone" in tree.text_content()
 
 
+@pytest.mark.slow
 def test_text_of_a_file_changes_no_element() -> None:
     payload = "</style><script>alert(1)</script><svg onload='x'>"
 
@@ -72,6 +73,7 @@ def test_page_is_written_whole(tmp_path: Path) -> None:
     assert path.read_text("utf-8").endswith("</html>")
 
 
+@pytest.mark.slow
 @pytest.mark.chromium
 @pytest.mark.parametrize("width", [1400, 380])
 @pytest.mark.parametrize("dark", [False, True])

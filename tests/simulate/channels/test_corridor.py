@@ -109,6 +109,7 @@ def test_unconfirmed_speed_does_not_count_yet() -> None:
     assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[PATH_GAP] == np.inf
 
 
+@pytest.mark.slow
 def test_object_on_the_way_back_to_the_lane_centre_is_in_the_path() -> None:
     assert view((40.0, 1.5, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
     assert view((40.0, 0.0, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf

@@ -109,6 +109,7 @@ def test_built_in_channels_conform() -> None:
     )
 
 
+@pytest.mark.slow
 def test_plugins_conform(folder: Path) -> None:
     for name in ("Mine", "Batch"):
         check_channel(lambda name=name: make_channel(f"./mine.py:{name}", folder), {})

@@ -173,6 +173,7 @@ def test_frozen_monitors_that_nothing_would_change_change_no_bit(
     assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
 
 
+@pytest.mark.slow
 @SAFE
 def test_monitors_and_requests_go_on_while_the_planner_of_a_stop_is_frozen(
     kind: Any, parameters: Any

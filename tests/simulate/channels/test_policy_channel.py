@@ -165,6 +165,7 @@ def test_answer_that_is_no_action_is_an_invalid_output(
     assert detail in channel.events[0].detail
 
 
+@pytest.mark.slow
 def test_action_is_cut_to_what_the_vehicle_can_follow(folder: Path) -> None:
     answer = ask(made(folder, "beyond"), [20.0])
     assert answer.acceleration.tolist() == [3.0]

@@ -192,6 +192,7 @@ def test_conforms(model: str) -> None:
     check_channel(ReferenceChannel, parameters, links=LINKS, sensors=SENSORS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", list(MODELS))
 def test_follows_at_its_own_distance(model: str) -> None:
     runs, speed = 1, 20.0

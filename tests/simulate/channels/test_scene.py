@@ -68,6 +68,7 @@ def row_at(things: Floats, x: float) -> int:
     return int(np.argmin(np.abs(things[:, THING_S] - 500.0 - x)))
 
 
+@pytest.mark.slow
 def test_speed_and_acceleration_follow_from_places() -> None:
     things = nothing()
     for tick in range(5):
@@ -79,6 +80,7 @@ def test_speed_and_acceleration_follow_from_places() -> None:
     assert thing[THING_SIDEWAYS] == pytest.approx(-0.5, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_gap_and_speed_in_a_bend_are_those_along_the_lane(side: float) -> None:
     """The ego is still on the straight, the lead in the bend of 60 m that begins 10 m ahead."""

@@ -202,6 +202,7 @@ def first_unlike(tick: int, sensor: str) -> int:
     raise AssertionError(sensor)
 
 
+@pytest.mark.slow
 @of([item for item in EVERY if item[0] in NULL])
 def test_fault_of_no_size_changes_no_bit(model: str, sensor: str, signal: str) -> None:
     for given, faulty in played(made(model, sensor, null(model, signal)), sensor):

@@ -87,12 +87,14 @@ REAL: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.slow
 def test_faults_of_no_size_change_no_bit_of_the_trace(
     planned: tuple[CampaignPlan, TestCase], twin: Trace
 ) -> None:
     assert first_difference(faulty(planned, NULL), twin) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", REAL, ids=lambda fault: fault["model"])
 def test_trace_is_that_of_the_twin_up_to_the_onset_and_another_from_there(
     planned: tuple[CampaignPlan, TestCase], twin: Trace, fault: dict[str, Any]
@@ -141,6 +143,7 @@ def test_no_flipped_bit_brings_down_the_loop(
         assert np.isfinite(trace.columns["ego"][0, rows]).all(), (sensor, signal)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signal", ["ego_x", "ego_heading", "ego_speed"])
 def test_ego_estimate_without_numbers_is_not_used_and_the_safety_channel_acts(
     planned: tuple[CampaignPlan, TestCase], signal: str

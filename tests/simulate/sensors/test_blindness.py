@@ -266,6 +266,7 @@ def test_turned_mount_sees_a_turned_scene_as_the_straight_one_saw_it(
     assert np.hypot(*aside[0]) == pytest.approx(np.hypot(*straight[0]), abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", EYES)
 def test_actor_stays_where_it_is_and_its_bearing_from_the_sensor_turns_with_the_mount(
     model: str,

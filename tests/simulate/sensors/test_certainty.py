@@ -117,6 +117,7 @@ def test_noise_and_patches_make_a_part_unsure() -> None:
     assert judge_part(parameters, KIND, part, image) == HIDDEN
 
 
+@pytest.mark.slow
 def test_a_camera_inside_of_the_ball_around_a_box_looks_at_each_pixel() -> None:
     context = scene_context([TRUCK], kinds=["truck"])
     shown = scene(context, [(5.0, 0.0, 0.0)])
@@ -127,6 +128,7 @@ def test_a_camera_inside_of_the_ball_around_a_box_looks_at_each_pixel() -> None:
     assert found == EACH
 
 
+@pytest.mark.slow
 def test_one_part_of_a_car_before_the_sun_is_judged_unlike_another() -> None:
     sensor, _, _, (first, stop) = drawn((18.0, 1.0, 0.0), {"sun_elevation": 0.12})
     parameters, image = sensor._parameters[0], sensor._image

@@ -70,6 +70,7 @@ def test_street_lights_show_what_headlamps_do_not_reach() -> None:
     assert pixels(picture(context, scene(context, [(100.0, 0.0)])))
 
 
+@pytest.mark.slow
 def test_headlamps_light_what_is_ahead_of_the_ego_not_of_the_camera() -> None:
     context = scene_context([CAR], kinds=["parked_car"], illuminance=0.1)
     behind = picture(context, scene(context, [(-20.0, 0.0)]), mount={"yaw": "180 deg"})

@@ -127,6 +127,7 @@ def test_more_rain_means_fewer_detections() -> None:
     assert shares[0] - shares[-1] > 0.3
 
 
+@pytest.mark.slow
 def test_both_fidelities_lose_a_car_at_ranges_that_agree_within_two_percent() -> None:
     fields = {"mount": {}, "field_of_view": "60 deg", "range": "150 m", "rate": "20 Hz"}
     exact = Radar.model_validate({"kind": "radar", **fields})

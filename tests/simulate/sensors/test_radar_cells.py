@@ -104,6 +104,7 @@ def test_two_echoes_apart_are_two_detections_in_order_of_distance() -> None:
     assert [round(row[ECHO_RANGE]) for row in rows] == [50, 60]
 
 
+@pytest.mark.slow
 def test_chain_is_cut_around_the_strongest_whatever_the_order() -> None:
     chain = [(50.0, 2e9), (50.4, 4e9), (50.8, 2e9), (51.2, 1e9)]
     for order in itertools.permutations(chain):

@@ -111,6 +111,7 @@ def test_only_a_straight_road_has_its_lanes_alongside(make_scenario: Make, make_
         assert (traffic._lanes[..., ALONGSIDE] == float(is_straight)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(
     make_scenario: Make, make_case: Case, variant: str
@@ -124,6 +125,7 @@ def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(
         np.testing.assert_array_equal(drive(BatchTraffic(variant), [case], 60)[0], together[run])
 
 
+@pytest.mark.slow
 def test_a_second_reset_begins_anew(make_scenario: Make, make_case: Case) -> None:
     traffic = BatchTraffic()
     case = make_case(make_scenario(actors=DENSE))

@@ -60,6 +60,7 @@ def test_head_on_cars_meet_with_the_sum_of_their_speeds() -> None:
     assert impact == pytest.approx(60.0)
 
 
+@pytest.mark.slow
 def test_impact_speed_is_taken_at_the_time_of_contact() -> None:
     # Braking evenly from 10 to 0 m/s in the tick; half-way it touches a standing car.
     share = 0.5

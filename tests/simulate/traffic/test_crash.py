@@ -30,6 +30,7 @@ def pushed(first: Floats, second: Floats, way: tuple[float, float]) -> tuple[Any
     return k.separating_push(np.vstack([first, second]), *way)
 
 
+@pytest.mark.slow
 def test_far_boxes_do_not_touch() -> None:
     assert pushed(box(0, 0, 0), box(20, 0, 0), (0.0, 0.0)) == (False, False, 0.0, 0.0)
 
@@ -90,6 +91,7 @@ def test_two_cars_that_overlap_share_the_push_and_have_crashed() -> None:
     assert road.marks[:, n.CRASHED].tolist() == [1, 1]
 
 
+@pytest.mark.slow
 def test_a_car_leaves_a_fixed_object_where_it_is() -> None:
     road = LaneRoad(1)
     car, thing = road.put(0, 100.0, 0.0), road.put(0, 104.0, 0.0, n.FIXED)
@@ -152,6 +154,7 @@ def test_culled_pairs_touch_as_all_pairs_do_to_the_bit(kind: str, vehicles: int)
     assert crashes > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("advance", [k.advance_crashing_reference, k.advance_crashing_fast])
 def test_after_a_crash_both_come_to_rest(advance: Any) -> None:
     road = LaneRoad(1)

@@ -141,6 +141,7 @@ def test_a_run_that_has_ended_is_frozen(make_scenario: Make, make_case: Case) ->
         np.testing.assert_array_equal(frozen, last)
 
 
+@pytest.mark.slow
 def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_case: Case) -> None:
     scenario = make_scenario(
         **CUT_IN, world={"road": {"kind": "curve", "radius": "900 m", "length": "1500 m"}}

@@ -35,6 +35,7 @@ def test_one_plan_has_one_root_whatever_the_blocks_and_what_else_is_there(
     assert root_of(tmp_path / "other.db", make_example()) == expected
 
 
+@pytest.mark.slow
 def test_other_results_have_another_root(tmp_path: Path, make_example: Any) -> None:
     example = make_example()
     example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 5 else Verdict.PASS

@@ -79,6 +79,7 @@ def test_harmful_statement_is_denied(path: Path, monkeypatch: pytest.MonkeyPatch
     assert state_of(path) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sql", CUT)
 def test_endless_statement_is_stopped_at_its_deadline(path: Path, sql: str) -> None:
     began = time.monotonic()

@@ -47,6 +47,7 @@ def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
     assert len(hashes) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ["trace_digest", "outcome_detail", "duration_s"])
 def test_hash_of_results_notices_one_different_run(
     tmp_path: Path, example: Any, change: str

@@ -259,6 +259,7 @@ def test_fsr_that_is_not_mandatory_excuses_no_failure(repository: Repository, ex
     assert gate(repository, example.campaign(repository, 8))[0] is ExitCode.INCOMPLETE
 
 
+@pytest.mark.slow
 def test_failures_that_the_odd_allows_are_green_and_said(
     repository: Repository, example: Any
 ) -> None:

@@ -187,6 +187,7 @@ def test_another_verdict_on_one_result_contradicts(
     refused(db, source, IntegrityError, ["verdict ", "another margin"])
 
 
+@pytest.mark.slow
 def test_database_into_itself_and_none_at_all_are_input_errors(parts: Path, tmp_path: Path) -> None:
     db = copied(parts, "1.db", tmp_path)
     refused(db, db, InputError, ["is merged into"])

@@ -291,6 +291,7 @@ def test_one_row_for_all_radars_would_trust_coarse_ones_too_much_and_fine_ones_t
     assert normalised_innovation(SUITE["coarse radar"], row) > 1.5
 
 
+@pytest.mark.slow
 def test_sensor_that_is_worse_than_its_data_sheet_shows_in_its_samples() -> None:
     promised = assumed(SUITE["lidar"])[0]
     assert normalised_innovation({**SUITE["lidar"], "range_noise": "0.5 m"}, promised) > 3.0

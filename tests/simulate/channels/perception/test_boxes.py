@@ -45,6 +45,7 @@ def test_rear_of_a_lead_is_a_face_of_unknown_depth() -> None:
     assert width == pytest.approx(1.8 + 30.0 * SPACING)
 
 
+@pytest.mark.slow
 def test_front_of_a_follower_is_its_nearest_face_too() -> None:
     assert fit(face(-12.0, -0.9, 0.9))[:3] == pytest.approx((-12.0, 0.0, 0.0))
 
@@ -112,6 +113,7 @@ def listed(rows: list[tuple[float, float]]) -> tuple[int, np.ndarray, np.ndarray
     return count, detections, source
 
 
+@pytest.mark.slow
 def test_boxes_stand_in_order_of_distance_with_what_is_behind_them() -> None:
     count, detections, source = listed([(30.0, 0.0), (-10.0, 2.0), (0.0, 20.0)])
     assert count == 3

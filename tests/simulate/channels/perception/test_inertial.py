@@ -124,6 +124,7 @@ def test_noise_of_the_unit_adds_to_speed_and_heading_only() -> None:
     assert covariance == pytest.approx(np.diag(expected))
 
 
+@pytest.mark.slow
 def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
     covariance = np.zeros((STATES, STATES))
     covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] = 0.02**2
@@ -132,6 +133,7 @@ def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
     assert covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] == pytest.approx(0.02**2)
 
 
+@pytest.mark.slow
 def test_correction_is_that_of_the_matrix_form() -> None:
     slopes = jacobian(fix_of, 4)
     covariance, state = spread(3), STATE.copy()
@@ -171,6 +173,7 @@ def test_moving_ego_heads_where_it_moves_and_slips_with_the_turn() -> None:
     assert covariance[HEADING, HEADING] == pytest.approx(COURSE**2 + 0.01 / 20.0**2, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.0, 0.4])
 def test_standing_ego_heads_along_its_lane(speed: float) -> None:
     # What little moves is noise, here to the left.
@@ -185,6 +188,7 @@ def test_noise_that_looks_like_motion_gives_no_heading() -> None:
     assert begun(np.array([50.0, 5.0, 0.0, 3.0]), velocity_variance=1.0)[0][HEADING] == 0.0
 
 
+@pytest.mark.slow
 def test_first_state_knows_the_antenna_as_well_as_the_fix_whatever_its_heading() -> None:
     state, covariance = begun(np.array([50.0, 5.0, 0.0, 0.0]), bias=0.0)
     slopes = np.zeros((2, STATES))
@@ -202,6 +206,7 @@ def test_lateral_deviation_is_that_across_the_heading() -> None:
     assert lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(4.0)
 
 
+@pytest.mark.slow
 def test_lateral_deviation_is_what_it_is_after_the_way() -> None:
     # Carried on for half a second, the covariance says the same as the shortcut.
     state, covariance = np.array([0.0, 0.0, 0.7, 20.0, 0.0, 0.0]), spread(5)

@@ -53,6 +53,7 @@ def errors(found: Estimated, states: Floats, after: int = 60) -> Floats:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("states", "bound"),
     [(STRAIGHT, 1e-9), (CURVE, 1e-4), (BRAKING, 5e-3), (WINDING, 5e-3)],
@@ -244,6 +245,7 @@ def test_ego_with_a_wandering_receiver_leaves_its_lane() -> None:
     assert (offsets(bad) > 0.8).mean() >= 0.25
 
 
+@pytest.mark.slow
 def test_ego_keeps_its_lane_through_a_short_outage_only() -> None:
     def through(duration: str) -> Floats:
         outages = {"tunnel": {"begin": "5 s", "duration": duration}}

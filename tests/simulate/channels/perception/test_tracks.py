@@ -80,6 +80,7 @@ def test_detection_outside_the_gate_fits_no_track() -> None:
     assert owners(tracks_at((5.0, 0.0)), (5.0, 3.9)).tolist() == [0]
 
 
+@pytest.mark.slow
 def test_gate_is_longer_along_the_line_of_sight() -> None:
     assert owners(tracks_at((100.0, 0.0)), (110.0, 0.0)).tolist() == [0]
     assert owners(tracks_at((100.0, 0.0)), (100.0, 5.0)).tolist() == [-1]

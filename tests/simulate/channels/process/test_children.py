@@ -45,6 +45,7 @@ def test_each_answers_its_own_line(children: Children) -> None:
     }
 
 
+@pytest.mark.slow
 def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
     for number in range(3):
         start(children, number, SLEEP)

@@ -12,6 +12,7 @@ from adeye.testing.scenes import object_measurement, straight_road
 LINKS = ("truth", "channels.nominal", "switch")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("links", [LINKS, ("truth",), ("channels.nominal",)])
 def test_conforms(links: tuple[str, ...]) -> None:
     sensors = {"truth": "ground_truth"} if "truth" in links else {}

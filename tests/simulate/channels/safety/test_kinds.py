@@ -105,6 +105,7 @@ def alternating(size: float) -> Numbers:
     return lambda time: size if round(time / 0.05) % 2 else -size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("monitor", "scene", "expected"),
     [

@@ -200,6 +200,7 @@ def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floa
     return seen
 
 
+@pytest.mark.slow
 def test_worst_of_the_linked_channels_counts() -> None:
     seen = gathered((1.0, 0.1, 0.9, OK), (-3.0, -0.2, 0.6, FAULT))
     assert seen[[SEEN_CHANNELS, SEEN_STATUS]].tolist() == [2.0, 1.0]

@@ -194,6 +194,7 @@ def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
     assert not found[number(STRAIGHT, 0) : number(STRAIGHT, 3) + 1, FOUND_FEASIBLE].any()
 
 
+@pytest.mark.slow
 def test_impact_is_the_speed_against_the_first_object() -> None:
     record = parameter_record(LIMITS)[0]
     path, profile = np.zeros(PATH_ROW), np.zeros((STOP_SAMPLES, PROFILE_ROW))
@@ -219,6 +220,7 @@ def found_of(*rows: tuple[float, float, float]) -> Floats:
     return found
 
 
+@pytest.mark.slow
 def test_kept_stop_is_given_up_for_a_better_rating_only() -> None:
     found = found_of((1.0, 3.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 0.0))
     found[0, FOUND_COST] = 3.6
@@ -268,6 +270,7 @@ def test_a_bay_beyond_the_library_s_time_is_not_reached() -> None:
     assert plan([], refuges=far)[0] == number(SHOULDER, 1)
 
 
+@pytest.mark.slow
 def test_a_bay_without_a_shoulder_is_entered_over_its_taper() -> None:
     chosen, found = plan([], refuges=BAY, shoulder=0.0)
     assert chosen // STOP_LEVELS == REFUGE

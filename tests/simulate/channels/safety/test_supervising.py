@@ -205,6 +205,7 @@ def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> N
         assert column(done, item, "mrm_rest_area", 0).any()
 
 
+@pytest.mark.slow
 def test_level_that_rises_on_the_way_to_the_rest_area_stops_at_once() -> None:
     item = parameters(
         {"silent": {**OTHER_SILENT, "level": 2}, "later": {"kind": "odd_exit", "to_s": "200 m"}}

@@ -119,6 +119,7 @@ def test_lane_costs_nothing_beside_it_a_little_and_leaving_it_much() -> None:
     assert costs[CHANGE_LEFT] == costs[DODGE_LEFT] > 50.0
 
 
+@pytest.mark.slow
 def test_what_was_chosen_before_is_cheaper() -> None:
     paths, kept = first(), memory()
     other = path_cost(record(), paths[NUDGE_LEFT], NUDGE_LEFT, kept, nothing_driven())

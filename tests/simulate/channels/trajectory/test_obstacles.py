@@ -101,6 +101,7 @@ def test_hard_collision_is_worse_than_a_soft_one() -> None:
     assert cost(thing(60.0, LANE, 0.0), wanted=-3.0) > cost(thing(60.0, LANE, 0.0), wanted=-8.0)
 
 
+@pytest.mark.slow
 def test_braking_to_come_is_paid_for_now() -> None:
     """The wall is beyond the horizon, but a stop before it is no longer a gentle one."""
     wall = thing(200.0, LANE, 0.0)
@@ -169,6 +170,7 @@ def test_empty_lane_that_is_seen_cuts_up_nobody() -> None:
     assert not cut_up(thing(-30.0, LANE, 40.0))
 
 
+@pytest.mark.slow
 def test_lane_that_is_not_seen_is_taken_to_be_used() -> None:
     assert cut_up(rear_sight=0.0)
     assert cut_up(rear_sight=30.0)

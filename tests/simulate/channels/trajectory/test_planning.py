@@ -101,6 +101,7 @@ def test_profile_of_the_choice_is_the_last_one() -> None:
     assert last == pytest.approx(30.0 + plan.wanted * (4.0 - 0.5 * ramp))
 
 
+@pytest.mark.slow
 def test_lane_that_is_changed_to_is_remembered() -> None:
     plan = Plan(thing(55.0, LANE, 0.0))
     assert plan.memory[MEMORY_LANE] in (LANE - 3.5, LANE + 3.5)

@@ -95,6 +95,7 @@ def test_track_that_is_not_sure_yet_is_left_out() -> None:
     assert count == 0
 
 
+@pytest.mark.slow
 def test_only_what_is_all_behind_the_ego_is_behind() -> None:
     _, objects, _ = predicted(track(-4.0, 3.5, 30.0), track(-5.0, 3.5, 30.0))
     assert objects[:2, OBJECT_BEHIND].tolist() == [0.0, 1.0]

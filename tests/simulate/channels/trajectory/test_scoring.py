@@ -54,6 +54,7 @@ def test_becoming_faster_than_allowed_is_worse_than_hard_braking() -> None:
     assert cost(30.0, 1.5) > cost(30.0, -8.0)
 
 
+@pytest.mark.slow
 def test_another_acceleration_than_before_costs() -> None:
     assert cost(20.0, 1.0, previous=1.0) < cost(20.0, 1.0, previous=0.0)
 
