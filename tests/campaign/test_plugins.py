@@ -24,7 +24,7 @@ def canary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: bombs\nVersion: 1.2\n")
     (info / "entry_points.txt").write_text(
-        "[adeye.simulate.channels]\nbomb = bombs:Planner\n[other]\nx = bombs:X\n"
+        "[adeye.channels]\nbomb = bombs:Planner\n[other]\nx = bombs:X\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     return canary
