@@ -50,7 +50,7 @@ BUDGET ?= 300
 rest: $(STAMP)  ## run what `make test` leaves out, as far as it fits BUDGET=300 seconds
 	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "slow or server" --budget $(BUDGET)
 
-full: test server slow check kernels  ## run everything; takes an hour and a half
+full: test server slow check kernels  ## run everything; takes hours
 
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000
