@@ -14,9 +14,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from adeye.api import CompareOptions, compare, plan, replay, results, run, stl
 
+from adeye.former import find_former_places
 from adeye.version import __version__
 
 __all__ = ["CompareOptions", "__version__", "compare", "plan", "replay", "results", "run", "stl"]
+
+
+find_former_places()
 
 
 def __getattr__(name: str) -> Any:

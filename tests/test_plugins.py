@@ -92,7 +92,7 @@ def test_error_while_importing_is_reported_with_file_and_line(folder: Path) -> N
 
 
 @pytest.mark.parametrize(
-    "line", ["from adeye.channels.scalar import ScalarCommand", "from adeye.spec import Odds"]
+    "line", ["from adeye.simulate.channel import Channel", "from adeye.spec import Odds"]
 )
 def test_part_of_adeye_that_is_not_for_guests_leads_to_the_public_face(
     folder: Path, line: str
