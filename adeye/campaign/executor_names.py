@@ -77,8 +77,6 @@ def find_executor(name: str) -> Callable[[ExecutorContext[Any, Any]], Any]:
         InputError: There is no such executor, or it is none.
     """
     if name == DASK:
-        # own module
-
         return DaskExecutor
     offered = {item.name: item.value for item in entry_points(group=GROUP)}
     if ":" not in name and name not in offered:

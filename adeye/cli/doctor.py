@@ -180,8 +180,6 @@ def _terminal() -> Check:
 
 
 def _print_requirements(json: bool) -> None:
-    # own module
-
     if json:
         emit_json("requirements", {"requirements": CAPABILITIES})
         return

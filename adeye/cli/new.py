@@ -76,7 +76,6 @@ def write_example(kind: str, name: str, folder: Path) -> Path:
     Raises:
         UsageError: The name is no identifier, or the file exists.
     """
-    # own module
     from adeye.errors import UsageError
 
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):

@@ -217,8 +217,6 @@ def _engine(planned: CampaignPlan) -> str:
 
 def _shared(planned: CampaignPlan) -> dict[str, int]:
     """Count what the channels of each architecture share, which may fail them together."""
-    # own module
-
     return {item.architecture: item.count for item in dependencies_of(planned.files)}
 
 

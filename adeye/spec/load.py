@@ -434,7 +434,6 @@ def catalogue_folder(chosen: Path | None) -> Path:
         UsageError: The chosen one is not a folder.
     """
     from adeye.errors import UsageError
-    # own module
 
     if chosen is not None:
         if not chosen.is_dir():
@@ -453,7 +452,5 @@ def catalogue_files(chosen: Path | None) -> dict[str, Path]:
         UsageError: The chosen one is not a folder.
         SpecError: Two files of one folder have one id.
     """
-    # own module
-
     found = {} if chosen is not None else scenario_files(shipped(SCENARIOS))
     return dict(sorted((found | scenario_files(catalogue_folder(chosen))).items()))

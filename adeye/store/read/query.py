@@ -123,8 +123,6 @@ def run_query(
     """
     location = locate(place)
     if location.path is None:
-        # own module
-
         with _little_memory():
             return run_server_query(location, sql, parameters or {}, max_rows, timeout_s)
     with _ours(location):
