@@ -32,7 +32,7 @@ settings.register_profile(
 )
 settings.load_profile("any_machine")
 
-_BEGIN = time.monotonic()
+_BEGAN = pytest.StashKey[float]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -56,17 +56,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("server")
 
 
-def pytest_collection_finish() -> None:
-    """Spare the collector of rubbish the tests themselves, which are there to the end."""
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Spare the collector of rubbish the tests themselves; the budget begins when all are found."""
     gc.collect()
     gc.freeze()
+    session.config.stash[_BEGAN] = time.monotonic()
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Begin nothing after the budget; order is random, so each time it is another part."""
     budget = item.config.getoption("budget")
-    if budget is not None and time.monotonic() - _BEGIN > budget:
+    if budget is not None and time.monotonic() - item.config.stash[_BEGAN] > budget:
         pytest.skip("left to `make full`: the budget is spent")
 
 
