@@ -243,7 +243,7 @@ class _Merge:
             if table is not tables.run:
                 self._add(table, self._renumbered(table))
         ids = tuple(item.id for item in campaigns)
-        blocks = sum(close_blocks(self._into, campaign) for campaign in ids)
+        blocks = sum(close_blocks(self._into, campaign) for campaign in self._waiting())
         if new:
             ensure_scenario_views(self._into)
         if ids and latest_id(self._into) != ids[-1]:
@@ -271,6 +271,15 @@ class _Merge:
         found = self._source.execute(tables.campaign.select().order_by(tables.campaign.c.number))
         latest = latest_id(self._source)
         return sorted(found.all(), key=lambda item: item.id == latest)
+
+    def _waiting(self) -> list[str]:
+        """Return the campaigns with open blocks, those of the source and those that were here.
+
+        Files whose texts differ are two campaigns that share their results.
+        """
+        work = tables.work
+        asked = select(work.c.campaign_id).where(work.c.state == "pending").distinct()
+        return sorted(self._into.execute(asked).scalars())
 
     def _copy_campaigns(self, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
         table = tables.campaign

@@ -332,11 +332,16 @@ def test_texts_of_files_are_no_contradiction_and_what_runs_is(
         odd["faults"][1]["text"] = "Another"
     with project.edited(CONCEPT) as concept:
         concept["title"] = "Another"
-    run_campaign(project.plan(), db=tmp_path / "2.db")
+    second = Session(choice=Choice(shard=Shard(2, 2)))
+    run_campaign(project.plan(), db=tmp_path / "2.db", session=second)
     into = tmp_path / "all.db"
     found = merged(into, tmp_path / "1.db", tmp_path / "2.db")
     assert sum(item.runs for item in found) == plan.expansion.count
     sound(into)
+    # Each text is a campaign, and both have all the results.
+    with Repository.open(into) as repository:
+        states = [item.state for item in repository.campaigns()]
+    assert states == ["complete", "complete"]
     assert project.run(db=str(into)).executed == 0
     # As if it were sound: one identity over what would run otherwise.
     monkeypatch.setattr(merging, "verify", lambda _: iter(()))
