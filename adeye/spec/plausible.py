@@ -7,14 +7,25 @@ pattern is the end of a quantity's dotted path counts, else that of its dimensio
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Final, NamedTuple, get_args, get_origin
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Final,
+    NamedTuple,
+    Protocol,
+    get_args,
+    get_origin,
+    runtime_checkable,
+)
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel
 
-from adeye.errors import suggest
+from adeye.errors import UnitError, suggest
 from adeye.kernel.relation import differences
 from adeye.spec.document import Loc
 from adeye.spec.expression import Expression
@@ -70,6 +81,7 @@ BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
         "500 m",
         "start.offset objects.*.offset lane_change.by cross.to faults.[xy]",
     ),
+    "factor": ("-1000", "1000", "faults.factor faults.acceleration faults.steering_angle"),
     "gap": ("-5000 m", "5000 m", "start.gap"),
     "lateral_speed": ("0 m/s", "15 m/s", "lateral_speed cross.speed"),
     "ftti": ("0 s", "3600 s", "safety_goals.ftti requirements.f[dr]ti"),
@@ -107,6 +119,14 @@ class FileRecord(GrownRecord):
     def own_limits(self) -> Limits:
         """Return what is narrower than the table because of other values of the file."""
         return {}
+
+
+@runtime_checkable
+class Various(Protocol):
+    """A record in which another value decides what a quantity is of."""
+
+    def own_dimensions(self) -> Mapping[str, Dimension]:
+        """Return the dimensions by the names of such fields."""
 
 
 class Implausible(NamedTuple):
@@ -177,7 +197,10 @@ def _bound_of(path: str, dimension: Dimension) -> str:
     """Name the bound of a quantity; empty for a plain number that has none."""
     for name, (_, _, ends) in BOUNDS.items():
         if any(fnmatchcase(f".{path}", f"*.{end}") for end in ends.split()):
-            return name
+            # A fault's ``value`` may be a grip or what a sensor measures.
+            with suppress(UnitError):
+                _in_si(name, dimension)
+                return name
     name = dimension.name.lower()
     return name if name in BOUNDS else ""
 
@@ -199,7 +222,8 @@ def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:
         Place, value in SI or expression, and dimension; conditions have none.
     """
     if isinstance(record, BaseModel):
-        for name, required in _dimensions(type(record)).items():
+        own = record.own_dimensions() if isinstance(record, Various) else {}
+        for name, required in {**_dimensions(type(record)), **own}.items():
             for place, item in _leaves(getattr(record, name), (*loc, name)):
                 if isinstance(item, Expression) or (required and isinstance(item, float)):
                     yield place, item, required or Dimension.NONE

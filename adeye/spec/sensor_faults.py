@@ -380,6 +380,12 @@ class SignalFault(SensorFault):
 
     signal: SignalName
 
+    def own_dimensions(self) -> dict[str, Dimension]:
+        """Return what the fields that take their unit from the signal are of."""
+        dimension = SIGNALS[self.signal].dimension
+        names = type(self).model_fields.keys() & {"size", "value"}
+        return dict.fromkeys(sorted(names), dimension)
+
     def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
         """Say that a sensor does not measure the signal."""
         known = signals_of(sensor)

@@ -161,3 +161,29 @@ def test_default_counts_as_nobodys_word() -> None:
     short = whole.model_copy(update={"switch": switch})
     assert not is_written(short, ("switch", "staleness"))
     assert is_written(short, ("sensors", "front_camera", "latency"))
+
+
+@pytest.mark.parametrize(
+    ("fault", "bound"),
+    [
+        ({"model": "bias", "signal": "x", "size": "1e9 m"}, "length"),
+        ({"model": "drift", "signal": "range", "size": "-1e9 m", "over": "1 s"}, "length"),
+        ({"model": "noise", "signal": "range_rate", "size": "1e5 m/s"}, "speed"),
+        ({"model": "stuck_at", "signal": "bearing", "value": "1000 deg"}, "angle"),
+        ({"model": "scale", "signal": "x", "factor": 1e9}, "factor"),
+    ],
+)
+def test_fault_beyond_the_plausible_is_refused_unless_it_is_meant(
+    tmp_path: Path, fault: dict[str, Any], bound: str
+) -> None:
+    project = Project(tmp_path, MINI)
+    with project.edited_odd() as odd:
+        odd["faults"] = [
+            {"id": "absurd", "target": "sensors.front_radar", "onset": {"at": "2 s"}, **fault}
+        ]
+        odd["scenarios"][0]["faults"] = ["none", "absurd"]
+    with pytest.raises(SpecError, match=rf"faults\.0\..* is not plausible; {bound} is from "):
+        project.plan()
+    with project.edited_odd() as odd:
+        odd["beyond_plausible"] = [bound]
+    project.plan()
