@@ -7,8 +7,16 @@ is relied on beyond numba's public extension points is listed in the tests of th
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
+from pathlib import Path
 from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover - there is none on Windows
+    fcntl = None  # type: ignore[assignment]
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags, compile_extra
@@ -91,12 +99,35 @@ class _LinkedCompiler(_Compiler):
     library = _LinkedLibrary
 
 
+@contextmanager
+def _alone(folder: str | None, name: str) -> Iterator[None]:
+    """Let one process at a time compile a function; the next one finds it in the cache."""
+    file = None
+    if folder is not None and fcntl is not None:
+        with suppress(OSError):
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            file = (Path(folder) / f"{name}.lock").open("a")
+    if file is None:
+        yield
+        return
+    with file:
+        # A folder on a network may know no locks; then the work is done twice.
+        with suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A function that is compiled for Python when Python calls it, and for kernels when they do."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
         super().__init__(py_func, locals, targetoptions, _Compiler)
         self._linked: dict[tuple[Any, ...], Any] = {}
+
+    def compile(self, sig: Any) -> Any:
+        """Load the function, or compile it while no other process does."""
+        with _alone(getattr(self._cache, "cache_path", None), self.py_func.__qualname__):
+            return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Compile what a calling kernel links, unless it is there, and tell its signature."""

@@ -221,3 +221,38 @@ def test_a_compiled_function_changes_the_array_and_leaves_it_to_its_owner() -> N
 
 def test_an_inlined_function_can_be_called_by_itself() -> None:
     assert double(0.5) == 1.0
+
+
+TOGETHER = """
+import sys, time
+from pathlib import Path
+from adeye.outer import outer
+
+folder, name, other = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+(folder / name).touch()
+while not (folder / other).exists():
+    time.sleep(0.001)
+outer(1.0)
+print(sum(outer.stats.cache_hits.values()), sum(outer.stats.cache_misses.values()))
+"""
+
+
+@pytest.mark.slow
+def test_two_processes_that_start_together_compile_once(package: Path, tmp_path: Path) -> None:
+    (tmp_path / "cache").mkdir()
+    environment = {
+        "PATH": os.environ["PATH"],
+        "PYTHONPATH": str(package),
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", TOGETHER, str(tmp_path), *names],
+            env=environment,
+            cwd=package,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for names in (("one", "other"), ("other", "one"))
+    ]
+    assert sorted(process.communicate()[0].strip() for process in both) == ["0 1", "1 0"]
