@@ -14,7 +14,7 @@ from adeye.errors import ExpressionError, SourceLocation, SweepError
 from adeye.spec.expression import parse
 from adeye.sweep import design, sampling
 from adeye.sweep.axes import Axis
-from adeye.sweep.design import Relation, design_statement, full_factorial, zipped
+from adeye.sweep.design import Relation, Space, design_statement, full_factorial, zipped
 from adeye.sweep.sampling import RandomDesign
 
 # --- Designs on hand-made axes: which combinations are points, in which order, and how many -------
@@ -38,7 +38,7 @@ def rows(points: design.Points) -> list[tuple[Any, ...]]:
 
 
 def test_last_axis_varies_fastest() -> None:
-    points = full_factorial([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE))
     assert rows(points) == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5)]
     assert (points.raw, points.count) == (6, 6)
 
@@ -47,54 +47,60 @@ def test_last_axis_varies_fastest() -> None:
 @given(sizes=st.lists(st.integers(1, 5), min_size=1, max_size=4))
 def test_points_are_all_combinations_once(sizes: list[int]) -> None:
     axes = [axis(f"a{k}", *map(float, range(size))) for k, size in enumerate(sizes)]
-    points = full_factorial(axes, [], {}, WHERE)
+    points = full_factorial(Space(axes, [], {}, WHERE))
     assert points.count == points.raw == math.prod(sizes) == len(set(rows(points)))
 
 
 def test_relation_excludes_points_and_keeps_the_count_before() -> None:
     points = full_factorial(
-        [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE
+        Space([axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE)
     )
     assert rows(points) == [(1, 2), (1, 3), (2, 3)]
     assert (points.raw, points.count) == (9, 3)
 
 
 def test_relation_may_name_what_does_not_vary() -> None:
-    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
+    points = full_factorial(
+        Space([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
+    )
     assert rows(points) == [(3,)]
 
 
 def test_varied_value_wins_over_the_fixed_one() -> None:
-    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE))
     assert rows(points) == [(3,)]
 
 
 def test_without_axes_there_is_one_point() -> None:
-    points = full_factorial([], [relation("limit > 1")], {"limit": 2.0}, WHERE)
+    points = full_factorial(Space([], [relation("limit > 1")], {"limit": 2.0}, WHERE))
     assert (points.raw, points.count, points.columns) == (1, 1, {})
     with pytest.raises(SweepError, match="none of 1 combinations fulfils limit > 3"):
-        full_factorial([], [relation("limit > 3")], {"limit": 2.0}, WHERE)
+        full_factorial(Space([], [relation("limit > 3")], {"limit": 2.0}, WHERE))
 
 
 def test_text_stays_text() -> None:
-    points = full_factorial([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
+    points = full_factorial(
+        Space([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
+    )
     assert points.columns["policy"].tolist() == ["stuck", "free"]
     assert points.texts("policy") == ['"stuck"', '"free"']
 
 
 def test_no_feasible_point_is_refused_with_the_relations() -> None:
     with pytest.raises(SweepError, match=r"none of 2 combinations fulfils a > 5 and a < 9"):
-        full_factorial([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
+        full_factorial(
+            Space([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
+        )
 
 
 def test_unknown_name_is_refused() -> None:
     with pytest.raises(SweepError, match="names 'c', which the sweep does not have"):
-        full_factorial([axis("a", 1.0)], [relation("c > 5")], {}, WHERE)
+        full_factorial(Space([axis("a", 1.0)], [relation("c > 5")], {}, WHERE))
 
 
 def test_relation_that_mixes_text_and_numbers_is_refused() -> None:
     with pytest.raises(ExpressionError, match="mixes text and numbers"):
-        full_factorial([axis("a", "x")], [relation("a > 5")], {}, WHERE)
+        full_factorial(Space([axis("a", "x")], [relation("a > 5")], {}, WHERE))
 
 
 def test_too_many_combinations_are_refused_without_being_made(
@@ -103,41 +109,43 @@ def test_too_many_combinations_are_refused_without_being_made(
     monkeypatch.setattr(design, "MAX_RAW_POINTS", 5)
     axes = [axis("a", 1.0, 2.0), axis("b", 1.0, 2.0, 3.0)]
     with pytest.raises(SweepError, match=r"6 combinations: a \(2\) × b \(3\); at most 5"):
-        full_factorial(axes, [], {}, WHERE)
+        full_factorial(Space(axes, [], {}, WHERE))
 
 
 def test_size_of_the_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     axes = [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)]
-    whole = rows(full_factorial(axes, [relation("a != b")], {}, WHERE))
+    whole = rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE)))
     monkeypatch.setattr(design, "CHUNK", 2)
-    assert rows(full_factorial(axes, [relation("a != b")], {}, WHERE)) == whole
+    assert rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE))) == whole
 
 
 # --- zip ------------------------------------------------------------------------------------------
 
 
 def test_zip_walks_in_step() -> None:
-    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE)
+    points = zipped(Space([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE))
     assert rows(points) == [(1, 5), (2, 6)]
     assert points.raw == 2
 
 
 def test_zip_drops_what_is_not_feasible() -> None:
-    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
+    points = zipped(
+        Space([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
+    )
     assert rows(points) == [(1, 5)]
     assert (points.raw, points.count) == (2, 1)
 
 
 def test_zip_of_unequal_lengths_is_refused() -> None:
     with pytest.raises(SweepError, match=r"these have a \(1\), b \(2\)"):
-        zipped([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE)
+        zipped(Space([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE))
 
 
 def test_zip_without_a_feasible_point_is_refused() -> None:
     with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped([axis("a", 1.0)], [relation("a > 1")], {}, WHERE)
+        zipped(Space([axis("a", 1.0)], [relation("a > 1")], {}, WHERE))
     with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped([], [relation("limit > 1")], {"limit": 0.0}, WHERE)
+        zipped(Space([], [relation("limit > 1")], {"limit": 0.0}, WHERE))
 
 
 # --- random ---------------------------------------------------------------------------------------
@@ -147,7 +155,7 @@ AXES = [axis("a", 0.0, 10.0), axis("b", -1.0, 1.0)]
 
 def draw(samples: int = 50, seed: int = 7, stream: str = "cut_in", **given: Any) -> Any:
     arguments: dict[str, Any] = {"axes": AXES, "relations": [], "fixed": {}, **given}
-    return RandomDesign(samples, seed, stream).draw(where=WHERE, **arguments)
+    return RandomDesign(samples, seed, stream).draw(Space(where=WHERE, **arguments))
 
 
 def test_draws_lie_between_the_ends_and_fill_the_range() -> None:
@@ -202,7 +210,7 @@ def test_texts_of_many_levels_are_those_of_few(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_million_points_take_a_few_bytes_each() -> None:
     axes = [axis(f"a{k}", *map(float, range(10))) for k in range(6)]
-    points = full_factorial(axes, [], {}, WHERE)
+    points = full_factorial(Space(axes, [], {}, WHERE))
     assert points.count == 1_000_000
     assert sum(level.nbytes for level in points.levels.values()) == 6_000_000
 
@@ -224,7 +232,7 @@ def test_random_draws_parameters_only() -> None:
 
 
 def test_levels_of_a_point_are_of_one_type() -> None:
-    points = full_factorial([axis("a", 1.0, 2.0)], [], {}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 2.0)], [], {}, WHERE))
     assert points.columns["a"].dtype == np.float64
 
 

@@ -17,7 +17,7 @@ from adeye.sweep import covering as feasible
 from adeye.sweep import expand as sequence
 from adeye.sweep.axes import Axis
 from adeye.sweep.covering import FREE, Feasibility
-from adeye.sweep.design import Relation
+from adeye.sweep.design import Relation, Space
 from adeye.sweep.expand import Expansion, LazyCases, expand
 from adeye.sweep.groups import check_rates, check_times, guilty_path
 
@@ -325,7 +325,7 @@ def feasibility(sizes: Sequence[int], *relations: str) -> Feasibility:
     for number, size in enumerate(sizes):
         levels = tuple(float(level) for level in range(size))
         axes.append(Axis(f"a{number}", "parameter", (), levels, levels, WHERE))
-    return Feasibility(axes, [Relation(parse(text), WHERE) for text in relations], {}, WHERE)
+    return Feasibility(Space(axes, [Relation(parse(text), WHERE) for text in relations], {}, WHERE))
 
 
 def test_without_relations_everything_is_feasible() -> None:
