@@ -5,11 +5,10 @@ from typing import Any, get_args
 import pytest
 from pydantic import ValidationError
 
-from adeye.signals import OBJECT_CLASSES
 from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.fault import FAULT
 from adeye.spec.quantity import SI
-from adeye.spec.sensor_faults import DELIVERS, SIGNALS, ClassName, SignalName, delivered, signals_of
+from adeye.spec.sensor_faults import DELIVERS, SIGNALS, SignalName, delivered, signals_of
 from adeye.spec.sensors import PluginSensor
 from tests.simulate.faults.streams import SUITE
 
@@ -75,10 +74,6 @@ def test_fault_without_a_meaning_for_a_sensor_says_so_where_it_is_written(
 # --- The list of objects --------------------------------------------------------------------------
 
 FIXED = {"id": "a", "target": "sensors.a", "onset": {"at": "0 s"}}
-
-
-def test_classes_are_those_of_objects() -> None:
-    assert get_args(ClassName) == OBJECT_CLASSES
 
 
 @pytest.mark.parametrize(
