@@ -96,32 +96,26 @@ def event(name: str, exposure: str = "E4") -> dict[str, Any]:
     return {"id": name, **text, **classes}
 
 
-def content() -> dict[str, Any]:
-    goal = {
-        "id": "SG-1",
+def goal(name: str, *events: str) -> dict[str, Any]:
+    return {
+        "id": name,
         "text": "text",
-        "hazardous_events": ["HE-1", "HE-2"],
+        "hazardous_events": list(events),
         "safe_state": "standstill",
         "ftti": "1 s",
         "ftti_rationale": "text",
     }
-    requirement = {
-        "id": "FSR-1",
-        "goals": ["SG-1"],
-        "text": "text",
-        "formula": "always(not contact)",
-        "threshold_source": "text",
-        "asil": "D",
-        "allocation": ["switch"],
-    }
+
+
+def content() -> dict[str, Any]:
     element = {"id": "switch", "kind": "arbiter", "text": "text", "asil_capability": "D"}
     return {
         "concept": "example",
         "title": "Example",
         "hazardous_events": [event("HE-1", "E2"), event("HE-2")],
-        "safety_goals": [goal],
+        "safety_goals": [goal("SG-1", "HE-1", "HE-2")],
         "elements": [element],
-        "requirements": [requirement],
+        "requirements": [fsr("FSR-1", "D", "switch")],
     }
 
 
@@ -297,18 +291,6 @@ def test_keys_that_came_later_are_no_part_of_an_element_without_them() -> None:
 
 # --- Decompositions in concept files: what is legal, what is refused, and with which words --------
 
-TEXTS = dict.fromkeys(
-    (
-        "function",
-        "malfunction",
-        "situation",
-        "severity_rationale",
-        "exposure_rationale",
-        "controllability_rationale",
-    ),
-    "text",
-)
-
 
 def fsr(name: str, asil: str, *elements: str, goals: tuple[str, ...] = ("SG-1",)) -> dict[str, Any]:
     return {
@@ -324,26 +306,15 @@ def fsr(name: str, asil: str, *elements: str, goals: tuple[str, ...] = ("SG-1",)
 
 def content_of_decomposition() -> dict[str, Any]:
     """Write a concept with D into B(D) and B(D)."""
-    classes = {"severity": "S3", "exposure": "E4", "controllability": "C3"}
     element = {"kind": "sensor", "text": "text", "asil_capability": "D"}
     return {
         "concept": "two_sensors",
         "title": "Two sensors",
         "hazardous_events": [
-            {"id": "HE-1", **TEXTS, **classes},
-            {"id": "HE-2", **TEXTS, **classes, "exposure": "E3"},
+            event("HE-1"),
+            event("HE-2", "E3"),
         ],
-        "safety_goals": [
-            {
-                "id": f"SG-{number}",
-                "text": "text",
-                "hazardous_events": [f"HE-{number}"],
-                "safe_state": "standstill",
-                "ftti": "1 s",
-                "ftti_rationale": "text",
-            }
-            for number in (1, 2)
-        ],
+        "safety_goals": [goal("SG-1", "HE-1"), goal("SG-2", "HE-2")],
         "elements": [
             {"id": "camera", **element, "resources": ["power_a", "clock"]},
             {"id": "radar", **element, "resources": ["power_b", "clock"]},
