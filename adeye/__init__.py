@@ -29,5 +29,4 @@ def __getattr__(name: str) -> Any:
         from adeye import api
 
         return getattr(api, name)
-    msg = f"module 'adeye' has no attribute {name!r}"
-    raise AttributeError(msg)
+    raise AttributeError(f"module 'adeye' has no attribute {name!r}")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import fields
-from typing import TYPE_CHECKING, Final, Protocol, Self
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
@@ -13,9 +13,13 @@ from adeye.kernel.random import uniform
 from adeye.signals import DETECTION_COLUMNS, Bools, Floats, Ints, Measurement
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.typing import NDArray
 
     from adeye.signals import SceneContext
+    from adeye.spec.architecture import Vehicle
+    from adeye.spec.sensors import Sensor
 
 JITTER_DRAW: Final = 0xFFFFFFFF
 """Index of the draw of a sample's delay: the last one there is, far from any sensor's own draws."""
@@ -23,47 +27,39 @@ JITTER_DRAW: Final = 0xFFFFFFFF
 _ARRAYS: Final = tuple(field.name for field in fields(Measurement))
 
 
-class Timing(Protocol):
-    """When a sensor samples and delivers, as ``ports.SensorContext`` says it."""
+@dataclass(frozen=True, slots=True)
+class SensorContext:
+    """What a sensor is built with.
 
-    @property
-    def scene(self) -> SceneContext:
-        """What does not change during the runs."""
-        ...
+    Attributes:
+        sensor_id: Its name in the architecture; owner of its random numbers.
+        specs: (B) its spec record in each run.
+        scene: What does not change during the runs.
+        every: Ticks between two samples.
+        latency: Ticks from sample to delivery.
+        owner: Owner number of its random stream.
+        jitter: Most ticks that a sample comes later than its latency.
+        others: (B) spec records of the other sensors of the architecture, by id.
+        vehicles: (B) the vehicle record in each run; empty where nobody asks for it.
+    """
 
-    @property
-    def every(self) -> int:
-        """Ticks between two samples."""
-        ...
-
-    @property
-    def latency(self) -> int:
-        """Ticks from sample to delivery."""
-        ...
-
-    @property
-    def owner(self) -> int:
-        """Owner number of the sensor's random stream."""
-        ...
-
-    @property
-    def jitter(self) -> int:
-        """Most ticks that a sample comes later than its latency."""
-        ...
+    sensor_id: str
+    specs: Sequence[Sensor]
+    scene: SceneContext
+    every: int
+    latency: int
+    owner: int
+    jitter: int = 0
+    others: Mapping[str, Sequence[Sensor]] = field(default_factory=dict)
+    vehicles: Sequence[Vehicle] = ()
 
 
 def no_measurement(runs: int, objects: int, *, with_estimate: bool) -> Measurement:
     """Return what a sensor delivers before its first sample arrives."""
-    estimate: Floats | None = np.zeros((runs, 13)) if with_estimate else None
-    return Measurement(
-        stamp=np.full(runs, -1.0),
-        fresh=np.zeros(runs, dtype=np.bool_),
-        alive=np.ones(runs, dtype=np.bool_),
-        mask=np.zeros((runs, objects), dtype=np.bool_),
-        detections=np.zeros((runs, objects, len(DETECTION_COLUMNS))),
-        source=np.full((runs, objects), -1, dtype=np.int64),
-        estimate=estimate,
-    )
+    first = sample_at(-1.0, runs, objects)
+    if with_estimate:
+        first.estimate = np.zeros((runs, 13))
+    return first
 
 
 def sample_at(time: float, runs: int, objects: int) -> Measurement:
@@ -103,7 +99,7 @@ class Delivery:
         self._late = None if delays is None else _Late(delays, first)
 
     @classmethod
-    def of(cls, context: Timing, first: Measurement) -> Self:
+    def of(cls, context: SensorContext, first: Measurement) -> Self:
         """Prepare for a batch with the rate, latency and jitter of a sensor.
 
         Args:

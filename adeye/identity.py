@@ -67,8 +67,7 @@ class JsonRows:
         names = {unicodedata.normalize("NFC", name): name for name in given}
         shared = _object(constant)
         if len(names) != len(given) or names.keys() & shared.keys():
-            msg = f"keys {[*shared, *given]} are not all different"
-            raise ValueError(msg)
+            raise ValueError(f"keys {[*shared, *given]} are not all different")
         order = sorted([*names, *shared])
         members = [
             f"{_escaped(name)}:{'%s' if name in names else _escaped(shared[name])}"
@@ -152,8 +151,7 @@ def _plain(value: Any) -> Any:
         return value
     if isinstance(value, float):
         if not math.isfinite(value):
-            msg = f"{value!r} has no canonical form"
-            raise ValueError(msg)
+            raise ValueError(f"{value!r} has no canonical form")
         return 0.0 if value == 0.0 else float(value)
     if isinstance(value, str):
         return unicodedata.normalize("NFC", value)
@@ -162,8 +160,7 @@ def _plain(value: Any) -> Any:
     # Bytes are a sequence of ints for Python; here they would be mistaken for a list.
     if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray | memoryview):
         return [_plain(item) for item in value]
-    msg = f"{type(value).__name__} has no canonical form"
-    raise ValueError(msg)
+    raise ValueError(f"{type(value).__name__} has no canonical form")
 
 
 def _object(value: Mapping[Any, Any]) -> dict[str, Any]:
@@ -171,7 +168,6 @@ def _object(value: Mapping[Any, Any]) -> dict[str, Any]:
     for key, item in value.items():
         name = unicodedata.normalize("NFC", key) if isinstance(key, str) else None
         if name is None or name in plain:
-            msg = f"key {key!r} is {'not text' if name is None else 'twice there'}"
-            raise ValueError(msg)
+            raise ValueError(f"key {key!r} is {'not text' if name is None else 'twice there'}")
         plain[name] = _plain(item)
     return plain

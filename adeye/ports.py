@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_check
 
 from pydantic import BaseModel, ConfigDict
 
-from adeye.delivery import Delivery, no_measurement, sample_at
+from adeye.delivery import Delivery, SensorContext, no_measurement, sample_at
 from adeye.errors import UsageError
 from adeye.kernel import elementary
 from adeye.kernel.elementary import sin_cos
@@ -79,7 +79,6 @@ if TYPE_CHECKING:
         SwitchFaults,
     )
     from adeye.spec.architecture import Vehicle
-    from adeye.spec.sensors import Sensor
     from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase
 
@@ -170,33 +169,6 @@ class Parameters(BaseModel):
     """Base of a plug-in's parameter model: frozen, unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-@dataclass(frozen=True, slots=True)
-class SensorContext:
-    """What a sensor is built with.
-
-    Attributes:
-        sensor_id: Its name in the architecture; owner of its random numbers.
-        specs: (B) its spec record in each run.
-        scene: What does not change during the runs.
-        every: Ticks between two samples.
-        latency: Ticks from sample to delivery.
-        owner: Owner number of its random stream.
-        jitter: Most ticks that a sample comes later than its latency.
-        others: (B) spec records of the other sensors of the architecture, by id.
-        vehicles: (B) the vehicle record in each run; empty where nobody asks for it.
-    """
-
-    sensor_id: str
-    specs: Sequence[Sensor]
-    scene: SceneContext
-    every: int
-    latency: int
-    owner: int
-    jitter: int = 0
-    others: Mapping[str, Sequence[Sensor]] = field(default_factory=dict)
-    vehicles: Sequence[Vehicle] = ()
 
 
 class SensorModel(Protocol):

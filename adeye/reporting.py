@@ -113,16 +113,7 @@ def _told(found: Staleness, path: Path) -> StaleFiles:
         evidence=found.evidence,
         counts=found.counts,
         causes=tuple(
-            StaleEvidence(
-                cause=item.cause,
-                subject=item.subject,
-                text=item.text,
-                evidence=item.evidence,
-                runs=item.runs,
-                fsrs=item.fsrs,
-                architectures=item.architectures,
-            )
-            for item in found.stale
+            StaleEvidence.model_validate(item, from_attributes=True) for item in found.stale
         ),
         to_judge=found.to_judge,
         to_replay=found.to_replay,
@@ -171,12 +162,7 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
     with guarding(db, files):
         with Repository.open(db, create=False) as repository:
             found = repository.find_campaign(campaign)
-            builder = ReportBuilder(
-                repository,
-                found,
-                database=str(db) if db is not None else "",
-                created=found.created_at[:SECOND],
-            )
+            builder = _builder(repository, found, db)
             # A baseline that cannot be read is said before a minute of drawing.
             impact = None if baseline is None else change_since(repository, found, baseline, db)
             pen = _Pen(repository, builder, progress)
@@ -191,6 +177,15 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
         for form, path in (exports or {}).items():
             write_atomically(render_export(report, form, path), path)
     return report
+
+
+def _builder(
+    repository: Repository, campaign: CampaignInfo, db: str | Path | None
+) -> ReportBuilder:
+    """Prepare the report of a campaign, which says when that was begun."""
+    database = str(db) if db is not None else ""
+    created = campaign.created_at[:SECOND]
+    return ReportBuilder(repository, campaign, database=database, created=created)
 
 
 def read_report(db: str | Path | None, campaign: str | None) -> Report:
@@ -221,12 +216,7 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
         with Repository.open(db, create=False) as repository:
             ref = repository.find_run(run)
             campaign = repository.find_campaign(ref.campaign)
-            builder = ReportBuilder(
-                repository,
-                campaign,
-                database=str(db) if db is not None else "",
-                created=campaign.created_at[:SECOND],
-            )
+            builder = _builder(repository, campaign, db)
             pen = _Pen(repository, builder, None)
             report = builder.build(pen.draw, replays=0)
             drawn = pen.draw([ReplayRequest(ref, "asked for")])
@@ -338,13 +328,7 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
                 edits=edits,
             )
             if options.junit is not None:
-                builder = ReportBuilder(
-                    repository,
-                    campaign,
-                    database=str(db) if db is not None else "",
-                    created=campaign.created_at[:SECOND],
-                )
-                report = builder.build(lambda _: (), replays=0)
+                report = _builder(repository, campaign, db).build(lambda _: (), replays=0)
                 write_atomically(render_gate(report, result), options.junit)
         if options.is_update and options.baseline is not None:
             return update_baseline(

@@ -6,8 +6,8 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,11 @@ from adeye.kernel.relation import TIME_SLACK
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from _typeshed import DataclassInstance
+
 # --- What flows between the stages of a batch of B runs, and the words for it ---------------------
+
+_Copied = TypeVar("_Copied", bound="DataclassInstance")
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,7 +82,7 @@ REFUGE_COLUMNS: Final = ("kind", "s", "length", "depth", "taper")
 REFUGE_KIND, REFUGE_S, REFUGE_LENGTH, REFUGE_DEPTH, REFUGE_TAPER = range(5)
 REFUGE_KINDS: Final = ("parking_bay", "rest_area")
 
-OBJECT_CLASSES: Final = (
+ObjectClass = Literal[
     "car",
     "van",
     "truck",
@@ -90,7 +94,8 @@ OBJECT_CLASSES: Final = (
     "parked_car",
     "barrier",
     "building",
-)
+]
+OBJECT_CLASSES: Final[tuple[str, ...]] = get_args(ObjectClass)
 FIRST_FREE: Final = OBJECT_CLASSES.index("cyclist")
 LAST_FREE: Final = OBJECT_CLASSES.index("pedestrian")
 """Those from the first to the last go where they like; the others keep to lanes."""
@@ -106,6 +111,14 @@ ILLUMINANCE: Final = {"day": 2e4, "dusk": 100.0, "lit_night": 10.0, "night": 0.1
 
 ROAD_EDGE: Final = 1e-6
 """How far beyond begin and end of a road a place is still taken for one on it [m]: rounding."""
+
+
+def _copied(record: _Copied) -> _Copied:
+    """Copy a record with its arrays."""
+    items = {field.name: getattr(record, field.name) for field in fields(record)}
+    return replace(
+        record, **{name: item.copy() for name, item in items.items() if hasattr(item, "copy")}
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,16 +153,9 @@ class RoadMap:
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
-        return RoadMap(
-            self.segments[runs],
-            self.lane_width[runs],
-            self.lanes,
-            self.shoulder[runs],
-            self.speed_limit[runs],
-            self.verge[runs],
-            self.refuges[runs],
-            self.length[runs],
-        )
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        lanes = columns.pop("lanes")
+        return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,20 +233,7 @@ class Scene:
 
     def copy(self) -> Scene:
         """Copy the arrays, so that a later tick leaves this scene as it was."""
-        return Scene(
-            self.tick,
-            self.time,
-            self.ego.copy(),
-            self.ego_place.copy(),
-            self.objects.copy(),
-            self.object_places.copy(),
-            self.begun.copy(),
-            self.ended.copy(),
-            self.contact.copy(),
-            self.impact_speed.copy(),
-            self.foreign_contact.copy(),
-            self.running.copy(),
-        )
+        return _copied(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,14 +311,9 @@ class Measurement:
 
     def map(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Measurement:
         """Return a measurement made of changed arrays."""
-        changed: dict[str, Any] = {}
-        for name in _MEASUREMENT:
-            item = getattr(self, name)
-            changed[name] = None if item is None else change(item)
+        items = {field.name: getattr(self, field.name) for field in fields(Measurement)}
+        changed = {name: change(item) for name, item in items.items() if item is not None}
         return Measurement(**changed)
-
-
-_MEASUREMENT: Final = tuple(field.name for field in fields(Measurement))
 
 
 @dataclass(slots=True)
@@ -362,19 +350,7 @@ class ControlCommand:
 
     def copy(self) -> ControlCommand:
         """Copy the arrays, so that a later change leaves this command as it was."""
-        return ControlCommand(
-            self.channel,
-            self.acceleration.copy(),
-            self.steering_angle.copy(),
-            self.stamp.copy(),
-            self.status.copy(),
-            None if self.plan is None else self.plan.copy(),
-            None if self.monitors is None else self.monitors.copy(),
-            None if self.tracks is None else self.tracks.copy(),
-            None if self.candidates is None else self.candidates.copy(),
-            None if self.candidate_costs is None else self.candidate_costs.copy(),
-            None if self.chosen is None else self.chosen.copy(),
-        )
+        return _copied(self)
 
 
 @dataclass(frozen=True, slots=True)

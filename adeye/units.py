@@ -181,8 +181,7 @@ def decimal(text: str) -> float:
     1000.0
     """
     if not text.isascii() or "_" in text:
-        msg = f"{shown(text)} is no number in plain decimal digits"
-        raise ValueError(msg)
+        raise ValueError(f"{shown(text)} is no number in plain decimal digits")
     return float(text)
 
 

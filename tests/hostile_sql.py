@@ -3,61 +3,16 @@
 import random  # noqa: TID251 - seeded, of tests
 from collections.abc import Iterator
 
+from tests.stored import stored
+
 ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
 GROWING = (
     "WITH RECURSIVE g(s) AS (SELECT 'aaaaaaaaaaaaaaaa' UNION ALL SELECT s || s FROM g LIMIT 40) "
 )
 
-DENIED = [
-    "ATTACH 'stolen.db' AS other",
-    "ATTACH ':memory:' AS other",
-    "DETACH main",
-    "PRAGMA journal_mode = DELETE",
-    "PRAGMA query_only = OFF",
-    "PRAGMA writable_schema = ON",
-    "SELECT * FROM pragma_database_list",
-    "INSERT INTO odd VALUES ('a', 'b', 'c', 'd', 'e')",
-    "UPDATE work SET state = 'done'",
-    "DELETE FROM run",
-    "REPLACE INTO run SELECT * FROM run",
-    "CREATE TABLE x (y)",
-    "CREATE TEMP TABLE x (y)",
-    "CREATE VIEW x AS SELECT 1",
-    "CREATE VIRTUAL TABLE x USING fts5(y)",
-    "DROP TABLE run",
-    "DROP TRIGGER run_no_delete",
-    "ALTER TABLE run ADD COLUMN x",
-    "REINDEX",
-    "ANALYZE",
-    "BEGIN IMMEDIATE",
-    "SAVEPOINT s",
-    "COMMIT",
-    "WITH x AS (SELECT 1) DELETE FROM run",
-    "SELECT load_extension('evil.so')",
-    "SELECT randomblob(1000000000)",
-    "SELECT zeroblob(1000000000)",
-    "SELECT hex(zeroblob(1000000000))",
-    "SELECT printf('%.*c', 100000000, 'x')",
-    "SELECT format('%.*c', 100000000, 'x')",
-    "SELECT replace('aaaa', 'a', 'bbbbbbbb')",
-    "SELECT instr('aaaa', 'ab')",
-    "SELECT trim('aaaa', 'a')",
-    "SELECT readfile('/etc/passwd')",
-    "SELECT writefile('x', 'y')",
-    "SELECT edit('x')",
-    "SELECT fts3_tokenizer('simple')",
-    "SELECT sqlite_compileoption_get(1)",
-]
-CUT = [
-    "ENDLESS SELECT length(group_concat(i)) FROM n",
-    "ENDLESS SELECT length(json_group_array(i)) FROM n",
-    "ENDLESS SELECT count(*) FROM n",
-    "ENDLESS SELECT max(i) FROM n WHERE i < 0",
-    "ENDLESS SELECT i FROM n ORDER BY i DESC",
-    "ENDLESS SELECT group_concat(i) FROM n WHERE i < 0",
-    "SELECT count(*) FROM v_runs a, v_runs b, v_runs c, v_runs d, v_runs e, v_runs f, v_runs g",
-    "SELECT * FROM run a, run b, run c, run d, run e, run f, run g ORDER BY random(), 1",
-]
+STATEMENTS: dict[str, list[str]] = stored("hostile_sql")
+DENIED = STATEMENTS["denied"]
+CUT = STATEMENTS["cut"]
 TOO_BIG = [
     "GROWING SELECT length(max(s)) FROM g",
     "SELECT " + "(" * 300 + "1" + ")" * 300,
@@ -96,24 +51,7 @@ TOO_MUCH = [
     "LARGE, n(s, i) AS (SELECT s, 1 FROM large UNION SELECT s || '', i + 1 FROM n) "
     "SELECT count(*) FROM n",
 ]
-ALLOWED = [
-    "SELECT json_extract(verdicts, '$.FSR1') FROM v_runs",
-    "SELECT verdicts ->> 'FSR1' FROM v_runs WHERE scenario LIKE 'cut%'",
-    "SELECT key, value FROM v_runs, json_each(parameters)",
-    "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 5) SELECT * FROM n",
-    "SELECT ordinal, lag(ordinal) OVER (ORDER BY ordinal) FROM v_runs",
-    "SELECT name FROM sqlite_master WHERE type = 'view'",
-    "SELECT iif(1, 2, 3)",  # codespell:ignore iif
-    "SELECT * FROM v_gate",
-    "SELECT * FROM v_fsr_status",
-    "SELECT * FROM v_architecture_pairs",
-    "SELECT * FROM v_coverage",
-    "SELECT * FROM v_timeline",
-    "SELECT * FROM v_verdicts",
-    "SELECT * FROM v_runs_cut_in",
-    "VALUES (1, 2), (3, 4)",
-    "EXPLAIN QUERY PLAN SELECT * FROM run",
-]
+ALLOWED = STATEMENTS["allowed"]
 
 _WORDS = """
 SELECT SELECT SELECT * 1 'a' NULL FROM WHERE AND OR ( ) , ; -- /* */ = < || . " ? :a @b $c [ ] `

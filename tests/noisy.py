@@ -5,40 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tests.project import CANDIDATE, Project
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 CONFIRM = "architecture.channels.safety.parameters.confirm"
 
-_ODD: dict[str, Any] = {
-    "odd": "noisy",
-    "scenarios": [
-        {
-            "use": "lead_braking",
-            "sweep": {
-                "parameters": {
-                    "deceleration": ["2 m/s^2", "3 m/s^2"],
-                    CONFIRM: ["0.2 s", "0 s", "0.1 s"],
-                }
-            },
-        }
-    ],
-    "faults": [
-        {
-            "id": "nominal_silent",
-            "target": "channels.nominal",
-            "model": "silent",
-            "onset": {"at": "3 s"},
-        }
-    ],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-    "replicates": 4,
-}
+_ODD: dict[str, Any] = stored("noisy")
 
 
 def noisy_project(folder: Path) -> Project:

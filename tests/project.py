@@ -15,6 +15,7 @@ import adeye
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.simulate import engine
 from adeye.store.repository import Repository
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -25,42 +26,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 
-MINI: dict[str, Any] = {
-    "odd": "mini",
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "sweep": {
-                "parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m", "50 m"]}
-            },
-        },
-        {
-            "use": "lead_braking",
-            "faults": ["none"],
-            "sweep": {"parameters": {"deceleration": ["4 m/s^2", "6 m/s^2"]}},
-        },
-    ],
-    "faults": [
-        {
-            "id": "front_camera_out",
-            "target": "sensors.front_camera",
-            "model": "drop_out",
-            "onset": {"at": "2 s"},
-            "duration": "3 s",
-        },
-        {
-            "id": "nominal_silent",
-            "target": "channels.nominal",
-            "model": "silent",
-            "onset": {"when": "time >= 3 s"},
-        },
-    ],
-    "architectures": ["architectures/legacy_camera.yaml", "architectures/camera_radar.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-}
+MINI: dict[str, Any] = stored("mini")
 """Twenty-eight test cases: cut-ins with and without faults, a braking lead, two architectures."""
 
 LEGACY = "odd/architectures/legacy_camera.yaml"

@@ -9,52 +9,12 @@ from typing import TYPE_CHECKING, Any
 from adeye.campaign.work import BatchTask, execute
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, Executed, Project
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-SUITES: dict[str, Any] = {
-    "odd": "suites",
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["none", "nominal_silent"],
-            "sweep": {
-                "design": "random",
-                "samples": 12,
-                "parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["15 m", "50 m"]},
-            },
-        },
-        {
-            "use": "lead_braking",
-            "faults": ["none", "front_radar_out"],
-            "sweep": {"parameters": {"deceleration": ["4 m/s^2", "6 m/s^2"]}},
-        },
-    ],
-    "faults": [
-        {
-            "id": "nominal_silent",
-            "target": "channels.nominal",
-            "model": "silent",
-            "onset": {"when": "time >= 3 s"},
-        },
-        {
-            "id": "front_radar_out",
-            "target": "sensors.front_radar",
-            "model": "drop_out",
-            "onset": {"at": "2 s"},
-            "duration": "3 s",
-        },
-    ],
-    "architectures": [
-        f"architectures/{name}.yaml"
-        for name in ("camera_radar", "twin", "spare", "no_radar", "legacy_camera")
-    ],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-}
+SUITES: dict[str, Any] = stored("suites")
 
 
 def build_suites(folder: Path) -> Executed:

@@ -37,9 +37,10 @@ WALKED = [README, *GUIDE, COOKBOOK]
 ALONE = [
     ROOT / "docs" / "guide" / f"{name}.md"
     for name in (
-        *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence", "odd"),
-        *("preventability", "process-channels", "reference-drivers", "results-and-sql", "scale"),
-        *("scenarios", "security", "selftest", "staleness", "team-database", "temporal-logic"),
+        *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence"),
+        *("gymnasium", "odd", "preventability", "process-channels", "reference-drivers"),
+        *("results-and-sql", "scale", "scenarios", "security", "selftest", "staleness"),
+        *("team-database", "temporal-logic"),
     )
 ]
 """Pages that use files of other pages at most, no campaign: they are walked beside the others."""

@@ -9,7 +9,7 @@ import pytest
 
 from adeye.errors import UsageError
 from adeye.kernel.sight import ray_box_distance
-from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, NO_CHANNEL, REQUESTS_AUTHORITY, SILENT
+from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, REQUESTS_AUTHORITY, SILENT
 from adeye.simulate import engine
 from adeye.simulate.engine import EngineIdentity, identity
 from tests.project import MINI, Project, run_cases
@@ -119,31 +119,6 @@ def test_every_channels_command_is_there_at_every_tick_under_its_id(
     assert (trace["status"][:, silent_from:rows, 0] == SILENT).all()
     assert np.isfinite(trace["acceleration"][:, :rows]).all()
     assert np.isfinite(trace["steering_angle"][:, :rows]).all()
-
-
-def test_channel_without_authority_decides_all_the_same(
-    cut_ins: tuple[list[TestCase], Trace],
-) -> None:
-    _, trace = cut_ins
-    before = slice(1, round(2.9 / STEP))
-    shadows = trace["authority"][:, before] == 0
-    assert shadows.any()
-    shadow = trace["acceleration"][:, before, 1]
-    assert shadow.max() - shadow.min() > 0.1
-    assert not np.array_equal(shadow, trace["acceleration"][:, before, 0])
-
-
-def test_the_acting_command_is_that_of_the_channel_with_authority(
-    cut_ins: tuple[list[TestCase], Trace],
-) -> None:
-    _, trace = cut_ins
-    rows = trace.length[0] - 1
-    acting = trace["authority"][:, :rows]
-    assert set(np.unique(acting[:, 1:]).tolist()) == {0, 1}
-    given = np.stack([trace["acceleration"][:, :rows], trace["steering_angle"][:, :rows]], axis=-1)
-    has_one = acting != NO_CHANNEL
-    chosen = np.take_along_axis(given, np.maximum(acting, 0)[..., None, None], axis=2)[:, :, 0]
-    assert np.array_equal(trace["command"][:, :rows][has_one], chosen[has_one])
 
 
 def test_silence_of_the_nominal_channel_hands_over_to_the_safety_channel(

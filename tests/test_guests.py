@@ -17,6 +17,7 @@ from adeye.simulate.sensors.rig import _Guest
 from adeye.store.read.query import run_query
 from adeye.trace import Trace
 from tests.simulate.sensors.scenes import CAR, scene, scene_context
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -130,35 +131,8 @@ def listed(*names: str) -> Edit:
     return Edit(DRIVING, "plugins: []", f"plugins: [{', '.join(f'./guest.py:{n}' for n in names)}]")
 
 
-ON_TRACES = {
-    "in_place": "np.abs(shown['ego'], out=shown['ego']); shown['ego'][..., 5] = 0.0",
-    "by_force": "force(shown['ego'][..., 5], 0.0)",
-    "through_the_base": """
-        array = shown["ego"]
-        while array.base is not None and isinstance(array.base, np.ndarray):
-            array = array.base
-        force(array, 0)
-        """,
-    "by_strides": """
-        ego = shown["ego"]
-        np.lib.stride_tricks.as_strided(ego, ego.shape, ego.strides, writeable=True)[...] = 0.0
-        """,
-    "the_length": "shown.length[:] = 1",
-    "the_clock": "shown.time[:] = 0.0; shown.horizon_row[:] = 0; shown.complete[:] = False",
-    "the_columns": "shown.columns['ego'] = shown['ego'] * 0.0; shown.columns.pop('contact')",
-    "the_digests": "shown._digests[:] = ['0' * 32] * shown.runs; shown._chains.clear()",
-    "the_world": """
-        context = shown.layout.context
-        for array in (context.road.segments, context.object_sizes, context.ego_size):
-            force(array, 1.0)
-        """,
-    "the_vehicle": """
-        for item in (shown.layout.architecture, *shown.layout.architectures):
-            object.__setattr__(item.vehicle, "length", 0.1)
-            item.sensors.clear()
-        object.__setattr__(shown.layout, "horizon", 0.0)
-        """,
-}
+ATTACKS: dict[str, dict[str, str]] = stored("attacks")
+ON_TRACES, ON_SCENES, ON_ROADS = ATTACKS["traces"], ATTACKS["scenes"], ATTACKS["roads"]
 
 
 @pytest.mark.slow
@@ -210,25 +184,6 @@ def test_metric_that_finds_its_way_to_the_trace_itself_is_named(tmp_path: Path) 
         run(Bench(tmp_path), attack, OSCILLATES, listed("Metric"))
 
 
-ON_SCENES = {
-    "the_objects": "force(shown[1].objects[:, :, 0], 900.0)",
-    "the_ego": "force(shown[1].ego[:, 5], 0.0)",
-    "the_contact": "force(shown[1].contact, -1); force(shown[1].foreign_contact, False)",
-    "the_end": "force(shown[1].running, False); shown[1].tick = 0; shown[1].ego = None",
-    "the_context": """
-        scene = shown[0].scene
-        for array in (scene.object_sizes, scene.ego_size, scene.road.segments, scene.stream_seeds):
-            force(array, 1)
-        force(scene.surroundings.friction, 0.1)
-        """,
-    "the_records": """
-        for vehicle in shown[0].vehicles:
-            object.__setattr__(vehicle, "max_deceleration", 99.0)
-        for spec in shown[0].specs:
-            spec.parameters["flaw"] = "mirrored"
-        shown[0].others.clear()
-        """,
-}
 _FRONT = Edit(
     BARE,
     "  localisation: {kind: localisation, rate: 20 Hz}\n",
@@ -271,26 +226,6 @@ def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
     assert first.stamp.tolist() == [0.0]
 
 
-ON_ROADS = {
-    "the_road": """
-        road = shown[0].road
-        for array in (road.segments, road.lane_width, road.shoulder, road.speed_limit):
-            force(array, 1.0)
-        """,
-    "the_speed": "force(shown[0].desired_speed, 1.0); shown[0].mounts.clear()",
-    "the_vehicle": """
-        for vehicle in shown[0].vehicles:
-            object.__setattr__(vehicle, "wheelbase", 9.0)
-        """,
-    "the_observation": """
-        seen = shown[1].measurements["localisation"]
-        force(seen.estimate, 0.0)
-        force(seen.stamp, -1.0)
-        force(shown[1].running, False)
-        object.__setattr__(shown[1], "time", -5.0)
-        """,
-    "the_command_of_another": "force(shown[1].commands['nominal'].steering_angle, 0.0)",
-}
 _SPY = Edit(
     BARE,
     "    parameters: {flaw: none}\n    realises: car\n",

@@ -12,15 +12,23 @@ from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self, g
 
 from pydantic import (
     Field,
-    SerializerFunctionWrapHandler,
     StringConstraints,
-    model_serializer,
     model_validator,
 )
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.spec.document import misplaced
-from adeye.spec.quantity import Duration, Identifier, Jerk, Length, Many, Number, Record, Speed
+from adeye.spec.quantity import (
+    Duration,
+    GrownRecord,
+    Identifier,
+    Jerk,
+    Length,
+    Many,
+    Number,
+    Record,
+    Speed,
+)
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -314,12 +322,14 @@ class ProcessParameters(Record):
 Rating = Annotated[int, Field(ge=0, le=8)]
 
 
-class StopRatings(Record):
+class StopRatings(GrownRecord):
     """How safe each kind of place is to stand in, from 0 for a refuge to 8 for contact.
 
     The worst cell under the ego counts. Sight ends at the inner edge of the road: where who comes
     from behind at the speed limit cannot stop within it, a lane is rated as a curve.
     """
+
+    later: ClassVar[tuple[str, ...]] = ("refuge", "verge")
 
     refuge: Rating = 0
     """Parking bay or rest area."""
@@ -334,15 +344,6 @@ class StopRatings(Record):
     off_road: Rating = 7
     """Beside lanes and shoulder, where the map does not say what the ground is."""
 
-    @model_serializer(mode="wrap")
-    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        for name in ("refuge", "verge"):
-            if getattr(self, name) == type(self).model_fields[name].default:
-                del content[name]
-        return content
-
 
 OF_PLANNED_STOP: Final = ("stop", "rear_sight", "ratings")
 """Parameters of the safety channel that only a planned stop reads."""
@@ -352,8 +353,10 @@ BESIDE_NUMBERS: Final = (*OF_PLANNED_STOP, "supervisor")
 of the identity where they are left out."""
 
 
-class SafetyParameters(Record):
+class SafetyParameters(GrownRecord):
     """Safety channel: monitors with debounce and a safe stop."""
+
+    later: ClassVar[tuple[str, ...]] = BESIDE_NUMBERS
 
     staleness: Annotated[Duration, Field(gt=0.0)] = 0.2
     confirm: NonNegativeDuration = 0.1
@@ -393,15 +396,6 @@ class SafetyParameters(Record):
             if found:
                 raise misplaced(found)
         return self
-
-    @model_serializer(mode="wrap")
-    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        for name in BESIDE_NUMBERS:
-            if getattr(self, name) == type(self).model_fields[name].default:
-                del content[name]
-        return content
 
 
 class NominalChannel(_Channel):

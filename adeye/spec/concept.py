@@ -93,8 +93,7 @@ def determine_asil(severity: str, exposure: str, controllability: str) -> Asil |
     unassigned = False
     for letter, top, text in limits:
         if text not in {f"{letter}{value}" for value in range(top + 1)}:
-            msg = f"{text!r} is not one of {letter}0 to {letter}{top}"
-            raise ValueError(msg)
+            raise ValueError(f"{text!r} is not one of {letter}0 to {letter}{top}")
         unassigned = unassigned or text[1] == "0"
         total += int(text[1])
     if unassigned:
@@ -496,8 +495,7 @@ Limit = Annotated[
 def _read_parameter(value: Any) -> str | float:
     """Write a parameter in SI, so that `1.5 s` and `1500 ms` are one; a plain number stays one."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
-        msg = f"{shown(value)} is not a quantity"
-        raise ValueError(msg)
+        raise ValueError(f"{shown(value)} is not a quantity")
     try:
         number, exponents = read_quantity(value if isinstance(value, str) else repr(value))
     except UnitError as error:
@@ -568,8 +566,7 @@ class MetricBound(GrownRecord):
     @model_validator(mode="after")
     def _one_bound(self) -> Self:
         if (self.at_least is None) == (self.at_most is None):
-            msg = "give either at_least or at_most"
-            raise ValueError(msg)
+            raise ValueError("give either at_least or at_most")
         return self
 
 
@@ -618,8 +615,7 @@ class Requirement(GrownRecord):
     @model_validator(mode="after")
     def _one_measure(self) -> Self:
         if (self.formula is None) == (self.bound is None):
-            msg = "give either a formula or a bound"
-            raise ValueError(msg)
+            raise ValueError("give either a formula or a bound")
         return self
 
     @model_validator(mode="after")

@@ -151,7 +151,7 @@ def _union(value: Any, item: Any) -> Loc | None:
     """Return the real place of the first union in a problem's location and the member's name."""
     loc = item["loc"][:-1] if _ends_in_key(item) else item["loc"]
     for number, part in enumerate(loc):
-        if not _has(value, part):
+        if not has_part(value, part):
             return (*loc[:number], part)
         value = value[part]
     return None
@@ -303,7 +303,7 @@ def _real(value: Any, loc: Loc, *, beyond: bool) -> Loc:
     """
     real: list[str | int] = []
     for number, part in enumerate(loc):
-        if _has(value, part):
+        if has_part(value, part):
             value = value[part]
             real.append(part)
         elif beyond and number == len(loc) - 1:
@@ -311,7 +311,8 @@ def _real(value: Any, loc: Loc, *, beyond: bool) -> Loc:
     return tuple(real)
 
 
-def _has(value: Any, part: str | int) -> bool:
+def has_part(value: Any, part: str | int) -> bool:
+    """Return whether a mapping or list has an item under a key or number."""
     if isinstance(value, Mapping):
         return part in value
     return isinstance(value, list) and isinstance(part, int) and part < len(value)

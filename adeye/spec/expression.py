@@ -243,8 +243,7 @@ def _is_text(value: Any) -> bool:
 def _numbers(value: Any) -> _Floats:
     column = np.asarray(value)
     if column.dtype.kind not in "biuf":
-        msg = f"{column.dtype} is not a number"
-        raise TypeError(msg)
+        raise TypeError(f"{column.dtype} is not a number")
     return column.astype(np.float64, copy=False)
 
 
@@ -255,8 +254,7 @@ def _truth(value: Any) -> NDArray[np.bool_]:
 
 def _compared_texts(word: str, left: Any, right: Any) -> Any:
     if _is_text(left) != _is_text(right):
-        msg = "text is compared with a number"
-        raise TypeError(msg)
+        raise TypeError("text is compared with a number")
     return _TEXTS[word](np.asarray(left), np.asarray(right))
 
 

@@ -27,7 +27,7 @@ from adeye.spec import sensor_faults as sensor_bodies
 from adeye.spec import sensor_faults as sensor_signals
 from adeye.spec import sensor_faults as sensor_timing
 from adeye.spec.architecture import HEALTH
-from adeye.spec.document import Loc, misplaced
+from adeye.spec.document import misplaced
 from adeye.spec.fault_base import Fault as Fault
 from adeye.spec.fault_base import Lag
 from adeye.spec.fault_base import Onset as Onset
@@ -193,10 +193,7 @@ class _OnCommand(Fault):
     @model_validator(mode="after")
     def _does_something(self) -> Self:
         if not {"acceleration", "steering_angle"} & self.model_fields_set:
-            found: list[tuple[Loc, str]] = [
-                (("model",), "give acceleration, steering_angle or both")
-            ]
-            raise misplaced(found)
+            raise misplaced([(("model",), "give acceleration, steering_angle or both")])
         return self
 
 

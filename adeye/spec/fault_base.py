@@ -31,8 +31,7 @@ class Onset(Record):
     @model_validator(mode="after")
     def _one_onset(self) -> Self:
         if sum(part is not None for part in (self.at, self.when, self.between)) != 1:
-            msg = "give one of at, when and between"
-            raise ValueError(msg)
+            raise ValueError("give one of at, when and between")
         if self.between is not None and self.between[0] > self.between[1]:
             text = "the earliest time comes first"
             raise misplaced([(("between",), text)])

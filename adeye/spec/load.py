@@ -12,7 +12,7 @@ from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, sug
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceName, read_name, reference_content
 from adeye.spec.concept import Concept, asil_problems
-from adeye.spec.document import Document, load_document, validate
+from adeye.spec.document import Document, Loc, has_part, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.plausible import FileRecord, implausible
@@ -23,7 +23,6 @@ from adeye.units import shown
 # --- Load an ODD with everything it names: scenarios, architectures and the concept ---------------
 
 Spec = TypeVar("Spec", bound=Record)
-Loc = tuple[str | int, ...]
 
 SCENARIOS: Final = "scenarios_db"
 """Folder of scenarios, of a project and of the package."""
@@ -307,9 +306,7 @@ def _deepest(documents: tuple[Document, ...], loc: Loc) -> Document:
 
 def _has(value: Any, loc: Loc) -> bool:
     for part in loc:
-        in_mapping = isinstance(value, Mapping) and part in value
-        in_list = isinstance(value, list) and isinstance(part, int) and part < len(value)
-        if not (in_mapping or in_list):
+        if not has_part(value, part):
             return False
         value = value[part]
     return True

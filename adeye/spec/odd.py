@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from adeye.errors import suggest
 from adeye.spec.document import Loc, misplaced, repeated
@@ -16,12 +16,14 @@ from adeye.spec.quantity import (
     Condition,
     Duration,
     Frequency,
+    GrownRecord,
     Identifier,
     Length,
     Many,
     Number,
     RainRate,
     Record,
+    SparseRecord,
     Speed,
     Text,
 )
@@ -30,7 +32,7 @@ from adeye.spec.scenario import ActorKind, Illumination, Value
 # --- Bins in which the coverage of an ODD is counted ----------------------------------------------
 
 
-class CoverageBins(Record):
+class CoverageBins(SparseRecord):
     """Edges of the bins of an attribute, in ascending order; without them there are default ones.
 
     A bin has its lower edge and not its upper one; the last one has both. Radius, sun and actors
@@ -47,11 +49,6 @@ class CoverageBins(Record):
     """Of a sun above the horizon; no sun is a bin of its own."""
     actors: Annotated[Many[ActorKind], Field(min_length=1)] | None = None
     """Kinds, each a bin; a situation has those of all its actors."""
-
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = write(self)
-        return {name: edges for name, edges in content.items() if edges is not None}
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -77,16 +74,7 @@ WEIGHT_SLACK: Final = 1e-9
 """How far the weights of a choice may sum up beside 1, so that thirds can be written."""
 
 
-class _Sparse(Record):
-    """A record that is written without the keys that it does not use."""
-
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = write(self)
-        return {name: value for name, value in content.items() if value is not None}
-
-
-class Normal(_Sparse):
+class Normal(SparseRecord):
     """A normal distribution, cut off at the ends that are given."""
 
     mean: Value
@@ -95,7 +83,7 @@ class Normal(_Sparse):
     max: Value | None = None
 
 
-class Lognormal(_Sparse):
+class Lognormal(SparseRecord):
     """A quantity whose logarithm is normal, cut off at the ends that are given."""
 
     median: Value
@@ -105,7 +93,7 @@ class Lognormal(_Sparse):
     max: Value | None = None
 
 
-class Distribution(_Sparse):
+class Distribution(SparseRecord):
     """How an axis of a sample is distributed: exactly one of the kinds."""
 
     uniform: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
@@ -133,8 +121,7 @@ class Distribution(_Sparse):
             msg = f"give exactly one of {', '.join(KINDS)}, not {', '.join(given) or 'none'}"
             raise ValueError(msg)
         if (self.empirical is None) != (self.column is None):
-            msg = "empirical and column go together"
-            raise ValueError(msg)
+            raise ValueError("empirical and column go together")
         if self.unit is not None and self.empirical is None:
             raise misplaced([(("unit",), "unit belongs to empirical")])
         total = sum(self.choice.values()) if self.choice is not None else 1.0
@@ -160,8 +147,7 @@ class LaneLimits(Record):
     @model_validator(mode="after")
     def _not_empty(self) -> Self:
         if self.min > self.max:
-            msg = f"from {self.min} to {self.max} lanes is empty"
-            raise ValueError(msg)
+            raise ValueError(f"from {self.min} to {self.max} lanes is empty")
         return self
 
 
@@ -249,8 +235,10 @@ SAMPLED: Final = ("random", "lhs", "sobol")
 """Designs that take ``samples``, and a distribution for an axis."""
 
 
-class Sweep(Record):
+class Sweep(GrownRecord):
     """A design over parameters, with relations that exclude points."""
+
+    later: ClassVar[tuple[str, ...]] = ("strength",)
 
     design: DesignKind = "full_factorial"
     parameters: dict[str, Axis] = {}
@@ -262,14 +250,6 @@ class Sweep(Record):
     """Of ``t_wise``: how many axes at a time have all feasible combinations of their levels."""
     where: Many[Condition] = ()
 
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        if self.strength is None:
-            del content["strength"]
-        return content
-
     @model_validator(mode="after")
     def _fits_design(self) -> Self:
         for designs, key, given in (
@@ -278,16 +258,14 @@ class Sweep(Record):
             (("t_wise",), "strength", self.strength is not None),
         ):
             if self.design in designs and not given:
-                msg = f"design: {self.design} needs {key}"
-                raise ValueError(msg)
+                raise ValueError(f"design: {self.design} needs {key}")
             if self.design not in designs and given:
                 wanted = " or ".join(designs)
                 verb = "belong" if key.endswith("s") else "belongs"
                 msg = f"{key} {verb} to design: {wanted}, and this is design: {self.design}"
                 raise ValueError(msg)
         if self.design == "list" and self.parameters:
-            msg = "design: list takes points, no parameters"
-            raise ValueError(msg)
+            raise ValueError("design: list takes points, no parameters")
         if self.design not in SAMPLED:
             text = f"a distribution belongs to design: {', '.join(SAMPLED)}, not {self.design}"
             declared = [
@@ -319,8 +297,10 @@ class ScenarioUse(Record):
         return self.as_id or self.use
 
 
-class Gate(Record):
+class Gate(GrownRecord):
     """Architectures whose verdicts decide the exit code."""
+
+    later: ClassVar[tuple[str, ...]] = ("preventable_by", "channel_failures")
 
     architectures: Annotated[Many[Identifier], Field(min_length=1)]
     preventable_by: Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
@@ -329,16 +309,6 @@ class Gate(Record):
     channel_failures: Literal["refuse", "allow"] = "refuse"
     """Whether a channel that raises, dies, hangs or answers nonsense blocks. It never does in a run
     in which a mandatory FSR about its silence passes; with ``allow`` the FSRs alone decide."""
-
-    @model_serializer(mode="wrap")
-    def _leave_out_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        if not self.preventable_by:
-            del content["preventable_by"]
-        if self.channel_failures == "refuse":
-            del content["channel_failures"]
-        return content
 
 
 class Uncertainty(Record):

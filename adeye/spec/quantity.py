@@ -75,16 +75,26 @@ class GrownRecord(Record):
     """Base of a record that got keys later; where they are not used they are no part of it."""
 
     later: ClassVar[tuple[str, ...]] = ()
-    """Keys that came later and are empty, or None, where nothing is written."""
+    """Keys that came later; they are not used where they have their defaults."""
 
     @model_serializer(mode="wrap")
     def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out what came later where it is not used, for it is no part of the identity."""
         content: dict[str, Any] = write(self)
+        fields = type(self).model_fields
         for name in self.later:
-            if not getattr(self, name):
+            if getattr(self, name) == fields[name].get_default(call_default_factory=True):
                 content.pop(name, None)
         return content
+
+
+class SparseRecord(Record):
+    """Base of a record that is written without the keys that it does not use."""
+
+    @model_serializer(mode="wrap")
+    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = write(self)
+        return {name: value for name, value in content.items() if value is not None}
 
 
 SI: dict[str, bool] = {"si": True}
@@ -99,8 +109,7 @@ def quantity_reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], flo
         if stored and isinstance(value, int | float) and not isinstance(value, bool):
             return float(value)
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            msg = f"{value!r} is not a quantity"
-            raise ValueError(msg)
+            raise ValueError(f"{value!r} is not a quantity")
         try:
             return parse_quantity(value, dimension)
         except InputError as error:
@@ -138,8 +147,7 @@ def _read_date(value: Any) -> Any:
     """Refuse what pydantic would take for seconds since 1970."""
     if isinstance(value, date) or (isinstance(value, str) and re.fullmatch(_DATE, value)):
         return value
-    msg = f"{shown(value)} is not a date, like 2027-12-31"
-    raise ValueError(msg)
+    raise ValueError(f"{shown(value)} is not a date, like 2027-12-31")
 
 
 Date = Annotated[date, Strict(strict=False), BeforeValidator(_read_date)]
@@ -193,8 +201,7 @@ class _FormulaOf:
         if isinstance(value, Expression):
             return value
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            msg = f"{value!r} is neither a quantity nor a formula"
-            raise ValueError(msg)
+            raise ValueError(f"{value!r} is neither a quantity nor a formula")
         try:
             expression = parse(str(value))
             if expression.is_constant:
@@ -222,8 +229,7 @@ def _read_expression(value: Any) -> Expression:
     if isinstance(value, Expression):
         return value
     if not isinstance(value, str):
-        msg = f"{value!r} is not an expression"
-        raise ValueError(msg)
+        raise ValueError(f"{value!r} is not an expression")
     try:
         expression = parse(value)
     except InputError as error:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from adeye.errors import InputError
 from adeye.spec.document import Loc, misplaced
@@ -104,8 +104,10 @@ class Bay(Record):
     """Length of each taper [m]."""
 
 
-class Road(Record):
+class Road(GrownRecord):
     """A parametric road with parallel lanes, numbered from 0 at the right."""
+
+    later: ClassVar[tuple[str, ...]] = ("verge", "bays")
 
     kind: Literal["straight", "curve", "s_curve"] = "straight"
     length: LengthFormula
@@ -121,15 +123,6 @@ class Road(Record):
     """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
     0; bays lie in it."""
     bays: ById[Bay] = {}
-
-    @model_serializer(mode="wrap")
-    def _leave_out_unused(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what came later where it is not used, for it is no part of the identity."""
-        content: dict[str, Any] = write(self)
-        for name in ("verge", "bays"):
-            if not getattr(self, name):
-                del content[name]
-        return content
 
     @model_validator(mode="after")
     def _radius_fits_kind(self) -> Self:
@@ -219,14 +212,11 @@ class Start(GrownRecord):
     @model_validator(mode="after")
     def _one_place(self) -> Self:
         if (self.s is None) == (self.ahead_of is None):
-            msg = "give either s or ahead_of with gap"
-            raise ValueError(msg)
+            raise ValueError("give either s or ahead_of with gap")
         if (self.ahead_of is None) != (self.gap is None):
-            msg = "ahead_of and gap go together"
-            raise ValueError(msg)
+            raise ValueError("ahead_of and gap go together")
         if self.lane is None and self.offset is None:
-            msg = "give a lane, or an offset from the right edge of the road"
-            raise ValueError(msg)
+            raise ValueError("give a lane, or an offset from the right edge of the road")
         return self
 
 
@@ -260,8 +250,7 @@ class LaneChange(Record):
     @model_validator(mode="after")
     def _one_target(self) -> Self:
         if (self.to_lane is None) == (self.by is None):
-            msg = "give either to_lane or by"
-            raise ValueError(msg)
+            raise ValueError("give either to_lane or by")
         return self
 
 
@@ -316,8 +305,7 @@ class Event(GrownRecord):
     def _one_action(self) -> Self:
         actions = [self.lane_change, self.speed, self.stop, self.cross]
         if sum(action is not None for action in actions) != 1:
-            msg = "an event has exactly one of lane_change, speed, stop, cross"
-            raise ValueError(msg)
+            raise ValueError("an event has exactly one of lane_change, speed, stop, cross")
         return self
 
     @property

@@ -26,6 +26,7 @@ from adeye.signals import (
     IMU_ACCELERATION_X,
     IMU_ACCELERATION_Y,
     IMU_YAW_RATE,
+    ObjectClass,
 )
 from adeye.spec.document import Loc
 from adeye.spec.fault_base import Fault
@@ -168,20 +169,7 @@ def signals_of(sensor: SensorRecord) -> list[str]:
 
 # --- Faults of the list of objects that a sensor reports ------------------------------------------
 
-ClassName = Literal[
-    "car",
-    "van",
-    "truck",
-    "bus",
-    "motorcycle",
-    "cyclist",
-    "pedestrian",
-    "parked_truck",
-    "parked_car",
-    "barrier",
-    "building",
-]
-Classes = Annotated[Many[ClassName], Field(min_length=1)]
+Classes = Annotated[Many[ObjectClass], Field(min_length=1)]
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 Bearing = Annotated[Angle, Field(ge=-math.pi, le=math.pi)]
 
@@ -225,7 +213,7 @@ class Misclassify(_OfSome):
     STRUCTURE: ClassVar[tuple[str, ...]] = ("classes", "taken_for")
     needs = ("classes",)
     model: Literal["misclassify"]
-    taken_for: ClassName
+    taken_for: ObjectClass
 
 
 class Split(_OfSome):
@@ -250,7 +238,7 @@ class Ghost(SensorFault):
     """Over ground [m/s]."""
     length: Annotated[Length, Field(ge=0.0)] = 4.5
     width: Annotated[Length, Field(ge=0.0)] = 1.8
-    taken_for: ClassName = "car"
+    taken_for: ObjectClass = "car"
 
 
 # --- Faults of a sensor's body: where it looks, how far, and through what -------------------------

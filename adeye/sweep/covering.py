@@ -21,15 +21,13 @@ import numpy as np
 
 from adeye.errors import SweepError
 from adeye.kernel.random import owner_id
-from adeye.sweep.design import Points, Tuples, axis_values, draws, holds, points_of, small
+from adeye.sweep.design import Points, Space, Tuples, axis_values, draws, holds, points_of, small
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from adeye.errors import SourceLocation
-    from adeye.sweep.axes import Axis
     from adeye.sweep.design import Relation
 
 # --- Which combinations of levels can be completed to a whole point that fulfils every relation ---
@@ -80,28 +78,19 @@ class Feasibility:
     kept: exact, never a guess.
     """
 
-    def __init__(
-        self,
-        axes: Sequence[Axis],
-        relations: Sequence[Relation],
-        fixed: Mapping[str, float],
-        where: SourceLocation,
-    ) -> None:
+    def __init__(self, space: Space) -> None:
         """Tabulate every relation.
 
         Args:
-            axes: The varied quantities.
-            relations: What a point must fulfil.
-            fixed: Values of the names that do not vary.
-            where: Place of the sweep, for messages.
+            space: Axes and relations.
 
         Raises:
             SweepError: A relation joins too many combinations, or no point fulfils them all.
         """
-        self._sizes = [len(axis) for axis in axes]
-        self._where = where
+        self._sizes = [len(axis) for axis in space.axes]
+        self._where = space.where
         self._known: dict[tuple[int, bytes], bool] = {}
-        tables = [_tabulated(axes, relation, fixed) for relation in relations]
+        tables = [_tabulated(space, relation) for relation in space.relations]
         self._components = [
             self._component(group) for group in _tied([table for table in tables if table.axes])
         ]
@@ -110,12 +99,11 @@ class Feasibility:
             for number, component in enumerate(self._components)
             for axis in component.axes
         }
-        nothing = np.full(len(axes), FREE, dtype=np.int64)
+        nothing = np.full(len(space.axes), FREE, dtype=np.int64)
         if not all(table.truths.any() for table in tables) or not self.completes(nothing):
-            wanted = " and ".join(item.expression.text for item in relations)
             raise SweepError(
-                f"none of {math.prod(self._sizes):,} combinations fulfils {wanted}",
-                where=where,
+                f"none of {math.prod(self._sizes):,} combinations fulfils {space.wanted}",
+                where=space.where,
                 remedy="Relax the relations or widen the axes.",
             )
 
@@ -229,7 +217,8 @@ class Feasibility:
                 depth += 1
 
 
-def _tabulated(axes: Sequence[Axis], relation: Relation, fixed: Mapping[str, float]) -> _Table:
+def _tabulated(space: Space, relation: Relation) -> _Table:
+    axes = space.axes
     named = tuple(k for k, axis in enumerate(axes) if axis.name in relation.expression.names)
     sizes = tuple(len(axes[k]) for k in named)
     count = math.prod(sizes)
@@ -243,7 +232,7 @@ def _tabulated(axes: Sequence[Axis], relation: Relation, fixed: Mapping[str, flo
         )
     levels = np.unravel_index(np.arange(count), sizes) if named else ()
     columns = {axes[k].name: axis_values(axes[k])[at] for k, at in zip(named, levels, strict=True)}
-    return _Table(named, holds(relation, columns, fixed, count).reshape(sizes))
+    return _Table(named, holds(relation, columns, space.fixed, count).reshape(sizes))
 
 
 def _tied(tables: Sequence[_Table]) -> list[list[_Table]]:
@@ -276,28 +265,20 @@ _SEED: Final = np.uint64(0)
 _OWNER: Final = np.uint64(owner_id("sweep/covering"))
 
 
-def covering(
-    axes: Sequence[Axis],
-    strength: int,
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-    where: SourceLocation,
-) -> Points:
+def covering(space: Space, strength: int) -> Points:
     """Find points that cover every feasible combination of levels of ``strength`` axes.
 
     Feasible is what some whole point has that fulfils every relation; so what excludes a
     combination only together with other relations counts, too.
 
     Args:
-        axes: The varied quantities.
-        strength: How many at a time.
-        relations: What a point must fulfil.
-        fixed: Values of the names that do not vary.
-        where: Place of the sweep, for messages.
+        space: Axes and relations.
+        strength: How many axes at a time.
 
     Raises:
         SweepError: Fewer axes than the strength, too many combinations, or no feasible point.
     """
+    axes, where = space.axes, space.where
     sizes = [len(axis) for axis in axes]
     if len(axes) < strength:
         raise SweepError(
@@ -313,7 +294,7 @@ def covering(
             where=where,
             remedy="Lower the strength or take fewer levels.",
         )
-    feasibility = Feasibility(axes, relations, fixed, where)
+    feasibility = Feasibility(space)
     layout = _Layout.of(sizes, strength)
     wanted = np.concatenate(
         [feasibility.tuples(list(chosen)).ravel() for chosen in layout.chosen.tolist()]

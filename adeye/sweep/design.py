@@ -148,23 +148,47 @@ class Relation:
     where: SourceLocation
 
 
-def full_factorial(
-    axes: Sequence[Axis],
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-    where: SourceLocation,
-) -> Points:
-    """Combine every level of every axis and keep the feasible points.
+@dataclass(frozen=True, slots=True)
+class Space:
+    """What a design is made in.
 
-    Args:
+    Attributes:
         axes: The varied quantities; the last one varies fastest.
         relations: What a point must fulfil.
         fixed: Values of the names that do not vary.
         where: Place of the sweep, for messages.
+    """
+
+    axes: Sequence[Axis]
+    relations: Sequence[Relation]
+    fixed: Mapping[str, float]
+    where: SourceLocation
+
+    @property
+    def wanted(self) -> str:
+        """The relations, for people."""
+        return " and ".join(item.expression.text for item in self.relations)
+
+    def feasible(self, columns: Mapping[str, Column], count: int) -> NDArray[np.bool_]:
+        """Return which points (N,) fulfil every relation.
+
+        Args:
+            columns: (N,) values by the name of the axis.
+            count: N.
+        """
+        mask = np.ones(count, dtype=bool)
+        for relation in self.relations:
+            mask &= holds(relation, columns, self.fixed, count)
+        return mask
+
+
+def full_factorial(space: Space) -> Points:
+    """Combine every level of every axis and keep the feasible points.
 
     Raises:
         SweepError: Too many combinations, or none is feasible.
     """
+    axes, where = space.axes, space.where
     sizes = [len(axis) for axis in axes]
     raw = math.prod(sizes)
     if raw > MAX_RAW_POINTS:
@@ -179,25 +203,21 @@ def full_factorial(
     for start in range(0, raw, CHUNK):
         flat = np.arange(start, min(start + CHUNK, raw), dtype=np.int64)
         levels = _levels(flat, sizes)
-        mask = _feasible(axes, levels, relations, fixed)
+        mask = _feasible(space, levels)
         kept.append([level[mask] for level in levels] or [small(flat[mask], 1)])
     chosen = [np.concatenate(parts) for parts in zip(*kept, strict=True)]
     count = int(chosen[0].shape[0])
-    _require_points(count, raw, relations, where)
+    _require_points(count, raw, space)
     return points_of(axes, chosen[: len(axes)], raw, count)
 
 
-def zipped(
-    axes: Sequence[Axis],
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-    where: SourceLocation,
-) -> Points:
+def zipped(space: Space) -> Points:
     """Walk all axes in step and keep the feasible points.
 
     Raises:
         SweepError: The axes have different lengths, two points are the same, or none is feasible.
     """
+    axes, where = space.axes, space.where
     sizes = {len(axis) for axis in axes}
     if len(sizes) > 1:
         lengths = ", ".join(f"{axis.name} ({len(axis)})" for axis in axes)
@@ -208,9 +228,9 @@ def zipped(
         )
     raw = sizes.pop() if sizes else 1
     levels = [small(np.arange(raw), raw) for _ in axes]
-    mask = _feasible(axes, levels, relations, fixed)
+    mask = _feasible(space, levels)
     count = int(mask.sum())
-    _require_points(count, raw, relations, where)
+    _require_points(count, raw, space)
     _require_different(axes, raw, where)
     return points_of(axes, [level[mask] for level in levels], raw, count)
 
@@ -260,20 +280,11 @@ def axis_values(axis: Axis) -> Column:
     return np.array([float(value) for value in axis.values]) + 0.0
 
 
-def _feasible(
-    axes: Sequence[Axis],
-    levels: Sequence[Levels],
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-) -> NDArray[np.bool_]:
-    count = int(levels[0].shape[0]) if levels else 1
+def _feasible(space: Space, levels: Sequence[Levels]) -> NDArray[np.bool_]:
     columns = {
-        axis.name: axis_values(axis)[level] for axis, level in zip(axes, levels, strict=True)
+        axis.name: axis_values(axis)[level] for axis, level in zip(space.axes, levels, strict=True)
     }
-    mask = np.ones(count, dtype=bool)
-    for relation in relations:
-        mask &= holds(relation, columns, fixed, count)
-    return mask
+    return space.feasible(columns, int(levels[0].shape[0]) if levels else 1)
 
 
 def holds(
@@ -303,14 +314,11 @@ def holds(
     return np.broadcast_to(np.asarray(result, dtype=bool), (count,))
 
 
-def _require_points(
-    count: int, raw: int, relations: Sequence[Relation], where: SourceLocation
-) -> None:
+def _require_points(count: int, raw: int, space: Space) -> None:
     if count == 0:
-        wanted = " and ".join(item.expression.text for item in relations)
         raise SweepError(
-            f"none of {raw:,} combinations fulfils {wanted}",
-            where=where,
+            f"none of {raw:,} combinations fulfils {space.wanted}",
+            where=space.where,
             remedy="Relax the relations or widen the axes.",
         )
 

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from adeye.errors import ExpressionError, SourceLocation, SpecError, SweepError, suggest
+from adeye.errors import ExpressionError, SourceLocation, SpecError, SweepError, placed, suggest
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
 from adeye.sweep.boundary import breaches
 from adeye.sweep.case import TestCase, case_json, situation_json
 from adeye.sweep.covering import covering
-from adeye.sweep.design import Points, Relation, full_factorial, zipped
+from adeye.sweep.design import Points, Relation, Space, full_factorial, zipped
 from adeye.sweep.groups import (
     Group,
     Section,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
-    from adeye.spec.odd import Sweep
+    from adeye.spec.odd import ScenarioUse, Sweep
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.sampling import FillingKind
 
@@ -275,7 +275,8 @@ def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]
         if axis.kind == "parameter":
             fixed[name] = float(axis.values[0])
     relations = _relations(files, number, axes)
-    return axes, _designed(files, number, axes, relations, fixed)
+    where = files.odd.locate(("scenarios", number, "sweep"))
+    return axes, _designed(files, use, Space(axes, relations, fixed, where))
 
 
 def _refuse_varied(fixed: Axis, axes: Sequence[Axis]) -> None:
@@ -291,27 +292,20 @@ def _refuse_varied(fixed: Axis, axes: Sequence[Axis]) -> None:
             )
 
 
-def _designed(
-    files: OddFiles,
-    number: int,
-    axes: Sequence[Axis],
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-) -> Points:
-    use = files.odd.spec.scenarios[number]
-    sweep, where = use.sweep, files.odd.locate(("scenarios", number, "sweep"))
+def _designed(files: OddFiles, use: ScenarioUse, space: Space) -> Points:
+    sweep = use.sweep
     if sweep.design in {"pairwise", "t_wise"}:
-        return covering(axes, sweep.strength or 2, relations, fixed, where)
+        return covering(space, sweep.strength or 2)
     if sweep.samples is not None:
-        _check_samples(files, sweep.samples, where)
+        _check_samples(files, sweep.samples, space.where)
         seed = files.odd.spec.seed
         if sweep.design == "random":
-            return RandomDesign(sweep.samples, seed, use.name).draw(axes, relations, fixed, where)
+            return RandomDesign(sweep.samples, seed, use.name).draw(space)
         kind: FillingKind = "lhs" if sweep.design == "lhs" else "sobol"
         filling = SpaceFillingDesign(kind, sweep.samples, seed, use.name)
-        return filling.points(axes, relations, fixed, where)
+        return filling.points(space)
     combine = full_factorial if sweep.design == "full_factorial" else zipped
-    return combine(axes, relations, fixed, where)
+    return combine(space)
 
 
 def _axes(files: OddFiles, number: int, reader: AxisReader) -> tuple[Axis, ...]:
@@ -376,10 +370,8 @@ def _check_relation(relation: Relation, known: Mapping[str, Dimension | None]) -
             where=relation.where,
             remedy=suggest(name, sorted(known)),
         )
-    try:
+    with placed(relation.where, caught=ExpressionError, raised=SweepError):
         require_dimension(relation.expression, Dimension.NONE, known)
-    except ExpressionError as error:
-        raise SweepError(error.message, where=relation.where, remedy=error.remedy) from error
 
 
 def _dimension(axis: Axis) -> Dimension | None:
@@ -604,8 +596,7 @@ class LazyCases(Sequence["TestCase"]):
             return [self._at(ordinal) for ordinal in range(*index.indices(len(self)))]
         ordinal = index + len(self) if index < 0 else index
         if not 0 <= ordinal < len(self):
-            msg = f"test case {index} of {len(self)}"
-            raise IndexError(msg)
+            raise IndexError(f"test case {index} of {len(self)}")
         return self._at(ordinal)
 
     def __iter__(self) -> Iterator[TestCase]:

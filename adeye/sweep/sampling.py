@@ -15,10 +15,10 @@ from adeye.errors import SourceLocation, SweepError
 from adeye.identity import stream_seed
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import owner_id, uniform
-from adeye.sweep.design import Column, Levels, Points, Relation, axis_values, holds, small
+from adeye.sweep.design import Column, Levels, Points, Space, axis_values, small
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -50,18 +50,13 @@ class RandomDesign:
     seed: int
     stream: str
 
-    def draw(
-        self,
-        axes: Sequence[Axis],
-        relations: Sequence[Relation],
-        fixed: Mapping[str, float],
-        where: SourceLocation,
-    ) -> Points:
+    def draw(self, space: Space) -> Points:
         """Draw points and keep the first feasible ones, whatever the size of the chunks.
 
         Raises:
             SweepError: An axis is not numeric, or feasible points are too rare.
         """
+        axes = space.axes
         _require_drawable(axes, "random")
         seed = np.uint64(stream_seed(self.seed, 0, f"sweep/{self.stream}", {}))
         owners = [np.uint64(owner_id(axis.name)) for axis in axes]
@@ -74,7 +69,7 @@ class RandomDesign:
             for at, (axis, owner) in enumerate(zip(axes, owners, strict=True)):
                 _draw(seed, owner, drawn, table[:, at])
                 table[:, at] = _placed(axis, table[:, at])
-            mask = _feasible(axes, table, relations, fixed)
+            mask = _feasible(space, table)
             kept.append(table[mask])
             missing, found = self.samples - found, found + int(mask.sum())
             if found >= self.samples:
@@ -84,13 +79,12 @@ class RandomDesign:
                 break
         if found < self.samples:
             raise SweepError(
-                f"only {found} of {drawn:,} draws fulfil "
-                f"{' and '.join(item.expression.text for item in relations)}",
-                where=where,
+                f"only {found} of {drawn:,} draws fulfil {space.wanted}",
+                where=space.where,
                 remedy="Widen the ranges or relax the relations.",
             )
         feasible = np.concatenate(kept)
-        points = _points(axes, feasible[: self.samples], self.samples, looked, where)
+        points = _points(space, feasible[: self.samples], self.samples, looked)
         return replace(points, absent=_vanished(axes, table, feasible))
 
 
@@ -113,19 +107,14 @@ class SpaceFillingDesign:
     seed: int
     stream: str
 
-    def points(
-        self,
-        axes: Sequence[Axis],
-        relations: Sequence[Relation],
-        fixed: Mapping[str, float],
-        where: SourceLocation,
-    ) -> Points:
+    def points(self, space: Space) -> Points:
         """Place the points and keep the feasible ones.
 
         Raises:
             SweepError: An axis is not numeric, the number of points does not fit the design, or
                 none is feasible.
         """
+        axes, where = space.axes, space.where
         _require_drawable(axes, self.kind)
         if not axes:
             raise SweepError(
@@ -141,15 +130,14 @@ class SpaceFillingDesign:
         table = np.empty_like(shares)
         for at, axis in enumerate(axes):
             table[:, at] = _placed(axis, shares[:, at])
-        mask = _feasible(axes, table, relations, fixed)
+        mask = _feasible(space, table)
         if not mask.any():
             raise SweepError(
-                f"none of {self.samples:,} points fulfils "
-                f"{' and '.join(item.expression.text for item in relations)}",
+                f"none of {self.samples:,} points fulfils {space.wanted}",
                 where=where,
                 remedy="Widen the ranges or relax the relations.",
             )
-        points = _points(axes, table[mask], self.samples, self.samples, where)
+        points = _points(space, table[mask], self.samples, self.samples)
         return replace(points, absent=_vanished(axes, table, table[mask]))
 
     def _require_balance(self, where: SourceLocation) -> None:
@@ -208,27 +196,14 @@ def _column(axis: Axis, numbers: NDArray[np.float64]) -> Column:
     return column
 
 
-def _feasible(
-    axes: Sequence[Axis],
-    table: NDArray[np.float64],
-    relations: Sequence[Relation],
-    fixed: Mapping[str, float],
-) -> NDArray[np.bool_]:
-    columns = {axis.name: _column(axis, table[:, at]) for at, axis in enumerate(axes)}
-    mask = np.ones(len(table), dtype=bool)
-    for relation in relations:
-        mask &= holds(relation, columns, fixed, len(table))
-    return mask
+def _feasible(space: Space, table: NDArray[np.float64]) -> NDArray[np.bool_]:
+    columns = {axis.name: _column(axis, table[:, at]) for at, axis in enumerate(space.axes)}
+    return space.feasible(columns, len(table))
 
 
-def _points(
-    axes: Sequence[Axis],
-    table: NDArray[np.float64],
-    raw: int,
-    drawn: int,
-    where: SourceLocation,
-) -> Points:
+def _points(space: Space, table: NDArray[np.float64], raw: int, drawn: int) -> Points:
     """Keep every draw as a level of its own, and levels of choices as what they are."""
+    axes = space.axes
     count = len(table)
     own = small(np.arange(count), count)
     values: dict[str, Column] = {}
@@ -240,7 +215,7 @@ def _points(
         else:
             values[axis.name], levels[axis.name] = table[:, at] + 0.0, own
     points = Points(values, levels, raw, count, drawn=drawn)
-    _require_distinct(points, axes, where)
+    _require_distinct(points, axes, space.where)
     return points
 
 

@@ -19,6 +19,7 @@ from adeye.spec import sensors as records
 from adeye.spec.quantity import Record
 from tests.project import CANDIDATE, MINI, Project
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,31 +44,11 @@ RECORDS: dict[str, type[Record]] = {
     "ground_truth": records.GroundTruth,
 }
 
-MOUNT = {"x": "1.5 m", "y": "0 m", "z": "1.3 m", "yaw": "0 deg", "pitch": "0 deg"}
-SEEING = {"mount": MOUNT, "field_of_view": "80 deg", "range": "100 m"}
-BASES: dict[str, dict[str, Any]] = {
-    "camera": SEEING | {"bearing_noise": "0.1 deg"},
-    "camera/physical": {
-        "mount": MOUNT,
-        "field_of_view": "80 deg",
-        "patches": {"dirt": {"column": 70, "row": 20, "columns": 30, "rows": 25}},
-    },
-    "radar": SEEING | {"bearing_noise": "0.1 deg"},
-    "radar/physical": SEEING,
-    "lidar": SEEING | {"bearing_noise": "0.1 deg"},
-    "lidar/physical": SEEING | {"layers": 4, "vertical_field_of_view": "4 deg"},
-    "ultrasonic": {"mount": MOUNT, "field_of_view": "60 deg", "range": "5 m"},
-    "gnss": {
-        "mount": MOUNT,
-        "position_noise": "0.5 m",
-        "bias": "1 m",
-        "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}},
-    },
-    "imu": {"mount": MOUNT, "yaw_rate_bias": "0.1 deg/s"},
-    "localisation": {},
-    "ground_truth": {},
-}
+MODELS: dict[str, dict[str, Any]] = stored("sensor_parameters")
+BASES = {name: model["record"] for name, model in MODELS.items()}
 """A record of each model, beside its kind, fidelity and rate."""
+AXES: dict[str, dict[str, list[Any]]] = {name: model["axes"] for name, model in MODELS.items()}
+"""Two values of each parameter, beside ``CLOCK`` and ``PAPERS``, which every sensor has."""
 
 CLOCK: dict[str, list[Any]] = {
     "rate": ["20 Hz", "10 Hz"],
@@ -80,97 +61,6 @@ PAPERS: dict[str, list[Any]] = {
     "realises": ["front_camera", "front_radar"],
 }
 """What is written about a sensor: no run depends on it."""
-PLACE: dict[str, list[Any]] = {
-    "mount.x": ["1.5 m", "2 m"],
-    "mount.y": ["0 m", "0.5 m"],
-    "mount.z": ["1.3 m", "1.6 m"],
-    "mount.yaw": ["0 deg", "30 deg"],
-    "mount.pitch": ["0 deg", "3 deg"],
-}
-VIEW: dict[str, list[Any]] = {"field_of_view": ["80 deg", "40 deg"], "range": ["100 m", "20 m"]}
-OBJECTS = VIEW | PLACE | {"min_visible": [0.0, 1.0], "bearing_noise": ["0 deg", "1 deg"]}
-
-AXES: dict[str, dict[str, list[Any]]] = {
-    "camera": OBJECTS | {"distance_noise": [0.0, 0.1], "night_range": [1.0, 0.1]},
-    "camera/physical": PLACE
-    | {
-        "field_of_view": ["80 deg", "40 deg"],
-        "columns": [160, 320],
-        "rows": [60, 120],
-        "min_pixel_height": [2, 12],
-        "min_pixel_width": [1, 12],
-        "contrast_threshold": [0.05, 0.5],
-        "noise": [0, 0.05],
-        "transmission": [1, 0.1],
-        "headlamps": [20_000, 0],
-        "patches.dirt.column": [70, 90],
-        "patches.dirt.row": [20, 40],
-        "patches.dirt.columns": [30, 5],
-        "patches.dirt.rows": [25, 2],
-        "patches.dirt.transmission": [0, 1],
-        "patches.dirt.noise": [0, 1],
-    },
-    "radar": OBJECTS | {"range_noise": ["0 m", "1 m"], "range_rate_noise": ["0 m/s", "1 m/s"]},
-    "radar/physical": VIEW
-    | PLACE
-    | {
-        "edge_loss": [3, 6],
-        "reference_cross_section": [10, 100],
-        "false_alarm_rate": [1e-6, 1e-5],
-        "range_resolution": ["0.5 m", "5 m"],
-        "bearing_resolution": ["2 deg", "10 deg"],
-        "range_rate_resolution": ["0.2 m/s", "2 m/s"],
-        "max_range_rate": ["80 m/s", "4 m/s"],
-        "elevation_beam": ["10 deg", "40 deg"],
-        "clutter": [0.2, 5],
-    },
-    "lidar": OBJECTS | {"range_noise": ["0 m", "1 m"], "reference_reflectivity": [0.9, 0.1]},
-    "lidar/physical": VIEW
-    | PLACE
-    | {
-        "beams": [900, 1800],
-        "layers": [4, 8],
-        "vertical_field_of_view": ["4 deg", "10 deg"],
-        "reference_reflectivity": [0.9, 0.1],
-        "range_noise": ["0 m", "0.1 m"],
-        "bearing_noise": ["0 deg", "0.1 deg"],
-        "drop_out": [0, 0.5],
-        "cluster_distance": ["1 m", "0.02 m"],
-        "min_points": [2, 40],
-    },
-    "ultrasonic": PLACE
-    | {
-        "field_of_view": ["60 deg", "10 deg"],
-        "range": ["5 m", "1 m"],
-        "blind_zone": ["0.2 m", "4 m"],
-        "range_noise": ["0 m", "0.1 m"],
-        "cross_talk": [False, True],
-    },
-    "gnss": PLACE
-    | {
-        "position_noise": ["0 m", "1 m"],
-        "bias": ["0 m", "1 m"],
-        "bias_time": ["1 s", "100 s"],
-        "speed_noise": ["0 m/s", "1 m/s"],
-        "outages.tunnel.begin": ["0.5 s", "1 s"],
-        "outages.tunnel.duration": ["0.3 s", "0.6 s"],
-    },
-    "imu": PLACE
-    | {
-        "acceleration_noise": ["0 m/s^2", "0.1 m/s^2"],
-        "acceleration_bias": ["0 m/s^2", "0.1 m/s^2"],
-        "yaw_rate_noise": ["0 deg/s", "0.1 deg/s"],
-        "yaw_rate_bias": ["0 deg/s", "0.2 deg/s"],
-        "bias_time": ["1 s", "100 s"],
-    },
-    "localisation": {
-        "lateral_noise": ["0 m", "0.1 m"],
-        "heading_noise": ["0 deg", "0.5 deg"],
-        "speed_noise": ["0 m/s", "0.1 m/s"],
-    },
-    "ground_truth": {},
-}
-"""Two values of each parameter, beside ``CLOCK`` and ``PAPERS``, which every sensor has."""
 
 PLAN_VIEW = frozenset({"mount.z", "mount.pitch"})
 WITHOUT_EFFECT: dict[str, frozenset[str]] = {

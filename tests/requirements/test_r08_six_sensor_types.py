@@ -28,6 +28,7 @@ from adeye.simulate.world.weather import MM_PER_HOUR
 from tests.project import CANDIDATE, MINI, run_cases
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,50 +39,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.requirements
 
 LOOK = {"field_of_view": "60 deg", "rate": "20 Hz"}
-SUITE: dict[str, dict[str, Any]] = {
-    "front_camera": {
-        **LOOK,
-        "kind": "camera",
-        "fidelity": "physical",
-        "mount": {"x": "1.5 m", "z": "1.3 m"},
-    },
-    "wide_camera": {
-        "kind": "camera",
-        "mount": {"x": "1.5 m", "z": "1.3 m"},
-        "field_of_view": "120 deg",
-        "range": "60 m",
-        "rate": "20 Hz",
-    },
-    "front_radar": {
-        **LOOK,
-        "kind": "radar",
-        "fidelity": "physical",
-        "mount": {"x": "2.3 m"},
-        "range": "150 m",
-    },
-    "roof_lidar": {
-        "kind": "lidar",
-        "fidelity": "physical",
-        "mount": {"z": "1.2 m"},
-        "field_of_view": "360 deg",
-        "range": "120 m",
-        "rate": "10 Hz",
-    },
-    "left_ultrasonic": {
-        **LOOK,
-        "kind": "ultrasonic",
-        "mount": {"x": "2.4 m", "y": "0.6 m"},
-        "range": "5 m",
-    },
-    "right_ultrasonic": {
-        **LOOK,
-        "kind": "ultrasonic",
-        "mount": {"x": "2.4 m", "y": "-0.6 m"},
-        "range": "5 m",
-    },
-    "receiver": {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.02 m"},
-    "unit": {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.01 deg/s"},
-}
+SUITE: dict[str, dict[str, Any]] = stored("six_sensor_types")
 """No localisation and no ground truth: the channel finds its place by receiver and unit."""
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from adeye.signals import EGO_SPEED
+from adeye.signals import EGO_SPEED, NO_CHANNEL
 from tests.requirements.loop import driven, scripted
 
 if TYPE_CHECKING:
@@ -59,11 +59,13 @@ def test_acting_command_is_that_of_the_channel_with_authority(
     cut_ins: tuple[list[TestCase], Trace],
 ) -> None:
     _, trace = cut_ins
-    for run in range(trace.runs):
-        for row in range(int(trace.length[run]) - 1):
-            channel = int(trace["authority"][run, row])
-            if channel >= 0:
-                assert trace["command"][run, row, 0] == trace["acceleration"][run, row, channel]
+    rows = trace.length[0] - 1
+    acting = trace["authority"][:, :rows]
+    assert set(np.unique(acting[:, 1:]).tolist()) == {0, 1}
+    given = np.stack([trace["acceleration"][:, :rows], trace["steering_angle"][:, :rows]], axis=-1)
+    has_one = acting != NO_CHANNEL
+    chosen = np.take_along_axis(given, np.maximum(acting, 0)[..., None, None], axis=2)[:, :, 0]
+    assert np.array_equal(trace["command"][:, :rows][has_one], chosen[has_one])
 
 
 def test_ego_follows_the_commanded_acceleration(cut_ins: tuple[list[TestCase], Trace]) -> None:

@@ -9,68 +9,14 @@ import pytest
 
 from adeye.signals import OBJECT_CLASSES, OBJECT_SPEED, OBJECT_Y
 from tests.project import MINI, run_cases
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
-STREET: dict[str, Any] = {
-    "scenario": "street",
-    "title": "A street with company",
-    "provenance": {"source": "made for a test"},
-    "parameters": {"ego_speed": {"default": "30 km/h"}},
-    "world": {
-        "road": {
-            "kind": "straight",
-            "road_type": "urban",
-            "length": "600 m",
-            "lanes": 2,
-            "lane_width": "3.5 m",
-            "shoulder": "1 m",
-            "speed_limit": "50 km/h",
-        },
-        "objects": {
-            "van_at_the_kerb": {
-                "kind": "parked_car",
-                "s": "90 m",
-                "offset": "-1.5 m",
-                "length": "5 m",
-                "width": "2 m",
-                "height": "2 m",
-            }
-        },
-    },
-    "environment": {"rain": "0 mm/h", "fog_visibility": "5 km", "friction": 0.8},
-    "ego": {"lane": 0, "s": "20 m", "speed": "ego_speed"},
-    "actors": {
-        "leader": {
-            "kind": "truck",
-            "start": {"lane": 1, "s": "120 m", "speed": "20 km/h"},
-        },
-        "follower": {
-            "kind": "car",
-            "start": {"lane": 1, "s": "70 m", "speed": "45 km/h"},
-            "reactive": {"desired_speed": "50 km/h"},
-        },
-        "cyclist": {"kind": "cyclist", "start": {"lane": 0, "s": "200 m", "speed": "15 km/h"}},
-        "walker": {
-            "kind": "pedestrian",
-            "start": {"offset": "9 m", "s": "300 m", "heading": "-90 deg", "speed": "0 m/s"},
-        },
-    },
-    "storyboard": {
-        "step_out": {
-            "actor": "walker",
-            "when": "time >= 1 s",
-            "cross": {"to": "-1.5 m", "speed": "1.5 m/s"},
-        },
-        "truck_stops": {"actor": "leader", "when": "time >= 2 s", "stop": {"rate": "2 m/s^2"}},
-    },
-    "realised": ["step_out"],
-    "horizon": "6 s",
-    "tail": "13 s",
-}
+STREET: dict[str, Any] = stored("street")
 
 
 def test_every_kind_of_participant_moves_in_its_own_way(make_project: MakeProject) -> None:

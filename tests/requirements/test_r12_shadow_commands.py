@@ -36,6 +36,7 @@ def test_every_channel_answers_at_every_tick_whoever_acts(
     shadow = trace["acceleration"][:, :rows, safety][without]
     acting = trace["command"][:, :rows, 0][without]
     assert (shadow != acting).any()
+    assert shadow.max() - shadow.min() > 0.1
 
 
 @pytest.mark.slow

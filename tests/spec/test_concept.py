@@ -1,14 +1,43 @@
-"""ASIL determination and the references of a concept."""
+"""Concepts: hazards, goals, elements, requirements, ASIL, decomposition and budgets."""
 
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from collections.abc import Callable
+from itertools import combinations_with_replacement
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, get_args
 
 import pytest
+import yaml
 from pydantic import ValidationError
 
-from adeye.spec.concept import ASIL_ORDER, Concept, determine_asil
+from adeye.errors import SpecError
+from adeye.spec.concept import (
+    ASIL_ORDER,
+    Budget,
+    Concept,
+    Element,
+    RequirementAsil,
+    asil_problems,
+    budgets_of,
+    causes,
+    determine_asil,
+    goal_of,
+    own_asil,
+    parents,
+    rank,
+    scheme,
+    scheme_text,
+    schemes,
+    unprovided,
+)
+from adeye.spec.document import load_document, validate
+from adeye.spec.load import _check_asil, _load
+from adeye.spec.quantity import SI
+
+# --- ASIL determination and the references of a concept -------------------------------------------
 
 TABLE = """
 S1 E1 QM QM QM
@@ -67,32 +96,26 @@ def event(name: str, exposure: str = "E4") -> dict[str, Any]:
     return {"id": name, **text, **classes}
 
 
-def content() -> dict[str, Any]:
-    goal = {
-        "id": "SG-1",
+def goal(name: str, *events: str) -> dict[str, Any]:
+    return {
+        "id": name,
         "text": "text",
-        "hazardous_events": ["HE-1", "HE-2"],
+        "hazardous_events": list(events),
         "safe_state": "standstill",
         "ftti": "1 s",
         "ftti_rationale": "text",
     }
-    requirement = {
-        "id": "FSR-1",
-        "goals": ["SG-1"],
-        "text": "text",
-        "formula": "always(not contact)",
-        "threshold_source": "text",
-        "asil": "D",
-        "allocation": ["switch"],
-    }
+
+
+def content() -> dict[str, Any]:
     element = {"id": "switch", "kind": "arbiter", "text": "text", "asil_capability": "D"}
     return {
         "concept": "example",
         "title": "Example",
         "hazardous_events": [event("HE-1", "E2"), event("HE-2")],
-        "safety_goals": [goal],
+        "safety_goals": [goal("SG-1", "HE-1", "HE-2")],
         "elements": [element],
-        "requirements": [requirement],
+        "requirements": [fsr("FSR-1", "D", "switch")],
     }
 
 
@@ -177,3 +200,374 @@ def test_parameters_that_do_not_fit_are_refused(
 ) -> None:
     with pytest.raises(ValidationError, match=message):
         with_parameters(measure, parameters)
+
+
+# --- Decomposition of ASIL: the eight schemes, and no other ---------------------------------------
+
+TABLE_OF_ASIL = {
+    "D": {("C", "A"), ("B", "B"), ("D", "QM")},
+    "C": {("B", "A"), ("C", "QM")},
+    "B": {("A", "A"), ("B", "QM")},
+    "A": {("A", "QM")},
+    "QM": set(),
+}
+"""ISO 26262-9:2018, clause 5."""
+
+
+@pytest.mark.parametrize("parent", ASIL_ORDER)
+def test_schemes_are_those_of_the_table(parent: str) -> None:
+    assert set(schemes(parent)) == TABLE_OF_ASIL[parent]
+    assert len(schemes(parent)) == len(TABLE_OF_ASIL[parent])
+
+
+def test_there_are_eight_schemes() -> None:
+    assert sum(len(schemes(parent)) for parent in ASIL_ORDER) == 8
+
+
+@pytest.mark.parametrize("parent", ASIL_ORDER[1:])
+def test_children_sum_up_to_the_parent(parent: str) -> None:
+    for pair in combinations_with_replacement(reversed(ASIL_ORDER), 2):
+        assert (pair in schemes(parent)) == (sum(map(rank, pair)) == rank(parent))
+
+
+def test_brackets_hold_the_goal_and_do_not_count() -> None:
+    assert schemes("C(D)") == schemes("C")
+    assert (own_asil("QM(D)"), goal_of("QM(D)"), goal_of("QM")) == ("QM", "D", "")
+    assert scheme_text(("B(D)", "B(D)"), "D") == "B(D) + B(D)"
+
+
+def test_a_requirement_has_no_more_than_its_goal() -> None:
+    decomposed = [word for word in get_args(RequirementAsil) if goal_of(word)]
+    assert len(decomposed) == 2 + 3 + 4 + 5
+    assert all(rank(word) <= rank(goal_of(word)) for word in decomposed)
+
+
+@pytest.mark.parametrize("word", ["E", "", "b", "d(D)"])
+def test_unknown_asil_is_an_error(word: str) -> None:
+    with pytest.raises(ValueError, match="not in"):
+        rank(word)
+
+
+# --- Elements: what they depend on, and what is consumed and provided by nobody -------------------
+
+
+def element(name: str, **more: Any) -> Element:
+    return Element(id=name, kind="sensor", text="text", asil_capability="B", **more)
+
+
+def test_relations_are_listed_once_with_their_kind() -> None:
+    made = element(
+        "camera",
+        supplier="one",
+        resources=("power", "power"),
+        software=("tracker",),
+        provides=("objects",),
+        consumes=("map",),
+    )
+    assert made.relations == (
+        ("supplier", "one"),
+        ("resource", "power"),
+        ("software", "tracker"),
+        ("provides", "objects"),
+        ("consumes", "map"),
+    )
+    assert causes([made, element("radar")]) == ("camera", "one", "power", "tracker", "radar")
+
+
+def test_what_nobody_provides_is_named_with_what_is_provided() -> None:
+    assert list(unprovided([element("a", consumes=("map",))])) == [
+        (("elements", 0, "consumes", 0), "nobody provides 'map'. Nothing is")
+    ]
+    found = list(unprovided([element("a", provides=("x",)), element("b", consumes=("x", "y"))]))
+    assert found == [(("elements", 1, "consumes", 1), "nobody provides 'y'. Provided are x")]
+
+
+def test_keys_that_came_later_are_no_part_of_an_element_without_them() -> None:
+    assert set(element("a", resources=("p",)).model_dump()) == {
+        "id", "kind", "text", "asil_capability", "legacy", "resources"
+    }  # fmt: skip
+    assert element("a", supplier="one").model_dump()["supplier"] == "one"
+
+
+# --- Decompositions in concept files: what is legal, what is refused, and with which words --------
+
+
+def fsr(name: str, asil: str, *elements: str, goals: tuple[str, ...] = ("SG-1",)) -> dict[str, Any]:
+    return {
+        "id": name,
+        "goals": list(goals),
+        "text": "text",
+        "formula": "always(not contact)",
+        "threshold_source": "text",
+        "asil": asil,
+        "allocation": list(elements),
+    }
+
+
+def content_of_decomposition() -> dict[str, Any]:
+    """Write a concept with D into B(D) and B(D)."""
+    element = {"kind": "sensor", "text": "text", "asil_capability": "D"}
+    return {
+        "concept": "two_sensors",
+        "title": "Two sensors",
+        "hazardous_events": [
+            event("HE-1"),
+            event("HE-2", "E3"),
+        ],
+        "safety_goals": [goal("SG-1", "HE-1"), goal("SG-2", "HE-2")],
+        "elements": [
+            {"id": "camera", **element, "resources": ["power_a", "clock"]},
+            {"id": "radar", **element, "resources": ["power_b", "clock"]},
+        ],
+        "requirements": [
+            fsr("FSR-1", "D", "camera", "radar"),
+            fsr("FSR-1a", "B(D)", "camera"),
+            fsr("FSR-1b", "B(D)", "radar"),
+        ],
+        "decompositions": [
+            {
+                "requirement": "FSR-1",
+                "into": ["FSR-1a", "FSR-1b"],
+                "independence": "light and radio",
+                "dfa": ["DFA-1"],
+            }
+        ],
+        "dependent_failures": [
+            {
+                "id": "DFA-1",
+                "covers": ["clock"],
+                "argument": "each has a clock of its own to fall back on",
+                "owner": "safety engineer",
+                "valid_until": "2999-12-31",
+            }
+        ],
+    }
+
+
+def read(tmp_path: Path, concept: dict[str, Any]) -> Concept:
+    """Read it from a file, as an ODD does."""
+    path = tmp_path / "concept.yaml"
+    path.write_text(yaml.safe_dump(concept, sort_keys=False), encoding="utf-8")
+    loaded = _load(path, Concept)
+    _check_asil(loaded)
+    return loaded.spec
+
+
+def test_legal_decomposition_is_read_with_its_scheme(tmp_path: Path) -> None:
+    concept = read(tmp_path, content_of_decomposition())
+    (item,) = concept.decompositions
+    assert scheme(concept, item) == "B(D) + B(D)"
+    assert parents(concept) == {"FSR-1a": "FSR-1", "FSR-1b": "FSR-1"}
+    assert [item.asil for item in concept.requirements] == ["D", "B(D)", "B(D)"]
+
+
+@pytest.mark.parametrize("pair", [("C(D)", "A(D)"), ("D(D)", "QM(D)"), ("QM(D)", "D(D)")])
+def test_every_scheme_of_d_is_legal(tmp_path: Path, pair: tuple[str, str]) -> None:
+    made = content_of_decomposition()
+    for requirement, asil in zip(made["requirements"][1:], pair, strict=True):
+        requirement["asil"] = asil
+    assert list(asil_problems(read(tmp_path, made))) == []
+
+
+def test_decomposition_goes_on_stepwise(tmp_path: Path) -> None:
+    made = content_of_decomposition()
+    made["requirements"] += [fsr("FSR-2", "A(D)", "camera"), fsr("FSR-3", "A(D)", "radar")]
+    step = {"requirement": "FSR-1a", "into": ["FSR-2", "FSR-3"], "independence": "text"}
+    made["decompositions"].append(step)
+    concept = read(tmp_path, made)
+    assert scheme(concept, concept.decompositions[1]) == "A(D) + A(D)"
+
+
+def test_stored_concept_is_read_again_as_it_was() -> None:
+    made = content_of_decomposition()
+    made["hazardous_events"][0] |= {"exposure_method": "frequency", "scenarios": ["cut_in"]}
+    made["safety_goals"][0] |= {
+        "emergency_operation": "drive slowly",
+        "eotti": "20 s",
+        "eotti_rationale": "text",
+    }
+    made["elements"][0] |= {"supplier": "one", "software": ["tracker"], "provides": ["objects"]}
+    made["elements"][1] |= {"consumes": ["objects"]}
+    made["assumptions"] = [
+        {"id": "AS-1", "text": "dry", "owner": "me", "valid_until": "2999-12-31"}
+    ]
+    made["requirements"][0] |= {
+        "type": "fault_tolerance",
+        "operating_modes": ["automated"],
+        "safe_state": "standstill",
+        "emergency_operation_interval": "10 s",
+        "redundancy": "radar",
+        "assumptions": ["AS-1"],
+    }
+    concept = Concept.model_validate(made)
+    stored = concept.model_dump(mode="json")
+    assert Concept.model_validate(stored, context=SI) == concept
+    assert stored["safety_goals"][0]["eotti"] == 20.0
+
+
+def test_content_without_the_new_keys_has_none_of_them() -> None:
+    made = content_of_decomposition()
+    for key in ("decompositions", "dependent_failures"):
+        del made[key]
+    for requirement in made["requirements"]:
+        requirement["asil"] = "D"
+    dumped = Concept.model_validate(made).model_dump(mode="json")
+    assert set(dumped) == {
+        "concept", "title", "hazardous_events", "safety_goals", "elements", "requirements",
+        "assumptions", "waivers",
+    }  # fmt: skip
+    assert not {"type", "safe_state", "redundancy"} & set(dumped["requirements"][0])
+    assert not {"eotti", "emergency_operation"} & set(dumped["safety_goals"][0])
+    assert not {"scenarios", "exposure_method"} & set(dumped["hazardous_events"][0])
+
+
+def test_judged_part_of_a_requirement_has_nothing_new() -> None:
+    requirement = Concept.model_validate(content_of_decomposition()).requirements[1]
+    assert set(requirement.judged()) == {
+        "id", "formula", "bound", "on_contact", "applies", "scenarios"
+    }  # fmt: skip
+
+
+def asil(number: int, word: str) -> Callable[[dict[str, Any]], None]:
+    return lambda made: made["requirements"][number].update(asil=word)
+
+
+def decomposition(**changes: Any) -> Callable[[dict[str, Any]], None]:
+    return lambda made: made["decompositions"][0].update(changes)
+
+
+@pytest.mark.parametrize(
+    ("flaw", "message"),
+    [
+        (
+            asil(2, "A(D)"),
+            r"B\(D\) \+ A\(D\) is no decomposition of FSR-1 \(D\)\. "
+            r"Allowed: B\(D\) \+ B\(D\), C\(D\) \+ A\(D\), D\(D\) \+ QM\(D\)",
+        ),
+        (asil(2, "B(C)"), r"FSR-1b comes of a decomposition of ASIL D, and has B\(C\)\. .*B\(D\)"),
+        (asil(1, "B"), r"FSR-1a comes of a decomposition of ASIL D, and has B\. .*as in B\(D\)"),
+        (asil(1, "QM"), r"FSR-1a comes of .* has QM\. .*as in QM\(D\)"),
+        (
+            lambda made: made["requirements"].append(fsr("FSR-4", "QM(D)", "camera")),
+            r"FSR-4 has ASIL QM\(D\) and comes of no decomposition\. Write QM, or",
+        ),
+        (
+            lambda made: made["requirements"].append(fsr("FSR-4", "B", "camera")),
+            "FSR-4 has ASIL B, below D of SG-1. Set it to D, or decompose",
+        ),
+        (
+            lambda made: made["requirements"].append(fsr("FSR-4", "D(D)", "camera")),
+            r"FSR-4 has ASIL D\(D\) and comes of no decomposition\. Write D",
+        ),
+        (
+            lambda made: made["requirements"][1].update(goals=["SG-2"]),
+            "FSR-1a does not serve SG-1, as FSR-1 does",
+        ),
+        (
+            lambda made: made["requirements"][1].update(goals=["SG-1", "SG-2"]),
+            r"FSR-1a has ASIL B\(D\), below C of SG-2",
+        ),
+    ],
+    ids=lambda item: "" if callable(item) else item[:30],
+)
+def test_illegal_one_is_refused_with_what_is_allowed(
+    tmp_path: Path, flaw: Callable[[dict[str, Any]], None], message: str
+) -> None:
+    made = content_of_decomposition()
+    flaw(made)
+    with pytest.raises(SpecError, match=message) as caught:
+        read(tmp_path, made)
+    assert caught.value.where is not None
+    assert caught.value.where.line > 1
+
+
+@pytest.mark.parametrize(
+    ("flaw", "message"),
+    [
+        (decomposition(requirement="FSR-9"), "no requirement 'FSR-9'. Did you mean"),
+        (decomposition(into=["FSR-1a", "FSR-9"]), "no requirement 'FSR-9'"),
+        (decomposition(into=["FSR-1a", "FSR-1a"]), "'FSR-1a' is a child of 'FSR-1' already"),
+        (decomposition(into=["FSR-1", "FSR-1a"]), "'FSR-1' is decomposed into itself"),
+        (decomposition(into=["FSR-1a"]), "at least 2 items"),
+        (decomposition(dfa=["DFA-9"]), "no record in dependent_failures 'DFA-9'"),
+        (
+            lambda made: made["dependent_failures"][0].update(covers=["clocks"]),
+            "no resource, software, supplier or element 'clocks'. Did you mean 'clock'",
+        ),
+        (
+            lambda made: made["dependent_failures"].append(made["dependent_failures"][0]),
+            "'DFA-1' is defined twice",
+        ),
+        (
+            lambda made: made["decompositions"].append(made["decompositions"][0]),
+            "'FSR-1' is decomposed twice",
+        ),
+        (
+            lambda made: made["requirements"][0].update(assumptions=["AS-9"]),
+            "'AS-9' is none of nothing",
+        ),
+        (lambda made: made["safety_goals"][0].update(eotti="5 s"), "together, or none of them"),
+    ],
+    ids=lambda item: "" if callable(item) else item[:30],
+)
+def test_reference_that_leads_nowhere_is_refused(
+    flaw: Callable[[dict[str, Any]], None], message: str
+) -> None:
+    made = content_of_decomposition()
+    flaw(made)
+    with pytest.raises(ValidationError, match=message):
+        Concept.model_validate(made)
+
+
+def test_message_has_the_line_of_the_reference(tmp_path: Path) -> None:
+    made = content_of_decomposition()
+    made["decompositions"][0]["dfa"] = ["DFA-9"]
+    path = tmp_path / "concept.yaml"
+    path.write_text(yaml.safe_dump(made, sort_keys=False), encoding="utf-8")
+    line = path.read_text("utf-8").splitlines().index("  - DFA-9") + 1
+    with pytest.raises(SpecError, match=f"concept.yaml:{line}:"):
+        validate(load_document(path), Concept)
+
+
+# --- Timing budgets of a safety goal --------------------------------------------------------------
+
+
+def fsr_of_budget(
+    name: str, fdti: float | None = None, frti: float | None = None, goal: str = "G"
+) -> Any:
+    return SimpleNamespace(id=name, goals=(goal,), fdti=fdti, frti=frti)
+
+
+def test_fsr_with_both_parts_is_a_budget_of_its_own() -> None:
+    [found] = budgets_of([fsr_of_budget("A", 0.5, 0.3)], "G")
+    assert found == Budget(("A",), 0.5, 0.3)
+    assert (found.total, found.is_complete) == (0.8, True)
+
+
+def test_largest_single_parts_are_one_budget_together() -> None:
+    [found] = budgets_of(
+        [
+            fsr_of_budget("A", 0.2),
+            fsr_of_budget("B", 0.5),
+            fsr_of_budget("C", frti=0.1),
+            fsr_of_budget("D", frti=0.4),
+        ],
+        "G",
+    )
+    assert found == Budget(("B", "D"), 0.5, 0.4)
+
+
+def test_part_that_nobody_states_is_none_and_not_zero() -> None:
+    [found] = budgets_of([fsr_of_budget("A", frti=0.4)], "G")
+    assert found == Budget(("A",), None, 0.4)
+    assert not found.is_complete
+
+
+def test_other_goals_and_fsrs_without_a_budget_do_not_count() -> None:
+    assert budgets_of([fsr_of_budget("A"), fsr_of_budget("B", 0.5, 0.5, goal="H")], "G") == []
+
+
+def test_budget_as_long_as_the_ftti_does_not_exceed_it() -> None:
+    budget = Budget(("A",), 0.1, 0.2)
+    assert not budget.exceeds(0.3)
+    assert budget.exceeds(0.29)

@@ -1,10 +1,12 @@
-"""Expressions: evaluation and compiled programs agree, errors name text, place and remedy."""
+"""The expression language: grammar, values of columns, dimensions, words."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import pickle
+import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +14,254 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import ExpressionError, SourceLocation
+from adeye.kernel.elementary import exp, power, sin
 from adeye.kernel.postfix import MAX_STACK, run_program
-from adeye.spec.expression import Expression, parse, to_program
+from adeye.spec.expression import (
+    Expression,
+    Value,
+    evaluated,
+    may_hold,
+    measured,
+    parse,
+    to_program,
+)
+from adeye.spec.grammar import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, POPS, read_steps
 from adeye.units import Dimension
+
+# --- The grammar: precedence, units, and that hostile text gives nothing but an ExpressionError ---
+
+WORDS = [
+    *("a", "ego.speed", "true", "2", "0", "1.5e3", "2 s", "60 km/h", "'x'", '"y z"'),
+    *("+", "-", "*", "/", "**", "==", "!=", "<", "<=", ">", ">=", "and", "or", "not", "in"),
+    *("(", ")", "[", "]", ",", "abs(", "min(", "clip(", "if_(", " ", "m", "km/h", "£", "\n", "\0"),
+]
+
+
+def words(text: str) -> str:
+    """Write the steps in postfix order, with values in place of numbers, names and texts."""
+    return " ".join(
+        {"number": f"{step.number:g}", "name": step.text, "text": repr(step.text)}.get(
+            step.word, step.word
+        )
+        for step in read_steps(text)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "postfix"),
+    [
+        ("1 + 2 * 3", "1 2 3 * +"),
+        ("(1 + 2) * 3", "1 2 + 3 *"),
+        ("8 - 4 - 2", "8 4 - 2 -"),
+        ("8 / 4 / 2", "8 4 / 2 /"),
+        ("2 ** 3 ** 2", "2 3 2 ** **"),
+        ("-2 ** 2", "2 2 ** negative"),
+        ("2 ** -1", "2 1 negative **"),
+        ("--a", "a"),
+        ("- + - -a", "a negative"),
+        ("a < b and c or d", "a b < c and d or"),
+        ("a or b and c", "a b c and or"),
+        ("not a == b", "a b == not"),
+        ("not not a", "a not not"),
+        ("a + 1 < b * 2", "a 1 + b 2 * <"),
+        ("a in [1, 2]", "a 0 1 member 2 member found"),
+        ("not a in ['x']", "a 0 'x' member found not"),
+        ("min(a, b, c)", "a b min c min"),
+        ("max(a, b)", "a b max"),
+        ("if_(a > 0, b, c)", "a 0 > b c if_"),
+        ("clip(a, 1, 2)", "a 1 2 clip"),
+        ("true", "1"),
+        ("false", "0"),
+        ("ego.speed", "ego.speed"),
+        ('"it\'s"', '"it\'s"'),
+        ("android + orbit + nothing + inner", "android orbit + nothing + inner +"),
+    ],
+)
+def test_precedence(text: str, postfix: str) -> None:
+    assert words(text) == postfix
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("2 s", 2.0),
+        ("2s", 2.0),
+        ("60 km/h", 60 / 3.6),
+        ("7.5 mm/h", 7.5 / 3_600_000),
+        ("3 m/s^2", 3.0),
+        ("3 m/s²", 3.0),
+        ("50 ms", 0.05),
+        ("0.6 /h", 0.6 / 3600),
+        ("2 min", 120.0),
+        ("10 m", 10.0),
+        (".5 m", 0.5),
+        ("1e3 m", 1000.0),
+    ],
+)
+def test_number_takes_the_longest_unit(text: str, value: float) -> None:
+    (step,) = read_steps(text)
+    assert (step.word, step.number) == ("number", value)
+
+
+def test_quantity_can_be_divided() -> None:
+    assert words("10 m/2") == words("10 m / 2") == "10 2 /"
+    assert words("10 m / 2 s") == "10 2 /"
+
+
+@pytest.mark.parametrize("text", ["10 m/sec", "10 m/gap", "60 kmh", "10 mi", "10 m_x", "2 m.x"])
+def test_unit_that_goes_on_is_no_unit(text: str) -> None:
+    with pytest.raises(ExpressionError, match=r"there is no unit|follows"):
+        read_steps(text)
+
+
+def test_unknown_unit_is_named_with_a_suggestion() -> None:
+    with pytest.raises(ExpressionError) as caught:
+        read_steps("gap > 60 kmh")
+    assert caught.value.message == "'gap > 60 kmh', character 10: there is no unit 'kmh'"
+    assert caught.value.remedy == "Did you mean 'km/h'?"
+
+
+def test_bare_zero_fits_anything_and_a_zero_with_a_unit_does_not() -> None:
+    assert read_steps("0")[0].exponents is None
+    assert read_steps("0 m")[0].exponents == (1, 0, 0)
+    assert read_steps("1")[0].exponents == (0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "an empty expression"),
+        ("  ", "an empty expression"),
+        ("a +", "character 4: a number, a name or '(' is missing"),
+        ("(a", "character 3: ')' is missing"),
+        ("a)", "character 2: something follows the end"),
+        ("a b", "character 3: something follows the end"),
+        ("1 < 2 < 3", "character 7: comparisons cannot be chained"),
+        ("a in [1] == b", "character 10: comparisons cannot be chained"),
+        ("a in 1", "'in' needs a list"),
+        ("a in []", "a number, a name or '(' is missing"),
+        ("a in [1", "']' is missing"),
+        ("abs()", "a number, a name or '(' is missing"),
+        ("abs(1, 2)", "abs takes 1 arguments, not 2"),
+        ("min(1)", "min takes 2 to 8 arguments, not 1"),
+        ("clip(1, 2)", "clip takes 3 arguments, not 2"),
+        ("eval('1')", "character 1: there is no function 'eval'"),
+        ("a[0]", "something follows the end"),
+        ("a.__class__()", "there is no function 'a.__class__'"),
+        ("lambda: 1", "':' cannot be read here"),
+        ("a = 1", "character 3: '=' cannot be read here"),
+        ("a && b", "'&' cannot be read here"),
+        ("'open", '"\'" cannot be read here'),
+        ("1e999", "'1e999' is not a finite number"),
+        ("1e308 km", "'1e308' is not a finite number"),
+        ("and", "a number, a name or '(' is missing"),
+    ],
+)
+def test_text_outside_the_grammar_is_refused_with_its_position(text: str, message: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        read_steps(text)
+    assert message in str(caught.value)
+
+
+def test_misspelt_function_is_suggested() -> None:
+    with pytest.raises(ExpressionError) as caught:
+        read_steps("sqrrt(2)")
+    assert caught.value.remedy == "Did you mean 'sqrt'?"
+
+
+def test_length_is_capped() -> None:
+    assert len(read_steps("1" + " " * (MAX_LENGTH - 1))) == 1
+    with pytest.raises(ExpressionError, match="2,001 characters, at most 2,000"):
+        read_steps("1" + " " * MAX_LENGTH)
+
+
+def refusal(text: str) -> str:
+    """Return the message of the refusal, empty for text that is read."""
+    try:
+        read_steps(text)
+    except ExpressionError as error:
+        return str(error)
+    return ""
+
+
+def nested(kind: str, depth: int) -> str:
+    if kind == "**":
+        return "**".join(["1"] * (depth + 1))
+    return f"{kind}(" * depth + "1" + ")" * depth
+
+
+@pytest.mark.parametrize("kind", ["", "abs", "**"])
+def test_depth_is_capped(kind: str) -> None:
+    # The whole expression is the first level.
+    assert read_steps(nested(kind, MAX_DEPTH - 1))
+    with pytest.raises(ExpressionError, match=f"nested more than {MAX_DEPTH} deep"):
+        read_steps(nested(kind, MAX_DEPTH))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 2_000,
+        "abs(" * 500,
+        "1**" * 666 + "1",
+        "-" * 1_999 + "1",
+        "not " * 499 + "1",
+        "a+" * 999 + "a",
+        "a or " * 399 + "a",
+        "a in [" + "1," * 900 + "1]",
+        "1 " * 1_000,
+        "'" * 2_000,
+        "." * 2_000,
+        "9" * 2_000,
+        "1e" + "9" * 1_990,
+    ],
+)
+def test_hostile_text_is_read_or_refused_at_once(text: str) -> None:
+    begin = time.process_time()
+    message = refusal(text)
+    assert time.process_time() - begin < 0.2
+    assert len(message) < 400
+
+
+def test_nested_membership_stays_small() -> None:
+    text = "x"
+    for _ in range(MAX_DEPTH - 1):
+        text = f"({text} in [1, 1])"
+    assert len(read_steps(text)) < len(text)
+
+
+@pytest.mark.slow
+@settings(max_examples=300)
+@given(st.text(max_size=60) | st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join))
+def test_any_text_is_steps_or_an_expression_error(text: str) -> None:
+    message = refusal(text)
+    if message:
+        assert message.isprintable()
+        return
+    height = 0
+    for step in read_steps(text):
+        height -= POPS[step.word]
+        assert height >= 0
+        height += 1
+    assert height == 1
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_leaves_one_value(name: str) -> None:
+    for count in FUNCTIONS[name]:
+        steps = read_steps(f"{name}({', '.join(['a'] * count)})")
+        assert sum(1 - POPS[step.word] for step in steps) == 1
+
+
+def test_what_is_asked_of_an_event_is_a_variable_of_it() -> None:
+    (since,) = read_steps("since(cut_in)")
+    assert (since.word, since.text) == ("name", "cut_in.since")
+    assert read_steps("ended(cut_in)")[0].text == "cut_in.ended"
+    with pytest.raises(ExpressionError, match="there is no function 'since'"):
+        read_steps("since(2 s)")
+
+
+# --- Expressions: evaluation and compiled programs agree, errors name text, place and remedy ------
 
 WHERE = SourceLocation("odd/motorway.yaml", 17, 15)
 NAMES = ("a", "b.c", "d")
@@ -277,3 +524,302 @@ def test_any_text_gives_an_answer_or_an_expression_error(text: str) -> None:
         assert 1 <= program.stack <= MAX_STACK
         expression.evaluate(dict.fromkeys(names, 1.0))
         expression.dimension({})
+
+
+# --- Expressions over columns: numbers, truth, text, and what must not be mixed -------------------
+
+NAN = math.nan
+
+
+def evaluate(text: str, **columns: Value) -> Any:
+    return evaluated(read_steps(text), columns)
+
+
+@pytest.mark.parametrize(
+    ("text", "answer"),
+    [
+        ("1 + 2 * 3", 7.0),
+        ("7 / 2", 3.5),
+        ("2 ** 10", 1024.0),
+        ("-2 ** 2", -4.0),
+        ("(0 - 2) ** 3", -8.0),
+        ("abs(-3)", 3.0),
+        ("min(3, 1, 2)", 1.0),
+        ("max(3, 1, 5)", 5.0),
+        ("sqrt(9)", 3.0),
+        ("floor(-1.5)", -2.0),
+        ("ceil(1.2)", 2.0),
+        ("sin(0.5)", sin(0.5)),
+        ("exp(1)", exp(1.0)),
+        ("2 ** 0.5", power(2.0, 0.5)),
+        ("clip(5, 0, 3)", 3.0),
+        ("if_(1 < 2, 10, 20)", 10.0),
+        ("1 < 2", True),
+        ("2 <= 1", False),
+        ("1 < 2 and not 2 < 1", True),
+        ("1 > 2 or 3 in [1, 2]", False),
+        ("3 in [1, 3]", True),
+        ("'b' in ['a', 'b']", True),
+        ("'a' < 'b'", True),
+        ("'a' != 'a'", False),
+        ("if_(1 > 2, 'a', 'b')", "b"),
+        ("'wet'", "wet"),
+        ("60 km/h > 16 m/s", True),
+    ],
+)
+def test_scalar_answer(text: str, answer: object) -> None:
+    found = evaluate(text)
+    assert found == answer
+    assert type(found) is type(answer)
+
+
+def test_column_goes_through() -> None:
+    gap = np.array([5.0, 10.0, 20.0])
+    np.testing.assert_array_equal(evaluate("2 * gap + 1", gap=gap), [11.0, 21.0, 41.0])
+    np.testing.assert_array_equal(evaluate("gap >= 10", gap=gap), [False, True, True])
+    np.testing.assert_array_equal(evaluate("gap ** 2", gap=gap), gap * gap)
+
+
+def test_columns_and_scalars_are_broadcast() -> None:
+    found = evaluate("if_(lead > own, lead, own)", lead=np.array([1.0, 3.0]), own=2.0)
+    np.testing.assert_array_equal(found, [2.0, 3.0])
+
+
+@pytest.mark.parametrize("road", [np.array(["wet", "dry"]), np.array(["wet", "dry"], dtype=object)])
+def test_text_column_is_compared(road: Any) -> None:
+    np.testing.assert_array_equal(evaluate("road == 'wet'", road=road), [True, False])
+    np.testing.assert_array_equal(evaluate("road != 'wet'", road=road), [False, True])
+    np.testing.assert_array_equal(evaluate("road in ['ice', 'dry']", road=road), [False, True])
+
+
+def test_empty_column_stays_empty() -> None:
+    assert evaluate("sin(x) ** x + 1", x=np.array([])).shape == (0,)
+
+
+def test_integers_do_not_wrap_around() -> None:
+    assert evaluate("k * k", k=np.array([2**40]))[0] == 2.0**80
+    np.testing.assert_array_equal(evaluate("2 ** -k", k=np.array([1, 2])), [0.5, 0.25])
+
+
+def test_truth_values_add_up_as_numbers() -> None:
+    assert evaluate("(1 < 2) + (2 < 3) + (3 < 2)") == 2.0
+    assert evaluate("-(1 < 2)") == -1.0
+
+
+@pytest.mark.parametrize("operator", ["==", "!=", "<", "<=", ">", ">="])
+def test_comparison_with_nan_is_false(operator: str) -> None:
+    assert evaluate(f"x {operator} 1", x=NAN) is False
+    assert evaluate(f"1 {operator} x", x=NAN) is False
+    assert evaluate(f"x {operator} x", x=NAN) is False
+
+
+@pytest.mark.parametrize("text", ["x and true", "x or false", "not x", "x in [1]"])
+def test_truth_of_nan_is_false(text: str) -> None:
+    assert evaluate(text, x=NAN) is False
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["x + 1", "min(x, 1)", "min(1, x)", "max(1, x)", "clip(x, 0, 1)", "if_(x, 1, 2)", "x ** 0"],
+)
+def test_number_computed_from_nan_is_nan(text: str) -> None:
+    assert math.isnan(evaluate(text, x=NAN))
+
+
+def test_inputs_are_not_changed() -> None:
+    found = np.array([0.0, 1.0])
+    evaluate("(x in [1, 2]) or x > 3", x=found)
+    np.testing.assert_array_equal(found, [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "'a' + 1",
+        "'a' + 'b'",
+        "-'a'",
+        "'a' == 1",
+        "1 < 'a'",
+        "1 in ['a']",
+        "'a' and true",
+        "not 'a'",
+        "if_('a', 1, 2)",
+        "if_(true, 'a', 1)",
+        "if_(x, 'a', 'b')",
+        "abs('a')",
+        "min('a', 'b')",
+        "sin('a')",
+        "'a' ** 2",
+    ],
+)
+def test_text_is_no_number(text: str) -> None:
+    with pytest.raises(TypeError):
+        evaluate(text, x=NAN)
+
+
+def test_columns_of_different_length_are_refused_of_columns() -> None:
+    with pytest.raises(ValueError, match="broadcast"):
+        evaluate("a + b", a=np.zeros(2), b=np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("time >= 2", [False, False, True]),
+        ("time >= 2 and other > 3", [False, False, True]),
+        ("time >= 2 or other > 3", [True, True, True]),
+        ("not (time >= 2 or other > 3)", [True, True, False]),
+        ("other > 3 or 1 > 2", [True, True, True]),
+        ("other > 3 and 1 > 2", [False, False, False]),
+        ("other * 0 > 1", [True, True, True]),
+        ("if_(time >= 1, time - 1, other)", [True, False, True]),
+        ("if_(other > 1, 0, 0)", [True, True, True]),
+        ("time in [1, 7]", [False, True, False]),
+        ("time in [1, other]", [True, True, True]),
+        ("log(time - 1) > 0 and time < 2", [False, False, False]),
+    ],
+)
+def test_what_may_hold_whatever_the_unknown_is(text: str, expected: list[bool]) -> None:
+    held = may_hold(read_steps(text), {"time": np.array([0.0, 1.0, 2.0])})
+    assert np.broadcast_to(held, 3).tolist() == expected
+
+
+@pytest.mark.parametrize("other", [-2.0, 0.0, 4.0, NAN])
+def test_what_holds_for_a_value_may_hold_without_it(other: float) -> None:
+    time = np.array([0.0, 1.0, 2.0])
+    for text in ("time >= 2 and other > 3", "other in [time, 4]", "if_(other > 1, time, -other)"):
+        held = evaluate(text, time=time, other=other)
+        assert np.all(may_hold(read_steps(text), {"time": time}) >= (np.nan_to_num(held) != 0))
+
+
+# --- Dimensions of expressions: what fits together, what does not ---------------------------------
+
+DIMS = {
+    "speed": Dimension.SPEED,
+    "gap": Dimension.LENGTH,
+    "time": Dimension.TIME,
+    "braking": Dimension.ACCELERATION,
+    "heading": Dimension.ANGLE,
+    "yaw_rate": Dimension.ANGULAR_RATE,
+    "bend": Dimension.CURVATURE,
+    "rain": Dimension.RAIN_RATE,
+    "ratio": Dimension.NONE,
+    "open": None,
+}
+
+
+def dimension(text: str) -> Dimension | None:
+    return measured(read_steps(text), DIMS, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("gap", Dimension.LENGTH),
+        ("rain", Dimension.RAIN_RATE),
+        ("-gap + 5 m", Dimension.LENGTH),
+        ("gap / speed", Dimension.TIME),
+        ("speed * time", Dimension.LENGTH),
+        ("speed ** 2 / (2 * braking)", Dimension.LENGTH),
+        ("speed ** 2 * bend", Dimension.ACCELERATION),
+        ("sqrt(gap * gap)", Dimension.LENGTH),
+        ("sqrt(2 * braking * gap)", Dimension.SPEED),
+        ("(gap * gap) ** 0.5", Dimension.LENGTH),
+        ("gap ** -1", Dimension.CURVATURE),
+        ("1 / time", Dimension.FREQUENCY),
+        ("yaw_rate * time", Dimension.ANGLE),
+        ("sin(heading)", Dimension.NONE),
+        ("sin(ratio)", Dimension.NONE),
+        ("sin(90 deg) * gap", Dimension.LENGTH),
+        ("exp(ratio)", Dimension.NONE),
+        ("2 ** ratio", Dimension.NONE),
+        ("abs(gap)", Dimension.LENGTH),
+        ("min(gap, 5 m, 0)", Dimension.LENGTH),
+        ("clip(speed, 0, 130 km/h)", Dimension.SPEED),
+        ("if_(gap > 5 m, speed, 0)", Dimension.SPEED),
+        ("gap > 5 m", Dimension.NONE),
+        ("gap > 0", Dimension.NONE),
+        ("gap in [5 m, 10 m]", Dimension.NONE),
+        ("not ratio and gap < 1 m", Dimension.NONE),
+        ("speed > rain", Dimension.NONE),
+        ("0", None),
+        ("0 * gap", None),
+        ("open", None),
+        ("unheard_of", None),
+        ("open + gap", Dimension.LENGTH),
+        ("open * gap", None),
+        ("open * 2", None),
+        ("open / 2", None),
+        ("gap / open", None),
+        ("open ** 2", None),
+        ("open == 'wet'", Dimension.NONE),
+        ("'wet'", None),
+    ],
+)
+def test_dimension(text: str, found: Dimension | None) -> None:
+    assert dimension(text) is found
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("speed + gap", "puts a speed and a length together"),
+        ("gap - 5", "puts a length and a plain number together"),
+        ("gap > 2 s", "puts a length and a time together"),
+        ("gap == 5", "puts a length and a plain number together"),
+        ("gap + 0 s", "puts a length and a time together"),
+        ("gap in [5 m, 2 s]", "puts a length and a time together"),
+        ("gap > 5 m and (time < 2 m or ratio)", "puts a time and a length together"),
+        ("min(gap, speed)", "puts a length and a speed together"),
+        ("clip(gap, 0, 2 s)", "puts a length and a time together"),
+        ("if_(ratio, gap, speed)", "puts a length and a speed together"),
+        ("heading + ratio", "puts an angle and a plain number together"),
+        ("if_(gap, 1, 2)", "a length is taken for true or false"),
+        ("gap and ratio", "a length is taken for true or false"),
+        ("not speed", "a speed is taken for true or false"),
+        ("sin(gap)", "a length has no sin"),
+        ("exp(speed)", "a speed has no exp"),
+        ("log(2 s)", "a time has no log"),
+        ("ratio ** gap", "a length is an exponent"),
+        ("2 ** (3 s)", "a time is an exponent"),
+        ("gap ** ratio", "to a power that is no small number"),
+        ("gap ** 1e300", "to a power that is no small number"),
+        ("sqrt(gap)", "takes a root of a length"),
+        ("gap ** 0.3", "takes a root of a length"),
+        ("gap * gap * gap", "measures length^3 time^0 angle^0"),
+    ],
+)
+def test_mismatch_is_named(text: str, message: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        dimension(text)
+    assert message in caught.value.message
+
+
+def test_long_chain_needs_no_recursion() -> None:
+    assert dimension("+".join(["gap"] * 400)) is Dimension.LENGTH
+
+
+@given(
+    left=st.sampled_from(sorted(DIMS.keys() - {"open"})),
+    right=st.sampled_from(sorted(DIMS.keys() - {"open"})),
+)
+def test_sum_is_defined_exactly_for_equal_exponents(left: str, right: str) -> None:
+    one, other = DIMS[left], DIMS[right]
+    assert one is not None
+    assert other is not None
+    if one.exponents == other.exponents:
+        assert dimension(f"{left} + {right}") is not None
+    else:
+        with pytest.raises(ExpressionError, match="together"):
+            dimension(f"{left} + {right}")
+
+
+@given(left=st.sampled_from(sorted(DIMS)), right=st.sampled_from(sorted(DIMS)))
+def test_order_of_comparison_does_not_matter(left: str, right: str) -> None:
+    def answer(text: str) -> object:
+        try:
+            return dimension(text)
+        except ExpressionError:
+            return "refused"
+
+    assert answer(f"{left} < {right}") == answer(f"{right} > {left}")

@@ -1,4 +1,4 @@
-"""ODDs: names resolve at their place, a design takes what is its own, limits are not empty."""
+"""ODDs: attributes, bins, distributions, sweeps and gate."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.spec.document import load_document
-from adeye.spec.odd import Odd, Steps, Sweep
+from adeye.spec.odd import CoverageBins, Distribution, Odd, Steps, Sweep
 from adeye.spec.quantity import SI
+
+# --- ODDs: names resolve at their place, a design takes what is its own, limits are not empty -----
 
 ROOT = Path(__file__).parents[2] / "odd"
 SHIPPED = sorted(ROOT.glob("*.yaml"))
@@ -154,3 +156,78 @@ def test_axis_is_a_list_or_steps() -> None:
     assert isinstance(sweep.parameters["gap"], Steps)
     assert sweep.parameters["gap"].start == "1 m"
     assert sweep.parameters["rain"] == ("0 mm/h", 1)
+
+
+# --- Bins that an ODD declares: in units, ascending, and no part of an ODD that has none ----------
+
+
+def test_edges_are_read_in_their_units_and_stored_in_si() -> None:
+    bins = CoverageBins.model_validate({"ego_speed": ["0 km/h", "36 km/h"]})
+    assert bins.ego_speed == (0.0, 10.0)
+    stored = bins.model_dump(mode="json")
+    assert stored == {"ego_speed": [0.0, 10.0]}
+    assert CoverageBins.model_validate(stored, context=SI) == bins
+
+
+def test_kinds_of_actor_need_no_order() -> None:
+    bins = CoverageBins.model_validate(
+        {"actors": ["truck", "car"], "sun_elevation": ["0 deg", "10 deg"]}
+    )
+    assert bins.actors == ("truck", "car")
+    assert bins.model_dump(mode="json")["actors"] == ["truck", "car"]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ({"ego_speed": ["0 km/h", "60 km/h", "60 km/h"]}, "must ascend"),
+        ({"rain": ["0 mm/h"]}, "at least 2 items"),
+        ({"rain": ["0 m", "1 m"]}, "is not a speed|is not a rain rate"),
+        ({"radius": ["500 m", "100 m"]}, "must ascend"),
+        ({"sun_elevation": ["10 m", "20 m"]}, "is not an angle"),
+        ({"actors": []}, "at least 1 item"),
+        ({"actors": ["car", "truck", "car"]}, "'car' occurs twice"),
+        ({"actors": ["tram"]}, "pedestrian"),
+        ({"colour": [1, 2]}, "not permitted"),
+    ],
+)
+def test_edges_that_make_no_bins_are_refused(content: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        CoverageBins.model_validate(content)
+
+
+# --- Distributions as a sweep writes them: one kind each, complete, and written without the rest --
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"uniform": ["1 m", "2 m"]},
+        {"normal": {"mean": "1 m", "sd": "2 m", "min": "0 m"}},
+        {"lognormal": {"median": "1 m", "sigma": 0.5}},
+        {"empirical": "gaps.csv", "column": "gap", "unit": "m"},
+        {"choice": {"day": 0.75, "night": 0.25}},
+    ],
+)
+def test_what_is_written_is_what_is_stored(content: dict[str, Any]) -> None:
+    made = Distribution.model_validate(content)
+    assert made.kind == next(iter(content))
+    assert made.model_dump(mode="json") == content
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ({}, "exactly one of uniform, normal, lognormal, empirical, choice, not none"),
+        ({"uniform": ["1 m", "2 m"], "choice": {"1 m": 1.0}}, "not uniform, choice"),
+        ({"empirical": "gaps.csv"}, "empirical and column go together"),
+        ({"uniform": ["1 m", "2 m"], "unit": "m"}, "unit belongs to empirical"),
+        ({"choice": {"day": 0.75, "night": 0.2}}, "the weights sum up to 0.95, not to 1"),
+        ({"choice": {"day": 1.0, "night": 0.0}}, "greater than 0"),
+        ({"lognormal": {"median": "1 m", "sigma": 0.0}}, "greater than 0"),
+        ({"uniform": ["1 m"]}, "at least 2 items"),
+    ],
+)
+def test_what_is_no_distribution_is_refused(content: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        Distribution.model_validate(content)

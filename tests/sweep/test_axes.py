@@ -1,23 +1,36 @@
-"""Axes: exact levels in SI, and what is no axis is refused at its place."""
+"""Axes: values of a quantity, overrides by path, and values for people."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import SourceLocation, SweepError
+from adeye.spec.load import OddFiles
 from adeye.spec.odd import Sweep
 from adeye.spec.scenario import Parameter
-from adeye.sweep.axes import Axis, AxisReader, default_values, has_path, quantity_or_text
+from adeye.sweep.axes import (
+    Axis,
+    AxisReader,
+    Change,
+    NamedValue,
+    Variants,
+    axis_text,
+    default_values,
+    has_path,
+    named_values,
+    quantity_or_text,
+    quantity_text,
+    set_path,
+)
 from adeye.sweep.axes import parameter_value as value_of
 from adeye.units import Dimension
 
-if TYPE_CHECKING:
-    from adeye.spec.load import OddFiles
+# --- Axes: exact levels in SI, and what is no axis is refused at its place ------------------------
 
 WHERE = SourceLocation("odd.yaml", 3, 5)
 Read = Callable[..., Axis]
@@ -215,3 +228,169 @@ def test_path_ends_where_the_record_does(load: Callable[..., OddFiles]) -> None:
     assert has_path(spec, ("sensors", "front_radar", "mount", "yaw"))
     assert not has_path(spec, ("sensors", "front_radar", "mount", "yaw", "deg"))
     assert not has_path(spec, ("sensors", "lidar"))
+
+
+# --- Overrides by dotted path: one record per variant, and a flaw is the axis's -------------------
+
+HERE = SourceLocation("odd.yaml", 5, 9)
+THERE = SourceLocation("odd.yaml", 6, 9)
+
+
+def change(path: str, value: Any, where: SourceLocation = HERE) -> Change:
+    return Change(tuple(path.split(".")), value, where)
+
+
+@pytest.mark.parametrize(
+    ("content", "path", "result"),
+    [
+        ({"a": 1}, ("a",), {"a": 9}),
+        ({"a": {"b": 1, "c": 2}}, ("a", "b"), {"a": {"b": 9, "c": 2}}),
+        ({}, ("a", "b", "c"), {"a": {"b": {"c": 9}}}),
+        ({"a": None}, ("a", "b"), {"a": {"b": 9}}),
+        ({"a": "text"}, ("a", "b"), {"a": {"b": 9}}),
+    ],
+)
+def test_value_is_written_at_its_path(content: Any, path: tuple[str, ...], result: Any) -> None:
+    set_path(content, path, 9)
+    assert content == result
+
+
+def test_without_changes_the_file_is_returned(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    assert Variants().of(loaded, ()) is loaded.spec
+
+
+def test_equal_changes_give_one_record(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    variants = Variants()
+    far = variants.of(loaded, (change("sensors.front_radar.range", "150 m"),))
+    assert variants.of(loaded, (change("sensors.front_radar.range", "150 m", THERE),)) is far
+    near = variants.of(loaded, (change("sensors.front_radar.range", "100 m"),))
+    assert near is not far
+    assert getattr(far.sensors["front_radar"], "range", None) == 150.0
+    assert getattr(loaded.spec.sensors["front_radar"], "range", None) == 200.0
+
+
+def test_the_files_content_stays_as_it_was(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    before = repr(loaded.content)
+    Variants().of(loaded, (change("vehicle.mass", 2000), change("switch.policy", "stuck")))
+    assert repr(loaded.content) == before
+
+
+def test_numbers_and_words_keep_their_type(load: Callable[..., OddFiles]) -> None:
+    loaded = load().scenarios["cut_in"]
+    made = Variants().of(
+        loaded, (change("world.road.lanes", 4), change("environment.illumination", "night"))
+    )
+    assert made.world.road.lanes == 4
+    assert made.environment.illumination == "night"
+
+
+def test_lists_and_truths_are_written_as_they_stand(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    links = ("front_radar", "localisation")
+    latch = Change(("switch", "latch"), value=False, where=HERE)
+    made = Variants().of(loaded, (change("channels.nominal.links", links), latch))
+    assert made.channels["nominal"].links == links
+    assert made.switch.latch is False
+    with pytest.raises(SweepError, match=r"with switch.latch = 0: switch.latch: .*true or false"):
+        Variants().of(loaded, (change("switch.latch", 0),))
+
+
+def test_flaw_is_placed_at_the_axis_that_wrote_it(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    changes = (change("vehicle.mass", 2000), change("sensors.front_radar.range", "5 s", THERE))
+    with pytest.raises(SweepError) as caught:
+        Variants().of(loaded, changes)
+    assert str(caught.value) == (
+        "SweepError: odd.yaml:6:9: with vehicle.mass = 2000, sensors.front_radar.range = 5 s: "
+        "sensors.front_radar.range: '5 s' is not a length. "
+        "Write a length like '15 m' (units: m, km, cm, mm)."
+    )
+
+
+def test_flaw_of_the_whole_is_placed_at_the_last_axis(load: Callable[..., OddFiles]) -> None:
+    loaded = load().architectures["camera_radar"]
+    with pytest.raises(SweepError) as caught:
+        Variants().of(loaded, (change("vehicle.mass", 1), change("switch.default", "third", THERE)))
+    assert caught.value.where == THERE
+    assert "'third' is not in priority" in str(caught.value)
+
+
+def test_fault_is_changed_alone(load: Callable[..., OddFiles]) -> None:
+    out = {
+        "id": "out",
+        "target": "sensors.front_camera",
+        "model": "drop_out",
+        "onset": {"at": "1 s"},
+    }
+    files = load(faults=[out])
+    fault, content = files.odd.spec.faults[0], files.odd.content["faults"][0]
+    variants = Variants()
+    assert variants.fault(fault, content, ()) is fault
+    longer = variants.fault(fault, content, (change("duration", "4 s"),))
+    assert (longer.duration, longer.onset.at, fault.duration) == (4.0, 1.0, None)
+    assert variants.fault(fault, content, (change("duration", "4 s"),)) is longer
+    with pytest.raises(SweepError, match=r"odd.yaml:5:9: with onset.at = -1 s: onset.at: must be"):
+        variants.fault(fault, content, (change("onset.at", "-1 s"),))
+
+
+# --- Swept values for people: in the unit of the scenario's default, and reading back -------------
+
+ODD: dict[str, Any] = {
+    "scenarios": {
+        "cut_in": {
+            "parameters": {
+                "ego_speed": {"default": "100 km/h"},
+                "lateral_speed": {"default": "1.5 m/s"},
+                "rain": {"default": "0 mm/h"},
+                "friction": {"default": 0.9},
+            }
+        }
+    }
+}
+
+
+@pytest.mark.parametrize(
+    ("value", "default", "text"),
+    [
+        (25.0, "100 km/h", "90 km/h"),
+        (130 / 3.6, "100 km/h", "130 km/h"),
+        (-10 / 3.6, "-30 km/h", "-10 km/h"),
+        (1.5, "1 m/s", "1.5 m/s"),
+        (7.5e-3 / 3600, "0 mm/h", "7.5 mm/h"),
+        (45.0, "30 m", "45 m"),
+        (2.2, "1.8 s", "2.2 s"),
+        (6.0, "4 m/s^2", "6 m/s²"),
+        (0.35, 0.9, "0.35"),
+        (3.0, "left", "3"),
+    ],
+)
+def test_value_is_written_in_the_unit_of_the_default(value: float, default: Any, text: str) -> None:
+    assert quantity_text(value, default) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "default"),
+    [("110 km/h", "100 km/h"), ("2.5 mm/h", "0 mm/h"), ("0.7 m/s", "1 m/s"), ("35 m", "1 km")],
+)
+def test_what_is_written_reads_back(text: str, default: str) -> None:
+    value, _ = quantity_or_text(text)
+    again, _ = quantity_or_text(quantity_text(float(value), default))
+    assert again == pytest.approx(value, rel=1e-9)
+
+
+def test_axis_by_path_and_words_are_shown_as_they_are() -> None:
+    assert axis_text("architecture.switch.policy", "stuck", ODD, "cut_in") == "stuck"
+    assert axis_text("architecture.sensors.front_camera.range", 120.0, ODD, "cut_in") == "120"
+    assert axis_text("ego_speed", 25.0, ODD, "another") == "25"
+
+
+def test_point_is_named_in_its_order() -> None:
+    point: dict[str, float | str] = {"rain": 0.0, "ego_speed": 25.0, "friction": 0.5}
+    assert named_values(point, ODD, "cut_in") == (
+        NamedValue("rain", "0 mm/h"),
+        NamedValue("ego_speed", "90 km/h"),
+        NamedValue("friction", "0.5"),
+    )

@@ -1,20 +1,26 @@
-"""Identity of a test case: what changes the drive changes the digest, and nothing else does."""
+"""Test cases: identity, columns, structure, and which stand in one batch."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from adeye.errors import SweepError
+from adeye.spec.load import OddFiles, load_odd
 from adeye.spec.odd import Attributes
-from adeye.sweep.case import AuthorityOverride, TestCase, content_digest
-from adeye.sweep.expand import expand
+from adeye.store.encoding import json_text
+from adeye.sweep import case as structure
+from adeye.sweep.case import AuthorityOverride, TestCase, batches, content_digest, structure_key
+from adeye.sweep.expand import Expansion, expand
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adeye.spec.load import OddFiles
+# --- Identity of a test case: what changes the drive changes the digest, and nothing else does ----
 
 FAULT = {
     "id": "camera_out",
@@ -117,3 +123,213 @@ def test_override_is_identity_and_leaves_the_situation(case: TestCase) -> None:
     assert len({case.digest, *(other.digest for other in others)}) == 4
     assert {other.situation_digest for other in others} == {case.situation_digest}
     assert {other.stream_seed for other in others} == {case.stream_seed}
+
+
+# --- Columns say of every test case what its record says: one definition of identity --------------
+
+Load = Callable[..., "OddFiles"]
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = [path for path in sorted((ROOT / "odd").glob("*.yaml")) if path.stem != "million"]
+CAMERA_OUT = {
+    "id": "camera_out",
+    "target": "sensors.front_camera",
+    "model": "drop_out",
+    "onset": {"at": "2 s"},
+}
+
+
+def alone(case: TestCase) -> TestCase:
+    """The test case without anything that was computed for many."""
+    return replace(case, replicate=case.replicate)
+
+
+def check(expansion: Expansion, start: int = 0, stop: int | None = None) -> None:
+    for columns in expansion.columns(start, stop, 100):
+        cases = [alone(case) for case in columns.cases()]
+        assert columns.situation_digest == [case.situation_digest for case in cases]
+        assert columns.digest == [case.digest for case in cases]
+        assert columns.stream_seed == [case.stream_seed for case in cases]
+        assert columns.replicate == [case.replicate for case in cases]
+        assert columns.inside_odd == [case.inside_odd for case in cases]
+        assert columns.parameters_json == [json_text(dict(case.parameters)) for case in cases]
+        assert columns.point_json == [json_text(dict(case.point)) for case in cases]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_every_test_case_of_the_shipped_odds_has_the_identity_of_its_row(path: Path) -> None:
+    check(expand(load_odd(path)))
+
+
+@pytest.mark.slow
+def test_some_of_a_million_have_the_identity_of_their_rows() -> None:
+    expansion = expand(load_odd(ROOT / "odd" / "million.yaml"))
+    for start in range(7, expansion.count, 99_991):
+        check(expansion, start, start + 50)
+
+
+def test_overrides_replicates_and_faults_are_in_the_identity(load: Load) -> None:
+    parameters: dict[str, list[Any]] = {
+        "gap": ["30 m", "45 m"],
+        "architecture.sensors.front_camera.range": ["90 m", "120 m"],
+        "scenario.ego.speed": ["ego_speed", "ego_speed - 1 m/s"],
+        "faults.camera_out.onset.at": ["1 s", "2 s"],
+    }
+    expansion = expand(load({"parameters": parameters}, faults=[CAMERA_OUT], replicates=3))
+    assert expansion.count == 2 * (8 + 16) * 3
+    check(expansion)
+
+
+def test_random_points_are_written_so_that_they_read_back(load: Load) -> None:
+    sweep = {
+        "design": "random",
+        "samples": 50,
+        "parameters": {"gap": ["30 m", "60 m"], "ego_speed": ["60 km/h", "130 km/h"]},
+    }
+    expansion = expand(load(sweep, replicates=2))
+    check(expansion)
+    columns = next(expansion.columns(0, 50))
+    written = [json.loads(text) for text in columns.point_json]
+    assert written == [dict(case.point) for case in columns.cases()]
+
+
+def test_design_without_axes_has_one_point_per_replicate(load: Load) -> None:
+    expansion = expand(load({}, replicates=5))
+    check(expansion)
+    assert next(expansion.columns()).point_json == ["{}"] * 5
+
+
+def test_size_of_the_columns_changes_nothing(load: Load) -> None:
+    expansion = expand(load(faults=[CAMERA_OUT], replicates=3))
+    whole = [item for columns in expansion.columns() for item in columns.digest]
+    for size in (1, 2, 7):
+        assert [i for part in expansion.columns(size=size) for i in part.digest] == whole
+    assert [i for part in expansion.columns(20, 41, 4) for i in part.digest] == whole[20:41]
+
+
+def test_worlds_are_those_of_the_points(load: Load) -> None:
+    columns = next(expand(load(replicates=2)).columns())
+    worlds = columns.worlds()
+    assert [world.parameters for world in worlds] == [c.parameters for c in columns.cases()[::2]]
+
+
+def test_the_first_point_outside_is_told_wherever_one_begins(load: Load) -> None:
+    sweep = {"parameters": {"ego_speed": ["80 km/h", "125 km/h", "110 km/h"]}}
+    limits = {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}}
+    expansion = expand(load(sweep, attributes=limits))
+    next(expansion.columns(0, 1))
+    with pytest.raises(SweepError, match="ego_speed: 110 km/h is above"):
+        next(expansion.columns(2, 3))
+
+
+# --- Batches: one structure inside, only values vary, the order is the plan's ---------------------
+
+CAMERA_OUT_OF_STRUCTURE: dict[str, Any] = {
+    "id": "camera_out",
+    "target": "sensors.front_camera",
+    "model": "drop_out",
+    "onset": {"at": "2 s"},
+}
+
+
+def keys(files: OddFiles) -> list[str]:
+    """Return the different structures of a plan, in order."""
+    return list(dict.fromkeys(structure_key(case) for case in expand(files).cases()))
+
+
+def only(axis: str, *values: Any) -> dict[str, Any]:
+    return {"parameters": {axis: list(values)}}
+
+
+CANDIDATE = ["architectures/camera_radar.yaml"]
+
+
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        only("gap", "30 m", "60 m"),
+        only("architecture.sensors.front_camera.range", "80 m", "120 m"),
+        only("architecture.sensors.front_camera.mount.yaw", "0 deg", "2 deg"),
+        only("architecture.vehicle.mass", 1500, 2000),
+        only("architecture.channels.nominal.parameters.time_gap", "1.5 s", "2 s"),
+        only("scenario.environment.illumination", "day", "night"),
+    ],
+)
+def test_values_vary_inside_a_batch(load: Load, sweep: dict[str, Any]) -> None:
+    assert len(keys(load(sweep, architectures=CANDIDATE))) == 1
+
+
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        only("architecture.sensors.front_camera.rate", "10 Hz", "20 Hz"),
+        only("architecture.sensors.front_camera.latency", "0.1 s", "0.2 s"),
+        only("architecture.channels.nominal.delay", "0 s", "0.05 s"),
+        only("architecture.switch.policy", "fixed_priority", "stuck"),
+        only("architecture.switch.default", "nominal", "safety"),
+        {"parameters": {"architecture.switch.latch": [True, False]}},
+        only("architecture.switch.priority", ["safety", "nominal"], ["nominal", "safety"]),
+        only("architecture.channels.nominal.links", ["localisation"], []),
+        only("scenario.world.road.lanes", 2, 3),
+        only("scenario.horizon", "5 s", "6 s"),
+        only("scenario.actors.cutter.kind", "car", "truck"),
+    ],
+)
+def test_structure_parts_batches(load: Load, sweep: dict[str, Any]) -> None:
+    assert len(keys(load(sweep, architectures=CANDIDATE))) == 2
+
+
+def test_architecture_fault_entry_and_step_part_batches(load: Load) -> None:
+    assert len(keys(load(faults=[CAMERA_OUT_OF_STRUCTURE]))) == 4
+    case = next(iter(expand(load()).cases()))
+    assert structure_key(replace(case, step=0.025)) != structure_key(case)
+    assert structure_key(replace(case, replicate=3)) == structure_key(case)
+
+
+def test_onset_time_varies_inside_a_batch_and_its_condition_does_not(load: Load) -> None:
+    path = "faults.camera_out.onset.at"
+    files = load(
+        only(path, "1 s", "2 s"), faults=[CAMERA_OUT_OF_STRUCTURE], architectures=CANDIDATE
+    )
+    assert len(keys(files)) == 2  # without and with the fault
+    path = "faults.camera_out.onset.when"
+    triggered = {**CAMERA_OUT_OF_STRUCTURE, "onset": {"when": "time > 1 s"}}
+    files = load(
+        only(path, "time > 1 s", "time > 2 s"), faults=[triggered], architectures=CANDIDATE
+    )
+    assert len(keys(files)) == 3
+
+
+def test_batches_are_the_plan_in_its_order_with_one_structure_each(load: Load) -> None:
+    cases = list(expand(load(faults=[CAMERA_OUT_OF_STRUCTURE])).cases())
+    for size in (1, 4, 6, 1_000):
+        cut = list(batches(cases, size))
+        assert [case for batch in cut for case in batch] == cases
+        assert all(len(batch) <= size for batch in cut)
+        assert all(len({structure_key(case) for case in batch}) == 1 for batch in cut)
+    assert [len(batch) for batch in batches(cases, 4)] == [4, 2] * 4
+
+
+@given(letters=st.text("ab", max_size=30), size=st.integers(1, 7))
+def test_batches_are_as_few_as_order_and_size_allow(letters: str, size: int) -> None:
+    class Case:
+        def __init__(self, key: str) -> None:
+            self.key = key
+
+    cases: Any = [Case(letter) for letter in letters]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(structure, "structure_key", lambda case: case.key)
+        cut: list[list[Any]] = [list(batch) for batch in batches(cases, size)]
+    runs: list[list[str]] = []
+    for letter in letters:
+        if runs and runs[-1][0] == letter and len(runs[-1]) < size:
+            runs[-1].append(letter)
+        else:
+            runs.append([letter])
+    assert [[case.key for case in batch] for batch in cut] == runs
+
+
+def test_nothing_makes_no_batch() -> None:
+    none: list[TestCase] = []
+    assert list(batches(none, 5)) == []

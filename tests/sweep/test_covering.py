@@ -14,7 +14,7 @@ from adeye.errors import SourceLocation, SweepError
 from adeye.spec.expression import parse
 from adeye.sweep.axes import Axis
 from adeye.sweep.covering import covering
-from adeye.sweep.design import Points, Relation
+from adeye.sweep.design import Points, Relation, Space
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,7 +34,7 @@ def axes_of(sizes: Sequence[int]) -> list[Axis]:
 
 def covered(sizes: Sequence[int], strength: int, *relations: str) -> Points:
     wanted = [Relation(parse(text), WHERE) for text in relations]
-    return covering(axes_of(sizes), strength, wanted, {"limit": 1.0}, WHERE)
+    return covering(Space(axes_of(sizes), wanted, {"limit": 1.0}, WHERE), strength)
 
 
 def rows_of(points: Points, sizes: Sequence[int]) -> list[Row]:

@@ -1,4 +1,4 @@
-"""Designs on hand-made axes: which combinations are points, in which order, and how many."""
+"""Designs, and what each allows to say."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from adeye.errors import ExpressionError, SourceLocation, SweepError
 from adeye.spec.expression import parse
 from adeye.sweep import design, sampling
 from adeye.sweep.axes import Axis
-from adeye.sweep.design import Relation, full_factorial, zipped
+from adeye.sweep.design import Relation, Space, design_statement, full_factorial, zipped
 from adeye.sweep.sampling import RandomDesign
+
+# --- Designs on hand-made axes: which combinations are points, in which order, and how many -------
 
 WHERE = SourceLocation("odd.yaml", 9, 7)
 
@@ -36,7 +38,7 @@ def rows(points: design.Points) -> list[tuple[Any, ...]]:
 
 
 def test_last_axis_varies_fastest() -> None:
-    points = full_factorial([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE))
     assert rows(points) == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5)]
     assert (points.raw, points.count) == (6, 6)
 
@@ -45,54 +47,60 @@ def test_last_axis_varies_fastest() -> None:
 @given(sizes=st.lists(st.integers(1, 5), min_size=1, max_size=4))
 def test_points_are_all_combinations_once(sizes: list[int]) -> None:
     axes = [axis(f"a{k}", *map(float, range(size))) for k, size in enumerate(sizes)]
-    points = full_factorial(axes, [], {}, WHERE)
+    points = full_factorial(Space(axes, [], {}, WHERE))
     assert points.count == points.raw == math.prod(sizes) == len(set(rows(points)))
 
 
 def test_relation_excludes_points_and_keeps_the_count_before() -> None:
     points = full_factorial(
-        [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE
+        Space([axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE)
     )
     assert rows(points) == [(1, 2), (1, 3), (2, 3)]
     assert (points.raw, points.count) == (9, 3)
 
 
 def test_relation_may_name_what_does_not_vary() -> None:
-    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
+    points = full_factorial(
+        Space([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
+    )
     assert rows(points) == [(3,)]
 
 
 def test_varied_value_wins_over_the_fixed_one() -> None:
-    points = full_factorial([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE))
     assert rows(points) == [(3,)]
 
 
 def test_without_axes_there_is_one_point() -> None:
-    points = full_factorial([], [relation("limit > 1")], {"limit": 2.0}, WHERE)
+    points = full_factorial(Space([], [relation("limit > 1")], {"limit": 2.0}, WHERE))
     assert (points.raw, points.count, points.columns) == (1, 1, {})
     with pytest.raises(SweepError, match="none of 1 combinations fulfils limit > 3"):
-        full_factorial([], [relation("limit > 3")], {"limit": 2.0}, WHERE)
+        full_factorial(Space([], [relation("limit > 3")], {"limit": 2.0}, WHERE))
 
 
 def test_text_stays_text() -> None:
-    points = full_factorial([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
+    points = full_factorial(
+        Space([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
+    )
     assert points.columns["policy"].tolist() == ["stuck", "free"]
     assert points.texts("policy") == ['"stuck"', '"free"']
 
 
 def test_no_feasible_point_is_refused_with_the_relations() -> None:
     with pytest.raises(SweepError, match=r"none of 2 combinations fulfils a > 5 and a < 9"):
-        full_factorial([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
+        full_factorial(
+            Space([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
+        )
 
 
 def test_unknown_name_is_refused() -> None:
     with pytest.raises(SweepError, match="names 'c', which the sweep does not have"):
-        full_factorial([axis("a", 1.0)], [relation("c > 5")], {}, WHERE)
+        full_factorial(Space([axis("a", 1.0)], [relation("c > 5")], {}, WHERE))
 
 
 def test_relation_that_mixes_text_and_numbers_is_refused() -> None:
     with pytest.raises(ExpressionError, match="mixes text and numbers"):
-        full_factorial([axis("a", "x")], [relation("a > 5")], {}, WHERE)
+        full_factorial(Space([axis("a", "x")], [relation("a > 5")], {}, WHERE))
 
 
 def test_too_many_combinations_are_refused_without_being_made(
@@ -101,41 +109,43 @@ def test_too_many_combinations_are_refused_without_being_made(
     monkeypatch.setattr(design, "MAX_RAW_POINTS", 5)
     axes = [axis("a", 1.0, 2.0), axis("b", 1.0, 2.0, 3.0)]
     with pytest.raises(SweepError, match=r"6 combinations: a \(2\) × b \(3\); at most 5"):
-        full_factorial(axes, [], {}, WHERE)
+        full_factorial(Space(axes, [], {}, WHERE))
 
 
 def test_size_of_the_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     axes = [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)]
-    whole = rows(full_factorial(axes, [relation("a != b")], {}, WHERE))
+    whole = rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE)))
     monkeypatch.setattr(design, "CHUNK", 2)
-    assert rows(full_factorial(axes, [relation("a != b")], {}, WHERE)) == whole
+    assert rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE))) == whole
 
 
 # --- zip ------------------------------------------------------------------------------------------
 
 
 def test_zip_walks_in_step() -> None:
-    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE)
+    points = zipped(Space([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE))
     assert rows(points) == [(1, 5), (2, 6)]
     assert points.raw == 2
 
 
 def test_zip_drops_what_is_not_feasible() -> None:
-    points = zipped([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
+    points = zipped(
+        Space([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
+    )
     assert rows(points) == [(1, 5)]
     assert (points.raw, points.count) == (2, 1)
 
 
 def test_zip_of_unequal_lengths_is_refused() -> None:
     with pytest.raises(SweepError, match=r"these have a \(1\), b \(2\)"):
-        zipped([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE)
+        zipped(Space([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE))
 
 
 def test_zip_without_a_feasible_point_is_refused() -> None:
     with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped([axis("a", 1.0)], [relation("a > 1")], {}, WHERE)
+        zipped(Space([axis("a", 1.0)], [relation("a > 1")], {}, WHERE))
     with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped([], [relation("limit > 1")], {"limit": 0.0}, WHERE)
+        zipped(Space([], [relation("limit > 1")], {"limit": 0.0}, WHERE))
 
 
 # --- random ---------------------------------------------------------------------------------------
@@ -145,7 +155,7 @@ AXES = [axis("a", 0.0, 10.0), axis("b", -1.0, 1.0)]
 
 def draw(samples: int = 50, seed: int = 7, stream: str = "cut_in", **given: Any) -> Any:
     arguments: dict[str, Any] = {"axes": AXES, "relations": [], "fixed": {}, **given}
-    return RandomDesign(samples, seed, stream).draw(where=WHERE, **arguments)
+    return RandomDesign(samples, seed, stream).draw(Space(where=WHERE, **arguments))
 
 
 def test_draws_lie_between_the_ends_and_fill_the_range() -> None:
@@ -200,7 +210,7 @@ def test_texts_of_many_levels_are_those_of_few(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_million_points_take_a_few_bytes_each() -> None:
     axes = [axis(f"a{k}", *map(float, range(10))) for k in range(6)]
-    points = full_factorial(axes, [], {}, WHERE)
+    points = full_factorial(Space(axes, [], {}, WHERE))
     assert points.count == 1_000_000
     assert sum(level.nbytes for level in points.levels.values()) == 6_000_000
 
@@ -222,5 +232,75 @@ def test_random_draws_parameters_only() -> None:
 
 
 def test_levels_of_a_point_are_of_one_type() -> None:
-    points = full_factorial([axis("a", 1.0, 2.0)], [], {}, WHERE)
+    points = full_factorial(Space([axis("a", 1.0, 2.0)], [], {}, WHERE))
     assert points.columns["a"].dtype == np.float64
+
+
+# --- What a design lets one say: a population for independent draws, none for chosen points -------
+
+
+def stored(sweep: dict[str, Any], *constraints: str, name: str = "cut_in") -> dict[str, Any]:
+    whole = {"parameters": {}, "points": [], "samples": None, "where": [], **sweep}
+    uses = [{"use": name, "as": None, "sweep": whole}]
+    return {"odd": {"scenarios": uses}, "scenarios": {name: {"constraints": list(constraints)}}}
+
+
+RANDOM = {"design": "random", "samples": 10, "parameters": {"gap": ["30 m", "50 m", "20 m"]}}
+
+
+def test_chosen_points_are_no_sample_of_anything() -> None:
+    grid = {"design": "full_factorial", "parameters": {"gap": ["30 m", "50 m"]}}
+    found = design_statement(stored(grid, "gap > 1 m"), "cut_in")
+    assert not found.is_random_sample
+    assert (found.distributions, found.drawn, found.excluded_share) == ({}, None, None)
+    assert "no probability" in found.population
+
+
+def test_axis_without_a_distribution_is_uniform_between_its_ends() -> None:
+    found = design_statement(stored(RANDOM), "cut_in")
+    assert found.is_random_sample
+    assert not found.is_declared
+    assert found.distributions == {"gap": "uniform from 20 m to 50 m"}
+    assert (found.is_conditional, found.excluded_share) == (False, 0.0)
+
+
+def test_relation_on_an_axis_makes_the_population_conditional() -> None:
+    factors = [{"scenario": "cut_in", "drawn": 40, "kept": 10}]
+    found = design_statement(stored(RANDOM, "gap > ego_speed * 1 s"), "cut_in", factors)
+    assert found.is_conditional
+    assert (found.drawn, found.excluded_share) == (40, 0.75)
+    assert "given gap > ego_speed * 1 s, which excluded 75.0% of the draws" in found.population
+
+
+def test_relation_that_names_no_axis_cuts_nothing_off() -> None:
+    assert not design_statement(stored(RANDOM, "ego_speed > 1 m/s"), "cut_in").is_conditional
+
+
+def test_excluded_share_that_was_not_recorded_is_unknown_and_not_zero() -> None:
+    found = design_statement(stored(RANDOM, "gap > 25 m"), "cut_in", [{"scenario": "cut_in"}])
+    assert found.excluded_share is None
+
+
+@pytest.mark.parametrize("design", ["lhs", "sobol"])
+def test_space_filling_design_is_no_independent_sample(design: str) -> None:
+    found = design_statement(stored({**RANDOM, "design": design}), "cut_in")
+    assert not found.is_random_sample
+    assert "depend on each other" in found.population
+
+
+def test_declared_distribution_is_told_as_it_was_written() -> None:
+    axes = {"gap": {"lognormal": {"median": "30 m", "sigma": 0.5, "max": "90 m"}}}
+    found = design_statement(stored({**RANDOM, "parameters": axes}), "cut_in")
+    assert found.is_declared
+    assert found.distributions == {
+        "gap": "lognormal with median 30 m and sigma 0.5, not above 90 m"
+    }
+
+
+def test_scenario_is_found_under_its_other_id() -> None:
+    odd = stored(RANDOM)
+    odd["odd"]["scenarios"][0]["as"] = "again"
+    odd["scenarios"]["again"] = {}
+    assert design_statement(odd, "again").kind == "random"
+    with pytest.raises(KeyError):
+        design_statement(odd, "cut_in")

@@ -1,15 +1,27 @@
-"""Test cases are counted as points × fault entries × architectures × replicates."""
+"""Expansion: counting, order, what is feasible and fits the clock."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Any
 
+import numpy as np
 import pytest
 
-from adeye.errors import SpecError, SweepError
+from adeye.errors import SourceLocation, SpecError, SweepError
+from adeye.spec.expression import parse
 from adeye.spec.load import OddFiles
-from adeye.sweep.expand import expand
+from adeye.sweep import covering as feasible
+from adeye.sweep import expand as sequence
+from adeye.sweep.axes import Axis
+from adeye.sweep.covering import FREE, Feasibility
+from adeye.sweep.design import Relation, Space
+from adeye.sweep.expand import Expansion, LazyCases, expand
+from adeye.sweep.groups import check_rates, check_times, guilty_path
+
+# --- Test cases are counted as points × fault entries × architectures × replicates ----------------
 
 Load = Callable[..., OddFiles]
 
@@ -248,3 +260,156 @@ def test_fixed_values_are_in_every_test_case(load: Load) -> None:
     assert {case.parameters["rain"] for case in cases} == {5e-3 / 3600}
     assert {case.architecture.vehicle.mass for case in cases} == {2000.0}
     assert "rain" not in cases[0].point
+
+
+# --- Test cases by ordinal: a sequence like a list, made chunk by chunk ---------------------------
+
+
+@pytest.fixture
+def expansion(load: Load) -> Expansion:
+    return expand(load(replicates=5))
+
+
+def test_it_is_the_list_of_the_test_cases(expansion: Expansion) -> None:
+    cases, whole = LazyCases(expansion), list(expansion.cases())
+    assert len(cases) == len(whole) == 60
+    assert [cases[ordinal] for ordinal in range(60)] == whole == list(cases)
+    assert cases[-1] == whole[-1]
+    assert cases[7:31:3] == whole[7:31:3]
+    assert cases[58:99] == whole[58:]
+
+
+def test_ordinal_that_is_not_there_is_an_index_error(expansion: Expansion) -> None:
+    cases = LazyCases(expansion)
+    for wrong in (60, -61):
+        with pytest.raises(IndexError, match=f"test case {wrong} of 60"):
+            cases[wrong]
+
+
+def test_block_is_made_once_whatever_the_order(
+    expansion: Expansion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sequence, "CHUNK", 8)
+    made: list[tuple[int, int]] = []
+    original = Expansion.cases
+
+    def counted(self: Expansion, start: int = 0, stop: int | None = None) -> Any:
+        made.append((start, stop or 0))
+        return original(self, start, stop)
+
+    monkeypatch.setattr(Expansion, "cases", counted)
+    cases = LazyCases(expansion)
+    for ordinal in (40, 47, 44, 41, 48, 46, 49):
+        assert cases[ordinal].replicate == ordinal % 5
+    assert made == [(40, 48), (48, 56)]
+
+
+def test_only_some_chunks_are_kept(expansion: Expansion, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sequence, "CHUNK", 2)
+    cases = LazyCases(expansion)
+    first = cases[0]
+    assert cases[0] is first
+    for ordinal in range(2, 2 + 2 * sequence.KEPT_CHUNKS):
+        cases[ordinal]
+    assert cases[0] is not first
+    assert cases[0] == first
+
+
+# --- What can be completed to a whole point: by hand, and where relations hang together -----------
+
+WHERE = SourceLocation("odd.yaml", 9, 7)
+
+
+def feasibility(sizes: Sequence[int], *relations: str) -> Feasibility:
+    axes = []
+    for number, size in enumerate(sizes):
+        levels = tuple(float(level) for level in range(size))
+        axes.append(Axis(f"a{number}", "parameter", (), levels, levels, WHERE))
+    return Feasibility(Space(axes, [Relation(parse(text), WHERE) for text in relations], {}, WHERE))
+
+
+def test_without_relations_everything_is_feasible() -> None:
+    found = feasibility([2, 3])
+    assert found.completes(np.array([1, FREE]))
+    assert found.levels(np.array([FREE, 2]), 0).all()
+    assert found.tuples([0, 1]).all()
+
+
+def test_level_that_no_level_of_another_axis_fits_is_excluded() -> None:
+    found = feasibility([3, 3], "a0 < a1")
+    assert found.levels(np.array([FREE, FREE]), 0).tolist() == [True, True, False]
+    assert found.levels(np.array([1, FREE]), 1).tolist() == [False, False, True]
+
+
+@pytest.mark.parametrize("most", [0, 2_000])
+def test_search_and_list_of_solutions_agree_with_brute_force(
+    monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    monkeypatch.setattr(feasible, "MAX_SOLUTIONS", most)
+    sizes = [3, 2, 4, 3]
+    found = feasibility(sizes, "a0 + a1 > 0", "a1 != a2", "a0 + a1 + a2 < 5")
+    rows = [
+        row
+        for row in itertools.product(*map(range, sizes))
+        if row[0] + row[1] > 0 and row[1] != row[2] and sum(row[:3]) < 5
+    ]
+    for partial in itertools.product(*(range(-1, size) for size in sizes)):
+        fits = any(
+            all(want in {FREE, have} for want, have in zip(partial, row, strict=True))
+            for row in rows
+        )
+        assert found.completes(np.array(partial)) == fits, partial
+
+
+def test_relations_that_exclude_each_other_are_refused() -> None:
+    with pytest.raises(SweepError, match="none of 9 combinations fulfils a0 < a1 and a1 < a0"):
+        feasibility([3, 3], "a0 < a1", "a1 < a0")
+
+
+def test_question_that_takes_too_long_is_refused_and_not_guessed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(feasible, "MAX_STEPS", 50)
+    # Five pigeons in four holes: no relation alone sees it.
+    texts = [f"a{j} != a{k}" for j, k in itertools.combinations(range(5), 2)]
+    with pytest.raises(SweepError, match="10 relations tie 5 axes together") as caught:
+        feasibility([4] * 5, *texts)
+    assert caught.value.where == WHERE
+
+
+# --- Times and rates must fit the master clock; the message begins with the path of the first -----
+
+
+def test_shipped_files_fit_the_shipped_clock(load: Load) -> None:
+    files = load()
+    check_times(files.scenarios["cut_in"].spec, 0.05)
+    check_rates(files.architectures["camera_radar"].spec, 0.05)
+
+
+def test_horizon_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
+    with pytest.raises(SpecError) as caught:
+        check_times(load().scenarios["cut_in"].spec, 0.07)
+    assert guilty_path(caught.value) == ("horizon",)
+
+
+def test_rate_that_does_not_divide_the_clock_is_told(load: Load) -> None:
+    with pytest.raises(SpecError) as caught:
+        check_rates(load().architectures["camera_radar"].spec, 0.04)
+    assert guilty_path(caught.value) == ("sensors", "front_camera", "rate")
+
+
+def test_jitter_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
+    spec = load().architectures["camera_radar"].spec
+    radar = spec.sensors["front_radar"].model_copy(update={"jitter": 0.07})
+    late = spec.model_copy(update={"sensors": {**spec.sensors, "front_radar": radar}})
+    with pytest.raises(SpecError) as caught:
+        check_rates(late, 0.05)
+    assert guilty_path(caught.value) == ("sensors", "front_radar", "jitter")
+
+
+def test_handover_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
+    spec = load().architectures["camera_radar"].spec
+    switch = spec.switch.model_copy(update={"handover": 0.07})
+    with pytest.raises(SpecError) as caught:
+        check_rates(spec.model_copy(update={"switch": switch}), 0.05)
+    assert guilty_path(caught.value) == ("switch", "handover")

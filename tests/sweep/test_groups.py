@@ -1,18 +1,18 @@
-"""Groups: fault entries are sets in the ODD's order, axes are those that vary something."""
+"""Groups of test cases with one variant, sections of them, and what those share."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.errors import SweepError
-from adeye.sweep.expand import read_points
-from adeye.sweep.groups import Group, groups_of, varies
+from adeye.spec.load import OddFiles
+from adeye.sweep.expand import Expansion, expand, read_points
+from adeye.sweep.groups import Group, groups_of, overlapping, varies
 
-if TYPE_CHECKING:
-    from adeye.spec.load import OddFiles
+# --- Groups: fault entries are sets in the ODD's order, axes are those that vary something --------
 
 Load = Callable[..., "OddFiles"]
 
@@ -103,3 +103,98 @@ def test_axis_of_a_fault_varies_with_that_fault_only(load: Load) -> None:
     assert varies(axis, spec, ("camera_out",))
     assert not varies(axis, spec, ("radar_out",))
     assert not varies(axis, spec, ())
+
+
+# --- Sections: what one file variant makes alike stands together, and every ordinal is in one -----
+
+RANGE = "architecture.sensors.front_camera.range"
+TAIL = "scenario.tail"
+GAPS = ["30 m", "40 m", "50 m"]
+
+
+def expanded(load: Load, **parameters: list[Any]) -> Expansion:
+    odd = {"architectures": ["architectures/camera_radar.yaml"], "replicates": 2}
+    return expand(load({"parameters": parameters}, **odd))
+
+
+def test_axes_of_parameters_make_one_section(load: Load) -> None:
+    sections = expanded(load, gap=GAPS, rain=["0 mm/h", "5 mm/h"]).sections
+    assert [(item.first, item.end, len(item)) for item in sections] == [(0, 12, 12)]
+    assert sections[0].rows.tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_points_of_one_variant_stand_together(load: Load) -> None:
+    sections = expanded(load, **{"gap": GAPS, TAIL: ["10 s", "13 s"]}).sections
+    assert [item.rows.tolist() for item in sections] == [[0, 2, 4], [1, 3, 5]]
+    assert [(item.first, item.end) for item in sections] == [(0, 6), (6, 12)]
+
+
+def test_sections_stand_in_the_order_of_their_first_points(load: Load) -> None:
+    sweep = {
+        "design": "zip",
+        "parameters": {
+            "gap": ["30 m", "40 m", "50 m", "60 m"],
+            RANGE: ["120 m", "90 m", "90 m", "120 m"],
+        },
+    }
+    sections = expand(load(sweep, architectures=["architectures/camera_radar.yaml"])).sections
+    assert [item.rows.tolist() for item in sections] == [[0, 3], [1, 2]]
+
+
+def test_what_is_written_differently_is_another_section(load: Load) -> None:
+    cost = [1, 2]
+    assert len(expanded(load, **{"architecture.cost": cost}).sections) == 2
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "found"),
+    [
+        (0, 12, [(0, 0, 6), (6, 0, 6)]),
+        (5, 7, [(0, 5, 6), (6, 0, 1)]),
+        (6, 7, [(6, 0, 1)]),
+        (11, 99, [(6, 5, 6)]),
+        (4, 4, []),
+        (12, 13, []),
+    ],
+)
+def test_ordinal_range_is_found_in_its_sections(
+    load: Load, start: int, stop: int, found: list[tuple[int, int, int]]
+) -> None:
+    sections = expanded(load, **{"gap": GAPS, TAIL: ["10 s", "13 s"]}).sections
+    got = [(item.first, low, high) for item, low, high in overlapping(sections, start, stop)]
+    assert got == found
+
+
+# --- What a section shares: the records of its variant, made once for all that have it ------------
+
+ONE = ["architectures/camera_radar.yaml"]
+
+
+def test_files_that_nothing_is_written_into_are_shared_as_they_are(load: Load) -> None:
+    files = load()
+    expansion = expand(files)
+    for section in expansion.sections:
+        shared = expansion.shared(section)
+        assert shared.scenario is files.scenarios["cut_in"].spec
+        assert shared.architecture is section.group.architecture.spec
+
+
+def test_each_section_has_its_variant_and_gets_it_again(load: Load) -> None:
+    expansion = expand(load({"parameters": {RANGE: ["90 m", "110 m"]}}, architectures=ONE))
+    made = [expansion.shared(section).architecture for section in expansion.sections]
+    assert [item.sensors["front_camera"].range for item in made] == [90.0, 110.0]  # type: ignore[union-attr]
+    assert expansion.shared(expansion.sections[0]).architecture is made[0]
+
+
+def test_parameters_are_the_defaults_with_what_the_use_fixes(load: Load) -> None:
+    expansion = expand(load(use={"parameters": {"rain": "5 mm/h"}}))
+    parameters = expansion.shared(expansion.sections[0]).parameters
+    assert parameters["rain"] == 5e-3 / 3600
+    assert list(parameters) == list(expansion.files.scenarios["cut_in"].spec.parameters)
+
+
+def test_value_that_is_not_valid_in_the_file_is_refused_at_its_axis(load: Load) -> None:
+    expansion = expand(load({"parameters": {RANGE: ["90 m", "-1 m"]}}, architectures=ONE))
+    expansion.shared(expansion.sections[0])
+    with pytest.raises(SweepError, match=r"example\.yaml:\d+:\d+: with sensors\.front_camera"):
+        expansion.shared(expansion.sections[1])

@@ -1,0 +1,240 @@
+"""What flows between stages: columns, words, the dictionary, records for compiled stages."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from adeye import signals as authority
+from adeye import signals as flow
+from adeye.signals import (
+    REASON_LABELS,
+    STATUS_LABELS,
+    ControlCommand,
+    SceneContext,
+    SignalType,
+    Surroundings,
+    SwitchFaults,
+    architecture_signals,
+    parameter_record,
+    scene_signals,
+    spec_columns,
+)
+from adeye.testing.scenes import straight_road
+
+# --- What flows between the stages: columns are numbered as named, commands copy, records pack ----
+
+
+@pytest.mark.parametrize(
+    ("prefix", "columns"),
+    [
+        ("EGO", flow.EGO_COLUMNS),
+        ("OBJECT", flow.OBJECT_COLUMNS),
+        ("PLACE", flow.PLACE_COLUMNS),
+        ("DETECTION", flow.DETECTION_COLUMNS),
+        ("REFUGE", flow.REFUGE_COLUMNS),
+    ],
+)
+def test_column_numbers_follow_the_names(prefix: str, columns: tuple[str, ...]) -> None:
+    short = {"steering_angle": "STEERING", "road_heading": "HEADING"}
+    for number, name in enumerate(columns):
+        constant = f"{prefix}_{short.get(name, name.upper())}"
+        assert getattr(flow, constant) == number, constant
+
+
+def test_codes_follow_the_labels() -> None:
+    codes = [getattr(flow, label.upper()) for label in flow.STATUS_LABELS]
+    assert codes == list(range(len(flow.STATUS_LABELS)))
+
+
+def test_an_estimate_is_the_ego_state_and_its_place() -> None:
+    assert flow.ESTIMATE_COLUMNS[: flow.ESTIMATE_PLACE] == flow.EGO_COLUMNS
+    assert flow.ESTIMATE_COLUMNS[flow.ESTIMATE_PLACE :] == flow.PLACE_COLUMNS
+
+
+def test_copy_of_a_command_is_not_changed_with_it() -> None:
+    command = ControlCommand(
+        "nominal",
+        np.ones(2),
+        np.zeros(2),
+        np.zeros(2),
+        np.zeros(2, dtype=np.int64),
+        plan=np.ones((2, 3, 4)),
+        monitors=np.zeros((2, 1, 2), dtype=np.bool_),
+        tracks=np.ones((2, 1, 6)),
+        candidates=np.ones((2, 4, 3, 2)),
+        candidate_costs=np.ones((2, 4)),
+        chosen=np.ones(2, dtype=np.int64),
+    )
+    copy = command.copy()
+    for array in (command.acceleration, command.steering_angle, command.stamp, command.plan):
+        assert array is not None
+        array[...] = -5.0
+    command.status[...] = flow.SILENT
+    assert command.monitors is not None
+    command.monitors[...] = True
+    assert copy.channel == "nominal"
+    assert copy.acceleration.tolist() == [1.0, 1.0]
+    assert copy.status.tolist() == [flow.OK, flow.OK]
+    assert copy.plan is not None
+    assert (copy.plan == 1.0).all()
+    assert copy.monitors is not None
+    assert not copy.monitors.any()
+    for name in ("candidates", "candidate_costs", "chosen"):
+        getattr(command, name)[...] = -5
+        assert (getattr(copy, name) == 1).all()
+
+
+def test_copy_of_a_bare_command_stays_bare() -> None:
+    zeros = np.zeros(1)
+    copy = ControlCommand("safety", zeros, zeros, zeros, np.zeros(1, dtype=np.int64)).copy()
+    assert copy.plan is None
+    assert copy.monitors is None
+    assert copy.tracks is None
+    assert copy.candidates is None
+    assert copy.chosen is None
+
+
+def test_runs_of_a_context_are_counted_by_the_ego() -> None:
+    road = straight_road(3)
+    weather = Surroundings.clear(3)
+    context = SceneContext(
+        0.05,
+        ("lead",),
+        np.zeros(1, dtype=np.int64),
+        1,
+        np.ones((3, 1, 3)),
+        np.ones((3, 1)),
+        np.ones((3, 3)),
+        road,
+        weather,
+        np.zeros(3, dtype=np.uint64),
+        (),
+    )
+    assert context.runs == 3
+
+
+# --- Reasons keep their numbers, because stored traces hold them ----------------------------------
+
+
+def test_codes_follow_the_labels_of_authority() -> None:
+    codes = [getattr(authority, f"REASON_{label.upper()}") for label in authority.REASON_LABELS]
+    assert codes == list(range(len(authority.REASON_LABELS)))
+
+
+def test_reasons_of_stored_traces_keep_their_numbers() -> None:
+    stored = ("none", "default", "request", "latched", "staleness", "no_channel", "stuck")
+    assert authority.REASON_LABELS[: len(stored)] == stored
+
+
+def test_sound_switch_is_neither_stuck_nor_late() -> None:
+    sound = SwitchFaults.none(3)
+    assert sound.stuck.tolist() == [False] * 3
+    assert sound.delay.tolist() == [0.0] * 3
+
+
+def test_no_channel_is_no_index() -> None:
+    assert authority.NO_CHANNEL < 0
+
+
+# --- The signal dictionary: what each part brings, with unit, scale and kind ----------------------
+
+SCENE = scene_signals(("lead", "truck"), 3)
+PARTS = architecture_signals(
+    ("camera",), ("nominal", "safety"), ("danger",), ("camera_out",), ("lead", "truck")
+)
+
+
+def test_scene_and_architecture_share_no_name() -> None:
+    assert not SCENE.keys() & PARTS.keys()
+
+
+@pytest.mark.parametrize("name", [*SCENE, *PARTS])
+def test_every_signal_says_what_it_is(name: str) -> None:
+    signal = {**SCENE, **PARTS}[name]
+    assert re.fullmatch(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*", name)
+    assert signal.text
+    assert signal.scale > 0.0
+    assert signal.kind in {"number", "boolean", "enumeration"}
+    assert (signal.kind == "enumeration") == bool(signal.labels)
+
+
+def test_every_actor_brings_the_same_signals() -> None:
+    lead = {name.removeprefix("actor.lead") for name in SCENE if name.startswith("actor.lead.")}
+    truck = {name.removeprefix("actor.truck") for name in SCENE if name.startswith("actor.truck.")}
+    assert lead == truck
+    assert {".x", ".y", ".heading", ".speed", ".acceleration", ".lane", ".distance", ".gap"} == lead
+
+
+def test_scene_without_actors_keeps_the_ego() -> None:
+    bare = scene_signals((), 2)
+    assert not [name for name in bare if name.startswith("actor.")]
+    assert {"time", "ego.speed", "ego.lane_offset", "contact", "standstill", "in_odd"} <= set(bare)
+
+
+def test_lane_names_the_leftmost() -> None:
+    assert "0 at the right to 2" in SCENE["ego.lane"].text
+
+
+def test_units_are_si() -> None:
+    assert SCENE["ego.speed"].unit == "m/s"
+    assert SCENE["actor.lead.gap"].unit == "m"
+    assert PARTS["channel.nominal.acceleration"].unit == "m/s²"
+    assert PARTS["sensor.camera.age"].unit == "s"
+    assert SCENE["contact"] == SignalType("1", 1.0, "boolean", SCENE["contact"].text)
+
+
+def test_parts_bring_their_signals() -> None:
+    assert {"authority.nominal", "authority.safety"} <= PARTS.keys()
+    assert {"sensor.camera.detects.lead", "sensor.camera.detects.truck"} <= PARTS.keys()
+    assert {"channel.nominal.tracks.lead", "channel.safety.tracks.truck"} <= PARTS.keys()
+    assert {"monitor.danger.raw", "monitor.danger.confirmed"} <= PARTS.keys()
+    assert "fault.camera_out.active" in PARTS
+    assert PARTS["channel.safety.status"].labels == STATUS_LABELS
+    assert PARTS["switch.reason"].labels == REASON_LABELS
+
+
+def test_architecture_without_parts_still_has_what_is_about_the_run() -> None:
+    about_the_run = {"switch.reason", "safe_state", "faulted"}
+    assert set(architecture_signals((), (), (), (), ())) == about_the_run
+
+
+# --- Who has authority, and the signal dictionary ------------------------------------------------
+
+
+def test_parameter_record_repeats_scalars_and_keeps_columns() -> None:
+    packed = parameter_record({"gain": 2, "range": np.array([80.0, 120.0])})
+    assert packed["gain"].tolist() == [2.0, 2.0]
+    assert packed["range"].tolist() == [80.0, 120.0]
+    assert packed.dtype.names == ("gain", "range")
+
+
+def test_parameter_record_of_scalars_is_one_run() -> None:
+    assert parameter_record({"gain": 2}).shape == (1,)
+
+
+def test_parameter_record_of_unequal_columns_is_refused() -> None:
+    with pytest.raises(ValueError, match="shape"):
+        parameter_record({"a": np.zeros(2), "b": np.zeros(3)})
+
+
+def test_columns_of_specs_follow_the_runs_and_shared_specs_are_read_once() -> None:
+    near, far = {"range": 80.0, "rate": 10}, {"range": 120.0, "rate": 20}
+    read: list[float] = []
+
+    def numbers(spec: dict[str, float]) -> dict[str, float]:
+        read.append(spec["range"])
+        return spec
+
+    found = spec_columns([near, far, near, near, far], numbers)
+    assert found["range"].tolist() == [80.0, 120.0, 80.0, 80.0, 120.0]
+    assert found["rate"].tolist() == [10.0, 20.0, 10.0, 10.0, 20.0]
+    assert found["rate"].dtype == np.float64
+    assert read == [80.0, 120.0]
+
+
+def test_equal_specs_that_are_two_objects_are_two_rows() -> None:
+    found = spec_columns([{"range": 80.0}, {"range": 80.0}], lambda spec: spec)
+    assert found["range"].tolist() == [80.0, 80.0]
