@@ -1,3 +1,4 @@
+import json
 import random  # noqa: TID251 - tests may draw
 import sqlite3
 from contextlib import closing
@@ -133,7 +134,7 @@ def test_test_case_can_be_made_again_from_what_is_stored(
     assert stored.scenario == case.scenario_content.content
     assert stored.architecture == case.architecture_content.content
     assert stored.faults == ({"id": "out"},)
-    assert (stored.parameters, stored.step_s) == (case.parameters, 0.05)
+    assert (stored.parameters, stored.step_s) == (json.loads(case.parameters[0]), 0.05)
     assert (stored.seed, stored.replicate, stored.point_index) == (7, 0, 0)
     assert repository.content("odd", stored.odd_digest) == example.odd.content
 

@@ -72,7 +72,7 @@ def test_whatever_is_selected_makes_another_campaign(
     elif change == "gate":
         example.gate = ("legacy",)
     elif change == "inside":
-        cases[0] = replace(cases[0], inside_odd=False)
+        cases[0] = replace(cases[0], inside_odd=(False,))
     else:
         cases[0] = replace(cases[0], scenario="cut_in_again")
     assert repository.plan_campaign(example.record(), cases).campaign != first
@@ -162,7 +162,7 @@ def test_fsrs_are_planned_where_they_apply(
 ) -> None:
     example.not_applicable = {"FSR2": {"legacy": "it has no radar"}}
     cases = example.cases(8)
-    cases[0] = replace(cases[0], inside_odd=False)
+    cases[0] = replace(cases[0], inside_odd=(False,))
     repository.plan_campaign(example.record(), cases)
     found = raw.execute(
         "SELECT fsr_id, architecture, scenario, applicable, planned FROM campaign_fsr"

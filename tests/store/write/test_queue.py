@@ -45,9 +45,9 @@ def test_cases_are_told_by_the_names_that_people_give(
     for (_, named, _), case in zip(found, planned, strict=True):
         point = json.loads(named.point)
         assert named == NamedCase(
-            case.scenario, case.architecture, case.fault_entry, case.replicate, named.point
+            case.scenario, case.architecture, case.fault_entry, case.replicates[0], named.point
         )
-        assert point == dict(case.point)
+        assert point == json.loads(case.points[0])
 
 
 @pytest.mark.parametrize("verdict", [Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE])
@@ -139,7 +139,7 @@ def test_lease_of_a_dead_process_is_taken_over_and_its_owner_fenced_off(
     assert again is not None
     assert (again.id, again.attempt) == (lost.id, lost.attempt + 1)
     assert not complete_block(repository, lost, example.runs(lost))
-    assert not repository.renew_lease(lost)
+    assert not repository.renew_lease(lost, 60.0)
     assert not repository.release_block(lost)
     assert repository.fail_block(lost, "late") is None
     assert not repository.quarantine_block(lost, "late")
