@@ -15,6 +15,7 @@ import adeye
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.simulate import engine
 from adeye.store.repository import Repository
+from tests.store.rows import result_table_hash
 from tests.stored import stored
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def table_hash(db: Path | str) -> str:
     with Repository.open(db, create=False) as repository:
         newest = repository.latest_campaign()
         assert newest is not None
-        return repository.result_table_hash(newest.id)
+        return result_table_hash(repository, newest.id)
 
 
 def count_rows(db: Path, table: str) -> int:

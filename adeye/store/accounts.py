@@ -12,20 +12,23 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import and_, select
+from numpy.typing import NDArray
+from sqlalchemy import Connection, Table, and_, select
 
 from adeye.errors import InputError
 from adeye.judge.evaluate import read_never_held
 from adeye.judge.requirements import nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
+from adeye.signals import Ints
 from adeye.store.cases import JUDGED
-from adeye.store.encoding import Row, row, rows_of_columns
-from adeye.store.ledger import insert_rows
+from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
+from adeye.store.ledger import insert_rows, key_text
 from adeye.store.records import Finding
 from adeye.store.tables import (
     campaign,
@@ -40,14 +43,6 @@ from adeye.store.tables import (
 )
 from adeye.trace import LINK_LENGTH
 from adeye.units import read_quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from numpy.typing import NDArray
-    from sqlalchemy import Connection, Table
-
-    from adeye.signals import Ints
 
 # --- Which cases of a plan are pairs: several architectures, one situation, the same faults -------
 
@@ -367,13 +362,9 @@ def _differences(
     connection: Connection, table: Table, campaign_id: str, expected: Iterable[Row]
 ) -> Iterator[Finding]:
     """Compare what is stored of a campaign with what should be, both in the order of the key."""
-    key = list(table.primary_key.columns)
-    stored = connection.execute(
-        table.select().where(table.c.campaign_id == campaign_id).order_by(*key),
-        execution_options={"yield_per": _CHUNK},
-    )
-    width = len(key)
-    left, right = map(tuple, stored), iter(expected)
+    width = len(table.primary_key.columns)
+    left = stored_rows(connection, table, "campaign_id = ?", (campaign_id,))
+    right = iter(expected)
     one, other = next(left, None), next(right, None)
     while one is not None or other is not None:
         if one == other:
@@ -402,23 +393,17 @@ def wrong_block(connection: Connection, block: Any) -> Iterator[Finding]:
         block: Its row of ``work``.
     """
     cases = done_cases(connection, block.id) if block.state == "done" else []
-    runs = case_run.select().where(
-        case_run.c.campaign_id == block.campaign_id,
-        case_run.c.ordinal >= block.from_ordinal,
-        case_run.c.ordinal < block.to_ordinal,
-    )
-    tallies = case_tally.select().where(case_tally.c.work_id == block.id)
-    for table, query, rows in (
-        (case_run, runs, run_rows(cases)),
-        (case_tally, tallies, case_tallies(block.id, cases)),
+    within = block.campaign_id, block.from_ordinal, block.to_ordinal
+    in_block = "campaign_id = ? AND ordinal >= ? AND ordinal < ?"
+    for table, condition, values, rows in (
+        (case_run, in_block, within, run_rows(cases)),
+        (case_tally, "work_id = ?", (block.id,), case_tallies(block.id, cases)),
     ):
-        stored = set(map(tuple, connection.execute(query)))
+        stored = set(stored_rows(connection, table, condition, values))
         for item in sorted(stored ^ set(rows), key=str):
             yield _finding(table, item, is_stored=item in stored)
 
 
 def _finding(table: Table, item: Sequence[Any], *, is_stored: bool) -> Finding:
-    names = [column.name for column in table.columns]
-    key = [str(item[names.index(column.name)]) for column in table.primary_key.columns]
     problem = "is not what plan and results say" if is_stored else "is missing"
-    return Finding(table.name, " ".join(key), problem)
+    return Finding(table.name, key_text(table, item), problem)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from datetime import datetime
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -12,28 +14,39 @@ from adeye.judge.evaluate import VERDICTS
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Outcome, Verdict
-from adeye.store.encoding import Dictionary, Texts, json_text
-from adeye.store.records import require_seed
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from datetime import datetime
-
-    from adeye.signals import Bools, Floats, Ints
-    from adeye.store.records import (
-        ContentRecord,
-        EngineKey,
-        EventRecord,
-        MetricValue,
-        PlannedCase,
-        RunRecord,
-        VerdictRecord,
-    )
+from adeye.signals import Bools, Floats, Ints
+from adeye.store.encoding import Dictionary, Texts
+from adeye.store.records import (
+    ContentRecord,
+    EngineKey,
+    VerdictRecord,
+    require_seed,
+)
 
 # --- What came out of a block of runs, as columns: cheap to send between processes and to store ---
 
+Block = TypeVar("Block", bound="MetricBlock | VerdictBlock | EventBlock | ExtremeBlock | RunBlock")
+OfRuns = TypeVar("OfRuns", "EventBlock", "ExtremeBlock")
+
 _VALUE: Final = STATUSES.index("value")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
+
+
+def _chosen(block: Block, rows: Any) -> Block:
+    """Choose rows of every column of a block."""
+    columns = {item.name: getattr(block, item.name) for item in fields(block)}
+    chosen: dict[str, Any] = {
+        name: column[rows]
+        for name, column in columns.items()
+        if isinstance(column, np.ndarray | Texts)
+    }
+    return replace(block, **chosen)
+
+
+def _of_runs(block: OfRuns, runs: Ints) -> OfRuns:
+    """Choose the rows of some runs, each at most once, and number these from 0."""
+    rows = np.flatnonzero(np.isin(block.run, runs))
+    return replace(_chosen(block, rows), run=np.searchsorted(runs, block.run[rows]))
 
 
 @dataclass(frozen=True)
@@ -70,33 +83,7 @@ class MetricBlock:
 
     def take(self, rows: Any) -> MetricBlock:
         """Choose runs."""
-        return replace(
-            self,
-            value=self.value[rows],
-            status=self.status[rows],
-            time_s=self.time_s[rows],
-            actor=self.actor[rows],
-        )
-
-    @classmethod
-    def of(cls, ids: Sequence[str], records: Sequence[Mapping[str, MetricValue]]) -> MetricBlock:
-        """Put the metrics of some runs into columns."""
-        cells = [[record[name] for name in ids] for record in records]
-        shape = (len(records), len(ids))
-        names = sorted({cell.actor for row in cells for cell in row if cell.actor is not None})
-        codes = {name: code for code, name in enumerate(names)}
-
-        def column(read: Any, kind: Any) -> Any:
-            return np.array([[read(cell) for cell in row] for row in cells], kind).reshape(shape)
-
-        return cls(
-            tuple(ids),
-            column(lambda cell: np.nan if cell.value is None else cell.value, np.float64),
-            column(lambda cell: STATUSES.index(cell.status), np.int8),
-            column(lambda cell: np.nan if cell.time_s is None else cell.time_s, np.float64),
-            column(lambda cell: -1 if cell.actor is None else codes[cell.actor], np.int64),
-            Dictionary((*names, None)),
-        )
+        return _chosen(self, rows)
 
 
 @dataclass(frozen=True)
@@ -154,7 +141,7 @@ class VerdictBlock:
 
     def take(self, rows: Any) -> VerdictBlock:
         """Choose verdicts."""
-        return VerdictBlock(**{item.name: getattr(self, item.name)[rows] for item in fields(self)})
+        return _chosen(self, rows)
 
     @property
     def failures(self) -> int:
@@ -221,23 +208,7 @@ class EventBlock:
 
     def take(self, runs: Ints) -> EventBlock:
         """Choose runs and number them from 0; each at most once, in ascending order."""
-        rows = np.flatnonzero(np.isin(self.run, runs))
-        run = np.searchsorted(runs, self.run[rows])
-        return EventBlock(
-            run, self.time_s[rows], self.kind[rows], self.subject[rows], self.text[rows]
-        )
-
-    @classmethod
-    def of(cls, records: Sequence[Sequence[EventRecord]]) -> EventBlock:
-        """Put the events of some runs into columns."""
-        pairs = [(run, record) for run, items in enumerate(records) for record in items]
-        return cls(
-            np.array([run for run, _ in pairs], dtype=np.int64),
-            np.array([item.time_s for _, item in pairs], dtype=np.float64),
-            Texts.of([item.kind for _, item in pairs]),
-            Texts.of([item.subject for _, item in pairs]),
-            Texts.of([item.text for _, item in pairs]),
-        )
+        return _of_runs(self, runs)
 
 
 @dataclass(frozen=True)
@@ -316,14 +287,8 @@ class RunBlock:
             return self
         is_kept = np.isin(self.verdicts.run, runs)
         verdicts = self.verdicts.take(np.flatnonzero(is_kept))
-        chosen = {
-            item.name: getattr(self, item.name)[runs]
-            for item in fields(self)
-            if isinstance(getattr(self, item.name), np.ndarray | Texts)
-        }
         return replace(
-            self,
-            **chosen,
+            _chosen(self, runs),
             test_cases=tuple(self.test_cases[run] for run in runs),
             trace_digests=tuple(self.trace_digests[run] for run in runs),
             executed_at=tuple(self.executed_at[run] for run in runs),
@@ -356,52 +321,6 @@ class JudgedBlock:
     def of(cls, verdicts: Mapping[str, Sequence[VerdictRecord]]) -> JudgedBlock:
         """Put verdicts by result digest into columns."""
         return cls(tuple(verdicts), VerdictBlock.of(list(verdicts.values())))
-
-
-def run_block(records: Sequence[RunRecord], metric_ids: Sequence[str]) -> RunBlock:
-    """Put results that come one by one into columns.
-
-    Raises:
-        ValueError: A result lacks a metric or has another one.
-    """
-    for record in records:
-        unknown = sorted(set(record.metrics) ^ set(metric_ids))
-        if unknown:
-            msg = f"metrics {unknown} are missing from the result or unknown to the database"
-            raise ValueError(msg)
-    engines = tuple(dict.fromkeys(record.engine for record in records))
-    plugins: list[PluginBlock] = []
-    for name, ids in sorted(
-        {(name, tuple(sorted(of))) for item in records for name, of in item.plugin_metrics.items()}
-    ):
-        runs = [
-            run
-            for run, item in enumerate(records)
-            if tuple(sorted(item.plugin_metrics.get(name, ()))) == ids
-        ]
-        block = MetricBlock.of(ids, [records[run].plugin_metrics[name] for run in runs])
-        plugins.append(PluginBlock(name, np.array(runs, dtype=np.int64), block))
-    return RunBlock(
-        tuple(record.test_case for record in records),
-        engines,
-        np.array([engines.index(record.engine) for record in records], dtype=np.int64),
-        np.array([OUTCOMES.index(record.outcome) for record in records], dtype=np.int64),
-        Texts.of([record.outcome_channel for record in records]),
-        Texts.of([record.outcome_detail for record in records]),
-        np.array([record.trace_rows for record in records], dtype=np.int64),
-        np.array([record.duration_s for record in records], dtype=np.float64),
-        tuple(record.trace_digest for record in records),
-        np.array([record.is_realised for record in records], dtype=np.bool_),
-        Texts.of([record.end_reason for record in records]),
-        np.array([record.is_machine_dependent for record in records], dtype=np.bool_),
-        MetricBlock.of(metric_ids, [record.metrics for record in records]),
-        VerdictBlock.of([record.verdicts for record in records]),
-        EventBlock.of([record.events for record in records]),
-        Texts.of([record.executed_by for record in records]),
-        tuple(record.executed_at for record in records),
-        tuple(plugins),
-        tuple(record.chain for record in records),
-    )
 
 
 # --- Consecutive test cases of a plan as columns: what planning saves, without a record for each --
@@ -456,29 +375,6 @@ class PlannedCases:
         """Number of test cases."""
         return len(self.test_cases)
 
-    @classmethod
-    def of(cls, case: PlannedCase) -> PlannedCases:
-        """Take one test case."""
-        return cls(
-            scenario=case.scenario,
-            scenario_content=case.scenario_content,
-            architecture=case.architecture,
-            architecture_content=case.architecture_content,
-            fault_entry=case.fault_entry,
-            faults=case.faults,
-            seed=case.seed,
-            step_s=case.step_s,
-            engine=case.engine,
-            structure=case.structure,
-            test_cases=(case.test_case,),
-            situations=(case.situation,),
-            parameters=(json_text(dict(case.parameters)),),
-            points=(json_text(dict(case.point)),),
-            replicates=(case.replicate,),
-            inside_odd=(case.inside_odd,),
-            point_index=(case.point_index,),
-        )
-
 
 # --- What judging runs of a block again depends on, column by column ------------------------------
 
@@ -505,15 +401,7 @@ class ExtremeBlock:
 
     def take(self, runs: Ints) -> ExtremeBlock:
         """Choose runs of the block and number them from 0."""
-        rows = np.flatnonzero(np.isin(self.run, runs))
-        return ExtremeBlock(
-            np.searchsorted(runs, self.run[rows]),
-            self.measure[rows],
-            self.value[rows],
-            self.time_s[rows],
-            self.actor[rows],
-            self.samples[rows],
-        )
+        return _of_runs(self, runs)
 
 
 @dataclass(frozen=True)

@@ -3,116 +3,66 @@
 from __future__ import annotations
 
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, Final
+from operator import itemgetter
+from typing import Any, Final
 
-from sqlalchemy import and_, case, distinct, exists, func, select
+from sqlalchemy import Connection
 
-from adeye.store.evidence_tables import is_true
 from adeye.store.records import BlockCase
-from adeye.store.tables import campaign_case, campaign_fsr, run, verdict, work
-
-if TYPE_CHECKING:
-    from sqlalchemy import ColumnElement, Connection, FromClause, Select
-
 
 JUDGED: Final = """f.campaign_id = c.campaign_id AND f.architecture = c.architecture
     AND f.scenario = c.scenario AND f.applicable = 1
     AND f.applies IN ('everywhere', CASE c.inside_odd WHEN 1 THEN 'inside' ELSE 'outside' END)"""
-"""``is_judged`` as text, of an FSR ``f`` of a campaign and a case ``c``."""
+"""That an FSR ``f`` of a campaign is judged on a case ``c`` of it, inside or outside the ODD."""
 
 
-def is_judged() -> ColumnElement[bool]:
-    """Whether an FSR of a campaign is judged on a case of it, inside or outside the ODD."""
-    return and_(
-        campaign_fsr.c.campaign_id == campaign_case.c.campaign_id,
-        campaign_fsr.c.architecture == campaign_case.c.architecture,
-        campaign_fsr.c.scenario == campaign_case.c.scenario,
-        is_true(campaign_fsr.c.applicable),
-        campaign_fsr.c.applies.in_(
-            ["everywhere", case((is_true(campaign_case.c.inside_odd), "inside"), else_="outside")]
-        ),
-    )
-
-
-def with_gaps() -> FromClause:
-    """Join the results that exist with the FSRs that they are judged on and their verdicts."""
-    return (
-        campaign_case.join(run, run.c.result_digest == campaign_case.c.result_digest)
-        .join(campaign_fsr, is_judged())
-        .outerjoin(
-            verdict,
-            and_(
-                verdict.c.run_number == run.c.number,
-                verdict.c.fsr_digest == campaign_fsr.c.fsr_digest,
-            ),
-        )
-    )
-
-
-def is_gap() -> ColumnElement[bool]:
-    """Whether a verdict is missing where ``with_gaps`` looks for one."""
-    return verdict.c.run_number.is_(None)
+GAPS: Final = f"""campaign_case c JOIN run r ON r.result_digest = c.result_digest
+    JOIN campaign_fsr f ON {JUDGED}
+    LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    WHERE c.campaign_id = ? AND v.run_number IS NULL"""
+"""Results of a campaign with the FSRs that they are judged on and lack a verdict of."""
+_RANGE: Final = "AND c.ordinal >= ? AND c.ordinal < ?"
+_LACKS_RESULT: Final = (
+    "c.campaign_id = ? AND NOT EXISTS (SELECT 1 FROM run r WHERE r.result_digest = c.result_digest)"
+)
 
 
 def lacks_result(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
-    """Tell whether a case of an ordinal range has no result."""
-    found = _in_range(select(campaign_case.c.ordinal), campaign_id, first, end)
-    return connection.execute(found.where(~_has_result()).limit(1)).first() is not None
+    """Return whether a case of an ordinal range has no result."""
+    query = f"SELECT 1 FROM campaign_case c WHERE {_LACKS_RESULT} {_RANGE} LIMIT 1"  # noqa: S608
+    return connection.exec_driver_sql(query, (campaign_id, first, end)).first() is not None
 
 
 def lacks_verdict(connection: Connection, campaign_id: str, first: int, end: int) -> bool:
-    """Tell whether a case of an ordinal range has a result that was not judged on every FSR."""
-    found = _in_range(
-        select(campaign_case.c.ordinal).select_from(with_gaps()), campaign_id, first, end
-    )
-    return connection.execute(found.where(is_gap()).limit(1)).first() is not None
-
-
-def _in_range(query: Select[Any], campaign_id: str, first: int, end: int) -> Select[Any]:
-    return query.where(
-        campaign_case.c.campaign_id == campaign_id,
-        campaign_case.c.ordinal >= first,
-        campaign_case.c.ordinal < end,
-    )
-
-
-def _has_result() -> ColumnElement[bool]:
-    return exists().where(run.c.result_digest == campaign_case.c.result_digest)
+    """Return whether a case of an ordinal range has a result that was not judged on every FSR."""
+    query = f"SELECT 1 FROM {GAPS} {_RANGE} LIMIT 1"  # noqa: S608 - own names
+    return connection.exec_driver_sql(query, (campaign_id, first, end)).first() is not None
 
 
 def open_cases(
     connection: Connection, campaign_id: str, first: int, end: int
 ) -> tuple[BlockCase, ...]:
     """Find the cases of an ordinal range that lack a result or a verdict."""
-    cases = connection.execute(
-        _in_range(
-            select(
-                campaign_case.c.ordinal,
-                campaign_case.c.test_case_digest,
-                campaign_case.c.result_digest,
-                _has_result(),
-                campaign_case.c.architecture,
-                campaign_case.c.scenario,
-                campaign_case.c.inside_odd,
-            ),
-            campaign_id,
-            first,
-            end,
-        ).order_by(campaign_case.c.ordinal)
+    cases = connection.exec_driver_sql(
+        "SELECT c.ordinal, c.test_case_digest, c.result_digest, r.number, c.architecture, "  # noqa: S608 - own names
+        "c.scenario, c.inside_odd FROM campaign_case c "
+        "LEFT JOIN run r ON r.result_digest = c.result_digest "
+        f"WHERE c.campaign_id = ? {_RANGE} ORDER BY c.ordinal",
+        (campaign_id, first, end),
     ).all()
     missing: dict[int, tuple[str, ...]] = {}
-    if any(case[3] for case in cases):
+    if any(case[3] is not None for case in cases):
         missing = _missing_fsrs(connection, campaign_id, first, end)
     judged: dict[tuple[Any, ...], tuple[str, ...]] = {}
     found: list[BlockCase] = []
-    for ordinal, test_case, result, has_result, architecture, scenario, inside in cases:
+    for ordinal, test_case, result, run, *group in cases:
         names = ordinal, test_case, result
-        if has_result:
+        if run is not None:
             if ordinal in missing:
                 found.append(BlockCase(*names, has_result=True, missing_fsrs=missing[ordinal]))
             continue
         # Nothing was judged yet, so everything is missing.
-        key = architecture, scenario, inside
+        key = tuple(group)
         if key not in judged:
             judged[key] = _judged_fsrs(connection, campaign_id, ordinal)
         found.append(BlockCase(*names, has_result=False, missing_fsrs=judged[key]))
@@ -123,42 +73,43 @@ def _missing_fsrs(
     connection: Connection, campaign_id: str, first: int, end: int
 ) -> dict[int, tuple[str, ...]]:
     """Find the FSRs that existing results of an ordinal range were not judged on, by ordinal."""
-    query = select(campaign_case.c.ordinal, campaign_fsr.c.fsr_id).select_from(with_gaps())
-    rows = connection.execute(
-        _in_range(query, campaign_id, first, end)
-        .where(is_gap())
-        .order_by(campaign_case.c.ordinal, campaign_fsr.c.fsr_id)
+    rows = connection.exec_driver_sql(
+        f"SELECT c.ordinal, f.fsr_id FROM {GAPS} {_RANGE} ORDER BY c.ordinal, f.fsr_id",  # noqa: S608
+        (campaign_id, first, end),
     )
     return {
-        ordinal: tuple(item.fsr_id for item in items)
-        for ordinal, items in groupby(rows, key=lambda item: int(item.ordinal))
+        ordinal: tuple(fsr for _, fsr in items) for ordinal, items in groupby(rows, itemgetter(0))
     }
 
 
 def _judged_fsrs(connection: Connection, campaign_id: str, ordinal: int) -> tuple[str, ...]:
     """List the FSRs that a case is judged on."""
-    query = select(campaign_fsr.c.fsr_id).select_from(campaign_case.join(campaign_fsr, is_judged()))
-    found = _in_range(query, campaign_id, ordinal, ordinal + 1).order_by(campaign_fsr.c.fsr_id)
-    return tuple(connection.execute(found).scalars())
+    found = connection.exec_driver_sql(
+        f"SELECT f.fsr_id FROM campaign_case c JOIN campaign_fsr f ON {JUDGED} "  # noqa: S608
+        "WHERE c.campaign_id = ? AND c.ordinal = ? ORDER BY f.fsr_id",
+        (campaign_id, ordinal),
+    )
+    return tuple(found.scalars())
 
 
 def count_open(connection: Connection, campaign_id: str) -> tuple[int, int]:
     """Count the cases without a result, and those with a result that lack a verdict."""
-    unexecuted = connection.execute(
-        select(func.count()).where(campaign_case.c.campaign_id == campaign_id, ~_has_result())
+    unexecuted = connection.exec_driver_sql(
+        f"SELECT COUNT(*) FROM campaign_case c WHERE {_LACKS_RESULT}",  # noqa: S608 - own names
+        (campaign_id,),
     ).scalar_one()
-    if connection.execute(select(run.c.number).limit(1)).first() is None:
+    if connection.exec_driver_sql("SELECT 1 FROM run LIMIT 1").first() is None:
         return unexecuted, 0
-    unjudged = connection.execute(
-        select(func.count(distinct(campaign_case.c.ordinal)))
-        .select_from(with_gaps())
-        .where(campaign_case.c.campaign_id == campaign_id, is_gap())
+    unjudged = connection.exec_driver_sql(
+        f"SELECT COUNT(DISTINCT c.ordinal) FROM {GAPS}",  # noqa: S608 - own names
+        (campaign_id,),
     ).scalar_one()
     return unexecuted, unjudged
 
 
 def missing_of_block(connection: Connection, work_id: int) -> frozenset[str]:
     """List the FSRs of which a block lacks a verdict."""
-    block = connection.execute(work.select().where(work.c.id == work_id)).one()
-    found = open_cases(connection, block.campaign_id, block.from_ordinal, block.to_ordinal)
-    return frozenset(fsr for item in found for fsr in item.missing_fsrs)
+    block = connection.exec_driver_sql(
+        "SELECT campaign_id, from_ordinal, to_ordinal FROM work WHERE id = ?", (work_id,)
+    ).one()
+    return frozenset(fsr for item in open_cases(connection, *block) for fsr in item.missing_fsrs)

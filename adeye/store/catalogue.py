@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any, Final
 
-from sqlalchemy import exists, select
+from sqlalchemy import Connection, Table, exists, select
 from sqlalchemy.exc import DBAPIError
 
 from adeye.store.postgres import FUNCTIONS, SCHEMA
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from contextlib import AbstractContextManager
-
-    from sqlalchemy import Connection, Table
 
 LONGEST_NAME: Final = 63
 """Bytes of a name that PostgreSQL keeps; it cuts off the rest without an error."""

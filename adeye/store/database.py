@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
+
+from sqlalchemy import Connection, Engine
 
 from adeye.errors import LostConnection, PlatformError
 from adeye.notices import AGAIN_S, notice, waiting_for
 from adeye.store import ledger
 from adeye.store.location import Location, Place, locate
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from sqlalchemy import Connection, Engine
 
 WRITES: Final = "adeye_writes"
 """Execution option of a connection: that its transaction writes."""

@@ -20,29 +20,24 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache, cached_property
-from itertools import repeat
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from itertools import islice, repeat
+from typing import Any, Final, TypeAlias
 
 import numpy as np
-from sqlalchemy import Boolean, Float, Integer, Table
+from numpy.typing import NDArray
+from sqlalchemy import Boolean, Connection, Float, Integer, Table
 from sqlalchemy.dialects import sqlite
 
 from adeye.errors import IntegrityError
 from adeye.kernel.jit import compiled
+from adeye.signals import Ints
 from adeye.store import postgres
 from adeye.store.catalogue import is_server
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-
-    from numpy.typing import NDArray
-    from sqlalchemy import Connection
-
-    from adeye.signals import Ints
 
 # --- From values to rows: normalisation by column type, row hashes, bulk inserts ------------------
 
@@ -218,10 +213,34 @@ def driver_insert(connection: Connection, table: Table, rows: Sequence[Row]) -> 
         connection.exec_driver_sql(_insert_statement(table), rows)
 
 
-def chunks(values: Sequence[str]) -> Iterable[Sequence[str]]:
-    """Cut a sequence into pieces that fit into one IN list."""
-    for start in range(0, len(values), CHUNK):
-        yield values[start : start + CHUNK]
+def stored_rows(
+    connection: Connection, table: Table, condition: str = "", values: tuple[Any, ...] = ()
+) -> Iterator[Row]:
+    """Read rows with all of their columns as they are stored, in the order of their key.
+
+    Args:
+        connection: In a transaction.
+        table: The table.
+        condition: Of the rows, in SQL; empty for all.
+        values: What its parameters stand for.
+    """
+    names = ", ".join(table.columns.keys())
+    key = ", ".join(column.name for column in table.primary_key.columns)
+    where = condition and f" WHERE {condition}"
+    found = connection.exec_driver_sql(
+        f"SELECT {names} FROM {table.name}{where} ORDER BY {key}",  # noqa: S608 - own names
+        values,
+        execution_options={"yield_per": CHUNK},
+    )
+    for item in found:
+        yield tuple(item)
+
+
+def chunked(rows: Iterable[Row], size: int = CHUNK) -> Iterator[list[Row]]:
+    """Cut rows into pieces that are looked at together."""
+    waiting = iter(rows)
+    while chunk := list(islice(waiting, size)):
+        yield chunk
 
 
 # --- Columns on their way to the database: rows of a table for a whole block, with their hashes ---
@@ -478,10 +497,10 @@ def _stored(kind: str, values: Sequence[Any]) -> Column:
 # in.
 
 
-def next_number(connection: Connection) -> int:
-    """Return the number that the next run gets, in a write transaction."""
-    last = connection.exec_driver_sql("SELECT max(number) FROM run").scalar()
-    return 1 if last is None else int(last) + 1
+def next_number(connection: Connection, table: str = "run") -> int:
+    """Return the number that the next row of a table gets, in a write transaction."""
+    query = f"SELECT COALESCE(MAX(number), 0) + 1 FROM {table}"  # noqa: S608 - own names
+    return int(connection.exec_driver_sql(query).scalar_one())
 
 
 def run_numbers(connection: Connection, digests: Sequence[str]) -> Ints:

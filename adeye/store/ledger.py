@@ -13,25 +13,19 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Integer
+from numpy.typing import NDArray
+from sqlalchemy import Connection, Integer, Table
 
+from adeye.signals import Ints
 from adeye.store import tables
-from adeye.store.encoding import Row, driver_insert, hash_words, row, row_hashes
-from adeye.store.evidence_tables import LEDGER, SEALED
-from adeye.store.tables import RECOUNTED
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-    from sqlalchemy import Connection, Table
-
-    from adeye.signals import Ints
+from adeye.store.encoding import Row, driver_insert, hash_words, next_number, row, row_hashes
+from adeye.store.tables import LEDGER, RECOUNTED, SEALED
 
 # --- The ledger: what every transaction added to which table, so that nothing can go missing
 # unseen.
@@ -113,6 +107,11 @@ def key_places(table: Table) -> tuple[int, ...]:
     """Give the places of the key in a row."""
     names = [column.name for column in table.columns]
     return tuple(names.index(column.name) for column in table.primary_key.columns)
+
+
+def key_text(table: Table, values: Sequence[Any]) -> str:
+    """Name a row by its key."""
+    return " ".join(str(values[place]) for place in key_places(table))
 
 
 def detail_of(table: Table, rows: Sequence[Row]) -> str:
@@ -199,8 +198,7 @@ class Entries:
 
     def _begin(self, connection: Connection) -> None:
         if not self.number:
-            last = connection.exec_driver_sql("SELECT max(number) FROM ledger").scalar()
-            self.number = int(last or 0) + 1
+            self.number = next_number(connection, "ledger")
 
     def _seals(self) -> list[Row]:
         parts = [numbers for of_table in self.runs.values() for numbers, _ in of_table]

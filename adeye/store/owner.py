@@ -13,15 +13,12 @@ import time
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
-from sqlalchemy import func, select
+from sqlalchemy import Connection, Row, func, select
 
 from adeye.store.catalogue import is_server
 from adeye.store.encoding import json_text, utc_text
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection, Row
 
 _PROC = Path("/proc")
 

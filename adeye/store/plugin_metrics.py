@@ -9,29 +9,23 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
 
-from sqlalchemy import MetaData, Table
+from sqlalchemy import Connection, MetaData, Table
 from sqlalchemy.dialects import postgresql, sqlite
 
 from adeye.errors import IntegrityError
 from adeye.identity import digest
 from adeye.judge.metrics.registry import STATUSES
 from adeye.store import catalogue as catalog
-from adeye.store.encoding import Column, Dictionary, Texts, hash_words, run_numbers, table_rows
+from adeye.store.block import MetricBlock, RunBlock
+from adeye.store.encoding import Column, Dictionary, Row, Texts, hash_words, run_numbers, table_rows
 from adeye.store.ledger import insert_rows
 from adeye.store.records import MetricValue
 from adeye.store.schema import insert_only_ddl
 from adeye.store.tables import make_metric_table, metadata
 from adeye.store.views import identifier
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.store.block import MetricBlock, RunBlock
-    from adeye.store.encoding import Row
 
 PREFIX: Final = "metric_"
 _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")

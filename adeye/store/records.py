@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, TypeVar
 
 from adeye.errors import InputError
 from adeye.identity import canonical_json, digest, digest_bytes
-from adeye.judge.verdict import Outcome, Verdict
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from datetime import datetime
-
-    from adeye.spec.concept import Concept
+from adeye.judge.evaluate import Judgement
+from adeye.judge.verdict import Verdict
+from adeye.spec.concept import Concept
 
 # --- What enters the database, as frozen dataclasses without SQL ----------------------------------
 
 MAX_SEED: Final = 2**63 - 1
+
+Record = TypeVar("Record")
+
+
+def of_row(record: Callable[..., Record], stored: Mapping[Any, Any], **others: Any) -> Record:
+    """Read a record from a row whose columns are called as its fields.
+
+    Args:
+        record: Its class, a dataclass.
+        stored: Values by column.
+        others: Fields that the row has not, or not as they are.
+    """
+    names: list[str] = [item.name for item in fields(record)]  # type: ignore[arg-type]
+    same = {name: stored[name] for name in names if name in stored}
+    return record(**{**same, **others})
 
 
 @dataclass(frozen=True)
@@ -100,57 +112,6 @@ def require_seed(seed: int) -> None:
 
 
 @dataclass(frozen=True)
-class PlannedCase:
-    """One test case of a plan with the names that it has in this campaign.
-
-    Attributes:
-        test_case: Digest of the test case.
-        situation: Digest of the situation.
-        scenario: Id of the scenario in the ODD.
-        scenario_content: Executable content of the scenario, overrides applied.
-        architecture: Id of the architecture.
-        architecture_content: Executable content of the architecture, overrides applied.
-        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        faults: Executable content of the faults of the entry.
-        parameters: Resolved scenario parameters in SI.
-        point: Swept values in SI by the name that the sweep uses.
-        replicate: Number of the replicate, from 0.
-        seed: Seed of the ODD.
-        step_s: Master clock [s].
-        inside_odd: Whether its planned attributes lie inside the ODD.
-        engine: Engine that executes it.
-        point_index: Place of its point in the plan of its ODD.
-        structure: Test cases of different structure never share a block.
-    """
-
-    test_case: str
-    situation: str
-    scenario: str
-    scenario_content: ContentRecord
-    architecture: str
-    architecture_content: ContentRecord
-    fault_entry: str
-    faults: Sequence[Mapping[str, Any]]
-    parameters: Mapping[str, float]
-    point: Mapping[str, float | str]
-    replicate: int
-    seed: int
-    step_s: float
-    inside_odd: bool
-    engine: EngineKey
-    point_index: int
-    structure: str = ""
-
-    def __post_init__(self) -> None:
-        require_seed(self.seed)
-
-    @property
-    def result_digest(self) -> str:
-        """Digest of the result that its execution will have."""
-        return self.engine.result_digest(self.test_case)
-
-
-@dataclass(frozen=True)
 class CampaignFsr:
     """How one FSR of the concept is judged in a campaign.
 
@@ -218,42 +179,8 @@ class MetricValue:
 
 
 @dataclass(frozen=True)
-class VerdictRecord:
-    """The verdict of one FSR on one run with its binding predicate.
-
-    Attributes:
-        fsr_id: Id of the requirement.
-        fsr_digest: Digest of the requirement that was judged.
-        verdict: Never NOT_RUN.
-        is_exercised: Whether the precondition held.
-        robustness_low: Lower end of the robustness; infinite is stored as NULL.
-        robustness_high: Upper end of it.
-        margin: Difference to the threshold in its own unit, negative when violated.
-        unit: Unit of margin, value and threshold.
-        signal: Signal of the binding predicate.
-        predicate: Its text.
-        time_s: Its time [s].
-        actor: Its actor.
-        value: Its value.
-        threshold: Its threshold.
-        detail: Why, in words.
-    """
-
-    fsr_id: str
-    fsr_digest: str
-    verdict: Verdict
-    is_exercised: bool
-    robustness_low: float | None = None
-    robustness_high: float | None = None
-    margin: float | None = None
-    unit: str | None = None
-    signal: str | None = None
-    predicate: str | None = None
-    time_s: float | None = None
-    actor: str | None = None
-    value: float | None = None
-    threshold: float | None = None
-    detail: str | None = None
+class VerdictRecord(Judgement):
+    """A verdict that is stored: never NOT_RUN, and no number that is not one; else ERROR."""
 
     def __post_init__(self) -> None:
         if self.verdict is Verdict.NOT_RUN:
@@ -265,6 +192,12 @@ class VerdictRecord:
         ):
             msg = f"{self.fsr_id}: NaN is never {self.verdict}, it is ERROR"
             raise ValueError(msg)
+
+
+def verdict_record(stored: Mapping[Any, Any]) -> VerdictRecord:
+    """Read a verdict from a row of ``verdict``."""
+    verdict, is_exercised = Verdict(stored["verdict"]), bool(stored["exercised"])
+    return of_row(VerdictRecord, stored, verdict=verdict, is_exercised=is_exercised)
 
 
 @dataclass(frozen=True)
@@ -285,66 +218,6 @@ class EventRecord:
 
 
 @dataclass(frozen=True)
-class RunRecord:
-    """The result of one execution.
-
-    Everything but ``executed_by`` and ``executed_at`` must be the same in every execution.
-
-    Attributes:
-        test_case: Digest of the test case.
-        engine: Engine that executed it.
-        outcome: What happened; an infrastructure error has no result.
-        trace_rows: Length of the trace.
-        duration_s: Simulated time [s].
-        trace_digest: 128-bit digest of the trace in hex.
-        is_realised: Whether the scenario came about as asked.
-        end_reason: ``contact``, ``goal``, ``horizon`` or ``road_end``.
-        metrics: Every built-in metric by id.
-        verdicts: Verdicts of the campaign's FSRs.
-        events: In order of time.
-        outcome_channel: Channel that caused the outcome.
-        outcome_detail: Why, in words; no addresses, paths or times of day.
-        is_machine_dependent: Whether a wall-clock deadline was hit.
-        executed_by: Host and process.
-        executed_at: UTC time of day.
-        plugin_metrics: Metrics of plug-ins by name of the plug-in and id of the metric.
-        chain: Links of the digest chain before the trace digest, 32 characters each.
-    """
-
-    test_case: str
-    engine: EngineKey
-    outcome: Outcome
-    trace_rows: int
-    duration_s: float
-    trace_digest: str
-    is_realised: bool
-    end_reason: str
-    metrics: Mapping[str, MetricValue]
-    verdicts: Sequence[VerdictRecord]
-    events: Sequence[EventRecord] = ()
-    outcome_channel: str | None = None
-    outcome_detail: str | None = None
-    is_machine_dependent: bool = False
-    executed_by: str = ""
-    executed_at: datetime | None = None
-    plugin_metrics: Mapping[str, Mapping[str, MetricValue]] = field(default_factory=dict)
-    chain: str = ""
-
-    def __post_init__(self) -> None:
-        if self.outcome is Outcome.INFRASTRUCTURE_ERROR:
-            msg = "an infrastructure error is no result; fail the block instead"
-            raise ValueError(msg)
-        if self.executed_at is not None and self.executed_at.tzinfo is None:
-            msg = f"executed_at {self.executed_at} has no time zone"
-            raise ValueError(msg)
-
-    @cached_property
-    def result_digest(self) -> str:
-        """Identity of the result."""
-        return self.engine.result_digest(self.test_case)
-
-
-@dataclass(frozen=True)
 class ForkRecord:
     """A run that is the same as another before a tick, and has another authority from it on.
 
@@ -361,28 +234,6 @@ class ForkRecord:
     origin: str
     from_tick: int
     authority: str
-
-
-@dataclass(frozen=True)
-class Artifact:
-    """A kept file: a trace or a log. Its place is derived from its digest.
-
-    Attributes:
-        digest: sha256 of its content in hex.
-        kind: ``trace`` or ``log``.
-        result_digest: The run that it belongs to.
-        size_bytes: Its size.
-    """
-
-    digest: str
-    kind: str
-    result_digest: str | None
-    size_bytes: int
-
-    def __post_init__(self) -> None:
-        if len(self.digest) != 64 or not set(self.digest) <= set("0123456789abcdef"):
-            msg = f"{self.digest!r} is not a sha256 in hex"
-            raise ValueError(msg)
 
 
 # --- What leaves the database, as frozen dataclasses without SQL ----------------------------------

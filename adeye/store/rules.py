@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from adeye.store.sql import statement
+from adeye.store.sql import heading, statement
 
 # --- What an integrity rule is --------------------------------------------------------------------
 
@@ -42,6 +42,13 @@ class Rule:
         return f"v_check_{self.name}" if self.has_view else ""
 
 
+def _viewed(*names: str, needs_evidence: bool = False) -> tuple[Rule, ...]:
+    """Read rules: what is wrong, and what to do about it, stand above the SQL of their views."""
+    return tuple(
+        Rule(name, *heading(f"v_check_{name}"), needs_evidence=needs_evidence) for name in names
+    )
+
+
 # --- The integrity rules of what is planned and of the evidence that there is ---------------------
 
 IDLE_FAULT: Final = Rule(
@@ -59,55 +66,19 @@ UNBEGUN_EVENT: Final = Rule(
 )
 
 CAMPAIGN_RULES: Final = (
-    Rule(
+    *_viewed(
         "fsr_without_scenario",
-        "A requirement is judged in no planned scenario.",
-        "Add a scenario to the ODD that exercises it, or correct its scenarios.",
-    ),
-    Rule(
         "hazard_without_scenario",
-        "No planned scenario stands for a hazardous event.",
-        "Add one to the ODD, and requirements of the event's goals that are judged in it.",
-    ),
-    Rule(
         "orphan_scenario",
-        "No requirement is judged in a planned scenario.",
-        "Remove the scenario from the ODD, or write what it is there for.",
-    ),
-    Rule(
         "not_applicable_in_gate",
-        "A mandatory requirement cannot be judged for an architecture of the gate.",
-        "Write it over signals that the architecture has, or take that out of the gate.",
     ),
     IDLE_FAULT,
-    Rule(
+    *_viewed(
         "not_run",
-        "Planned test cases have no result.",
-        "Run the ODD again; it goes on where it stopped.",
-        needs_evidence=True,
-    ),
-    Rule(
         "stale_evidence",
-        "Results are there that were not judged by a requirement as it is now.",
-        "Run the ODD again; what is there is judged, not executed.",
-        needs_evidence=True,
-    ),
-    Rule(
         "outside_odd",
-        "Runs on the wrong side of the ODD's border are counted as evidence.",
-        "Run 'adeye db verify': counts of this database are not those that adeye writes.",
-        needs_evidence=True,
-    ),
-    Rule(
         "older_version",
-        "Evidence was made with another version than the newest in the database.",
-        "Run the ODD again with this release and the code as it is.",
-        needs_evidence=True,
-    ),
-    Rule(
         "vacuous_fsr",
-        "A requirement was exercised in too few runs: what it asks about never came about.",
-        "Add scenarios or faults that bring its condition about, or correct its formula.",
         needs_evidence=True,
     ),
     UNBEGUN_EVENT,
@@ -117,114 +88,32 @@ CAMPAIGN_RULES: Final = (
 
 # --- The integrity rule that holds the formula of a requirement against its own time budget -------
 
-BUDGET_RULES: Final = (
-    Rule(
-        "response_beyond_budget",
-        "The formula of a requirement lets more time pass than its FDTI and FRTI.",
-        "Shorten the window of the formula, or correct fdti and frti.",
-    ),
-)
+BUDGET_RULES: Final = _viewed("response_beyond_budget")
 """Rules about time that a formula gives; ``response_s`` is written beside the requirement."""
 
 
 # --- The integrity rules of a concept and its evidence: SQL views that are empty when all is well -
 
-CONCEPT_RULES: Final = (
-    Rule(
-        "hazard_asil",
-        "The ASIL of a hazardous event is not the one of its classes.",
-        "Correct severity, exposure or controllability; the ASIL follows from them.",
-    ),
-    Rule(
-        "hazard_without_goal",
-        "A hazardous event with an ASIL has no safety goal.",
-        "Name it under hazardous_events of a safety goal.",
-    ),
-    Rule(
-        "goal_asil",
-        "A safety goal has a lower ASIL than one of its hazardous events.",
-        "Give it the highest ASIL of its events.",
-    ),
-    Rule(
-        "goal_without_fsr",
-        "A safety goal has no functional safety requirement.",
-        "Write a requirement that names it under goals.",
-    ),
-    Rule(
-        "asil_lost",
-        "A requirement has a lower ASIL than its goal, and comes of no decomposition.",
-        "Give it the ASIL of the goal, or decompose a requirement into it.",
-    ),
-    Rule(
-        "fsr_without_allocation",
-        "A requirement is allocated to no element.",
-        "Name the elements that meet it under allocation.",
-    ),
-    Rule(
-        "fsr_without_measure",
-        "A requirement has neither a formula nor a bound on a metric.",
-        "Write one: what nothing measures cannot pass.",
-    ),
-    Rule(
-        "threshold_without_source",
-        "The threshold of a requirement has no source.",
-        "Say under threshold_source where the number comes from.",
-    ),
-    Rule(
-        "element_capability",
-        "A requirement is allocated to an element of a lower ASIL capability.",
-        "Allocate it to an able element, raise what is asked of this one, or decompose it.",
-    ),
-    Rule(
-        "illegal_decomposition",
-        "A decomposition is none of the table.",
-        "Two children whose ASIL make a scheme of the table, with the goal's ASIL in brackets.",
-    ),
-    Rule(
-        "decomposition_elements",
-        "A child of a decomposition has no element of its own.",
-        "Allocate each child to an element that the other does not need.",
-    ),
-    Rule(
-        "independence_argument",
-        "A decomposition has no argument for independence.",
-        "Say under independence why one child cannot fail with the other.",
-    ),
-    Rule(
-        "independence_unknown",
-        "An element under a decomposition states no resources.",
-        "State its resources, such as power and computer: what is not stated cannot be compared.",
-    ),
-    Rule(
-        "common_cause",
-        "The elements of a decomposition share what no dependent-failure record covers.",
-        "Take it apart, or write a record under dependent_failures and name it under dfa.",
-    ),
-    Rule(
-        "expired_dfa",
-        "A dependent-failure record is out of date.",
-        "Review it and set another date, or remove it.",
-    ),
-    Rule(
-        "expired_assumption",
-        "An assumption is out of date.",
-        "Ask its owner, and set another date or remove what rests on it.",
-    ),
-    Rule(
-        "expired_waiver",
-        "A waiver is out of date.",
-        "Remove it, or have it renewed.",
-    ),
-    Rule(
-        "fhti_budget",
-        "Detection and reaction times of requirements exceed the FTTI of their goal.",
-        "Shorten fdti or frti, or show that the goal has more time.",
-    ),
-    Rule(
-        "emergency_operation",
-        "Emergency operation lasts longer than its goal tolerates, or the goal tolerates none.",
-        "Shorten emergency_operation_interval, or state the goal's emergency operation and eotti.",
-    ),
+CONCEPT_RULES: Final = _viewed(
+    "hazard_asil",
+    "hazard_without_goal",
+    "goal_asil",
+    "goal_without_fsr",
+    "asil_lost",
+    "fsr_without_allocation",
+    "fsr_without_measure",
+    "threshold_without_source",
+    "element_capability",
+    "illegal_decomposition",
+    "decomposition_elements",
+    "independence_argument",
+    "independence_unknown",
+    "common_cause",
+    "expired_dfa",
+    "expired_assumption",
+    "expired_waiver",
+    "fhti_budget",
+    "emergency_operation",
 )
 """Rules about what the concept says."""
 

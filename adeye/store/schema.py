@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from sqlalchemy import Connection, Dialect
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalogue as catalog
@@ -14,11 +18,6 @@ from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
 from adeye.store.tables import INSERT_ONLY, metadata
 from adeye.store.views import view_ddl
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from sqlalchemy import Connection, Dialect
 
 # --- Triggers that keep results from being changed or deleted, per dialect ------------------------
 
@@ -161,6 +160,29 @@ def require_exists(location: Location) -> None:
             f"database {location}: no such file",
             remedy="Run a campaign first, or name the database with --db.",
         )
+
+
+@contextmanager
+def opened(place: Place, *, is_read_only: bool = False) -> Iterator[Connection]:
+    """Read one state of a database of this release, which is closed at the end.
+
+    Args:
+        place: The database, as everywhere.
+        is_read_only: Whether it is somebody else's: nothing in it is executed.
+
+    Raises:
+        InputError: There is no such database.
+        PlatformError: It cannot be read, is not ours, or has another schema version.
+    """
+    location = locate(place)
+    require_exists(location)
+    database = Database(location, is_read_only=is_read_only)
+    try:
+        with database.read() as connection:
+            require_current(connection, location)
+            yield connection
+    finally:
+        database.close()
 
 
 def read_version(connection: Connection) -> str | None:

@@ -15,93 +15,343 @@ what was hashed: it stands in a table of its own, and a result that is older lac
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final
 
 from sqlalchemy import (
     BigInteger,
+    Boolean,
     CheckConstraint,
     Column,
+    Connection,
+    Float,
     ForeignKey,
+    ForeignKeyConstraint,
     Index,
     Integer,
     MetaData,
+    SmallInteger,
+    String,
     Table,
+    Text,
+)
+from sqlalchemy.schema import SchemaItem
+from sqlalchemy.types import TypeEngine
+
+# --- The collection of tables and the kinds of columns that they are made of ----------------------
+
+metadata = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+        "pk": "pk_%(table_name)s",
+    }
 )
 
-from adeye.store.evidence_tables import allocation as allocation
-from adeye.store.evidence_tables import assumption as assumption
-from adeye.store.evidence_tables import campaign_root as campaign_root
-from adeye.store.evidence_tables import certificate as certificate
-from adeye.store.evidence_tables import (
-    coded,
-    count_column,
-    digest_column,
-    flag_column,
-    number_column,
-    one_of,
-    row_hash_column,
-    text_column,
-)
-from adeye.store.evidence_tables import decomposition as decomposition
-from adeye.store.evidence_tables import decomposition_child as decomposition_child
-from adeye.store.evidence_tables import dependent_failure as dependent_failure
-from adeye.store.evidence_tables import element as element
-from adeye.store.evidence_tables import element_relation as element_relation
-from adeye.store.evidence_tables import fsr as fsr
-from adeye.store.evidence_tables import half_step as half_step
-from adeye.store.evidence_tables import hazardous_event as hazardous_event
-from adeye.store.evidence_tables import ledger as ledger
-from adeye.store.evidence_tables import metadata as metadata
-from adeye.store.evidence_tables import safety_goal as safety_goal
-from adeye.store.evidence_tables import seal as seal
-from adeye.store.evidence_tables import session as session
-from adeye.store.evidence_tables import uncertainty as uncertainty
-from adeye.store.evidence_tables import withdrawal as withdrawal
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+# Texts are in the order of their bytes, in every database and language.
+TEXT: TypeEngine[str] = Text().with_variant(Text(collation="C"), "postgresql")
+# Numbers, as SQLite has it: one reading for whoever writes SQL.
+_FLAG: TypeEngine[bool] = Boolean().with_variant(SmallInteger(), "postgresql")
+
+
+def coded(length: int) -> TypeEngine[str]:
+    """Give the type of a text of a fixed length, such as a digest."""
+    return String(length).with_variant(String(length, collation="C"), "postgresql")
+
+
+def digest_column(name: str, references: str | None = None, *, key: bool = False) -> Column[str]:
+    """Make a column of sha256 in hex."""
+    keys = [] if references is None else [ForeignKey(references)]
+    return Column(name, coded(64), *keys, primary_key=key, nullable=False)
+
+
+def text_column(name: str, *, key: bool = False, null: bool = False) -> Column[str]:
+    """Make a column of text."""
+    return Column(name, TEXT, primary_key=key, nullable=null)
+
+
+def number_column(name: str, *, null: bool = True) -> Column[float]:
+    """Make a column of numbers, by default with gaps."""
+    return Column(name, Float, nullable=null)
+
+
+def count_column(name: str, *, key: bool = False) -> Column[int]:
+    """Make a column of whole numbers."""
+    return Column(name, Integer, primary_key=key, nullable=False, autoincrement=False)
+
+
+def flag_column(name: str) -> Column[bool]:
+    """Make a column of truth values."""
+    return Column(name, _FLAG, nullable=False)
+
+
+def row_hash_column() -> Column[str]:
+    """Make the last column of a table that is only added to."""
+    return Column("row_hash", coded(32), nullable=False)
+
+
+def texts(*names: str, key: bool = False, null: bool = False) -> list[Column[str]]:
+    """Make columns of text."""
+    return [text_column(name, key=key, null=null) for name in names]
+
+
+def numbers(*names: str) -> list[Column[float]]:
+    """Make columns of numbers with gaps."""
+    return [number_column(name) for name in names]
+
+
+def counts(*names: str, key: bool = False) -> list[Column[int]]:
+    """Make columns of whole numbers."""
+    return [count_column(name, key=key) for name in names]
+
+
+def flags(*names: str) -> list[Column[bool]]:
+    """Make columns of truth values."""
+    return [flag_column(name) for name in names]
+
+
+def insert_only(name: str, *columns: SchemaItem, with_rowid: bool = True) -> Table:
+    """Make a table that is only added to: behind its columns stands the hash of the row."""
+    return Table(name, metadata, *columns, row_hash_column(), sqlite_with_rowid=with_rowid)
+
+
+def one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
+    """Let a column of text have some words only."""
+    # SQLite makes a table of what follows IN, for every row that it checks.
+    return CheckConstraint(" OR ".join(f"{column} = '{word}'" for word in words), name=name)
+
+
+# --- The tables that a concept is taken apart into, for people who ask with SQL -------------------
+
+
+def _part(name: str, *columns: SchemaItem) -> Table:
+    key = digest_column("concept_digest", "concept.digest", key=True)
+    return insert_only(name, key, text_column("id", key=True), *columns, text_column("content"))
+
+
+hazardous_event = _part(
+    "hazardous_event",
+    *texts("severity", "exposure", "controllability"),
+    text_column("asil", null=True),
+)
+safety_goal = _part(
+    "safety_goal",
+    text_column("asil"),
+    number_column("ftti_s", null=False),
+    *texts("safe_state", "text"),
+)
+fsr = _part(
+    "fsr",
+    text_column("asil"),
+    flag_column("mandatory"),
+    count_column("min_exercised"),
+    *texts("text", "measure", "threshold_source"),
+)
+element = _part(
+    "element",
+    *texts("kind", "asil_capability"),
+    flag_column("legacy"),
+    text_column("text"),
+)
+assumption = _part(
+    "assumption", text_column("owner"), text_column("valid_until"), text_column("text")
+)
+allocation = insert_only(
+    "allocation",
+    digest_column("concept_digest", key=True),
+    *texts("fsr_id", "element_id", key=True),
+    ForeignKeyConstraint(["concept_digest", "fsr_id"], ["fsr.concept_digest", "fsr.id"]),
+    ForeignKeyConstraint(
+        ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
+    ),
+)
+decomposition = _part("decomposition", text_column("scheme"), text_column("independence"))
+"""By the id of the FSR that is decomposed."""
+decomposition_child = insert_only(
+    "decomposition_child",
+    digest_column("concept_digest", key=True),
+    *texts("fsr_id", "child_id", key=True),
+    ForeignKeyConstraint(
+        ["concept_digest", "fsr_id"], ["decomposition.concept_digest", "decomposition.id"]
+    ),
+    ForeignKeyConstraint(["concept_digest", "child_id"], ["fsr.concept_digest", "fsr.id"]),
+)
+dependent_failure = _part(
+    "dependent_failure", text_column("owner"), text_column("valid_until"), text_column("argument")
+)
+element_relation = insert_only(
+    "element_relation",
+    digest_column("concept_digest", key=True),
+    *texts("element_id", "kind", "name", key=True),
+    ForeignKeyConstraint(
+        ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
+    ),
+    one_of("kind", ("resource", "software", "supplier", "provides", "consumes"), "kind"),
+)
+
+
+# --- The tables of twins with half the step, and of what they told --------------------------------
+
+half_step = insert_only(
+    "half_step",
+    digest_column("result_digest", "run.result_digest", key=True),
+    digest_column("test_case_digest", "test_case.digest"),
+    digest_column("origin_digest"),
+    Index(None, "test_case_digest"),
+    Index(None, "origin_digest"),
+)
+uncertainty = insert_only(
+    "uncertainty",
+    Column("campaign_id", coded(32), ForeignKey("campaign.id"), primary_key=True, nullable=False),
+    *texts("scenario", "architecture", "kind", "name", "unit", key=True),
+    *counts("sampled", "pairs"),
+    *numbers("p95", "largest", "uncertainty"),
+    count_column("differing"),
+    text_column("changes"),
+    Column("fsr_digest", coded(64), nullable=True),
+    Column("judged_digest", coded(64), nullable=True),
+    one_of("kind", ("metric", "fsr"), "kind"),
+    CheckConstraint("pairs BETWEEN 0 AND sampled", name="pairs"),
+    CheckConstraint("(pairs = 0) = (p95 IS NULL)", name="p95"),
+    CheckConstraint("(kind = 'fsr') = (judged_digest IS NOT NULL)", name="judged"),
+)
+
+
+def plain_digests(connection: Connection, campaign_id: str) -> dict[str, str]:
+    """Give the digest of each FSR of a campaign without what half the step told.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT f.fsr_id, COALESCE(u.fsr_digest, f.fsr_digest) FROM campaign_fsr f "
+        "LEFT JOIN uncertainty u ON u.judged_digest = f.fsr_digest WHERE f.campaign_id = ?",
+        (campaign_id,),
+    )
+    return {str(name): str(digest) for name, digest in found}
+
+
+# --- The tables that keep evidence whole: ledger and seals, roots, sessions, withdrawals ----------
+
+SEALED: Final = (
+    "run", "metric", "timing", "criticality", "verdict", "event", "chain", "basis", "extreme",
+    "kept_trace", "plugin",
+)  # fmt: skip
+"""What a run has rows in; ``plugin`` is every table of metrics of plug-ins."""
+
+
+def _place_number() -> Column[int]:
+    return Column("number", Integer, primary_key=True, autoincrement=False)
+
+
+def _its_campaign(*, key: bool = False) -> Column[str]:
+    kind, reference = String(32), ForeignKey("campaign.id")
+    return Column("campaign_id", kind, reference, primary_key=key, nullable=False)
+
+
+ledger = insert_only(
+    "ledger",
+    _place_number(),
+    count_column("place", key=True),
+    text_column("table_name"),
+    flag_column("is_last"),
+    count_column("row_count"),
+    Column("total", String(32), nullable=False),
+    text_column("detail"),
+)
+"""What transaction ``number`` added to a table: how many rows, the sum of their hashes (and of a
+hash of this row, see ``ledger.offset``), and, but for tables that seals cover, which rows."""
+
+seal = insert_only(
+    "seal",
+    Column("run_number", Integer, ForeignKey("run.number"), primary_key=True, autoincrement=False),
+    count_column("number", key=True),
+    *(Column(f"{name}_sum", BigInteger, nullable=False) for name in SEALED),
+)
+"""What transaction ``number`` of the ledger added to one run: by table, the sum of the row hashes
+modulo 2**48."""
+
+campaign_root = insert_only(
+    "campaign_root",
+    _its_campaign(key=True),
+    count_column("leaves"),
+    digest_column("root"),
+)
+"""Merkle root over a complete campaign, see ``roots``."""
+
+session = insert_only(
+    "session",
+    _place_number(),
+    _its_campaign(),
+    *texts("at", "who", "host", "tool", "packages_digest", "cpu", "provenance"),
+    Index(None, "campaign_id"),
+)
+"""Who planned, executed or judged a campaign, when, and with what; one row for each command."""
+
+withdrawal = insert_only(
+    "withdrawal",
+    _place_number(),
+    digest_column("result_digest", "run.result_digest"),
+    *texts("at", "author", "reason"),
+    Index(None, "result_digest"),
+)
+"""Results that are no evidence any more. They stay as they are."""
+
+LEDGER: Final = (ledger, seal)
+"""Tables that tell of all others, and are told of by none."""
+
+
+# --- The table of certificates: how deterministic a campaign was seen to be -----------------------
+
+certificate = insert_only(
+    "certificate",
+    _place_number(),
+    _its_campaign(),
+    *texts("at", "tool", "class"),
+    *counts("executed", "asked", "sampled", "machine_dependent"),
+    *texts("conditions", "findings"),
+    one_of("class", ("portable", "same platform"), "class"),
+    CheckConstraint("sampled BETWEEN 1 AND executed", name="sampled"),
+)
+
 
 # --- Tables of what it takes to judge a run again without its trace -------------------------------
 
 
-def _run_number() -> Column[int]:
-    key = ForeignKey("run.number")
+def _run_number(number: str | Column[int] = "run.number") -> Column[int]:
+    """Refer to a run by its number: digests would scatter the rows of a block over the file."""
+    key = ForeignKey(number)
     return Column("run_number", Integer, key, primary_key=True, autoincrement=False)
 
 
-uid_set = Table(
-    "uid_set", metadata, digest_column("digest", key=True), text_column("uids"), row_hash_column()
-)
-basis = Table(
+uid_set = insert_only("uid_set", digest_column("digest", key=True), text_column("uids"))
+basis = insert_only(
     "basis",
-    metadata,
     _run_number(),
     count_column("version", key=True),
     digest_column("uid_set_digest", "uid_set.digest"),
     flag_column("by_contact"),
     text_column("invalid", null=True),
-    row_hash_column(),
 )
-extreme = Table(
+extreme = insert_only(
     "extreme",
-    metadata,
     _run_number(),
     text_column("measure", key=True),
     count_column("version", key=True),
-    number_column("value"),
-    number_column("time_s"),
+    *numbers("value", "time_s"),
     text_column("actor", null=True),
     text_column("samples"),
-    row_hash_column(),
-    sqlite_with_rowid=False,
+    with_rowid=False,
 )
-kept_trace = Table(
+kept_trace = insert_only(
     "kept_trace",
-    metadata,
     _run_number(),
     text_column("file", key=True),
     count_column("place"),
-    row_hash_column(),
 )
 
 BASIS_RESULTS: Final = (basis, extreme, kept_trace)
@@ -117,84 +367,61 @@ def _campaign(*, key: bool = False) -> Column[str]:
     )
 
 
-case_count = Table(
+case_count = insert_only(
     "case_count",
-    metadata,
     _campaign(key=True),
-    text_column("scenario", key=True),
-    text_column("architecture", key=True),
-    text_column("fault_entry", key=True),
+    *texts("scenario", "architecture", "fault_entry", key=True),
     count_column("planned"),
-    row_hash_column(),
 )
 """How many cases a campaign plans."""
 
-case_match = Table(
+case_match = insert_only(
     "case_match",
-    metadata,
     _campaign(key=True),
-    count_column("first_ordinal", key=True),
-    count_column("ordinal", key=True),
+    *counts("first_ordinal", "ordinal", key=True),
     text_column("fault_entry"),
-    row_hash_column(),
-    sqlite_with_rowid=False,
+    with_rowid=False,
 )
 """Cases of several architectures in one situation of a scenario under the same faults: they go by
 the first of them, so that those of one situation lie together and in the order of the plan."""
 
-case_run = Table(
+case_run = insert_only(
     "case_run",
-    metadata,
     _campaign(key=True),
     count_column("ordinal", key=True),
     Column("run_number", Integer, ForeignKey("run.number"), nullable=False),
-    row_hash_column(),
-    sqlite_with_rowid=False,
+    with_rowid=False,
 )
 """The run of each case of the blocks that are done, by its number."""
 
-case_tally = Table(
+case_tally = insert_only(
     "case_tally",
-    metadata,
     Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
     _campaign(),
-    text_column("scenario", key=True),
-    text_column("architecture", key=True),
-    text_column("fault_entry", key=True),
-    count_column("runs"),
-    count_column("exercised"),
-    row_hash_column(),
+    *texts("scenario", "architecture", "fault_entry", key=True),
+    *counts("runs", "exercised"),
     CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
     Index(None, "campaign_id"),
 )
 """How many cases of a block that is done have a run, and a run that exercises an FSR."""
 
-case_repeat = Table(
+case_repeat = insert_only(
     "case_repeat",
-    metadata,
     _campaign(key=True),
-    text_column("fsr_id", key=True),
-    text_column("architecture", key=True),
-    text_column("scenario", key=True),
-    count_column("passed"),
-    count_column("exercised"),
-    count_column("unheld"),
-    row_hash_column(),
+    *texts("fsr_id", "architecture", "scenario", key=True),
+    *counts("passed", "exercised", "unheld"),
 )
 """How many of the runs that PASS, or exercise, an FSR repeat the result of another such run, once
 all blocks are done: over all scenarios (an empty word) whether one does or not, with the number of
 rows of ``never_held``, so that none is lost unseen; in a scenario only where one does."""
 
-never_held = Table(
+never_held = insert_only(
     "never_held",
-    metadata,
     _campaign(key=True),
-    text_column("fsr_id", key=True),
-    text_column("architecture", key=True),
+    *texts("fsr_id", "architecture", key=True),
     count_column("place", key=True),
     text_column("antecedent"),
     flag_column("decides"),
-    row_hash_column(),
 )
 """Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
 done; they decide where a run satisfies the FSR only because of that."""
@@ -324,8 +551,7 @@ MOMENTS: Final = (
 
 
 def _content(name: str) -> Table:
-    columns = (text_column("id"), text_column("version"), text_column("content"), row_hash_column())
-    return Table(name, metadata, digest_column("digest", key=True), *columns)
+    return insert_only(name, digest_column("digest", key=True), *texts("id", "version", "content"))
 
 
 odd = _content("odd")
@@ -333,87 +559,66 @@ scenario = _content("scenario")
 architecture = _content("architecture")
 concept = _content("concept")
 
-test_case = Table(
+test_case = insert_only(
     "test_case",
-    metadata,
     digest_column("digest", key=True),
     digest_column("situation_digest"),
     digest_column("scenario_digest", "scenario.digest"),
     digest_column("architecture_digest", "architecture.digest"),
-    text_column("fault_entry"),
-    text_column("faults"),
-    text_column("parameters"),
+    *texts("fault_entry", "faults", "parameters"),
     count_column("replicate"),
     Column("seed", BigInteger, nullable=False),
     number_column("step_s", null=False),
     digest_column("odd_digest", "odd.digest"),
     count_column("point_index"),
-    row_hash_column(),
     Index(None, "situation_digest"),
 )
 
-campaign = Table(
+campaign = insert_only(
     "campaign",
-    metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     Column("id", coded(32), nullable=False, unique=True),
-    text_column("created_at"),
-    text_column("odd_id"),
+    *texts("created_at", "odd_id"),
     digest_column("odd_digest", "odd.digest"),
     digest_column("concept_digest", "concept.digest"),
     text_column("title"),
     count_column("planned"),
-    text_column("factors"),
-    text_column("gate"),
-    text_column("units"),
-    text_column("judging"),
+    *texts("factors", "gate", "units", "judging"),
     digest_column("judging_hash"),
     text_column("provenance"),
-    row_hash_column(),
 )
-campaign_use = Table(
+campaign_use = insert_only(
     "campaign_use",
-    metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     _campaign(),
     text_column("at"),
-    row_hash_column(),
 )
 """Which campaign was planned again after another one: going back to former files makes no new
 campaign, and yet that one is the latest."""
-campaign_case = Table(
+campaign_case = insert_only(
     "campaign_case",
-    metadata,
     _campaign(key=True),
     count_column("ordinal", key=True),
     digest_column("test_case_digest", "test_case.digest"),
     digest_column("result_digest"),
-    text_column("scenario"),
-    text_column("architecture"),
+    *texts("scenario", "architecture"),
     flag_column("inside_odd"),
     text_column("point"),
-    row_hash_column(),
     Index(None, "test_case_digest", "campaign_id"),
     Index(None, "result_digest"),
 )
-campaign_fsr = Table(
+campaign_fsr = insert_only(
     "campaign_fsr",
-    metadata,
     _campaign(key=True),
-    text_column("fsr_id", key=True),
-    text_column("architecture", key=True),
-    text_column("scenario", key=True),
+    *texts("fsr_id", "architecture", "scenario", key=True),
     digest_column("fsr_digest"),
     text_column("asil"),
     flag_column("mandatory"),
     count_column("min_exercised"),
     text_column("applies"),
-    flag_column("in_gate"),
-    flag_column("applicable"),
-    text_column("reason", null=True),
-    text_column("waived_until", null=True),
+    *flags("in_gate", "applicable"),
+    *texts("reason", "waived_until", null=True),
     count_column("planned"),
-    row_hash_column(),
     one_of("applies", ("inside", "outside", "everywhere"), "applies"),
 )
 
@@ -423,12 +628,10 @@ work = Table(
     Column("id", Integer, primary_key=True, autoincrement=True),
     _campaign(),
     text_column("kind"),
-    count_column("from_ordinal"),
-    count_column("to_ordinal"),
+    *counts("from_ordinal", "to_ordinal"),
     text_column("state"),
     text_column("owner", null=True),
-    count_column("attempt"),
-    count_column("failures"),
+    *counts("attempt", "failures"),
     text_column("until", null=True),
     number_column("until_boot_s"),
     text_column("detail", null=True),
@@ -439,19 +642,15 @@ work = Table(
     Index(None, "campaign_id", "state"),
 )
 
-run = Table(
+run = insert_only(
     "run",
-    metadata,
     Column("number", Integer, primary_key=True, autoincrement=True),
     Column("result_digest", coded(64), nullable=False, unique=True),
     digest_column("test_case_digest", "test_case.digest"),
-    text_column("backend"),
-    text_column("variant"),
+    *texts("backend", "variant"),
     count_column("numerics_version"),
-    text_column("plugins_digest"),
-    text_column("outcome"),
-    text_column("outcome_channel", null=True),
-    text_column("outcome_detail", null=True),
+    *texts("plugins_digest", "outcome"),
+    *texts("outcome_channel", "outcome_detail", null=True),
     count_column("trace_rows"),
     number_column("duration_s", null=False),
     Column("trace_digest", coded(32), nullable=False),
@@ -459,16 +658,8 @@ run = Table(
     text_column("end_reason"),
     flag_column("machine_dependent"),
     Column("result_hash", coded(64), nullable=False),
-    text_column("executed_by"),
-    text_column("executed_at"),
-    row_hash_column(),
+    *texts("executed_by", "executed_at"),
 )
-
-
-def _run() -> Column[int]:
-    """Refer to a run by its number: digests would scatter the rows of a block over the file."""
-    key = ForeignKey(run.c.number)
-    return Column("run_number", Integer, key, primary_key=True, autoincrement=False)
 
 
 def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> Table:
@@ -493,120 +684,85 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
         for dialect, nothing in (("sqlite", "0"), ("postgresql", "FALSE")):
             rule = f"CASE {metric_id}_status {value} {empty} ELSE {nothing} END"
             checks.append(CheckConstraint(rule, name=metric_id).ddl_if(dialect=dialect))
-    return Table(name, into, _run(), *columns, row_hash_column(), *checks)
+    return Table(name, into, _run_number(run.c.number), *columns, row_hash_column(), *checks)
 
 
 metric = make_metric_table("metric", metadata, FIRST_METRIC_IDS)
 timing = make_metric_table("timing", metadata, TIMING_IDS)
 criticality = make_metric_table("criticality", metadata, CRITICALITY_IDS)
-verdict = Table(
+verdict = insert_only(
     "verdict",
-    metadata,
-    _run(),
+    _run_number(),
     digest_column("fsr_digest", key=True),
-    text_column("fsr_id"),
-    text_column("verdict"),
-    number_column("robustness_low"),
-    number_column("robustness_high"),
-    number_column("margin"),
-    text_column("unit", null=True),
-    text_column("signal", null=True),
-    text_column("predicate", null=True),
+    *texts("fsr_id", "verdict"),
+    *numbers("robustness_low", "robustness_high", "margin"),
+    *texts("unit", "signal", "predicate", null=True),
     number_column("time_s"),
     text_column("actor", null=True),
-    number_column("value"),
-    number_column("threshold"),
+    *numbers("value", "threshold"),
     flag_column("exercised"),
     text_column("detail", null=True),
-    row_hash_column(),
     one_of("verdict", RUN_VERDICTS, "verdict"),
-    sqlite_with_rowid=False,
+    with_rowid=False,
 )
-event = Table(
+event = insert_only(
     "event",
-    metadata,
-    _run(),
+    _run_number(),
     count_column("seq", key=True),
     number_column("time_s", null=False),
     text_column("kind"),
     text_column("subject", null=True),
     text_column("text"),
-    row_hash_column(),
-    sqlite_with_rowid=False,
+    with_rowid=False,
 )
-chain = Table(
-    "chain", metadata, _run(), count_column("every_rows"), text_column("links"), row_hash_column()
-)
-fork = Table(
+chain = insert_only("chain", _run_number(), count_column("every_rows"), text_column("links"))
+fork = insert_only(
     "fork",
-    metadata,
     digest_column("result_digest", "run.result_digest", key=True),
     digest_column("test_case_digest", "test_case.digest"),
     digest_column("origin_digest", "run.result_digest"),
     count_column("from_tick"),
     text_column("authority"),
-    row_hash_column(),
     Index(None, "test_case_digest"),
     Index(None, "origin_digest"),
 )
-injection = Table(
+injection = insert_only(
     "injection",
-    metadata,
     digest_column("result_digest", "run.result_digest", key=True),
     count_column("version", key=True),
     *(number_column(f"{name}_s") for name in MOMENTS),
     *(number_column(f"{name}_s") for name in ("fdti", "frti", "fhti", "eoti", "ftti")),
     number_column("fault_free_violation_s"),
-    text_column("class"),
-    text_column("without_mechanism"),
-    text_column("twins"),
-    row_hash_column(),
+    *texts("class", "without_mechanism", "twins"),
     one_of("class", INJECTION_CLASSES, "class"),
 )
-takeover = Table(
+takeover = insert_only(
     "takeover",
-    metadata,
     digest_column("fork_digest", "fork.result_digest", key=True),
     count_column("version", key=True),
     text_column("class"),
-    number_column("takeover_s"),
-    number_column("violation_s"),
-    number_column("fork_violation_s"),
-    row_hash_column(),
+    *numbers("takeover_s", "violation_s", "fork_violation_s"),
     one_of("class", TAKEOVER_CLASSES, "class"),
 )
-benchmark = Table(
+benchmark = insert_only(
     "benchmark",
-    metadata,
     digest_column("result_digest", "run.result_digest", key=True),
-    *(
-        text_column("model", key=True),
-        text_column("edition", key=True),
-        count_column("version", key=True),
-    ),
-    *(
-        digest_column("drive_digest", "run.result_digest"),
-        row_hash_column(),
-        Index(None, "drive_digest"),
-    ),
+    *texts("model", "edition", key=True),
+    count_column("version", key=True),
+    digest_column("drive_digest", "run.result_digest"),
+    Index(None, "drive_digest"),
 )
-tally = Table(
+tally = insert_only(
     "tally",
-    metadata,
     Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
     _campaign(),
     text_column("fsr_id", key=True),
     digest_column("fsr_digest"),
-    text_column("architecture", key=True),
-    text_column("scenario", key=True),
-    text_column("verdict", key=True),
-    count_column("runs"),
-    count_column("exercised"),
-    number_column("worst_robustness"),
-    number_column("worst_margin"),
+    *texts("architecture", "scenario", "verdict", key=True),
+    *counts("runs", "exercised"),
+    *numbers("worst_robustness", "worst_margin"),
     text_column("worst_unit", null=True),
     digest_column("worst_result_digest", "run.result_digest"),
-    row_hash_column(),
     one_of("verdict", RUN_VERDICTS, "verdict"),
     CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
     Index(None, "campaign_id"),
@@ -627,14 +783,3 @@ INSERT_ONLY: Final = tuple(item for item in metadata.sorted_tables if item not i
 
 RESULTS: Final = (run, metric, timing, criticality, verdict, event, chain, *BASIS_RESULTS)
 """Tables written a block at a time; ``columns`` hashes their rows."""
-
-NONDETERMINISTIC: Final = {
-    "run": ("number", "executed_by", "executed_at", "row_hash"),
-    "tally": ("work_id", "row_hash"),
-    "case_run": ("run_number", "row_hash"),
-    "case_tally": ("work_id", "row_hash"),
-    "campaign": ("number", "created_at", "provenance", "row_hash"),
-    "campaign_use": ("number", "at", "row_hash"),
-    "certificate": ("number", "at", "row_hash"),
-}
-"""Columns that differ between two executions of one plan and are in no result hash."""

@@ -11,8 +11,11 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
 from string import Template
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from sqlalchemy import Connection
 
 from adeye.identity import digest
 from adeye.store import catalogue as catalog
@@ -20,11 +23,6 @@ from adeye.store.cases import JUDGED
 from adeye.store.rules import check_view_ddl
 from adeye.store.sql import statement
 from adeye.store.tables import METRIC_IDS, MOMENTS, TABLES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from sqlalchemy import Connection
 
 # --- The SQL views: the documented, stable interface for people who know SQL ----------------------
 

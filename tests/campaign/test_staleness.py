@@ -16,11 +16,12 @@ from hypothesis import strategies as st
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.stale import CAUSES, find_stale
 from adeye.judge.verdict import Outcome, Verdict
-from adeye.store.records import MetricValue, RunRecord, VerdictRecord
+from adeye.store.records import MetricValue, VerdictRecord
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from adeye.units import read_quantity
 from tests.project import CONCEPT, Project
+from tests.store.rows import RunRecord, complete_block
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -283,7 +284,7 @@ def complete(repository: Repository, plan: CampaignPlan) -> str:
                     ],
                 )
             )
-        assert repository.complete_block(block, runs)
+        assert complete_block(repository, block, runs)
     return stored.campaign
 
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
+import pytest
 import yaml
 
 from adeye.cli.app import main
 from tests.tampering import unguarded
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    import pytest
 
 BASELINE: Final = "baseline.json"
 DB: Final = "adeye.db"

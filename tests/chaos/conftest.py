@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -12,10 +13,6 @@ from adeye.cli.app import main
 from tests.chaos.bench import BASELINE, ODD, Bench
 from tests.chaos.runners import Cradle, Undisturbed, project_of, size, undisturbed
 from tests.project import Project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 
 @pytest.fixture(scope="session")

@@ -28,13 +28,11 @@ import resource
 import sys
 import time
 import traceback
+from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from tests.chaos import failing
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 LOADED: Final = (
     "adeye.api",

@@ -15,16 +15,14 @@ import signal
 import sqlite3
 import subprocess
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from multiprocessing import connection as pipes
 from multiprocessing import util as multiprocessing_util
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 KINDS: Final = ("database", "file", "process", "pipe")
 DATABASE_ERRORS: Final = (

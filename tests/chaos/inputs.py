@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from tests.chaos.bench import BASELINE
+from tests.chaos.bench import BASELINE, Bench, Said
 from tests.chaos.ways import Way
-
-if TYPE_CHECKING:
-    from tests.chaos.bench import Bench, Said
 
 CONCEPT: Final = "odd/concepts/motorway_chauffeur.yaml"
 

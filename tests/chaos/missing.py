@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable
+from typing import Any, Final
 
 from adeye.campaign import run as runner
 from adeye.testing import zoo
-from tests.chaos.bench import DB, ODD_FILE
+from tests.chaos.bench import DB, ODD_FILE, Bench, Said
 from tests.chaos.ways import Way
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.chaos.bench import Bench, Said
 
 CONCEPT: Final = "odd/concepts/motorway_chauffeur.yaml"
 NO_VALUE: Final = "FSR-06 ERROR for camera_radar (odd_m, the metric has no finite value)"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import yaml
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Draw = np.random.Generator
 

@@ -7,15 +7,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from adeye.kernel import jit
-from tests.chaos.bench import DB, ODD_FILE, Said
+from tests.chaos.bench import DB, ODD_FILE, Bench, Said
 from tests.chaos.ways import Way
 from tests.project import ROOT
-
-if TYPE_CHECKING:
-    from tests.chaos.bench import Bench
 
 NOBODY: Final = 65534
 LIMITED: Final = """

@@ -11,20 +11,18 @@ import sqlite3
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from adeye.store.repository import Repository
 from tests.chaos.bench import ODD, Said
 from tests.chaos.failing import WIDTH
 from tests.processes import survivors
 from tests.project import ROOT, Project, table_hash
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 IS_FULL: Final = os.environ.get("ADEYE_CHAOS", "") == "full"
 SEED: Final = 20261123

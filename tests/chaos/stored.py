@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import sqlite3
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final
 
 from adeye.store import tables
 from adeye.store.encoding import row_hash
-from tests.chaos.bench import BASELINE, DB
+from tests.chaos.bench import BASELINE, DB, Bench, Said
 from tests.chaos.ways import Way
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.chaos.bench import Bench, Said
 
 
 def tampered(*statements: str, verb: str = "gate") -> Callable[[Bench], Said]:

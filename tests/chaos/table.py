@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from tests.chaos import inputs, missing, platform, stored
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from tests.chaos.ways import Way
+from tests.chaos.ways import Way
 
 PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "reference" / "lost-evidence.md"
 GROUPS: Final[Mapping[str, Sequence[Way]]] = {

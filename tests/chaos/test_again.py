@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import pytest
 
-from tests.chaos.bench import BASELINE, DB
+from tests.chaos.bench import BASELINE, DB, Bench
 from tests.chaos.runners import record, size
 from tests.chaos.test_torn import dumped
-
-if TYPE_CHECKING:
-    from tests.chaos.bench import Bench
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import time
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import pytest
 
@@ -16,14 +16,11 @@ from adeye.store import encoding
 from adeye.store.evidence import verification
 from adeye.store.evidence import verification as soundness
 from adeye.store.write import queue as leasing
-from tests.chaos.bench import DB, ODD_FILE, PLUGIN
+from tests.chaos.bench import DB, ODD_FILE, PLUGIN, Bench
 from tests.chaos.stored import tally_made_green
 from tests.chaos.table import GROUPS, PAGE, page
+from tests.chaos.ways import Way
 from tests.project import table_hash
-
-if TYPE_CHECKING:
-    from tests.chaos.bench import Bench
-    from tests.chaos.ways import Way
 
 pytestmark = pytest.mark.slow
 

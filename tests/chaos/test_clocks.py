@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import os
 import sqlite3
+from collections.abc import Mapping
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 import pytest
 
-from tests.chaos.runners import assert_identical, record, run_of, size
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from tests.chaos.runners import Cradle, Undisturbed
+from tests.chaos.runners import Cradle, Undisturbed, assert_identical, record, run_of, size
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -11,9 +11,6 @@ from adeye.cli.app import main
 from tests.chaos.test_fuzz import CASES_CSV, TABLE_CSV, watched
 from tests.chaos.test_schema_life import READING
 from tests.test_malformed_inputs import FILES, IN_ODD
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 CANARY = "s3cr3t-canary"
 BOMBS = 100

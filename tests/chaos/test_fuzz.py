@@ -12,10 +12,11 @@ import resource
 import signal
 import sys
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -29,12 +30,8 @@ from adeye.report.gate.baseline import read_baseline
 from adeye.spec.expression import parse
 from adeye.spec.load import load_grid
 from tests.chaos import mutation
+from tests.chaos.mutation import Draw
 from tests.test_malformed_inputs import FILES, IN_CONCEPT, IN_ODD, IN_ONE, IN_SCENARIO, IN_TWO
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from tests.chaos.mutation import Draw
 
 ORDINARY: Final = 40
 SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "60"))

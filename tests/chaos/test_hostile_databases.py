@@ -5,21 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pytest
 
 from adeye.cli.app import main
-from tests.chaos.mutation import bytes_of
+from tests.chaos.mutation import Draw, bytes_of
 from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
+from tests.project import Executed
 from tests.tampering import unguarded
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.chaos.mutation import Draw
-    from tests.project import Executed
 
 ORDINARY: Final = 60
 VERBS: Final = (

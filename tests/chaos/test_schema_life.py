@@ -7,8 +7,9 @@ import os
 import shutil
 import signal
 import sqlite3
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import pytest
 from sqlalchemy import Engine, event
@@ -18,9 +19,7 @@ from adeye.store import schema
 from adeye.store.repository import Repository
 from tests.chaos.bench import DB
 from tests.chaos.runners import size
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from tests.store.rows import result_table_hash
 
 FORK: Final = multiprocessing.get_context("fork")
 STRIDE: Final = 23
@@ -78,9 +77,8 @@ def results_of(path: Path) -> Results:
     """Hash the results of each campaign."""
     with Repository.open(path, create=False) as repository:
         assert repository.verify() == ()
-        return tuple(
-            (item.id, repository.result_table_hash(item.id)) for item in repository.campaigns()
-        )
+        campaigns = [item.id for item in repository.campaigns()]
+        return tuple((name, result_table_hash(repository, name)) for name in campaigns)
 
 
 def in_child(do: Callable[[], object]) -> int:

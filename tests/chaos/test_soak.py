@@ -6,15 +6,12 @@ import itertools
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import pytest
 
-from tests.chaos.runners import IS_FULL, project_of, record, run_of, size
-
-if TYPE_CHECKING:
-    from tests.chaos.runners import Cradle
+from tests.chaos.runners import IS_FULL, Cradle, project_of, record, run_of, size
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 

@@ -12,35 +12,30 @@ import json
 import random  # noqa: TID251 - picks what to alter; no simulated noise
 import shutil
 import sqlite3
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import pytest
+from sqlalchemy import Table
 
 from adeye.errors import IntegrityError
 from adeye.judge.stl.batch import NEEDED, SPARE
 from adeye.report.formats.manifest import differing, make_manifest
 from adeye.store import ledger, tables
-from adeye.store.block import run_block
+from adeye.store.block import JudgedBlock
 from adeye.store.encoding import hashed_names, row_hash, row_hashes, stored_words
 from adeye.store.evidence import verification
 from adeye.store.evidence.roots import folder_of
 from adeye.store.plugin_metrics import plugin_tables
-from adeye.store.records import MetricValue
+from adeye.store.records import Finding, MetricValue
 from adeye.store.repository import Repository
-from adeye.store.tables import METRIC_IDS
 from tests.chaos.runners import size
 from tests.store.conftest import Example
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from sqlalchemy import Table
-
-    from adeye.store.records import Finding
+from tests.store.rows import run_block
 
 KINDS: Final = ("edit", "delete", "insert", "exchange")
 TRIALS: Final = size(40, 100)
@@ -81,9 +76,9 @@ def with_plugin(example: Example, repository: Repository) -> None:
 
     plan = repository.plan_campaign(example.record(), example.cases(16), block_size=8)
     while (block := repository.claim_block(campaign=plan.campaign)) is not None:
-        runs = run_block([run(case) for case in block.to_execute], METRIC_IDS)
+        runs = run_block([run(case) for case in block.to_execute])
         runs = replace(runs, basis=example.basis(len(runs)))
-        assert repository.complete_block(block, runs, example.judged(block))
+        assert repository.complete_block(block, runs, JudgedBlock.of(example.judged(block)))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import pytest
 
 from adeye.store.repository import Repository
 from tests.store.conftest import Example
+from tests.store.rows import complete_block
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +20,7 @@ def campaign(folder: Path) -> str:
     with Repository.open(folder / "x.db") as repository:
         plan = repository.plan_campaign(example.record(), example.cases(4))
         while (block := repository.claim_block(campaign=plan.campaign)) is not None:
-            repository.complete_block(block, example.runs(block), example.judged(block))
+            complete_block(repository, block, example.runs(block), example.judged(block))
         return plan.campaign
 
 

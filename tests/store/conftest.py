@@ -26,7 +26,7 @@ from adeye.spec.concept import (
     SafetyGoal,
     Waiver,
 )
-from adeye.store.block import BasisBlock, ExtremeBlock, run_block
+from adeye.store.block import BasisBlock, ExtremeBlock, JudgedBlock
 from adeye.store.encoding import Texts
 from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.location import locate
@@ -40,8 +40,6 @@ from adeye.store.records import (
     EventRecord,
     ForkRecord,
     MetricValue,
-    PlannedCase,
-    RunRecord,
     VerdictRecord,
 )
 from adeye.store.repository import Repository
@@ -50,6 +48,7 @@ from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
 from adeye.store.write.studies import DriveRecord, TakeoverLine
 from tests.postgres import Server
 from tests.store.raw import Raw, raw_connection
+from tests.store.rows import PlannedCase, RunRecord, planned_case, run_block
 
 
 def sha(text: str) -> str:
@@ -176,7 +175,7 @@ class Example:
             "engine": self.engine,
             "point_index": point,
         }
-        return PlannedCase(**{**fields, **changes})
+        return planned_case(**{**fields, **changes})
 
     def cases(self, count: int) -> list[PlannedCase]:
         return [self.case(ordinal) for ordinal in range(count)]
@@ -262,9 +261,9 @@ class Example:
         """Complete every block; return how many runs that took."""
         executed = 0
         while (block := repository.claim_block(campaign=campaign)) is not None:
-            runs = run_block(self.runs(block), METRIC_IDS)
-            runs = replace(runs, basis=self.basis(len(runs)))
-            assert repository.complete_block(block, runs, self.judged(block))
+            runs = replace(run_block(self.runs(block)), basis=self.basis(len(block.to_execute)))
+            judged = JudgedBlock.of(self.judged(block))
+            assert repository.complete_block(block, runs, judged)
             executed += len(block.to_execute)
         return executed
 
@@ -290,7 +289,7 @@ class Example:
         digest = self.engine.result_digest(sha("fork"))
         case = BlockCase(0, sha("fork"), digest, has_result=False, missing_fsrs=("FSR1",))
         record = ForkRecord(case.result_digest, case.test_case, origin.result_digest, 40, "safety")
-        repository.hindsight.save_forks([record], run_block([self.run(case)], METRIC_IDS))
+        repository.hindsight.save_forks([record], run_block([self.run(case)]))
         return record
 
     def hindsight(self, repository: Repository, campaign: str) -> tuple[Injection, TakeoverLine]:
@@ -335,7 +334,7 @@ class Example:
         case = BlockCase(0, sha("twin"), digest, has_result=False, missing_fsrs=("FSR1",))
         twin = HalfStepRecord(digest, case.test_case, origin.result_digest, origin.test_case, 0.025)
         halves = repository.hindsight.half_steps
-        halves.save_twins([twin], run_block([self.run(case)], METRIC_IDS))
+        halves.save_twins([twin], run_block([self.run(case)]))
         told = Difference("fsr", "FSR9", "m", 12, 11, 0.5, 0.75, 1, {"PASS → FAIL": 1})
         line = UncertaintyRecord(origin.scenario, origin.architecture, told, "f" * 64, "e" * 64)
         halves.save_uncertainty(campaign, [line])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+import sqlite3
 from string import Template
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from adeye.store.tables import TABLES
 from adeye.store.views import PAIR_METRICS
-
-if TYPE_CHECKING:
-    import sqlite3
 
 FORMER: Final = {
     "v_runs": "former_runs",

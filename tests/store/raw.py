@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from collections.abc import Sequence
+from typing import Any, Final, Protocol
 
 import pytest
 
 from adeye.store.postgres import SCHEMA, translated
+from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
 from tests.tampering import unguard
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.store.repository import Repository
 
 on_sqlite = pytest.mark.parametrize("place", ["sqlite"], indirect=True)
 """Marks a test of what only a file can have."""

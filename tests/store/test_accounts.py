@@ -1,5 +1,6 @@
 """Accounts of cases agree with plan and results whatever way they came about, or are named."""
 
+import random  # noqa: TID251 - tests may draw
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,10 +10,12 @@ import pytest
 
 from adeye.judge.stl.batch import NEEDED
 from adeye.store import tables
+from adeye.store.accounts import CaseGroups
 from adeye.store.encoding import row_hash
 from adeye.store.repository import Repository
 from adeye.store.tables import case_count, case_match, case_repeat, case_run, case_tally, never_held
 from tests.store.raw import guarded, unguarded
+from tests.store.rows import complete_block, result_table_hash
 
 ACCOUNTS = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 
@@ -37,7 +40,7 @@ def interrupted(repository: Repository, example: Any) -> str:
     plan = repository.plan_campaign(example.record(), example.cases(12), block_size=4)
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
-    assert repository.complete_block(block, example.runs(block), example.judged(block))
+    assert complete_block(repository, block, example.runs(block), example.judged(block))
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
     assert repository.quarantine_block(block, "no result")
@@ -117,8 +120,76 @@ def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(
     repository: Repository, example: Any, raw: sqlite3.Connection
 ) -> None:
     campaign = example.campaign(repository, 8)
-    before = repository.result_table_hash(campaign)
+    before = result_table_hash(repository, campaign)
     with tampering(raw):
         raw.execute("DELETE FROM case_tally")
-    assert repository.result_table_hash(campaign) == before
+    assert result_table_hash(repository, campaign) == before
     assert set(ACCOUNTS) <= set(tables.INSERT_ONLY)
+
+
+Case = tuple[str, str, str, str]
+
+
+def fed(cases: list[Case], part: int = 3) -> CaseGroups:
+    """Feed cases one after the other, those of one kind together as far as they are in line."""
+    groups = CaseGroups()
+    waiting: list[Case] = []
+    for case in [*cases, ("", "", "", "")]:
+        if waiting and (case[:3] != waiting[0][:3] or len(waiting) == part):
+            groups.add(*waiting[0][:3], [item[3] for item in waiting])
+            waiting = []
+        waiting.append(case)
+    return groups
+
+
+def matched(groups: CaseGroups) -> list[tuple[int, int, str]]:
+    return [(item[1], item[2], item[3]) for rows in groups.matches("c") for item in rows]
+
+
+def compared(cases: list[Case]) -> list[tuple[int, int, str]]:
+    """Compare every case with every other one."""
+    found = []
+    for ordinal, (scenario, _, fault, situation) in enumerate(cases):
+        same = [
+            (other, case[1])
+            for other, case in enumerate(cases)
+            if (case[0], case[2], case[3]) == (scenario, fault, situation)
+        ]
+        if len({architecture for _, architecture in same}) > 1:
+            found.append((same[0][0], ordinal, fault))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_groups_are_those_that_comparing_every_two_cases_finds(seed: int) -> None:
+    picks = random.Random(seed)  # noqa: S311 - made up
+    cases = [
+        (picks.choice("st"), picks.choice("abc"), picks.choice(["none", "f", "f+g"]), str(number))
+        for number in picks.choices(range(8), k=picks.randrange(60))
+    ]
+    groups = fed(cases)
+    assert matched(groups) == compared(cases)
+    counts = {item[1:4]: item[4] for item in groups.counts("c")}
+    assert counts == {kind: [case[:3] for case in cases].count(kind) for kind in counts}
+    assert sum(counts.values()) == len(cases)
+
+
+def test_one_architecture_has_no_partners() -> None:
+    groups = fed([("s", "a", "none", "1"), ("s", "a", "none", "1"), ("s", "a", "none", "2")])
+    assert matched(groups) == []
+
+
+def test_texts_that_join_to_the_same_are_different_groups() -> None:
+    cases = [("s", "a", "f", "1"), ("sf", "b", "", "1"), ("s", "b", "", "f1")]
+    assert matched(fed(cases)) == []
+
+
+def test_many_cases_come_in_parts_in_the_order_of_the_plan() -> None:
+    situations = [str(number) for number in range(6_000)]
+    groups = CaseGroups()
+    for architecture in "ab":
+        groups.add("s", architecture, "none", situations)
+    parts = list(groups.matches("c"))
+    assert len(parts) > 1
+    found = [(item[1], item[2]) for rows in parts for item in rows]
+    assert found == [(n, m) for n in range(6_000) for m in (n, n + 6_000)]

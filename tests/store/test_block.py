@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from adeye.judge.verdict import Outcome, Verdict
-from adeye.store import tables
 from adeye.store.block import (
-    EventBlock,
+    BasisBlock,
+    ExtremeBlock,
     JudgedBlock,
     MetricBlock,
     RunBlock,
     VerdictBlock,
-    run_block,
 )
 from adeye.store.encoding import Dictionary, Texts
-from adeye.store.records import BlockCase, EventRecord, MetricValue, RunRecord
+from adeye.store.records import BlockCase, EventRecord, MetricValue
+from tests.store.rows import RunRecord, event_block, run_block
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def said(part: Any) -> Any:
 
 
 def block_of(records: list[RunRecord]) -> RunBlock:
-    return run_block(records, tables.METRIC_IDS)
+    return run_block(records)
 
 
 @pytest.mark.parametrize("runs", [[0], [3], [1, 2], [0, 2, 4], [0, 1, 2, 3, 4], []])
@@ -87,7 +87,7 @@ def test_events_are_numbered_run_by_run(records: list[RunRecord]) -> None:
     assert events.run.tolist() == [1, 2, 2, 3, 3, 3, 4, 4, 4, 4]
     assert events.seq.tolist() == [0, 0, 1, 0, 1, 2, 0, 1, 2, 3]
     assert events.subject.values() == [None] * 10
-    assert EventBlock.of([[], []]).seq.tolist() == []
+    assert event_block([[], []]).seq.tolist() == []
 
 
 def test_runs_with_a_failure_are_counted_once(records: list[RunRecord]) -> None:
@@ -110,15 +110,6 @@ def test_engines_are_listed_once(records: list[RunRecord]) -> None:
     assert len(block.engines) == 2
     assert block.engine.tolist() == [0, 0, 0, 1, 0]
     assert block.result_digests[3] == mixed[3].result_digest
-
-
-def test_metric_that_is_missing_or_unknown_is_refused(records: list[RunRecord]) -> None:
-    lacking = {name: records[0].metrics[name] for name in tables.METRIC_IDS[1:]}
-    with pytest.raises(ValueError, match=tables.METRIC_IDS[0]):
-        block_of([replace(records[0], metrics=lacking)])
-    more = {**records[0].metrics, "speed_of_light": MetricValue(1.0)}
-    with pytest.raises(ValueError, match="speed_of_light"):
-        block_of([replace(records[0], metrics=more)])
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -157,3 +148,42 @@ def test_judged_verdicts_belong_to_the_place_of_their_result(records: list[RunRe
     assert block.verdicts.run.tolist() == [0, 0, 1]
     assert block.verdicts.fsr_id.values() == ["FSR1", "FSR2", "FSR1"]
     assert block.trace_digests == ()
+
+
+def block() -> BasisBlock:
+    extremes = ExtremeBlock(
+        run=np.array([0, 1, 1, 3]),
+        measure=Texts.of(["least gap", "least gap", "least ttc", "least gap"]),
+        value=np.array([1.0, 2.0, 3.0, 4.0]),
+        time_s=np.array([0.1, 0.2, 0.3, 0.4]),
+        actor=Texts.of(["lead", None, "lead", "cutter"]),
+        samples=Texts.of(["a", "b", "c", "d"]),
+    )
+    return BasisBlock(
+        version=1,
+        uids={"contact": "adeye:contact@1"},
+        by_contact=np.array([True, False, False, True]),
+        invalid=Texts.of([None, "not realised", None, None]),
+        extremes=extremes,
+        files=(("t.npz", 0), None, ("t.npz", 2), ("t.npz", 3)),
+    )
+
+
+def test_chosen_runs_keep_their_samples_under_new_numbers() -> None:
+    chosen = block().take(np.array([1, 3]))
+    assert chosen.by_contact.tolist() == [False, True]
+    assert chosen.invalid.values() == ["not realised", None]
+    assert chosen.files == (None, ("t.npz", 3))
+    assert chosen.extremes.run.tolist() == [0, 0, 1]
+    assert chosen.extremes.samples.values() == ["b", "c", "d"]
+    assert chosen.extremes.value.tolist() == [2.0, 3.0, 4.0]
+
+
+def test_run_without_samples_has_none() -> None:
+    assert block().take(np.array([2])).extremes.run.tolist() == []
+
+
+def test_block_that_keeps_no_trace_has_no_files() -> None:
+    whole = block()
+    bare = BasisBlock(1, whole.uids, whole.by_contact, whole.invalid, whole.extremes)
+    assert bare.take(np.array([0, 2])).files == ()

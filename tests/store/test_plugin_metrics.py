@@ -8,6 +8,7 @@ from adeye.errors import IntegrityError
 from adeye.judge.metrics.registry import LONGEST_COLUMN
 from adeye.store.records import MetricValue
 from adeye.store.repository import Repository
+from tests.store.rows import complete_block, result_table_hash
 
 COMFORT = {"sway_m": MetricValue(0.5, "value", 2.0), "nausea": MetricValue(None, "undefined")}
 
@@ -20,7 +21,7 @@ def complete(
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
     runs = [example.run(case, plugin_metrics={plugin: metrics}, **changes) for case in block.cases]
-    assert repository.complete_block(block, runs)
+    assert complete_block(repository, block, runs)
     return str(runs[0].result_digest)
 
 
@@ -123,7 +124,7 @@ def test_plugin_may_have_any_name(repository: Repository, example: Any, plugin: 
 @pytest.mark.slow
 def test_metrics_of_a_plugin_are_in_no_result_hash(repository: Repository, example: Any) -> None:
     campaign = example.campaign(repository, 2)
-    before = repository.result_table_hash(campaign)
+    before = result_table_hash(repository, campaign)
     example.thresholds["FSR1"] = "3 m"
     complete(repository, example, COMFORT)
-    assert repository.result_table_hash(campaign) == before
+    assert result_table_hash(repository, campaign) == before

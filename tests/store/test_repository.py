@@ -9,6 +9,7 @@ import pytest
 
 from adeye.store import schema
 from adeye.store.repository import Repository
+from tests.store.rows import complete_block, result_table_hash
 
 
 def test_database_is_made_on_first_use_where_it_is_expected(
@@ -46,7 +47,7 @@ def work_until_killed(path: Path, example: Any, campaign: str, done: Any) -> Non
         while (block := repository.claim_block(lease_s=1e6, campaign=campaign)) is not None:
             while completed == MOST_BLOCKS:
                 time.sleep(60.0)
-            repository.complete_block(block, example.runs(block), example.judged(block))
+            complete_block(repository, block, example.runs(block), example.judged(block))
             completed += 1
             done.release()
 
@@ -57,7 +58,7 @@ def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
 ) -> None:
     """They are killed some time after their first block, so each round gets on, on any machine."""
     with Repository.open(tmp_path / "undisturbed.db") as repository:
-        expected = repository.result_table_hash(example.campaign(repository, 96, block_size=2))
+        expected = result_table_hash(repository, example.campaign(repository, 96, block_size=2))
     context = multiprocessing.get_context("fork")
     path = tmp_path / "killed.db"
     with Repository.open(path) as repository:
@@ -83,7 +84,7 @@ def test_killed_workers_leave_the_results_of_an_undisturbed_campaign(
         # 48 blocks are no less than four rounds of two workers.
         assert kills >= 4
         assert repository.info().rows["run"] == 96
-        assert repository.result_table_hash(plan.campaign) == expected
+        assert result_table_hash(repository, plan.campaign) == expected
         assert repository.verify() == ()
         again = repository.plan_campaign(example.record(), example.cases(96))
         assert (again.to_execute, again.to_judge) == (0, 0)
@@ -96,7 +97,7 @@ def test_threads_share_a_repository(repository: Repository, example: Any) -> Non
 
     def work() -> None:
         while (block := repository.claim_block(campaign=plan.campaign)) is not None:
-            assert repository.complete_block(block, example.runs(block))
+            assert complete_block(repository, block, example.runs(block))
             done.append(block.id)
 
     threads = [threading.Thread(target=work) for _ in range(4)]
@@ -113,7 +114,7 @@ def test_power_cut_at_any_point_of_the_log_leaves_whole_blocks(
     tmp_path: Path, example: Any
 ) -> None:
     with Repository.open(tmp_path / "whole.db") as repository:
-        expected = repository.result_table_hash(example.campaign(repository, 12, block_size=2))
+        expected = result_table_hash(repository, example.campaign(repository, 12, block_size=2))
     source = tmp_path / "source.db"
     with Repository.open(source):
         pass
@@ -135,7 +136,7 @@ def test_power_cut_at_any_point_of_the_log_leaves_whole_blocks(
             again = repository.plan_campaign(example.record(), example.cases(12), block_size=2)
             released(path)
             example.work_off(repository, again.campaign)
-            assert repository.result_table_hash(again.campaign) == expected
+            assert result_table_hash(repository, again.campaign) == expected
 
 
 def released(path: Path) -> None:

@@ -1,11 +1,191 @@
-from adeye.store.rules import Rule
+"""A formula must not give more time than the requirement says that detection and reaction take."""
+
+import itertools
+import re
+import sqlite3
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from adeye.campaign.check import over_budget
+from adeye.spec.concept import ASIL_ORDER, determine_asil
+from adeye.store.read.checking import EVIDENCE_RULES, check_campaign, check_plan
+from adeye.store.repository import Repository
+from adeye.store.rules import BUDGET_RULES, CAMPAIGN_RULES, CONCEPT_RULES, RULES, check_view_ddl
+from adeye.store.views import view_ddl
+
+LATE = "always(contact implies eventually[0 s, 2 s](gap > 1))"
+NESTED = "always(contact implies eventually[0 s, 1 s](eventually[0 s, 1 s](gap > 1)))"
 
 
-def test_rule_names_its_view() -> None:
-    rule = Rule("goal_without_fsr", "text", "remedy")
-    assert rule.view == "v_check_goal_without_fsr"
-    assert not rule.needs_evidence
+def found(example: Any, **changes: Any) -> list[str]:
+    first, *others = example.requirements
+    example.requirements = (first.model_copy(update=changes), *others)
+    violations = check_plan(example.record(), Counter({("new", "cut_in", True): 1}))
+    return [item.detail for item in violations if item.rule == BUDGET_RULES[0].name]
 
 
-def test_rule_that_sql_does_not_read_has_no_view() -> None:
-    assert Rule("idle_fault", "text", "remedy", has_view=False).view == ""
+@pytest.mark.parametrize(
+    ("formula", "fdti", "frti", "said"),
+    [
+        (LATE, 0.5, 1.0, "the formula gives 2.0 s to respond, fdti and frti give 1.5 s"),
+        (LATE, 1.5, None, "the formula gives 2.0 s to respond, fdti and frti give 1.5 s"),
+        (LATE, None, 1.0, "the formula gives 2.0 s to respond, fdti and frti give 1.0 s"),
+        (NESTED, 1.0, None, "the formula gives 2.0 s to respond, fdti and frti give 1.0 s"),
+        (
+            "always(contact implies (gap > 1 or eventually(gap > 1)))",
+            1.0,
+            None,
+            "the formula gives unbounded time to respond, fdti and frti give 1.0 s",
+        ),
+    ],
+)
+def test_formula_that_gives_more_time_is_found(
+    example: Any, formula: str, fdti: float | None, frti: float | None, said: str
+) -> None:
+    assert found(example, formula=formula, fdti=fdti, frti=frti) == [said]
+
+
+@pytest.mark.parametrize(
+    ("formula", "fdti", "frti"),
+    [
+        (LATE, 1.0, 1.0),
+        (LATE, None, None),
+        ("eventually[0 s, 9 s](gap > 1)", 1.0, None),
+        ("always(eventually[0 s, 9 s](gap > 1) implies contact)", 1.0, None),
+        ("always(contact implies always[0 s, 9 s](gap > 1))", 1.0, None),
+    ],
+)
+def test_formula_within_the_budget_or_that_asks_for_no_response_is_not(
+    example: Any, formula: str, fdti: float | None, frti: float | None
+) -> None:
+    assert found(example, formula=formula, fdti=fdti, frti=frti) == []
+
+
+def test_plan_rules_ask_no_table_of_results() -> None:
+    views = check_view_ddl()
+    for rule in (rule for rule in CAMPAIGN_RULES if rule.has_view):
+        words = views[rule.view]
+        is_about_runs = any(name in words for name in ("tally", " run ", "v_case_counts"))
+        assert rule.needs_evidence == is_about_runs, rule.name
+
+
+def test_campaign_that_was_only_planned_has_not_run(repository: Repository, example: Any) -> None:
+    repository.plan_campaign(example.record(), example.cases(8), block_size=3)
+    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+    assert checked is not None
+    assert [(item.rule, item.id, item.detail) for item in checked.violations] == [
+        ("not_run", scenario, f"2 of 2 test cases of {architecture} have no result")
+        for scenario in ("braking", "cut_in")
+        for architecture in ("legacy", "new")
+    ]
+
+
+@pytest.mark.slow
+def test_another_threshold_makes_evidence_stale_until_it_is_judged(
+    repository: Repository, example: Any
+) -> None:
+    example.campaign(repository, 8)
+    example.thresholds["FSR1"] = "another"
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
+    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+    assert checked is not None
+    assert {(item.rule, item.id) for item in checked.violations} >= {("stale_evidence", "FSR1")}
+    example.work_off(repository, plan.campaign)
+    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+    assert checked is not None
+    assert checked.violations == ()
+
+
+def test_requirement_of_scenarios_that_are_not_planned_has_none(example: Any) -> None:
+    changed = example.requirements[0].model_copy(update={"scenarios": ("fog",)})
+    example.requirements = (changed, *example.requirements[1:])
+    found = check_plan(example.record(), Counter({("new", "cut_in", True): 1}))
+    assert {item.id for item in found if item.rule == "fsr_without_scenario"} == {"FSR1", "FSR3"}
+
+
+@pytest.fixture
+def memory() -> Iterator[sqlite3.Connection]:
+    connection = sqlite3.connect(":memory:")
+    yield connection
+    connection.close()
+
+
+def test_asil_of_every_combination_is_that_of_the_formula(memory: sqlite3.Connection) -> None:
+    memory.execute(
+        "CREATE TABLE hazardous_event (concept_digest, id, severity, exposure, controllability)"
+    )
+    memory.execute(check_view_ddl()["v_hazard_asil"])
+    expected = {}
+    for s, e, c in itertools.product(range(4), range(5), range(4)):
+        classes = (f"S{s}", f"E{e}", f"C{c}")
+        expected["".join(classes)] = determine_asil(*classes)
+        memory.execute(
+            "INSERT INTO hazardous_event VALUES ('c', ?, ?, ?, ?)", ("".join(classes), *classes)
+        )
+    assert dict(memory.execute("SELECT event, asil FROM v_hazard_asil")) == expected
+    assert len(expected) == 80
+
+
+@pytest.mark.parametrize("classes", [("S4", "E4", "C3"), ("S3", "", "C3"), ("S3", "E4", "c3")])
+def test_unknown_class_has_an_unknown_asil(memory: sqlite3.Connection, classes: Any) -> None:
+    memory.execute(
+        "CREATE TABLE hazardous_event (concept_digest, id, severity, exposure, controllability)"
+    )
+    memory.execute(check_view_ddl()["v_hazard_asil"])
+    memory.execute("INSERT INTO hazardous_event VALUES ('c', 'e', ?, ?, ?)", classes)
+    assert memory.execute("SELECT asil FROM v_hazard_asil").fetchall() == [("unknown",)]
+
+
+def test_rank_counts_what_stands_before_the_brackets(memory: sqlite3.Connection) -> None:
+    ddl = check_view_ddl()["v_check_asil_lost"]
+    case = re.search(r"CASE substr\(f\.asil, 1, 1\) .*? END", ddl)
+    assert case is not None
+    words: dict[str, int] = {word: rank for rank, word in enumerate(ASIL_ORDER)}
+    words |= {"B(D)": 2, "QM(D)": 0, "x": -9, "": -9}
+    for word, rank in words.items():
+        found = memory.execute(f"SELECT {case[0]} FROM (SELECT ? AS asil) f", (word,))  # noqa: S608
+        assert found.fetchone() == (rank,)
+
+
+@pytest.mark.parametrize(
+    "budgets",
+    [
+        {"FSR1": (1.0, 0.5)},
+        {"FSR1": (1.0, 0.6)},
+        {"FSR1": (1.0, None), "FSR2": (None, 0.5)},
+        {"FSR1": (1.0, None), "FSR2": (None, 0.6)},
+        {"FSR1": (1.6, None)},
+        {"FSR1": (None, None), "FSR2": (0.1, 0.2)},
+        {"FSR1": (0.1, 0.2), "FSR2": (0.5, 1.0000000001)},
+    ],
+    ids=str,
+)
+def test_time_budgets_are_those_that_the_plan_warns_of(example: Any, budgets: Any) -> None:
+    """The goal of the example has an FTTI of 1.5 s."""
+    example.requirements = tuple(
+        item.model_copy(update=dict(zip(("fdti", "frti"), budgets[item.id], strict=True)))
+        if item.id in budgets
+        else item
+        for item in example.requirements
+    )
+    found = check_plan(example.record(), Counter({("new", "cut_in", True): 1}))
+    exceeded = [item for item in found if item.rule == "fhti_budget"]
+    assert len(exceeded) == len(list(over_budget(example.concept())))
+
+
+def test_every_rule_is_a_view_and_says_what_to_do() -> None:
+    views = view_ddl()
+    assert len({rule.name for rule in RULES}) == len(RULES) >= 18
+    for rule in RULES:
+        assert re.fullmatch(r"[a-z_]+", rule.name)
+        assert rule.text.endswith(".")
+        assert rule.remedy.endswith(".")
+        if rule.has_view:
+            written = views[rule.view]
+            assert not re.search(r"RANK|BRACKET|LETTER|DECOMPOSED|ITS_SIDE|JUDGED", written)
+        else:
+            assert rule.view == ""
+    assert not any(rule.needs_evidence for rule in CONCEPT_RULES)

@@ -13,12 +13,14 @@ from sqlalchemy import Dialect, create_engine
 from sqlalchemy.dialects import postgresql, sqlite
 
 from adeye.errors import InputError, PlatformError
+from adeye.judge.stl.batch import NEEDED
 from adeye.store import catalogue as catalog
-from adeye.store import schema
+from adeye.store import schema, tables
 from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
+from tests.store.rows import result_table_hash
 
 HELD = {"sqlite": "0008 aa01e7b12ce370c6", "postgresql": "0008 61943afce541ff31"}
 """Version, and digest of all statements that make it."""
@@ -136,14 +138,14 @@ def test_database_is_upgraded_by_the_migrations_that_came_after_it(
     repository: Repository, example: Any, request: pytest.FixtureRequest
 ) -> None:
     campaign = example.campaign(repository, 8)
-    results = repository.result_table_hash(campaign)
+    results = result_table_hash(repository, campaign)
     before = there(repository)
     version = request.getfixturevalue("next_version")
     assert schema.upgrade(repository.location) == version == schema.current(repository.location)
     after = there(repository)
     assert set(after) - set(before) == {"noticed"}
     assert set(before) - set(after) == {"v_check"}
-    assert repository.result_table_hash(campaign) == results
+    assert result_table_hash(repository, campaign) == results
 
 
 @pytest.mark.parametrize("version", ["0001", "0007"])
@@ -228,3 +230,32 @@ def set_version(path: Path, version: str) -> None:
     connection.execute("UPDATE alembic_version SET version_num = ?", (version,))
     connection.commit()
     connection.close()
+
+
+@pytest.mark.slow
+def test_stored_rows_are_never_changed_or_deleted(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.decompose()
+    campaign = example.campaign(repository, 4)
+    example.hindsight(repository, campaign)
+    example.halved(repository, campaign)
+    example.campaign(repository, 2)
+    example.campaign(repository, 4)
+    example.vouched(repository, campaign)
+    example.repeat(NEEDED)
+    example.campaign(repository, 8)
+    for table in (item.name for item in tables.INSERT_ONLY):
+        count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
+        before = raw.execute(count).fetchone()
+        assert before != (0,), table
+        for statement in ("UPDATE {} SET row_hash = 'x'", "DELETE FROM {}"):
+            with pytest.raises(sqlite3.IntegrityError, match=f"{table} is insert-only"):
+                raw.execute(statement.format(table))
+        assert raw.execute(count).fetchone() == before, table
+    assert repository.verify() == ()
+
+
+def test_dialect_without_triggers_is_an_error() -> None:
+    with pytest.raises(KeyError):
+        trigger_ddl("mysql")

@@ -1,12 +1,18 @@
 import re
 import sqlite3
+from typing import Any
 
 import pytest
 from sqlalchemy import CheckConstraint
+from sqlalchemy.exc import IntegrityError
 
+from adeye.identity import digest
 from adeye.judge.verdict import Verdict
 from adeye.store import tables
-from adeye.store.tables import FIRST_METRIC_IDS
+from adeye.store.repository import Repository
+from adeye.store.tables import FIRST_METRIC_IDS, METRIC_IDS
+
+RECORDED = "07962e33f5440c95de8ab04f4cff4860f7b93917639ef768558644f06e5c6d47"
 
 
 def test_tables_are_those_of_the_design() -> None:
@@ -45,9 +51,65 @@ def test_constraints_have_names_so_that_migrations_can_find_them() -> None:
     assert all(re.match(r"^[a-z_0-9]+$", name) for name in named)
 
 
-def test_metric_ids_are_identifiers_without_repeats() -> None:
-    assert len(set(tables.METRIC_IDS)) == len(tables.METRIC_IDS)
-    assert all(name.isidentifier() for name in tables.METRIC_IDS)
+def test_every_metric_stands_in_one_table() -> None:
+    assert tuple(name for ids in tables.TABLES.values() for name in ids) == METRIC_IDS
+    assert len(set(METRIC_IDS)) == len(METRIC_IDS)
+    assert all(name.isidentifier() for name in METRIC_IDS)
+    for table, ids in tables.TABLES.items():
+        columns = [column.name for column in tables.metadata.tables[table].columns]
+        assert columns[1:-1:4] == list(ids)
+
+
+def test_metrics_in_result_hashes_are_those_of_the_first_schema() -> None:
+    assert digest(list(FIRST_METRIC_IDS)) == RECORDED
+
+
+def test_seal_has_a_sum_for_every_table_with_rows_of_a_run() -> None:
+    of_runs = {table.name for table in tables.RESULTS}
+    assert of_runs | {"plugin"} == set(tables.SEALED)
+    columns = [column.name for column in tables.seal.columns]
+    assert columns[2:-1] == [f"{name}_sum" for name in tables.SEALED]
+    assert set(tables.BASIS_RESULTS) < set(tables.RESULTS)
+    assert not {*tables.RECOUNTED, tables.certificate} & set(tables.RESULTS)
+
+
+@pytest.mark.parametrize(
+    ("columns", "values"),
+    [
+        ("pairs, p95", "13, 0.5"),
+        ("pairs, p95", "0, 0.5"),
+        ("pairs, p95", "11, CAST(NULL AS REAL)"),
+        ("judged_digest", "NULL"),
+        ("kind", "'other'"),
+    ],
+)
+def test_uncertainty_that_contradicts_itself_is_refused(
+    repository: Repository, example: Any, raw: sqlite3.Connection, columns: str, values: str
+) -> None:
+    example.halved(repository, example.campaign(repository, 4))
+    raw.execute("DROP TRIGGER uncertainty_no_update")
+    with pytest.raises(sqlite3.IntegrityError, match=r"(?i)check"):
+        raw.execute(f"UPDATE uncertainty SET ({columns}) = (SELECT {values})")  # noqa: S608
+
+
+def test_relations_of_elements_are_rows_that_stay(
+    repository: Repository, raw: sqlite3.Connection, example: Any
+) -> None:
+    concept = example.concept()
+    camera = concept.elements[0].model_copy(
+        update={"resources": ("power", "power"), "supplier": "one", "provides": ("objects",)}
+    )
+    key = repository.save_concept(concept.model_copy(update={"elements": (camera,)}))
+    found = raw.execute("SELECT * FROM element_relation ORDER BY kind").fetchall()
+    assert [row[:4] for row in found] == [
+        (key, "camera", "provides", "objects"),
+        (key, "camera", "resource", "power"),
+        (key, "camera", "supplier", "one"),
+    ]
+    assert repository.verify() == ()
+    for action in ("UPDATE element_relation SET name = 'x'", "DELETE FROM element_relation"):
+        with pytest.raises((sqlite3.IntegrityError, IntegrityError), match="insert-only"):
+            raw.execute(action)
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,23 @@
+"""The files of SQL: each view has its own."""
+
 import json
-import random  # noqa: TID251 - made-up verdicts; no simulated noise
+import random  # noqa: TID251 - tests may draw
 import sqlite3
 from itertools import combinations_with_replacement
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from adeye.judge.verdict import Verdict, fold_runs
+from adeye.store import catalogue as catalog
+from adeye.store import sql
 from adeye.store.records import BlockCase, ContentRecord
 from adeye.store.repository import Repository
-from adeye.store.views import view_ddl
+from adeye.store.views import identifier, view_ddl
 from tests.store.conftest import sha
 from tests.store.former_views import FORMER, make_former
+from tests.store.rows import complete_block
 
 JUDGED = [item for item in Verdict if item is not Verdict.NOT_RUN]
 WAIVABLE = (Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN)
@@ -24,11 +30,9 @@ def one(raw: sqlite3.Connection, sql: str, *values: Any) -> Any:
     return found[0]
 
 
-@pytest.mark.parametrize("view", list(view_ddl()))
-def test_every_view_can_be_read_before_anything_is_stored(
-    raw: sqlite3.Connection, view: str
-) -> None:
-    assert raw.execute(f"SELECT * FROM {view}").fetchall() == []  # noqa: S608
+def test_every_view_can_be_read_before_anything_is_stored(raw: sqlite3.Connection) -> None:
+    for view in view_ddl():
+        assert raw.execute(f"SELECT * FROM {view}").fetchall() == []  # noqa: S608
 
 
 def runs_with(repository: Repository, example: Any, verdicts: tuple[Verdict, ...]) -> str:
@@ -45,32 +49,53 @@ def runs_with(repository: Repository, example: Any, verdicts: tuple[Verdict, ...
         if verdicts[block.cases[0].ordinal] is Verdict.NOT_RUN:
             assert repository.quarantine_block(block, "no result")
         else:
-            assert repository.complete_block(block, example.runs(block))
+            assert complete_block(repository, block, example.runs(block))
     return str(plan.campaign)
 
 
-@pytest.mark.parametrize("verdicts", list(combinations_with_replacement(Verdict, 2)), ids="-".join)
 @pytest.mark.parametrize("min_exercised", [1, 2])
 def test_sql_folds_as_the_evaluation_does(
-    repository: Repository,
-    example: Any,
-    raw: sqlite3.Connection,
-    verdicts: tuple[Verdict, ...],
-    min_exercised: int,
+    repository: Repository, example: Any, raw: Any, min_exercised: int
 ) -> None:
+    """An architecture for each pair of verdicts; what has no result is in blocks of its own."""
     first = example.requirements[0]
     example.requirements = (first.model_copy(update={"min_exercised": min_exercised}),)
-    campaign = runs_with(repository, example, verdicts)
-    waived = {item: verdicts.count(item) for item in WAIVABLE if item in verdicts}
-    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
-    assert gate["verdict"] == fold_runs(verdicts, min_exercised=min_exercised)
-    assert gate["verdict_waived"] == fold_runs(verdicts, min_exercised=min_exercised, waived=waived)
-    status = one(
-        raw, "SELECT * FROM v_fsr_status WHERE campaign = ? AND architecture = 'legacy'", campaign
+    every = combinations_with_replacement(Verdict, 2)
+    pairs = {f"a{number}": pair for number, pair in enumerate(every)}
+    planned = [(name, at, pair[at]) for name, pair in pairs.items() for at in range(2)]
+    planned.sort(key=lambda item: item[2] is Verdict.NOT_RUN)
+    example.verdict_of = lambda case, _: planned[case.ordinal][2]
+    cases = [
+        example.case(
+            4 * at,
+            test_case=sha(f"{name} {at}"),
+            architecture=name,
+            architecture_content=ContentRecord(name, "", {"sensors": name}),
+            structure=str(verdict is Verdict.NOT_RUN),
+        )
+        for name, at, verdict in planned
+    ]
+    plan = repository.plan_campaign(example.record(), cases)
+    while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+        if planned[block.cases[0].ordinal][2] is Verdict.NOT_RUN:
+            assert repository.quarantine_block(block, "no result")
+        else:
+            assert complete_block(repository, block, example.runs(block))
+    raw.row_factory = sqlite3.Row
+    gates, states = (
+        {item["architecture"]: item for item in raw.execute(f"SELECT * FROM {view}").fetchall()}  # noqa: S608
+        for view in ("v_gate", "v_fsr_status")
     )
-    assert status["verdict"] == fold_runs(verdicts)
-    counts = {item: status[f"n_{item.lower()}"] for item in Verdict}
-    assert counts == {item: verdicts.count(item) for item in Verdict}
+    assert len(pairs) == 28
+    for name, verdicts in pairs.items():
+        waived = {item: verdicts.count(item) for item in WAIVABLE if item in verdicts}
+        folded = fold_runs(verdicts, min_exercised=min_exercised)
+        assert gates[name]["verdict"] == folded, verdicts
+        folded = fold_runs(verdicts, min_exercised=min_exercised, waived=waived)
+        assert gates[name]["verdict_waived"] == folded, verdicts
+        assert states[name]["verdict"] == fold_runs(verdicts), verdicts
+        counts = {item: states[name][f"n_{item.lower()}"] for item in Verdict}
+        assert counts == {item: verdicts.count(item) for item in Verdict}
 
 
 def test_planned_but_empty_folds_to_not_run(
@@ -193,7 +218,7 @@ def test_coverage_counts_planned_done_and_exercised(
     plan = repository.plan_campaign(example.record(), example.cases(12), block_size=8)
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
-    assert repository.complete_block(block, example.runs(block))
+    assert complete_block(repository, block, example.runs(block))
     found = raw.execute(
         "SELECT planned, done, exercised FROM v_coverage "
         "WHERE scenario = 'cut_in' AND architecture = 'legacy' AND fault_entry = 'none'"
@@ -235,7 +260,7 @@ def complete(repository: Repository, example: Any, campaign: str, blocks: int) -
     for _ in range(blocks):
         block = repository.claim_block(campaign=campaign)
         assert block is not None
-        assert repository.complete_block(block, example.runs(block), example.judged(block))
+        assert complete_block(repository, block, example.runs(block), example.judged(block))
 
 
 @pytest.mark.slow
@@ -287,3 +312,150 @@ def test_pairs_without_noted_numbers_are_found_by_digest(
     raw.execute("DROP TRIGGER case_run_no_delete")
     raw.execute("DELETE FROM case_run")
     assert raw.execute("SELECT * FROM v_architecture_pairs").fetchall() == told
+
+
+def columns(raw: sqlite3.Connection, view: str) -> list[str]:
+    return [item[0] for item in raw.execute(f"SELECT * FROM {view}").description]  # noqa: S608
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("cut_in", "cut_in"),
+        ("Cut In!", "cut_in"),
+        ("9 lives", "x_9_lives"),
+        ("'; DROP TABLE run; --", "drop_table_run"),
+        ("", "x_"),
+        ("é", "x_"),
+    ],
+)
+def test_identifier_is_safe_whatever_the_text(text: str, name: str) -> None:
+    assert identifier(text) == name
+
+
+def test_each_parameter_is_a_typed_column_with_its_unit(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 8)
+    found = raw.execute("SELECT ego_speed_mps FROM v_runs_cut_in ORDER BY ordinal").fetchall()
+    assert found == [(20.0,), (20.0,), (21.0,), (21.0,)]
+    assert {type(value) for (value,) in found} == {float}
+    assert "ego_speed" in columns(raw, "v_runs_braking")
+
+
+def test_view_follows_new_parameters(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.campaign(repository, 4)
+    assert "gap" not in columns(raw, "v_runs_cut_in")
+    case = example.case(
+        0,
+        test_case="a" * 64,
+        parameters={"ego_speed": 20.0, "gap": 7.0},
+        point={"gap": 7.0, "architecture.sensors.camera.kind": "wide"},
+    )
+    plan = repository.plan_campaign(example.record(), [case])
+    example.work_off(repository, plan.campaign)
+    found = raw.execute(
+        "SELECT gap, architecture_sensors_camera_kind FROM v_runs_cut_in WHERE campaign = ?",
+        (plan.campaign,),
+    ).fetchall()
+    assert found == [(7.0, "wide")]
+
+
+def test_parameter_named_like_a_column_gets_a_name_of_its_own(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    case = example.case(0, parameters={"outcome": 1.0, "a.b": 2.0, "a_b": 3.0}, point={})
+    plan = repository.plan_campaign(example.record(), [case])
+    example.work_off(repository, plan.campaign)
+    names = columns(raw, "v_runs_cut_in")
+    assert len(names) == len(set(names))
+    assert sum(name.startswith("outcome") for name in names) == 2
+    assert sum(name.startswith("a_b") for name in names) == 2
+    assert raw.execute("SELECT outcome FROM v_runs_cut_in").fetchall() == [("completed",)]
+
+
+def test_scenarios_with_one_identifier_get_two_views(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    cases = [example.case(0), example.case(4, scenario="Cut-In")]
+    plan = repository.plan_campaign(example.record(), cases)
+    example.work_off(repository, plan.campaign)
+    with repository._database.read() as connection:
+        views = [name for name in catalog.views(connection) if name.startswith("v_runs_cut_in")]
+    assert len(views) == 2
+    for view in views:
+        assert len(raw.execute(f"SELECT * FROM {view}").fetchall()) == 1  # noqa: S608
+
+
+@pytest.mark.slow
+def test_hostile_names_make_no_sql(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    hostile = "x') FROM run; DROP TABLE run; --"
+    cases = [
+        example.case(0, parameters={hostile: 1.0}, point={hostile: "'"}),
+        example.case(4, scenario=hostile),
+    ]
+    plan = repository.plan_campaign(example.record(), cases)
+    assert example.work_off(repository, plan.campaign) == 2
+    assert repository.verify() == ()
+    assert len(raw.execute("SELECT * FROM v_runs_cut_in").fetchall()) == 1
+
+
+@pytest.mark.parametrize("word", ["on", "order", "Group", "limit", "values", "null"])
+def test_parameter_may_be_called_like_a_word_of_sql(
+    repository: Repository, example: Any, raw: sqlite3.Connection, word: str
+) -> None:
+    plan = repository.plan_campaign(example.record(), [example.case(0, parameters={word: 1.5})])
+    example.work_off(repository, plan.campaign)
+    assert raw.execute(f'SELECT "{word.lower()}" FROM v_runs_cut_in').fetchall() == [(1.5,)]  # noqa: S608
+
+
+@pytest.mark.slow
+def test_long_names_that_differ_at_their_end_are_kept_apart(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    """A server cuts names to 63 bytes; scenarios and parameters have longer ones."""
+    long = "x" * 63
+    parameters = {f"{long}a": 1.0, f"{long}b": 2.0}
+    cases = [
+        example.case(at, scenario=f"{long}{end}", parameters=parameters, point={})
+        for at, end in ((0, "a"), (4, "b"))
+    ]
+    for count in (1, 2):
+        # The second plan finds the views of the first.
+        plan = repository.plan_campaign(example.record(), cases[:count])
+        example.work_off(repository, plan.campaign)
+    with repository._database.read() as connection:
+        views = [name for name in catalog.views(connection) if name.startswith("v_runs_x")]
+    assert len(views) == 2
+    for view in views:
+        names = columns(raw, view)
+        assert len([name for name in names if name.startswith("xxx")]) == 2
+    assert repository.verify() == ()
+
+
+FOLDER = Path(sql.__file__).parent
+WRITTEN = {"v_check"}
+"""Views that are put together from the others."""
+SCENARIO = "v_runs_scenario"
+"""What the views of the scenarios are made from."""
+
+
+def test_every_view_has_a_file_and_every_file_a_view() -> None:
+    files = {path.stem for path in FOLDER.glob("v_*.sql")}
+    assert files == {*view_ddl()} - WRITTEN | {SCENARIO}
+
+
+def test_file_creates_the_view_of_its_name() -> None:
+    for path in FOLDER.glob("v_*.sql"):
+        name = "$view" if path.stem == SCENARIO else path.stem
+        assert sql.statement(path.stem).startswith(f"CREATE VIEW {name} AS\n")
+
+
+def test_nothing_of_the_files_is_left_to_fill_in_or_to_explain() -> None:
+    for ddl in view_ddl().values():
+        assert "-- " not in ddl
+        assert "$" not in ddl.replace("'$.", "")

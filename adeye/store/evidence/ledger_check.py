@@ -8,24 +8,19 @@ from __future__ import annotations
 
 import json
 from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from sqlalchemy import Connection, Table
 
 from adeye.store import ledger, tables
-from adeye.store.evidence_tables import LEDGER, SEALED
+from adeye.store.encoding import Row, chunked, stored_rows
 from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.records import Finding
-from adeye.store.tables import RECOUNTED
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from sqlalchemy import Connection, Table
-
-    from adeye.store.encoding import Row
+from adeye.store.tables import LEDGER, RECOUNTED, SEALED
 
 _RUNS: Final = 2_000
 """Runs that are looked at together."""
@@ -45,17 +40,6 @@ def _listed_tables() -> list[Table]:
         for table in tables.INSERT_ONLY
         if table not in (*LEDGER, *RECOUNTED) and ledger.sealed_name(table) is None
     ]
-
-
-def _stored(connection: Connection, table: Table) -> Iterator[list[Row]]:
-    names = ", ".join(column.name for column in table.columns)
-    key = ", ".join(column.name for column in table.primary_key.columns)
-    found = connection.exec_driver_sql(
-        f"SELECT {names} FROM {table.name} ORDER BY {key}",  # noqa: S608 - own names
-        execution_options={"yield_per": DETAILED},
-    )
-    for rows in found.partitions(DETAILED):
-        yield [tuple(item) for item in rows]
 
 
 def _run_rows(connection: Connection, table: str, first: int, end: int) -> list[tuple[int, str]]:
@@ -167,7 +151,7 @@ def _differing(connection: Connection, table: Table) -> Iterator[Finding]:
     for (detail,) in found:
         listed.update(str(detail).split("\n"))
     extra: dict[str, str] = {}
-    for rows in _stored(connection, table):
+    for rows in chunked(stored_rows(connection, table), DETAILED):
         for item, line in zip(rows, ledger.detail_of(table, rows).split("\n"), strict=True):
             if listed[line]:
                 listed[line] -= 1
@@ -197,7 +181,8 @@ def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
             ]
             if rows:
                 _add(actual[of_seal], counted, name, rows)
-        seals = _seals(connection, first, end)
+        within = "run_number >= ? AND run_number < ?"
+        seals = list(stored_rows(connection, tables.seal, within, (first, end)))
         altered += _altered_seals(seals)
         expected: dict[str, dict[int, int]] = {name: defaultdict(int) for name in SEALED}
         for run, number, *sums, _ in seals:
@@ -245,16 +230,6 @@ def _add(
         actual[run] += value
     count, total = counted.get(name, (0, 0))
     counted[name] = count + len(rows), (total + ledger.hash_sum(hashes)) % MODULUS
-
-
-def _seals(connection: Connection, first: int, end: int) -> list[Row]:
-    names = ", ".join(column.name for column in tables.seal.columns)
-    found = connection.exec_driver_sql(
-        f"SELECT {names} FROM seal WHERE run_number >= ? AND run_number < ? "  # noqa: S608 - own names
-        "ORDER BY run_number, number",
-        (first, end),
-    )
-    return [tuple(item) for item in found]
 
 
 def _altered_seals(seals: Sequence[Row]) -> Iterator[Finding]:

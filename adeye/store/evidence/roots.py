@@ -20,29 +20,31 @@ import re
 import shutil
 import tempfile
 from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from sqlalchemy import func, select
+from sqlalchemy import Connection, select
 
 from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.identity import digest
 from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
 from adeye.store.cases import JUDGED
-from adeye.store.encoding import hashed_names, json_text, row, row_hashes, stored_words, utc_text
+from adeye.store.database import Database
+from adeye.store.encoding import (
+    hashed_names,
+    json_text,
+    next_number,
+    row,
+    row_hashes,
+    stored_words,
+    utc_text,
+)
 from adeye.store.ledger import MODULUS, hash_sum, insert_rows
-from adeye.store.read.campaigns import find_run, run_ref
-from adeye.store.records import Finding
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from sqlalchemy import Connection, Table
-
-    from adeye.store.database import Database
-    from adeye.store.records import RunRef
+from adeye.store.read.campaigns import executed_once, find_run, run_ref
+from adeye.store.records import Finding, RunRef, of_row
 
 # --- A Merkle tree over leaves that come one after the other: its root, and proofs of one leaf ----
 
@@ -532,7 +534,7 @@ class Evidence:
         packages = provenance.get("packages", {})
         with self._database.write() as connection:
             values = (
-                _next(connection, table),
+                next_number(connection, table.name),
                 campaign,
                 utc_text(None),
                 str(provenance.get("who", "")),
@@ -546,23 +548,19 @@ class Evidence:
 
     def sessions(self, campaign: str) -> tuple[Session, ...]:
         """List the commands that worked on a campaign, the first first."""
-        table = tables.session
-        wanted = table.select().where(table.c.campaign_id == campaign).order_by(table.c.number)
         with self._database.read() as connection:
-            found = connection.execute(wanted).all()
-        return tuple(
-            Session(
-                number=item.number,
-                campaign=item.campaign_id,
-                at=item.at,
-                who=item.who,
-                host=item.host,
-                tool=item.tool,
-                packages_digest=item.packages_digest,
-                cpu=item.cpu,
-                provenance=json.loads(item.provenance),
+            found = connection.exec_driver_sql(
+                "SELECT * FROM session WHERE campaign_id = ? ORDER BY number", (campaign,)
             )
-            for item in found
+            stored = found.mappings().all()
+        return tuple(
+            of_row(
+                Session,
+                item,
+                campaign=item["campaign_id"],
+                provenance=json.loads(item["provenance"]),
+            )
+            for item in stored
         )
 
     def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -608,7 +606,7 @@ class Evidence:
             if connection.execute(known).first() is not None:
                 return False
             values = (
-                _next(connection, table),
+                next_number(connection, table.name),
                 result_digest,
                 utc_text(None),
                 author.strip(),
@@ -619,21 +617,15 @@ class Evidence:
 
     def withdrawals(self, campaign: str | None = None) -> tuple[Withdrawal, ...]:
         """List withdrawn results, those of one campaign if its id is given."""
-        table, cases = tables.withdrawal, tables.campaign_case
-        wanted = table.select().order_by(table.c.number)
+        query = "SELECT * FROM withdrawal"
+        given: tuple[str, ...] = ()
         if campaign is not None:
-            of_campaign = select(cases.c.result_digest).where(cases.c.campaign_id == campaign)
-            wanted = wanted.where(table.c.result_digest.in_(of_campaign))
+            query += " WHERE result_digest IN "
+            query += "(SELECT result_digest FROM campaign_case WHERE campaign_id = ?)"
+            given = (campaign,)
         with self._database.read() as connection:
-            found = connection.execute(wanted).all()
-        return tuple(
-            Withdrawal(item.result_digest, item.at, item.author, item.reason) for item in found
-        )
-
-
-def _next(connection: Connection, table: Table) -> int:
-    last = connection.execute(select(func.max(table.c.number))).scalar_one()
-    return int(last or 0) + 1
+            found = connection.exec_driver_sql(f"{query} ORDER BY number", given).mappings()
+            return tuple(of_row(Withdrawal, item) for item in found)
 
 
 # --- Keep certificates of determinism beside their campaigns, and say which runs can have one -----
@@ -697,31 +689,19 @@ class Certificates:
 
     def executed(self, campaign: str) -> list[Executed]:
         """List the executed runs of a campaign, each once, in the order of the plan."""
-        cases, case, run = tables.campaign_case, tables.test_case, tables.run
-        query = (
-            select(cases, case.c.fault_entry, run.c.machine_dependent)
-            .join(run, run.c.result_digest == cases.c.result_digest)
-            .join(case, case.c.digest == cases.c.test_case_digest)
-            .where(cases.c.campaign_id == campaign)
-            .order_by(cases.c.ordinal.desc())
-        )
         with self._database.read() as connection:
-            # Of several test cases with one result the first of the plan counts.
-            found = {item.result_digest: item for item in connection.execute(query)}
+            found = executed_once(connection, campaign)
         return [
             Executed(run_ref(item), item.fault_entry, bool(item.machine_dependent))
-            for item in sorted(found.values(), key=lambda item: item.ordinal)
+            for item in found
         ]
 
     def save(self, found: CertificateRecord) -> None:
         """Keep a certificate; earlier ones stay."""
         table = tables.certificate
         with self._database.write() as connection:
-            number = connection.exec_driver_sql(
-                "SELECT COALESCE(MAX(number), 0) + 1 FROM certificate"
-            ).scalar_one()
             values = [
-                number,
+                next_number(connection, "certificate"),
                 found.campaign,
                 utc_text(None),
                 found.tool,
@@ -734,26 +714,21 @@ class Certificates:
 
     def of(self, campaign: str) -> tuple[CertificateRecord, ...]:
         """Give the certificates of a campaign, the newest first."""
-        table = tables.certificate
-        query = (
-            table.select().where(table.c.campaign_id == campaign).order_by(table.c.number.desc())
-        )
         with self._database.read() as connection:
-            stored = connection.execute(query).mappings().all()
+            stored = connection.exec_driver_sql(
+                "SELECT * FROM certificate WHERE campaign_id = ? ORDER BY number DESC", (campaign,)
+            ).mappings()
+            found = stored.all()
         return tuple(
-            CertificateRecord(
+            of_row(
+                CertificateRecord,
+                item,
                 campaign=item["campaign_id"],
-                tool=item["tool"],
                 class_=item["class"],
-                executed=item["executed"],
-                asked=item["asked"],
-                sampled=item["sampled"],
-                machine_dependent=item["machine_dependent"],
                 conditions=json.loads(item["conditions"]),
                 findings=json.loads(item["findings"]),
-                at=item["at"],
             )
-            for item in stored
+            for item in found
         )
 
 

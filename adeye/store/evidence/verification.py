@@ -13,12 +13,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
-from sqlalchemy import Table, func, select, text
+from sqlalchemy import Connection, Table, func, select, text
 from sqlalchemy.exc import MultipleResultsFound, NoResultFound
 
 from adeye.errors import AdeyeError, IntegrityError
@@ -26,9 +26,18 @@ from adeye.store import catalogue as catalog
 from adeye.store import tables
 from adeye.store.accounts import wrong_block, wrong_plans
 from adeye.store.cases import missing_of_block
-from adeye.store.encoding import hashed_names, row_hash, row_hashes, stored_words
+from adeye.store.encoding import (
+    chunked,
+    hashed_names,
+    row_hash,
+    row_hashes,
+    stored_rows,
+    stored_words,
+)
 from adeye.store.evidence.ledger_check import unbalanced
 from adeye.store.evidence.roots import wrong_roots
+from adeye.store.ledger import key_text
+from adeye.store.location import Location
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import progress
 from adeye.store.records import EngineKey, Finding
@@ -36,13 +45,6 @@ from adeye.store.schema import trigger_ddl
 from adeye.store.views import view_ddl
 from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.store.location import Location
 
 # --- Content that breaks its reader: a database that somebody else wrote or changed says so -------
 
@@ -125,7 +127,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         yield from altered_definitions(connection)
         for table in tables.INSERT_ONLY:
             if table not in {*tables.RESULTS, tables.seal}:
-                yield from altered_rows(table, _stream(connection, table))
+                yield from altered_rows(table, stored_rows(connection, table))
         for table in (*tables.RESULTS, *plugin_tables(connection)):
             yield from _as_far_as_readable(table.name, _altered_results(connection, table))
         checks = {
@@ -150,23 +152,6 @@ def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Fin
         yield Finding(table, "", f"holds what nobody wrote: {error}")
 
 
-def _stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
-    names = ", ".join(column.name for column in table.columns)
-    key = ", ".join(column.name for column in table.primary_key.columns)
-    found = connection.exec_driver_sql(
-        f"SELECT {names} FROM {table.name} ORDER BY {key}",  # noqa: S608 - names of this package
-        execution_options={"yield_per": _CHUNK},
-    )
-    for item in found:
-        yield tuple(item)
-
-
-def _key(table: Table, values: Sequence[Any]) -> str:
-    names = [column.name for column in table.columns]
-    key = [str(values[names.index(column.name)]) for column in table.primary_key.columns]
-    return " ".join(key)
-
-
 def altered_definitions(connection: Connection) -> Iterator[Finding]:
     """Name triggers and views that are gone or say something else."""
     triggers = trigger_ddl(connection.dialect.name)
@@ -189,14 +174,14 @@ def altered_rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> Iterator[Find
     """
     for values in rows:
         if _hash(table, values) != values[-1]:
-            yield Finding(table.name, _key(table, values), "altered")
+            yield Finding(table.name, key_text(table, values), "altered")
 
 
 def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
     """Name altered rows of a table that is written a block at a time."""
     key = [column.name for column in table.primary_key.columns][1:]
     names = hashed_names(table)
-    for rows in _chunked(_result_stream(connection, table)):
+    for rows in chunked(_result_stream(connection, table)):
         if _bulk_hashes(table, rows) == [values[-1] for values in rows]:
             continue
         for number, *values in rows:
@@ -224,11 +209,6 @@ def _result_stream(connection: Connection, table: Table) -> Iterator[tuple[Any, 
         yield tuple(item)
 
 
-def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
-    while chunk := list(islice(rows, _CHUNK)):
-        yield chunk
-
-
 def _hash(table: Table, values: Sequence[Any]) -> str | None:
     try:
         return row_hash(table, values[:-1])
@@ -247,7 +227,7 @@ def _bulk_hashes(table: Table, rows: Sequence[tuple[Any, ...]]) -> list[str] | N
 
 def _content(connection: Connection) -> Iterator[Finding]:
     for table in (tables.odd, tables.scenario, tables.architecture, tables.concept):
-        for digest, _id, _version, content, _hash in _stream(connection, table):
+        for digest, _id, _version, content, _hash in stored_rows(connection, table):
             text = str(content).encode("utf-8", "surrogateescape")
             if hashlib.sha256(text).hexdigest() != digest:
                 yield Finding(table.name, str(digest), "content does not have this digest")
@@ -261,7 +241,7 @@ def _missing_references(connection: Connection) -> Iterator[Finding]:
 def _results(connection: Connection) -> Iterator[Finding]:
     """Compare each run with its hash over metrics and events, and with its own identity."""
     names = [column.name for column in tables.run.columns]
-    for rows in _chunked(_stream(connection, tables.run)):
+    for rows in chunked(stored_rows(connection, tables.run)):
         stored = [dict(zip(names, values, strict=True)) for values in rows]
         digests = [str(item["result_digest"]) for item in stored]
         numbers = {
@@ -402,12 +382,7 @@ def _work(connection: Connection) -> Iterator[Finding]:
 
 
 def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator[Finding]:
-    stored = {
-        tuple(item)
-        for item in connection.execute(
-            tables.tally.select().where(tables.tally.c.work_id == work_id)
-        )
-    }
+    stored = set(stored_rows(connection, tables.tally, "work_id = ?", (work_id,)))
     try:
         counted = {tuple(item) for item in tally_rows(connection, work_id)}
     except (TypeError, ValueError) as error:
@@ -422,7 +397,7 @@ def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator
         }
     for item in sorted(stored ^ counted, key=str):
         problem = "is not what its block counts to" if item in stored else "is missing"
-        yield Finding("tally", _key(tables.tally, item), problem)
+        yield Finding("tally", key_text(tables.tally, item), problem)
 
 
 # --- Check quickly what the summaries of a campaign are read from: its plan, blocks and tallies ---
@@ -455,9 +430,8 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     yield from altered_definitions(connection)
     counted = (tables.tally, tables.case_repeat, tables.never_held)
     for table in (tables.campaign, tables.campaign_fsr, *counted):
-        own = table.c.id if table is tables.campaign else table.c.campaign_id
-        rows = connection.execute(table.select().where(own == campaign))
-        yield from altered_rows(table, map(tuple, rows))
+        own = "id = ?" if table is tables.campaign else "campaign_id = ?"
+        yield from altered_rows(table, stored_rows(connection, table, own, (campaign,)))
     yield from _lost(connection, campaign)
     for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
         judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"

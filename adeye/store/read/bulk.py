@@ -11,34 +11,28 @@ from __future__ import annotations
 
 import json
 from array import array
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import Connection
 
 from adeye.judge.evaluate import VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.verdict import Outcome
+from adeye.signals import Bools, Floats, Ints
 from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
-from adeye.store import tables
 from adeye.store.catalogue import is_server
-from adeye.store.database import Database
-from adeye.store.evidence_tables import plain_digests
+from adeye.store.location import Place
 from adeye.store.postgres import translated
-from adeye.store.tables import TABLES
+from adeye.store.read.campaigns import content
+from adeye.store.schema import opened
+from adeye.store.tables import TABLES, plain_digests
 from adeye.sweep.coverage import Coverage, Situations, coverage_of
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.signals import Bools, Floats, Ints
-    from adeye.store.location import Place
 
 # --- The executed runs of a campaign as columns of numbers and codes: a million fit into memory ---
 
@@ -657,42 +651,27 @@ def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
         place: The database, of the current schema.
         campaign: Id of the campaign.
     """
-    cases, case, run = tables.campaign_case.c, tables.test_case.c, tables.run.c
-    query = (
-        select(case.scenario_digest, case.parameters, cases.inside_odd, run.outcome)
-        .select_from(tables.campaign_case)
-        .join(tables.test_case, case.digest == cases.test_case_digest)
-        .join(tables.run, run.result_digest == cases.result_digest, isouter=True)
-        .where(cases.campaign_id == campaign)
-        .order_by(cases.ordinal)
-    )
-    database = Database(place)
     found: dict[str, list[Mapping[str, float]]] = {}
     planned = without = unjudged = outside = 0
-    try:
-        with database.read() as connection:
-            for scenario, parameters, inside, outcome in connection.execute(query):
-                planned += 1
-                rows = found.setdefault(scenario, [])
-                if outcome is None:
-                    without += 1
-                elif not Outcome(outcome).is_judged:
-                    unjudged += 1
-                elif not inside:
-                    outside += 1
-                else:
-                    rows.append(json.loads(parameters))
-            table = tables.scenario.c
-            contents = {
-                digest: json.loads(
-                    connection.execute(
-                        select(table.content).where(table.digest == digest)
-                    ).scalar_one()
-                )
-                for digest in found
-            }
-    finally:
-        database.close()
+    with opened(place) as connection:
+        for scenario, parameters, inside, outcome in connection.exec_driver_sql(
+            "SELECT t.scenario_digest, t.parameters, c.inside_odd, r.outcome FROM campaign_case c "
+            "JOIN test_case t ON t.digest = c.test_case_digest "
+            "LEFT JOIN run r ON r.result_digest = c.result_digest "
+            "WHERE c.campaign_id = ? ORDER BY c.ordinal",
+            (campaign,),
+        ):
+            planned += 1
+            rows = found.setdefault(scenario, [])
+            if outcome is None:
+                without += 1
+            elif not Outcome(outcome).is_judged:
+                unjudged += 1
+            elif not inside:
+                outside += 1
+            else:
+                rows.append(json.loads(parameters))
+        contents = {digest: content(connection, "scenario", digest) for digest in found}
     situations = tuple(ExecutedSituations(contents[key], rows) for key, rows in found.items())
     return ExecutedRuns(planned, without, unjudged, outside, situations)
 

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from datetime import UTC, date, datetime
+from operator import itemgetter
+from typing import Any, Final
 
-from sqlalchemy import and_, between, case, func, or_, select, text
+from sqlalchemy import Connection, Row, RowMapping, func, select, text
 
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.store import catalogue as catalog
 from adeye.store import schema, tables
-from adeye.store.cases import JUDGED, is_judged
+from adeye.store.cases import JUDGED
+from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.records import (
-    Artifact,
     CampaignInfo,
     DatabaseInfo,
     EventRecord,
     ForkRecord,
     FsrStatus,
-    MetricValue,
     NeverHeld,
     Progress,
     ResultTable,
@@ -33,18 +34,12 @@ from adeye.store.records import (
     StoredRun,
     VerdictRecord,
     WorkState,
+    of_row,
+    verdict_record,
 )
-from adeye.store.tables import CRITICALITY_IDS, FIRST_METRIC_IDS, TIMING_IDS, work
-from adeye.store.views import COUNTED, MEASURED
+from adeye.store.tables import FIRST_METRIC_IDS, work
+from adeye.store.views import COUNTED, MEASURED, WORST_FIRST
 from adeye.trace import split_links
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from datetime import date
-
-    from sqlalchemy import Connection, Row, Select, Table
-
-    from adeye.store.location import Location
 
 # --- What a run is besides a run of a campaign, and how far the blocks of a campaign are ----------
 
@@ -102,13 +97,8 @@ def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
 
 
 def _fork(found: Row[Any]) -> ForkRecord:
-    return ForkRecord(
-        found.result_digest,
-        found.test_case_digest,
-        found.origin_digest,
-        found.from_tick,
-        found.authority,
-    )
+    case, origin = found.test_case_digest, found.origin_digest
+    return of_row(ForkRecord, found._mapping, test_case=case, origin=origin)
 
 
 def find_half_step(connection: Connection, result_digest: str) -> tuple[str, str] | None:
@@ -158,7 +148,7 @@ def latest_id(connection: Connection, odd: str | None = None) -> str | None:
     return found.scalar()
 
 
-def latest_campaign(connection: Connection, odd: str | None) -> CampaignInfo | None:
+def latest_campaign(connection: Connection, odd: str | None = None) -> CampaignInfo | None:
     """Return the campaign that was planned last, of one ODD if its id is given."""
     table, latest = tables.campaign, latest_id(connection, odd)
     if latest is None:
@@ -175,7 +165,7 @@ def find_campaign(connection: Connection, name: str | None = None) -> CampaignIn
         InputError: None or several match; the message names those that there are.
     """
     if name is None:
-        latest = latest_campaign(connection, None)
+        latest = latest_campaign(connection)
         if latest is None:
             raise UsageError("the database has no campaign", remedy="Run an ODD first.")
         return latest
@@ -208,15 +198,10 @@ def _known_campaigns(connection: Connection) -> str:
 
 
 def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
-    return CampaignInfo(
-        id=item.id,
-        number=item.number,
-        created_at=item.created_at,
+    return of_row(
+        CampaignInfo,
+        item._mapping,
         odd=item.odd_id,
-        odd_digest=item.odd_digest,
-        concept_digest=item.concept_digest,
-        title=item.title,
-        planned=item.planned,
         gate=tuple(json.loads(item.gate)),
         factors=json.loads(item.factors),
         provenance=json.loads(item.provenance),
@@ -259,7 +244,7 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
     return matches[0]
 
 
-def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunRef:
+def find_run(connection: Connection, name: str, campaign: str | None = None) -> RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
 
     A fork stands where the run stands that it is a fork of, and so does a twin with half the step;
@@ -272,9 +257,9 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
     query = select(cases, tables.run.c.number.is_not(None).label("is_done")).outerjoin(
         tables.run, tables.run.c.result_digest == cases.c.result_digest
     )
-    if campaign_id is not None:
-        query = query.where(cases.c.campaign_id == campaign_id)
-    if name.isascii() and name.isdigit() and len(name) < 10 and campaign_id is not None:
+    if campaign is not None:
+        query = query.where(cases.c.campaign_id == campaign)
+    if name.isascii() and name.isdigit() and len(name) < 10 and campaign is not None:
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
             return run_ref(by_ordinal)
@@ -299,7 +284,7 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
     ).first()
     if found is None:
         raise InputError(
-            f"run {name!r} is not in campaign {campaign_id}", remedy="Name the campaign it is in."
+            f"run {name!r} is not in campaign {campaign}", remedy="Name the campaign it is in."
         )
     ref = run_ref(found)
     if drive is not None:
@@ -320,84 +305,46 @@ def find_run(connection: Connection, name: str, campaign_id: str | None) -> RunR
 
 def run_ref(item: Row[Any]) -> RunRef:
     """Read a reference to a run from a row of ``campaign_case``; done unless it says otherwise."""
-    return RunRef(
+    stored = item._mapping
+    return of_row(
+        RunRef,
+        stored,
         campaign=item.campaign_id,
-        ordinal=item.ordinal,
-        result_digest=item.result_digest,
         test_case=item.test_case_digest,
-        scenario=item.scenario,
-        architecture=item.architecture,
         inside_odd=bool(item.inside_odd),
-        is_done=bool(item._mapping.get("is_done", True)),
-        point=json.loads(item._mapping.get("point", "{}")),
+        is_done=bool(stored.get("is_done", True)),
+        point=json.loads(stored.get("point", "{}")),
     )
 
 
 def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     """Read a result with its metrics, verdicts and events; None if it was not executed yet."""
-    run, metric, verdict, event = tables.run, tables.metric, tables.verdict, tables.event
-    found = connection.execute(run.select().where(run.c.result_digest == result_digest)).first()
+    query = tables.run.select().where(tables.run.c.result_digest == result_digest)
+    found = connection.execute(query).mappings().first()
     if found is None:
         return None
-    number = found.number
-    metrics = connection.execute(metric.select().where(metric.c.run_number == number)).one()
-    verdicts = connection.execute(
-        verdict.select()
-        .where(verdict.c.run_number == number)
-        .order_by(verdict.c.fsr_id, verdict.c.fsr_digest)
-    )
-    events = connection.execute(
-        event.select().where(event.c.run_number == number).order_by(event.c.seq)
-    )
+    number = found["number"]
+
+    def rows(table: str) -> list[RowMapping]:
+        own = connection.exec_driver_sql(f"SELECT * FROM {table} WHERE run_number = ?", (number,))  # noqa: S608 - own names
+        return list(own.mappings())
+
+    (measured,) = rows("metric")
+    metrics = metric_values(measured, FIRST_METRIC_IDS)
+    # A run of an older release lacks the others.
+    for table in ("timing", "criticality"):
+        for later in rows(table):
+            metrics |= metric_values(later, tables.TABLES[table])
+    verdicts = sorted(rows("verdict"), key=itemgetter("fsr_id", "fsr_digest"))
+    events = sorted(rows("event"), key=itemgetter("seq"))
+    links = [split_links(item["links"]) for item in rows("chain")]
     return StoredRun(
-        row=dict(found._mapping),
-        metrics={
-            **metric_values(metrics._mapping, FIRST_METRIC_IDS),
-            **_later(connection, number, tables.timing, TIMING_IDS),
-            **_later(connection, number, tables.criticality, CRITICALITY_IDS),
-        },
-        verdicts=tuple(verdict_record(item) for item in verdicts),
-        events=tuple(
-            EventRecord(item.time_s, item.kind, item.subject, item.text) for item in events
-        ),
+        row=dict(found),
+        metrics=metrics,
+        verdicts=tuple(map(verdict_record, verdicts)),
+        events=tuple(of_row(EventRecord, item) for item in events),
         plugin_metrics=plugin_metrics(connection, number),
-        links=_links(connection, number),
-    )
-
-
-def _later(
-    connection: Connection, number: int, table: Table, ids: Sequence[str]
-) -> dict[str, MetricValue]:
-    """Read the metrics that a run of an older release lacks."""
-    found = connection.execute(table.select().where(table.c.run_number == number)).first()
-    return {} if found is None else metric_values(found._mapping, ids)
-
-
-def _links(connection: Connection, number: int) -> tuple[str, ...] | None:
-    """Read the links of the digest chain of a run before its trace digest."""
-    table = tables.chain
-    found = connection.execute(select(table.c.links).where(table.c.run_number == number)).scalar()
-    return None if found is None else split_links(found)
-
-
-def verdict_record(item: Row[Any]) -> VerdictRecord:
-    """Read a verdict from a row of ``verdict``."""
-    return VerdictRecord(
-        fsr_id=item.fsr_id,
-        fsr_digest=item.fsr_digest,
-        verdict=Verdict(item.verdict),
-        is_exercised=bool(item.exercised),
-        robustness_low=item.robustness_low,
-        robustness_high=item.robustness_high,
-        margin=item.margin,
-        unit=item.unit,
-        signal=item.signal,
-        predicate=item.predicate,
-        time_s=item.time_s,
-        actor=item.actor,
-        value=item.value,
-        threshold=item.threshold,
-        detail=item.detail,
+        links=links[0] if links else None,
     )
 
 
@@ -407,32 +354,23 @@ def test_case_row(connection: Connection, test_case: str) -> StoredCase:
     Raises:
         InputError: There is no such test case.
     """
-    cases, scenario, architecture = tables.test_case, tables.scenario, tables.architecture
-    found = connection.execute(
-        select(
-            cases,
-            scenario.c.content.label("scenario_content"),
-            architecture.c.content.label("architecture_content"),
-        )
-        .join(scenario, scenario.c.digest == cases.c.scenario_digest)
-        .join(architecture, architecture.c.digest == cases.c.architecture_digest)
-        .where(cases.c.digest == test_case)
+    found = connection.exec_driver_sql(
+        "SELECT t.*, s.content AS scenario_content, a.content AS architecture_content "
+        "FROM test_case t JOIN scenario s ON s.digest = t.scenario_digest "
+        "JOIN architecture a ON a.digest = t.architecture_digest WHERE t.digest = ?",
+        (test_case,),
     ).first()
     if found is None:
         raise InputError(f"test case {test_case!r}: there is none", remedy="Plan its ODD first.")
-    return StoredCase(
+    return of_row(
+        StoredCase,
+        found._mapping,
         test_case=found.digest,
         situation=found.situation_digest,
         scenario=json.loads(found.scenario_content),
         architecture=json.loads(found.architecture_content),
         faults=tuple(json.loads(found.faults)),
-        fault_entry=found.fault_entry,
         parameters=json.loads(found.parameters),
-        replicate=found.replicate,
-        seed=found.seed,
-        step_s=found.step_s,
-        odd_digest=found.odd_digest,
-        point_index=found.point_index,
         fork=fork_of_case(connection, found.digest),
     )
 
@@ -455,42 +393,34 @@ def content(connection: Connection, kind: str, digest: str) -> Any:
     return json.loads(found)
 
 
-def artifacts(connection: Connection, result_digest: str) -> tuple[Artifact, ...]:
-    """List the kept files of a run."""
-    table = tables.artifact
-    found = connection.execute(
-        table.select().where(table.c.result_digest == result_digest).order_by(table.c.digest)
-    )
-    return tuple(Artifact(item.digest, item.kind, item.result_digest, item.bytes) for item in found)
-
-
 # --- Summaries of a campaign: FSR status, gate, worst runs, the table of results and its hash -----
 
-_STATUS: Final = text(
-    "SELECT * FROM v_fsr_status WHERE campaign = :campaign ORDER BY fsr, architecture, scenario"
+_STATUS: Final = (
+    "SELECT * FROM v_fsr_status WHERE campaign = ? ORDER BY fsr, architecture, scenario"
 )
-_GATE: Final = text("SELECT * FROM v_gate WHERE campaign = :campaign ORDER BY architecture, fsr")
-_RESULTS: Final = text("SELECT * FROM v_runs WHERE campaign = :campaign ORDER BY ordinal")
+_GATE: Final = "SELECT * FROM v_gate WHERE campaign = ? ORDER BY architecture, fsr"
+_RESULTS: Final = "SELECT * FROM v_runs WHERE campaign = ? ORDER BY ordinal"
 
 
 def fsr_status(connection: Connection, campaign_id: str) -> tuple[FsrStatus, ...]:
     """Count the verdicts of every FSR by architecture and scenario, from the tallies."""
-    found = connection.execute(_STATUS, {"campaign": campaign_id})
+    found = connection.exec_driver_sql(_STATUS, (campaign_id,))
     return tuple(_status(item, item.scenario, item.verdict) for item in found)
 
 
-def gate(connection: Connection, campaign_id: str, on: date) -> tuple[FsrStatus, ...]:
+def gate(connection: Connection, campaign_id: str, on: date | None = None) -> tuple[FsrStatus, ...]:
     """Fold every mandatory FSR for every architecture, over all scenarios.
 
     Args:
         connection: In a transaction.
         campaign_id: The campaign.
-        on: Day on which waivers must still be valid.
+        on: Day on which waivers must still be valid; today without.
     """
-    found = connection.execute(_GATE, {"campaign": campaign_id})
+    found = connection.exec_driver_sql(_GATE, (campaign_id,))
+    day = (on or datetime.now(UTC).date()).isoformat()
     rows: list[FsrStatus] = []
     for item in found:
-        is_waived = item.waived_until is not None and item.waived_until >= on.isoformat()
+        is_waived = item.waived_until is not None and item.waived_until >= day
         rows.append(_status(item, "", item.verdict_waived if is_waived else item.verdict))
     return tuple(rows)
 
@@ -510,27 +440,15 @@ def never_held(
 def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
     values = item._mapping
     counts = {Verdict(name): int(values[column]) for name, column in COUNTED.items()}
-    return FsrStatus(
-        fsr=item.fsr,
-        architecture=item.architecture,
+    return of_row(
+        FsrStatus,
+        values,
         scenario=scenario,
-        asil=item.asil,
         is_mandatory=bool(values.get("mandatory", True)),
         is_in_gate=bool(item.in_gate),
         is_applicable=bool(item.applicable),
-        reason=item.reason,
         counts={**counts, Verdict.NOT_RUN: int(item.n_not_run)},
-        exercised=item.exercised,
-        runs_exercised=item.runs_exercised,
-        repeated=item.repeated,
         repeated_passes=item.repeated_pass,
-        planned=item.planned,
-        min_exercised=item.min_exercised,
-        waived_until=item.waived_until,
-        worst_margin=item.worst_margin,
-        worst_robustness=item.worst_robustness,
-        unit=item.unit,
-        worst_run=item.worst_run,
         verdict=None if verdict is None else Verdict(verdict),
     )
 
@@ -540,16 +458,15 @@ def progress(connection: Connection, campaign_id: str) -> Progress:
 
     A case is accounted for when its block is done: its result, verdicts and tallies are saved.
     """
-    cases, run, work = tables.campaign_case, tables.run, tables.work
-    planned, executed = connection.execute(
-        select(func.count(), func.count(run.c.number))
-        .select_from(cases.outerjoin(run, run.c.result_digest == cases.c.result_digest))
-        .where(cases.c.campaign_id == campaign_id)
+    planned, executed = connection.exec_driver_sql(
+        "SELECT COUNT(*), COUNT(r.number) FROM campaign_case c "
+        "LEFT JOIN run r ON r.result_digest = c.result_digest WHERE c.campaign_id = ?",
+        (campaign_id,),
     ).one()
-    accounted = connection.execute(
-        select(func.coalesce(func.sum(work.c.to_ordinal - work.c.from_ordinal), 0)).where(
-            work.c.campaign_id == campaign_id, work.c.state == "done"
-        )
+    accounted = connection.exec_driver_sql(
+        "SELECT COALESCE(SUM(to_ordinal - from_ordinal), 0) FROM work "
+        "WHERE campaign_id = ? AND state = 'done'",
+        (campaign_id,),
     ).scalar_one()
     return Progress(planned=planned, executed=executed, accounted=accounted)
 
@@ -568,7 +485,6 @@ def worst_runs(
         limit: Most runs to return.
         only: Restrict ``architecture``, ``scenario`` or ``verdict`` to a value that is not None.
     """
-    cases, judged = tables.campaign_case, tables.verdict
     wanted: dict[str, tuple[str, ...]] = {
         name: (value,) for name, value in only.items() if value is not None
     }
@@ -576,25 +492,24 @@ def worst_runs(
     ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, wanted)
     if not ranges:
         return ()
-    columns = {
-        "architecture": cases.c.architecture,
-        "scenario": cases.c.scenario,
-        "verdict": judged.c.verdict,
-    }
-    query = (
-        _judged_cases(cases, judged)
-        .where(
-            cases.c.campaign_id == campaign_id,
-            tables.campaign_fsr.c.fsr_id == fsr,
-            or_(*(between(cases.c.ordinal, first, end - 1) for first, end in ranges)),
-            *(columns[name].in_(values) for name, values in wanted.items()),
-        )
-        .order_by(
-            *_worst_first(judged.c.verdict, judged.c.margin), cases.c.result_digest, cases.c.ordinal
-        )
-        .limit(limit)
-    )
-    return tuple((run_ref(item), verdict_record(item)) for item in connection.execute(query))
+    within = " OR ".join(["c.ordinal >= ? AND c.ordinal < ?"] * len(ranges))
+    asked = {f"{'v' if name == 'verdict' else 'c'}.{name}": of for name, of in wanted.items()}
+    condition, values = _one_of_each(asked)
+    found = connection.exec_driver_sql(
+        "SELECT * FROM (SELECT c.campaign_id, c.ordinal, c.result_digest, c.test_case_digest, "  # noqa: S608 - own names
+        "c.scenario, c.architecture, c.inside_odd, c.point, v.*, v.margin AS worst_margin, "
+        f"c.result_digest AS worst_result_digest FROM {_JUDGED_CASES} "
+        f"WHERE c.campaign_id = ? AND f.fsr_id = ? AND ({within}){condition}) AS judged "
+        f"ORDER BY {WORST_FIRST}, ordinal LIMIT ?",
+        (campaign_id, fsr, *(bound for pair in ranges for bound in pair), *values, limit),
+    ).all()
+    return tuple((run_ref(item), verdict_record(item._mapping)) for item in found)
+
+
+def _one_of_each(wanted: Mapping[str, Sequence[str]]) -> tuple[str, list[str]]:
+    """Write the condition that each of some columns has one of some values, and list these."""
+    conditions = [f" AND {name} IN ({', '.join('?' * len(of))})" for name, of in wanted.items()]
+    return "".join(conditions), [value for of in wanted.values() for value in of]
 
 
 def info(connection: Connection, location: Location) -> DatabaseInfo:
@@ -624,62 +539,32 @@ def _blocks_of_worst(
     A run is among the worst n only if its tally is among the n whose worst is worst: each of those
     before holds a run that is worse, or as bad and of a lesser digest.
     """
-    tally, work = tables.tally, tables.work
-    query = (
-        select(work.c.from_ordinal, work.c.to_ordinal)
-        .join(tally, tally.c.work_id == work.c.id)
-        .where(
-            tally.c.campaign_id == campaign_id,
-            tally.c.fsr_id == fsr,
-            *(tally.c[name].in_(values) for name, values in wanted.items()),
-        )
-        .order_by(
-            *_worst_first(tally.c.verdict, tally.c.worst_margin),
-            tally.c.worst_result_digest,
-            work.c.from_ordinal,
-        )
-        .limit(limit)
+    condition, values = _one_of_each(wanted)
+    found = connection.exec_driver_sql(
+        "SELECT w.from_ordinal, w.to_ordinal FROM work w JOIN tally ON tally.work_id = w.id "  # noqa: S608 - own names
+        f"WHERE tally.campaign_id = ? AND fsr_id = ?{condition} "
+        f"ORDER BY {WORST_FIRST}, w.from_ordinal LIMIT ?",
+        (campaign_id, fsr, *values, limit),
     )
-    return sorted({(item.from_ordinal, item.to_ordinal) for item in connection.execute(query)})
+    return sorted({(first, end) for first, end in found})
 
 
-def _worst_first(verdict: Any, margin: Any) -> tuple[Any, Any, Any]:
-    """Order by badness: none, NULL, is the worst of a FAIL, else the best."""
-    failed = verdict == Verdict.FAIL.value
-    return (
-        case((failed, 0), else_=1),
-        case((margin.is_(None) == failed, 0), else_=1),
-        margin,
-    )
-
-
-def _judged_cases(*columns: Any) -> Select[Any]:
-    """Join the cases of campaigns with the verdicts that the campaigns ask for."""
-    cases, fsrs = tables.campaign_case, tables.campaign_fsr
-    run, judged = tables.run, tables.verdict
-    return (
-        select(*columns)
-        .select_from(cases)
-        .join(fsrs, is_judged())
-        .join(run, run.c.result_digest == cases.c.result_digest)
-        .join(
-            judged,
-            and_(judged.c.run_number == run.c.number, judged.c.fsr_digest == fsrs.c.fsr_digest),
-        )
-    )
+_JUDGED_CASES: Final = f"""campaign_case c JOIN campaign_fsr f ON {JUDGED}
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
+"""The cases of campaigns with the verdicts that the campaigns ask for."""
 
 
 def failed_among(
     connection: Connection, campaign_id: str, ordinals: Sequence[int]
 ) -> frozenset[int]:
     """Return those of some runs of a campaign that fail an FSR."""
-    cases = tables.campaign_case
-    query = _judged_cases(cases.c.ordinal).where(
-        cases.c.campaign_id == campaign_id,
-        cases.c.ordinal.in_(ordinals),
-        tables.verdict.c.verdict == Verdict.FAIL.value,
+    found = connection.exec_driver_sql(
+        f"SELECT c.ordinal FROM {_JUDGED_CASES} WHERE c.campaign_id = ? AND v.verdict = 'FAIL' "  # noqa: S608 - own names
+        "AND c.ordinal IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
+        (campaign_id, json.dumps(list(ordinals))),
     )
-    return frozenset(connection.execute(query).scalars())
+    return frozenset(found.scalars())
 
 
 _FAILURES: Final = """SELECT architecture, channel, told, mastered, COUNT(*) FROM (
@@ -731,6 +616,23 @@ def failed_channels(
     return tuple((item[0], item[1], item[2], bool(item[3]), int(item[4])) for item in found)
 
 
+def executed_once(connection: Connection, campaign_id: str) -> list[Row[Any]]:
+    """Read the executed runs of a campaign, each once, in the order of the plan."""
+    found = connection.exec_driver_sql(
+        "SELECT c.*, t.fault_entry, r.realised, r.machine_dependent, m.contact, m.contact_status, "
+        "m.max_required_deceleration_mps2 FROM campaign_case c "
+        "JOIN test_case t ON t.digest = c.test_case_digest "
+        "JOIN run r ON r.result_digest = c.result_digest "
+        "JOIN metric m ON m.run_number = r.number WHERE c.campaign_id = ? ORDER BY c.ordinal",
+        (campaign_id,),
+    )
+    runs: dict[str, Row[Any]] = {}
+    for item in found:
+        # Of several test cases with one result the first of the plan counts.
+        runs.setdefault(item.result_digest, item)
+    return list(runs.values())
+
+
 def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:
     """Count the runs that a contact ended, by architecture."""
     found = connection.exec_driver_sql(
@@ -744,69 +646,5 @@ def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:
 
 def results(connection: Connection, campaign_id: str) -> ResultTable:
     """Return every executed run of a campaign as ``v_runs`` shows it."""
-    found = connection.execute(_RESULTS, {"campaign": campaign_id})
+    found = connection.exec_driver_sql(_RESULTS, (campaign_id,))
     return ResultTable(tuple(found.keys()), tuple(tuple(item) for item in found))
-
-
-def result_table_hash(connection: Connection, campaign_id: str) -> str:
-    """Hash the results of a campaign in the order of its plan (sha256 in hex).
-
-    Covered are plan, runs, metrics, events, verdicts of the campaign's FSRs, and the tallies summed
-    over blocks; not covered are the columns ``NONDETERMINISTIC``. Two executions of one plan, with
-    whatever workers, blocks, order and interruptions, have one hash.
-    """
-    state = hashlib.sha256()
-    for name, query in _hashed(campaign_id):
-        found = connection.execute(query, execution_options={"yield_per": _CHUNK})
-        for item in found:
-            values = [int(value) if isinstance(value, bool) else value for value in item]
-            line = json.dumps([name, values], ensure_ascii=True, separators=(",", ":"))
-            state.update(line.encode())
-    return state.hexdigest()
-
-
-def _hashed(campaign_id: str) -> Iterator[tuple[str, Select[Any]]]:
-    cases = tables.campaign_case
-    of_campaign = cases.c.campaign_id == campaign_id
-    yield "case", select(cases).where(of_campaign).order_by(cases.c.ordinal)
-    run = tables.run
-    of_run = cases.join(run, run.c.result_digest == cases.c.result_digest)
-    yield (
-        "run",
-        select(cases.c.ordinal, *_deterministic(run))
-        .select_from(of_run)
-        .where(of_campaign)
-        .order_by(cases.c.ordinal),
-    )
-    for table in (tables.metric, tables.event):
-        key = list(table.primary_key.columns)[1:]
-        yield (
-            table.name,
-            select(cases.c.ordinal, *_deterministic(table))
-            .select_from(of_run.join(table, table.c.run_number == run.c.number))
-            .where(of_campaign)
-            .order_by(cases.c.ordinal, *key),
-        )
-    judged = tables.verdict
-    yield (
-        "verdict",
-        _judged_cases(cases.c.ordinal, *_deterministic(judged))
-        .where(of_campaign)
-        .order_by(cases.c.ordinal, judged.c.fsr_id),
-    )
-    tally = tables.tally
-    key = [tally.c.fsr_id, tally.c.architecture, tally.c.scenario, tally.c.verdict]
-    yield (
-        "tally",
-        select(*key, func.sum(tally.c.runs), func.sum(tally.c.exercised))
-        .where(tally.c.campaign_id == campaign_id)
-        .group_by(*key)
-        .order_by(*key),
-    )
-
-
-def _deterministic(table: Table) -> list[Any]:
-    """List columns that are the same in every database; a run goes by its digest."""
-    excluded = ("run_number", *tables.NONDETERMINISTIC.get(table.name, ()))
-    digest = [] if table is tables.run else [tables.run.c.result_digest]
-    return [*digest, *(column for column in table.columns if column.name not in excluded)]

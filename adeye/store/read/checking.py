@@ -3,37 +3,28 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
-from sqlalchemy import create_engine, select
+from sqlalchemy import Connection, create_engine
 
+from adeye.errors import SourceLocation
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import FAULT, idle_faults
+from adeye.spec.fault import FAULT, Injected, idle_faults
 from adeye.spec.quantity import SI
 from adeye.store import tables
-from adeye.store.database import Database
-from adeye.store.encoding import chunks
-from adeye.store.evidence_tables import plain_digests
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
 from adeye.store.read.campaigns import find_campaign, latest_campaign
-from adeye.store.rules import IDLE_FAULT, RULES, UNBEGUN_EVENT, check_view_ddl
-from adeye.store.schema import require_current, require_exists
+from adeye.store.records import CampaignInfo, CampaignRecord
+from adeye.store.rules import IDLE_FAULT, RULES, UNBEGUN_EVENT, Rule, check_view_ddl
+from adeye.store.schema import opened
+from adeye.store.tables import plain_digests
 from adeye.store.write.content import save_concept, save_content
 from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
-
-if TYPE_CHECKING:
-    from collections import Counter
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-
-    from sqlalchemy import Connection
-
-    from adeye.errors import SourceLocation
-    from adeye.spec.fault import Injected
-    from adeye.store.records import CampaignInfo, CampaignRecord
-    from adeye.store.rules import Rule
 
 _UNSAVED: Final = "unsaved"
 PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
@@ -168,30 +159,22 @@ def check_campaign(
     location = locate(place)
     if name is None and location.path is not None and not location.path.is_file():
         return None
-    require_exists(location)
-    database = Database(location)
-    try:
-        with database.read() as connection:
-            require_current(connection, location)
-            campaign = (
-                latest_campaign(connection, odd)
-                if name is None
-                else find_campaign(connection, name)
+    with opened(location) as connection:
+        campaign = (
+            latest_campaign(connection, odd) if name is None else find_campaign(connection, name)
+        )
+        if campaign is None:
+            return None
+        found = _ask(connection, rules, campaign.id)
+        if IDLE_FAULT in rules:
+            found += _idle_faults(connection, campaign)
+        if UNBEGUN_EVENT in rules:
+            found += tuple(
+                Violation(UNBEGUN_EVENT.name, "scenario", scenario, f"{event} began in no run")
+                for scenario, event, is_optional in unbegun_events(connection, campaign.id)
+                if not is_optional
             )
-            if campaign is None:
-                return None
-            found = _ask(connection, rules, campaign.id)
-            if IDLE_FAULT in rules:
-                found += _idle_faults(connection, campaign)
-            if UNBEGUN_EVENT in rules:
-                found += tuple(
-                    Violation(UNBEGUN_EVENT.name, "scenario", scenario, f"{event} began in no run")
-                    for scenario, event, is_optional in unbegun_events(connection, campaign.id)
-                    if not is_optional
-                )
-            return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
-    finally:
-        database.close()
+        return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
 
 
 def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]]) -> tuple[int, int]:
@@ -208,21 +191,20 @@ def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]])
     Raises:
         PlatformError: The database cannot be read.
     """
-    case, run = tables.campaign_case.c, tables.run.c
     unknown = total = 0
-    database = Database(place)
-    try:
-        with database.read() as connection:
-            for some in (part for digests in results for part in chunks(digests)):
-                planned = select(case.result_digest).where(
-                    case.campaign_id == campaign, case.result_digest.in_(some)
-                )
-                brought = select(run.result_digest).where(run.result_digest.in_(some))
-                known = set(connection.execute(planned.union(brought)).scalars())
-                total += len(some)
-                unknown += sum(item not in known for item in some)
-    finally:
-        database.close()
+    with opened(place) as connection:
+        for digests in results:
+            given = json.dumps(list(digests))
+            known = connection.exec_driver_sql(
+                "SELECT result_digest FROM campaign_case WHERE campaign_id = ? "
+                "AND result_digest IN (SELECT value FROM json_each(?)) "
+                "UNION SELECT result_digest FROM run "
+                "WHERE result_digest IN (SELECT value FROM json_each(?))",
+                (campaign, given, given),
+            )
+            total += len(digests)
+            found = set(known.scalars())
+            unknown += sum(item not in found for item in digests)
     return unknown, total
 
 
@@ -245,16 +227,15 @@ def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tu
 
 def _idle_faults(connection: Connection, campaign: CampaignInfo) -> tuple[Violation, ...]:
     """Read the faults of a campaign with what they are injected into, values of sweeps applied."""
-    case, made = tables.test_case.c, tables.architecture.c
-    query = (
-        select(case.faults, made.content)
-        .join_from(tables.campaign_case, tables.test_case)
-        .join(tables.architecture, made.digest == case.architecture_digest)
-        .where(tables.campaign_case.c.campaign_id == campaign.id, case.faults != "[]")
-        .distinct()
+    found = connection.exec_driver_sql(
+        "SELECT DISTINCT t.faults, a.content FROM campaign_case c "
+        "JOIN test_case t ON t.digest = c.test_case_digest "
+        "JOIN architecture a ON a.digest = t.architecture_digest "
+        "WHERE c.campaign_id = ? AND t.faults <> '[]'",
+        (campaign.id,),
     )
     injected = []
-    for faults, content in connection.execute(query):
+    for faults, content in found:
         known = json.loads(content)
         # Beside its own keys there is the folder of its plug-ins.
         fields = {name: known[name] for name in Architecture.model_fields if name in known}
@@ -275,36 +256,31 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
     Returns:
         Scenario, event, and whether it says that it is optional.
     """
-    case, event = tables.campaign_case.c, tables.event.c
     runs = (
-        select(tables.run.c.number)
-        .join_from(
-            tables.campaign_case, tables.run, case.result_digest == tables.run.c.result_digest
-        )
-        .where(case.campaign_id == campaign)
-        .limit(1)
+        "SELECT 1 FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest {} "
+        "WHERE c.campaign_id = ? AND c.scenario = ? {} LIMIT 1"
     )
-    began = runs.join(tables.event, event.run_number == tables.run.c.number).where(
-        event.kind == "storyboard", event.text.endswith(" begins")
+    executed = runs.format("", "")
+    began = runs.format(
+        "JOIN event e ON e.run_number = r.number",
+        "AND e.kind = 'storyboard' AND e.text LIKE '% begins' AND e.subject = ?",
     )
     return tuple(
         (scenario, name, bool(written.get("optional")))
         for scenario, content in _odd_content(connection, campaign).get("scenarios", {}).items()
         for name, written in content["storyboard"].items()
         if name not in content["realised"]
-        and connection.execute(runs.where(case.scenario == scenario)).first()
-        and not connection.execute(
-            began.where(case.scenario == scenario, event.subject == name)
-        ).first()
+        and connection.exec_driver_sql(executed, (campaign, scenario)).first()
+        and not connection.exec_driver_sql(began, (campaign, scenario, name)).first()
     )
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:
-    query = select(tables.odd.c.content).join_from(
-        tables.campaign, tables.odd, tables.campaign.c.odd_digest == tables.odd.c.digest
+    found = connection.exec_driver_sql(
+        "SELECT o.content FROM campaign c JOIN odd o ON o.digest = c.odd_digest WHERE c.id = ?",
+        (campaign,),
     )
-    found = connection.execute(query.where(tables.campaign.c.id == campaign)).scalar_one()
-    content: dict[str, Any] = json.loads(found)
+    content: dict[str, Any] = json.loads(found.scalar_one())
     return content
 
 

@@ -11,28 +11,21 @@ They hold what the views hold, by the same names, so that a query over ``v_verdi
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from sqlalchemy import text
+from sqlalchemy import Connection, text
 
 from adeye.errors import InputError, suggest
-from adeye.store.database import Database
-from adeye.store.location import Place, locate
+from adeye.store.location import Place
 from adeye.store.read import campaigns as reading
-from adeye.store.read import campaigns as summaries
-from adeye.store.schema import require_current, require_exists
+from adeye.store.records import CampaignInfo
+from adeye.store.schema import opened
 from adeye.store.tables import METRIC_IDS
 from adeye.store.views import identifier, unique_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.store.records import CampaignInfo
 
 # --- The tables of an export and their columns: name, kind, SI unit, meaning ----------------------
 
@@ -290,7 +283,7 @@ class CampaignExport:
             with_provenance: Whether columns are read that differ between two executions.
         """
         self.campaign = campaign
-        self.done = summaries.progress(connection, campaign.id).executed
+        self.done = reading.progress(connection, campaign.id).executed
         self._connection = connection
         chosen = {name: _without_provenance(TABLES[name], keep=with_provenance) for name in names}
         self._fsrs: tuple[str, ...] = ()
@@ -510,13 +503,6 @@ def open_export(
                 f"export: there is no table {name!r}, only {', '.join(TABLES)}",
                 remedy=suggest(name, TABLES),
             )
-    location = locate(place)
-    require_exists(location)
-    database = Database(location)
-    try:
-        with database.read() as connection:
-            require_current(connection, location)
-            found = reading.find_campaign(connection, campaign)
-            yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)
-    finally:
-        database.close()
+    with opened(place) as connection:
+        found = reading.find_campaign(connection, campaign)
+        yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)

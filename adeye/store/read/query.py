@@ -20,21 +20,19 @@ import re
 import resource
 import sqlite3
 import time
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 from urllib.parse import urlencode
 
 from adeye.errors import InputError, PlatformError
-from adeye.store.database import Database, errors_in_words
+from adeye.store.database import errors_in_words
 from adeye.store.location import Location, Place, locate
 from adeye.store.postgres import SCHEMA, unreadable
-from adeye.store.schema import require_current, require_exists
+from adeye.store.schema import opened
 from adeye.store.sqlite import reading_options
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 # --- Run SQL that a person typed: read-only, one statement, bounded in time and size --------------
 
@@ -125,7 +123,8 @@ def run_query(
     if location.path is None:
         with _little_memory():
             return run_server_query(location, sql, parameters or {}, max_rows, timeout_s)
-    with _ours(location):
+    # Whoever closes it last removes the files of its log, and who may only read cannot.
+    with opened(location):
         with errors_in_words(location):
             connection = sqlite3.connect(
                 f"{location.path.resolve().as_uri()}?{urlencode(reading_options(location.path))}",
@@ -143,22 +142,6 @@ def run_query(
                 raise guard.in_words(error) from error
         finally:
             connection.close()
-
-
-@contextmanager
-def _ours(location: Location) -> Iterator[None]:
-    """Require a database of this release and keep it open.
-
-    Whoever closes it last removes the files of its log, and who may only read cannot.
-    """
-    require_exists(location)
-    database = Database(location)
-    try:
-        with database.read() as connection:
-            require_current(connection, location)
-            yield
-    finally:
-        database.close()
 
 
 @contextmanager
@@ -453,7 +436,8 @@ def run_server_query(
         raise InputError("query: the statement is too long", remedy="Write less than 100 kB.")
     command = _for_driver(sql, checked(sql), parameters)
     with _reading(location) as connection:
-        _require_ours(location)
+        with opened(location):
+            pass
         return _fetch_from_server(connection, command, parameters, max_rows, timeout_s)
 
 
@@ -469,15 +453,6 @@ def _for_driver(sql: str, tokens: list[Token], parameters: Mapping[str, str]) ->
             place = token.start + len(token.text)
     end = tokens[-1].start + len(tokens[-1].text)
     return "".join([*parts, sql[place:end].replace("%", "%%")])
-
-
-def _require_ours(location: Location) -> None:
-    database = Database(location)
-    try:
-        with database.read() as connection:
-            require_current(connection, location)
-    finally:
-        database.close()
 
 
 def _connect(location: Location) -> Any:
@@ -609,7 +584,8 @@ def grant(location: Location, role: str | None) -> list[str]:
             f"role {role!r} is not a plain name",
             remedy="Use lower-case letters, digits and underscores.",
         )
-    _require_ours(location)
+    with opened(location):
+        pass
     notes: list[str] = []
     with errors_in_words(location):
         connection = _connect(location)

@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from sqlalchemy import select
-
-from adeye.store import cases as pending
 from adeye.store import tables
-from adeye.store.evidence_tables import plain_digests
+from adeye.store.block import JudgedBlock
+from adeye.store.cases import GAPS, JUDGED
+from adeye.store.database import Database
 from adeye.store.ledger import insert_rows
-from adeye.store.records import EngineKey
+from adeye.store.records import Block, EngineKey
+from adeye.store.tables import plain_digests
 from adeye.store.write import results as basis
 from adeye.store.write import results as recording
 from adeye.store.write.queue import is_held
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from adeye.store.block import JudgedBlock
-    from adeye.store.database import Database
-    from adeye.store.records import Block
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +91,7 @@ _EVIDENCE: Final = f"""
     JOIN scenario s ON s.digest = t.scenario_digest
     JOIN architecture a ON a.digest = t.architecture_digest
     JOIN run r ON r.result_digest = c.result_digest
-    JOIN campaign_fsr f ON {pending.JUDGED}
+    JOIN campaign_fsr f ON {JUDGED}
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
     WHERE c.campaign_id = ? ORDER BY c.ordinal, f.fsr_id
 """  # noqa: S608 - the condition is a constant of this package
@@ -112,25 +106,14 @@ class Again:
 
     def gaps(self, campaign: str) -> list[Gap]:
         """List the results of a campaign that lack verdicts, in the order of the plan."""
-        cases, fsrs, run = tables.campaign_case, tables.campaign_fsr, tables.run
         query = (
-            select(
-                cases.c.ordinal,
-                cases.c.result_digest,
-                run.c.number,
-                cases.c.scenario,
-                cases.c.architecture,
-                run.c.trace_digest,
-                fsrs.c.fsr_id,
-            )
-            .select_from(pending.with_gaps())
-            .where(cases.c.campaign_id == campaign, pending.is_gap())
-            .order_by(cases.c.ordinal, fsrs.c.fsr_id)
+            "SELECT c.ordinal, c.result_digest, r.number, c.scenario, c.architecture, "  # noqa: S608 - own names
+            f"r.trace_digest, f.fsr_id FROM {GAPS} ORDER BY c.ordinal, f.fsr_id"
         )
         found: dict[str, Any] = {}
         missing: dict[str, dict[str, None]] = defaultdict(dict)
         with self._database.read() as connection:
-            for *names, fsr in connection.execute(query):
+            for *names, fsr in connection.exec_driver_sql(query, (campaign,)):
                 found.setdefault(names[1], names)
                 missing[names[1]][fsr] = None
         return [Gap(*(*found[result], tuple(missing[result]))) for result in found]

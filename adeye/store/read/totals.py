@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import gate_verdict
@@ -20,20 +21,16 @@ from adeye.judge.stl.syntax import silence_of
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of, exit_code, fold_runs, gate_exit
 from adeye.spec.concept import Concept
 from adeye.spec.quantity import SI
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.store.evidence.roots import Withdrawal
-    from adeye.store.records import (
-        CampaignInfo,
-        Finding,
-        FsrStatus,
-        NeverHeld,
-        RunRef,
-        VerdictRecord,
-    )
-    from adeye.store.repository import Repository
+from adeye.store.evidence.roots import Withdrawal
+from adeye.store.records import (
+    CampaignInfo,
+    Finding,
+    FsrStatus,
+    NeverHeld,
+    RunRef,
+    VerdictRecord,
+)
+from adeye.store.repository import Repository
 
 # --- Which failures block the gate: all, but for contacts that a reference driver has as well -----
 

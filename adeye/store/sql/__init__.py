@@ -1,6 +1,7 @@
 """The SQL of the views, each in a file of its name; other files are what several views share.
 
 ``views`` fills in what begins with ``$``, and ``rules`` its words in capital letters, such as RANK.
+Above that of a rule stand what is wrong and what to do about it.
 No statement of anything else is here. Begin with ``v_verdicts.sql``.
 """
 
@@ -18,5 +19,22 @@ def statement(name: str) -> str:
     >>> statement("v_goal_events").splitlines()[0]
     'CREATE VIEW v_goal_events AS'
     """
-    lines = (resources.files(__name__) / f"{name}.sql").read_text("utf-8").splitlines()
-    return "\n".join(dropwhile(lambda line: line.startswith("--"), lines))
+    return "\n".join(dropwhile(_is_comment, _lines(name)))
+
+
+def heading(name: str) -> tuple[str, str]:
+    """Read the first two lines of the comment above a statement.
+
+    >>> heading("v_check_not_run")[0]
+    'Planned test cases have no result.'
+    """
+    first, second, *_ = _lines(name)
+    return first.removeprefix("-- "), second.removeprefix("-- ")
+
+
+def _lines(name: str) -> list[str]:
+    return (resources.files(__name__) / f"{name}.sql").read_text("utf-8").splitlines()
+
+
+def _is_comment(line: str) -> bool:
+    return line.startswith("--")

@@ -1,3 +1,5 @@
+-- A requirement has a lower ASIL than its goal, and comes of no decomposition.
+-- Give it the ASIL of the goal, or decompose a requirement into it.
 CREATE VIEW v_check_asil_lost AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'has ASIL ' || f.asil || ', its goal ' || g.goal || ' has ' || LETTER(g.rank) AS detail

@@ -1,3 +1,5 @@
+-- The elements of a decomposition share what no dependent-failure record covers.
+-- Take it apart, or write a record under dependent_failures and name it under dfa.
 CREATE VIEW v_check_common_cause AS
 SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     x.child_id || ' and ' || y.child_id || ' share ' || a.kind || ' ' || a.name AS detail

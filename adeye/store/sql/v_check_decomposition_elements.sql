@@ -1,3 +1,5 @@
+-- A child of a decomposition has no element of its own.
+-- Allocate each child to an element that the other does not need.
 CREATE VIEW v_check_decomposition_elements AS
 SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     x.child_id || ' has no element that the other child does without' AS detail

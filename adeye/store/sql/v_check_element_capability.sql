@@ -1,3 +1,5 @@
+-- A requirement is allocated to an element of a lower ASIL capability.
+-- Allocate it to an able element, raise what is asked of this one, or decompose it.
 CREATE VIEW v_check_element_capability AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'ASIL ' || f.asil || ' on ' || e.id || ', which is capable of ' || e.asil_capability AS detail

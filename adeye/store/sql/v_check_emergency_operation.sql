@@ -1,3 +1,5 @@
+-- Emergency operation lasts longer than its goal tolerates, or the goal tolerates none.
+-- Shorten emergency_operation_interval, or state the goal's emergency operation and eotti.
 CREATE VIEW v_check_emergency_operation AS
 SELECT c.id AS campaign, 'fsr' AS part, s.fsr AS id,
     'emergency operation of ' || s.emergency_operation_s || ' s, and ' || g.id || ' tolerates '

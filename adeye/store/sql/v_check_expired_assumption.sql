@@ -1,3 +1,5 @@
+-- An assumption is out of date.
+-- Ask its owner, and set another date or remove what rests on it.
 CREATE VIEW v_check_expired_assumption AS
 SELECT c.id AS campaign, 'assumption' AS part, a.id,
     'was valid until ' || a.valid_until || ', of ' || a.owner AS detail

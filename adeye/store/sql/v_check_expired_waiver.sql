@@ -1,3 +1,5 @@
+-- A waiver is out of date.
+-- Remove it, or have it renewed.
 CREATE VIEW v_check_expired_waiver AS
 SELECT c.id AS campaign, 'waiver' AS part, r.value AS id,
     'expired on ' || u.value AS detail

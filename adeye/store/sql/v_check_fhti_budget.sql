@@ -1,3 +1,5 @@
+-- Detection and reaction times of requirements exceed the FTTI of their goal.
+-- Shorten fdti or frti, or show that the goal has more time.
 CREATE VIEW v_check_fhti_budget AS
 SELECT c.id AS campaign, 'fsr' AS part, s.fsr AS id,
     'FDTI ' || s.fdti_s || ' s and FRTI ' || s.frti_s || ' s exceed the ' || g.ftti_s

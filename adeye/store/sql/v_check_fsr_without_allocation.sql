@@ -1,3 +1,5 @@
+-- A requirement is allocated to no element.
+-- Name the elements that meet it under allocation.
 CREATE VIEW v_check_fsr_without_allocation AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id, 'no element has to meet it' AS detail
 FROM campaign c

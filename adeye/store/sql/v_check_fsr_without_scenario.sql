@@ -1,3 +1,5 @@
+-- A requirement is judged in no planned scenario.
+-- Add a scenario to the ODD that exercises it, or correct its scenarios.
 CREATE VIEW v_check_fsr_without_scenario AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'no planned test case judges it' AS detail

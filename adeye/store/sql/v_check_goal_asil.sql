@@ -1,3 +1,5 @@
+-- A safety goal has a lower ASIL than one of its hazardous events.
+-- Give it the highest ASIL of its events.
 CREATE VIEW v_check_goal_asil AS
 SELECT c.id AS campaign, 'safety_goal' AS part, g.id,
     'has ASIL ' || g.asil || ', its event ' || e.event || ' has ' || e.asil AS detail

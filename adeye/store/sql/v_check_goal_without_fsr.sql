@@ -1,3 +1,5 @@
+-- A safety goal has no functional safety requirement.
+-- Write a requirement that names it under goals.
 CREATE VIEW v_check_goal_without_fsr AS
 SELECT c.id AS campaign, 'safety_goal' AS part, g.id,
     'ASIL ' || g.asil || ', and no requirement serves it' AS detail

@@ -1,3 +1,5 @@
+-- The ASIL of a hazardous event is not the one of its classes.
+-- Correct severity, exposure or controllability; the ASIL follows from them.
 CREATE VIEW v_check_hazard_asil AS
 SELECT c.id AS campaign, 'hazardous_event' AS part, e.id,
     e.severity || ' ' || e.exposure || ' ' || e.controllability || ' give '

@@ -1,3 +1,5 @@
+-- A hazardous event with an ASIL has no safety goal.
+-- Name it under hazardous_events of a safety goal.
 CREATE VIEW v_check_hazard_without_goal AS
 SELECT c.id AS campaign, 'hazardous_event' AS part, e.id,
     'ASIL ' || e.asil || ', and no safety goal is against it' AS detail

@@ -1,3 +1,5 @@
+-- No planned scenario stands for a hazardous event.
+-- Add one to the ODD, and requirements of the event's goals that are judged in it.
 CREATE VIEW v_check_hazard_without_scenario AS
 SELECT c.id AS campaign, 'hazardous_event' AS part, e.id,
     'no requirement of its goals is judged in ' || l.value AS detail

@@ -1,3 +1,5 @@
+-- A decomposition is none of the table.
+-- Two children whose ASIL make a scheme of the table, with the goal's ASIL in brackets.
 CREATE VIEW v_check_illegal_decomposition AS
 SELECT c.id AS campaign, 'decomposition' AS part, d.id,
     p.asil || ' into ' || COALESCE(k.children, 'nothing') || ' for a goal of ASIL '

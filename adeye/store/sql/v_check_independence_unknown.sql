@@ -1,3 +1,5 @@
+-- An element under a decomposition states no resources.
+-- State its resources, such as power and computer: what is not stated cannot be compared.
 CREATE VIEW v_check_independence_unknown AS
 SELECT DISTINCT c.id AS campaign, 'element' AS part, a.element_id AS id,
     'states no resources, and ' || x.child_id || ' of ' || d.id || ' rests on it' AS detail

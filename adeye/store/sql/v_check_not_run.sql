@@ -1,3 +1,5 @@
+-- Planned test cases have no result.
+-- Run the ODD again; it goes on where it stopped.
 CREATE VIEW v_check_not_run AS
 SELECT campaign, 'scenario' AS part, scenario AS id,
     SUM(planned - results) || ' of ' || SUM(planned) || ' test cases of ' || architecture

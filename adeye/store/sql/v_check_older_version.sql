@@ -1,3 +1,5 @@
+-- Evidence was made with another version than the newest in the database.
+-- Run the ODD again with this release and the code as it is.
 CREATE VIEW v_check_older_version AS
 SELECT k.campaign_id AS campaign, 'architecture' AS part, k.architecture AS id,
     COUNT(*) || ' runs are of numerics version ' || r.numerics_version || ', the newest is of '

@@ -1,3 +1,5 @@
+-- No requirement is judged in a planned scenario.
+-- Remove the scenario from the ODD, or write what it is there for.
 CREATE VIEW v_check_orphan_scenario AS
 SELECT DISTINCT c.id AS campaign, 'scenario' AS part, n.value AS id,
     'no requirement is judged in it' AS detail

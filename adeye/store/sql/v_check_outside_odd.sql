@@ -1,3 +1,5 @@
+-- Runs on the wrong side of the ODD's border are counted as evidence.
+-- Run 'adeye db verify': counts of this database are not those that adeye writes.
 CREATE VIEW v_check_outside_odd AS
 SELECT j.campaign_id AS campaign, 'fsr' AS part, j.fsr_id AS id,
     SUM(j.runs - COALESCE(s.planned, 0)) || ' runs too many are counted in ' || j.scenario

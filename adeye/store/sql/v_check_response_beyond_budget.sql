@@ -1,3 +1,6 @@
+-- The formula of a requirement lets more time pass than its FDTI and FRTI.
+-- Shorten the window of the formula, or correct fdti and frti.
+--
 -- A text, such as 'unbounded', stands for more than every number.
 CREATE VIEW v_check_response_beyond_budget AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,

@@ -1,3 +1,5 @@
+-- Results are there that were not judged by a requirement as it is now.
+-- Run the ODD again; what is there is judged, not executed.
 CREATE VIEW v_check_stale_evidence AS
 SELECT s.campaign_id AS campaign, 'fsr' AS part, s.fsr_id AS id,
     (SUM(s.results) - SUM(COALESCE(j.runs, 0))) || ' of ' || SUM(s.results)

@@ -1,3 +1,5 @@
+-- The threshold of a requirement has no source.
+-- Say under threshold_source where the number comes from.
 CREATE VIEW v_check_threshold_without_source AS
 SELECT c.id AS campaign, 'fsr' AS part, f.id,
     'nobody says where ' || f.measure || ' comes from' AS detail

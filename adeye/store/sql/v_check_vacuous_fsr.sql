@@ -1,3 +1,5 @@
+-- A requirement was exercised in too few runs: what it asks about never came about.
+-- Add scenarios or faults that bring its condition about, or correct its formula.
 CREATE VIEW v_check_vacuous_fsr AS
 WITH asked AS (
     SELECT t.campaign_id, t.fsr_id, t.architecture, SUM(t.runs) AS runs, MIN(h.antecedent) AS lacks,

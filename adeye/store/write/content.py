@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final
+
+from sqlalchemy import Connection, Table
 
 from adeye.errors import ExpressionError
 from adeye.identity import canonical_json, digest
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import response_time
-from adeye.spec.concept import scheme
+from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement, scheme
 from adeye.store import tables
 from adeye.store.encoding import Row, json_text, row
 from adeye.store.ledger import insert_rows
 from adeye.store.records import ContentRecord
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection, Table
-
-    from adeye.spec.concept import Concept, Requirement
 
 CONTENT_TABLES: Final = {
     "odd": tables.odd,
@@ -75,74 +73,95 @@ def concept_record(concept: Concept) -> ContentRecord:
 def save_concept(connection: Connection, concept: Concept) -> str:
     """Save a concept and its parts unless they are there; return its digest."""
     key = save_content(connection, "concept", concept_record(concept))
+    budgets = {item.id: _response(item) for item in concept.requirements}
     parts: list[tuple[Table, list[Row]]] = [
-        (tables.hazardous_event, _hazardous_events(key, concept)),
-        (tables.safety_goal, _safety_goals(key, concept)),
-        (tables.fsr, [_fsr(key, item) for item in concept.requirements]),
-        (tables.element, _elements(key, concept)),
-        (tables.assumption, _assumptions(key, concept)),
-        (tables.allocation, _allocations(key, concept)),
-        (tables.element_relation, _relations(key, concept)),
-        (tables.decomposition, _decompositions(key, concept)),
-        (tables.decomposition_child, _children(key, concept)),
-        (tables.dependent_failure, _dependent_failures(key, concept)),
+        (tables.hazardous_event, _parts(tables.hazardous_event, key, concept.hazardous_events)),
+        (
+            tables.safety_goal,
+            _parts(
+                tables.safety_goal,
+                key,
+                concept.safety_goals,
+                lambda item: {"asil": concept.goal_asil(item.id), "ftti_s": item.ftti},
+            ),
+        ),
+        (
+            tables.fsr,
+            _parts(tables.fsr, key, concept.requirements, more=lambda item: budgets[item.id]),
+        ),
+        (tables.element, _parts(tables.element, key, concept.elements)),
+        (tables.assumption, _parts(tables.assumption, key, concept.assumptions, _valid_until)),
+        (
+            tables.allocation,
+            [
+                row(tables.allocation, (key, item.id, element))
+                for item in concept.requirements
+                for element in dict.fromkeys(item.allocation)
+            ],
+        ),
+        (
+            tables.element_relation,
+            [
+                row(tables.element_relation, (key, item.id, kind, name))
+                for item in concept.elements
+                for kind, name in item.relations
+            ],
+        ),
+        (
+            tables.decomposition,
+            _parts(
+                tables.decomposition,
+                key,
+                concept.decompositions,
+                lambda item: {"id": item.requirement, "scheme": scheme(concept, item)},
+            ),
+        ),
+        (
+            tables.decomposition_child,
+            [
+                row(tables.decomposition_child, (key, item.requirement, child))
+                for item in concept.decompositions
+                for child in item.into
+            ],
+        ),
+        (
+            tables.dependent_failure,
+            _parts(tables.dependent_failure, key, concept.dependent_failures, _valid_until),
+        ),
     ]
     for table, rows in parts:
         insert_rows(connection, table, rows, ignore_existing=True)
     return key
 
 
-def _hazardous_events(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.hazardous_event,
-            (
-                key,
-                item.id,
-                item.severity,
-                item.exposure,
-                item.controllability,
-                item.asil,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.hazardous_events
-    ]
+def _parts(
+    table: Table,
+    key: str,
+    items: Iterable[Any],
+    told: Callable[[Any], Mapping[str, Any]] = lambda _: {},
+    more: Callable[[Any], Mapping[str, Any]] = lambda _: {},
+) -> list[Row]:
+    """Make the rows of a table of parts.
+
+    Args:
+        table: Its columns are called as what the parts have.
+        key: Digest of the concept.
+        items: The parts.
+        told: Gives the columns that a part has otherwise.
+        more: Gives what is written into the content beside the part.
+    """
+    rows = []
+    for item in items:
+        content = json_text({**item.model_dump(mode="json"), **more(item)})
+        values = {"concept_digest": key, "content": content, **told(item)}
+        names = table.columns.keys()[:-1]
+        found = [values[name] if name in values else getattr(item, name) for name in names]
+        rows.append(row(table, found))
+    return rows
 
 
-def _safety_goals(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.safety_goal,
-            (
-                key,
-                item.id,
-                concept.goal_asil(item.id),
-                item.ftti,
-                item.safe_state,
-                item.text,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.safety_goals
-    ]
-
-
-def _fsr(key: str, item: Requirement) -> Row:
-    return row(
-        tables.fsr,
-        (
-            key,
-            item.id,
-            item.asil,
-            item.mandatory,
-            item.min_exercised,
-            item.text,
-            item.measure,
-            item.threshold_source,
-            json_text({**item.model_dump(mode="json"), **_response(item)}),
-        ),
-    )
+def _valid_until(item: Assumption | DependentFailure) -> dict[str, str]:
+    return {"valid_until": item.valid_until.isoformat()}
 
 
 def _response(item: Requirement) -> dict[str, float | str]:
@@ -156,95 +175,3 @@ def _response(item: Requirement) -> dict[str, float | str]:
     if time is None:
         return {}
     return {"response_s": time if math.isfinite(time) else "unbounded"}
-
-
-def _elements(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.element,
-            (
-                key,
-                item.id,
-                item.kind,
-                item.asil_capability,
-                item.legacy,
-                item.text,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.elements
-    ]
-
-
-def _assumptions(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.assumption,
-            (
-                key,
-                item.id,
-                item.owner,
-                item.valid_until.isoformat(),
-                item.text,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.assumptions
-    ]
-
-
-def _allocations(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(tables.allocation, (key, item.id, element))
-        for item in concept.requirements
-        for element in dict.fromkeys(item.allocation)
-    ]
-
-
-def _relations(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(tables.element_relation, (key, item.id, kind, name))
-        for item in concept.elements
-        for kind, name in item.relations
-    ]
-
-
-def _decompositions(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.decomposition,
-            (
-                key,
-                item.requirement,
-                scheme(concept, item),
-                item.independence,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.decompositions
-    ]
-
-
-def _children(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(tables.decomposition_child, (key, item.requirement, child))
-        for item in concept.decompositions
-        for child in item.into
-    ]
-
-
-def _dependent_failures(key: str, concept: Concept) -> list[Row]:
-    return [
-        row(
-            tables.dependent_failure,
-            (
-                key,
-                item.id,
-                item.owner,
-                item.valid_until.isoformat(),
-                item.argument,
-                json_text(item.model_dump(mode="json")),
-            ),
-        )
-        for item in concept.dependent_failures
-    ]

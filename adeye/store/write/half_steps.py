@@ -9,30 +9,22 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import Connection
 
 from adeye.errors import IntegrityError
 from adeye.judge.uncertainty import Difference, NumericUncertainty, uncertain_detail, verdict_with
-from adeye.judge.verdict import Verdict
 from adeye.store import tables
-from adeye.store.block import JudgedBlock
+from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED, count_open
+from adeye.store.database import Database
 from adeye.store.encoding import json_text, row
 from adeye.store.ledger import insert_rows
-from adeye.store.records import VerdictRecord
-from adeye.store.write.results import record_runs, record_verdicts
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.store.block import RunBlock
-    from adeye.store.database import Database
-    from adeye.store.records import RunRef, StoredRun
+from adeye.store.records import RunRef, StoredRun, VerdictRecord, of_row, verdict_record
+from adeye.store.write.results import changed_case, record_judged_runs, record_verdicts
 
 _PART: Final = 2_048
 """Cases that are judged together."""
@@ -124,7 +116,7 @@ class HalfSteps:
             IntegrityError: A result or verdict contradicts one that exists.
         """
         with self._database.write() as connection:
-            _save(connection, block)
+            record_judged_runs(connection, block)
 
     def save_twins(self, twins: Sequence[HalfStepRecord], block: RunBlock) -> None:
         """Save twins with their test cases, results and verdicts; known ones stay.
@@ -142,9 +134,14 @@ class HalfSteps:
             raise ValueError(msg)
         table = tables.half_step
         with self._database.write() as connection:
-            cases = [_test_case(connection, twin) for twin in twins]
+            cases = [
+                changed_case(
+                    connection, twin.origin_case, digest=twin.test_case, step_s=twin.step_s
+                )
+                for twin in twins
+            ]
             insert_rows(connection, tables.test_case, cases, ignore_existing=True)
-            _save(connection, block)
+            record_judged_runs(connection, block)
             rows = [row(table, (twin.result_digest, twin.test_case, twin.origin)) for twin in twins]
             insert_rows(connection, table, rows, ignore_existing=True)
 
@@ -156,7 +153,10 @@ class HalfSteps:
         """
         rows = [_uncertainty_row(campaign, item) for item in found]
         with self._database.write() as connection:
-            known = _known_rows(connection, campaign)
+            hashes = connection.exec_driver_sql(
+                "SELECT row_hash FROM uncertainty WHERE campaign_id = ?", (campaign,)
+            )
+            known = set(hashes.scalars())
             if known and known != {item[-1] for item in rows}:
                 raise IntegrityError(
                     f"campaign {campaign[:12]}: halving the step changed something else before. "
@@ -200,13 +200,11 @@ class HalfSteps:
             return count_open(connection, campaign)
 
     def _planned(self, campaign: str) -> int:
-        table = tables.campaign
         with self._database.read() as connection:
-            return int(
-                connection.execute(
-                    select(table.c.planned).where(table.c.id == campaign)
-                ).scalar_one()
+            found = connection.exec_driver_sql(
+                "SELECT planned FROM campaign WHERE id = ?", (campaign,)
             )
+            return int(found.scalar_one())
 
 
 def judge_with_uncertainty(connection: Connection, campaign: str, first: int, end: int) -> int:
@@ -230,7 +228,7 @@ def judge_with_uncertainty(connection: Connection, campaign: str, first: int, en
     verdicts: dict[str, dict[str, VerdictRecord]] = defaultdict(dict)
     for item in found:
         least = numeric[item["scenario"], item["architecture"], item["fsr_id"]]
-        judged = _with_uncertainty(_verdict(item), least)
+        judged = _with_uncertainty(verdict_record(item), least)
         # Two cases of a campaign may be one test case.
         verdicts[item["result_digest"]][judged.fsr_digest] = judged
     block = JudgedBlock.of({run: tuple(of.values()) for run, of in verdicts.items()})
@@ -247,45 +245,6 @@ def _with_uncertainty(plain: VerdictRecord, uncertainty: NumericUncertainty) -> 
     return replace(judged, verdict=verdict, detail=detail)
 
 
-def _verdict(item: Any) -> VerdictRecord:
-    return VerdictRecord(
-        fsr_id=item["fsr_id"],
-        fsr_digest=item["fsr_digest"],
-        verdict=Verdict(item["verdict"]),
-        is_exercised=bool(item["exercised"]),
-        robustness_low=item["robustness_low"],
-        robustness_high=item["robustness_high"],
-        margin=item["margin"],
-        unit=item["unit"],
-        signal=item["signal"],
-        predicate=item["predicate"],
-        time_s=item["time_s"],
-        actor=item["actor"],
-        value=item["value"],
-        threshold=item["threshold"],
-        detail=item["detail"],
-    )
-
-
-def _save(connection: Connection, block: RunBlock) -> None:
-    recorded = record_runs(connection, block)
-    record_verdicts(
-        connection,
-        JudgedBlock(block.result_digests, block.verdicts),
-        results=block.results,
-        existing=recorded.existing,
-        differing=recorded.differing,
-    )
-
-
-def _test_case(connection: Connection, twin: HalfStepRecord) -> tuple[object, ...]:
-    """Describe the test case of a twin: its origin's with another identity and step."""
-    case = tables.test_case
-    found = connection.execute(select(case).where(case.c.digest == twin.origin_case)).one()
-    values = dict(found._mapping) | {"digest": twin.test_case, "step_s": twin.step_s}
-    return row(case, tuple(values[column.name] for column in case.columns)[:-1])
-
-
 def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
     found = item.difference
     return row(
@@ -294,15 +253,8 @@ def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
             campaign,
             item.scenario,
             item.architecture,
-            found.kind,
-            found.name,
-            found.unit,
-            found.sampled,
-            found.pairs,
-            found.p95,
-            found.largest,
-            found.uncertainty,
-            found.differing,
+            *(found.kind, found.name, found.unit, found.sampled, found.pairs),
+            *(found.p95, found.largest, found.uncertainty, found.differing),
             json_text(dict(found.changes)),
             item.fsr_digest or None,
             item.judged_digest or None,
@@ -310,35 +262,19 @@ def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
     )
 
 
-def _known_rows(connection: Connection, campaign: str) -> set[str]:
-    table = tables.uncertainty
-    found = connection.execute(select(table.c.row_hash).where(table.c.campaign_id == campaign))
-    return set(found.scalars())
-
-
 def _read_uncertainty(connection: Connection, campaign: str) -> tuple[UncertaintyRecord, ...]:
-    table = tables.uncertainty
-    key = list(table.primary_key.columns)
-    found = connection.execute(
-        table.select().where(table.c.campaign_id == campaign).order_by(*key)
-    ).all()
+    found = connection.exec_driver_sql(
+        "SELECT * FROM uncertainty WHERE campaign_id = ? "
+        "ORDER BY scenario, architecture, kind, name, unit",
+        (campaign,),
+    ).mappings()
     return tuple(
-        UncertaintyRecord(
-            scenario=item.scenario,
-            architecture=item.architecture,
-            difference=Difference(
-                kind=item.kind,
-                name=item.name,
-                unit=item.unit,
-                sampled=item.sampled,
-                pairs=item.pairs,
-                p95=item.p95,
-                largest=item.largest,
-                differing=item.differing,
-                changes=json.loads(item.changes),
-            ),
-            fsr_digest=item.fsr_digest or "",
-            judged_digest=item.judged_digest or "",
+        of_row(
+            UncertaintyRecord,
+            item,
+            difference=of_row(Difference, item, changes=json.loads(item["changes"])),
+            fsr_digest=item["fsr_digest"] or "",
+            judged_digest=item["judged_digest"] or "",
         )
         for item in found
     )
@@ -348,12 +284,10 @@ def _numeric(
     connection: Connection, campaign: str
 ) -> dict[tuple[str, str, str], NumericUncertainty]:
     """Give the numeric uncertainty by scenario, architecture and FSR."""
-    table = tables.uncertainty
-    columns = (table.c.scenario, table.c.architecture, table.c.name, table.c.judged_digest)
-    found = connection.execute(
-        select(*columns, table.c.unit, table.c.uncertainty).where(
-            table.c.campaign_id == campaign, table.c.kind == "fsr"
-        )
+    found = connection.exec_driver_sql(
+        "SELECT scenario, architecture, name, judged_digest, unit, uncertainty FROM uncertainty "
+        "WHERE campaign_id = ? AND kind = 'fsr'",
+        (campaign,),
     )
     least: dict[tuple[str, str, str, str], dict[str, float]] = defaultdict(dict)
     for *key, unit, value in found:

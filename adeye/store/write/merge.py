@@ -16,41 +16,33 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
-from sqlalchemy import Integer, func, select
+from sqlalchemy import Connection, Integer, Row, Table, select
 
 from adeye.errors import InputError, IntegrityError
 from adeye.store import tables
 from adeye.store.catalogue import is_server, table_names
 from adeye.store.database import Database
-from adeye.store.encoding import next_number, row
+from adeye.store.encoding import chunked, next_number, row, stored_rows
 from adeye.store.evidence.roots import campaign_sums
 from adeye.store.evidence.verification import verify
-from adeye.store.evidence_tables import LEDGER, metadata
 from adeye.store.ledger import insert_rows
-from adeye.store.location import locate
+from adeye.store.location import Location, Place, locate
 from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
 from adeye.store.read.campaigns import latest_id
-from adeye.store.schema import require_current, require_exists
-from adeye.store.tables import kept_trace
+from adeye.store.schema import opened, require_current
+from adeye.store.tables import LEDGER, kept_trace, metadata
 from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import CONTENT_TABLES, executable_digest
 from adeye.store.write.planning import save_use
 from adeye.store.write.queue import close_blocks
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-    from pathlib import Path
-
-    from sqlalchemy import Connection, Row, Table
-
-    from adeye.store.location import Location, Place
-
-_CHUNK: Final = 1_000
 _NAMED: Final = 3
 """Altered rows that a message names."""
 
@@ -142,9 +134,8 @@ def require_source(source: Place) -> None:
         InputError: There is no such database.
         PlatformError: It cannot be used, is not ours or has another schema version.
     """
-    place = locate(source)
-    with _reading(place) as connection:
-        require_current(connection, place)
+    with opened(source, is_read_only=True):
+        pass
 
 
 @contextmanager
@@ -157,20 +148,9 @@ def origin_of(source: Place) -> Iterator[Origin]:
         IntegrityError: It is not as it was written.
     """
     place = locate(source)
-    with _reading(place) as connection:
+    with opened(place, is_read_only=True) as connection:
         _require_sound(connection, place)
         yield Origin(place, connection)
-
-
-@contextmanager
-def _reading(place: Location) -> Iterator[Connection]:
-    require_exists(place)
-    database = Database(place, is_read_only=True)
-    try:
-        with database.read() as connection:
-            yield connection
-    finally:
-        database.close()
 
 
 def merge(into: Database, source: str | Path | Origin) -> Merged:
@@ -233,9 +213,8 @@ class _Merge:
     def run(self) -> Merged:
         """Copy table by table, in the order of their references."""
         campaigns = self._campaigns()
-        new = {item.id for item in campaigns} - set(
-            self._into.execute(select(tables.campaign.c.id)).scalars()
-        )
+        here = self._into.exec_driver_sql("SELECT id FROM campaign").scalars()
+        new = {item.id for item in campaigns} - set(here)
         for table in metadata.sorted_tables:
             self._copy(table, campaigns, new)
         self._copy_work(new)
@@ -248,8 +227,8 @@ class _Merge:
             ensure_scenario_views(self._into)
         if ids and latest_id(self._into) != ids[-1]:
             save_use(self._into, ids[-1])
-        kept = select(func.count(kept_trace.c.run_number.distinct()))
-        left = int(self._source.execute(kept).scalar_one())
+        kept = "SELECT COUNT(DISTINCT run_number) FROM kept_trace"
+        left = int(self._source.exec_driver_sql(kept).scalar_one())
         return Merged(str(self._path), ids, self._runs, self._rows, blocks, left)
 
     def _copy(self, table: Table, campaigns: Sequence[Row[Any]], new: set[str]) -> None:
@@ -260,11 +239,13 @@ class _Merge:
             self._copy_campaigns(campaigns, new)
         elif table.name in OF_CAMPAIGN:
             for campaign in sorted(new):
-                self._insert(table, self._read(table, "campaign_id = ?", (campaign,)))
+                self._insert(
+                    table, stored_rows(self._source, table, "campaign_id = ?", (campaign,))
+                )
         elif table.name in APPENDED:
             self._append(table)
         elif table.name not in LEFT and table not in _RESULTS:
-            self._add(table, self._read(table))
+            self._add(table, stored_rows(self._source, table))
 
     def _campaigns(self) -> list[Row[Any]]:
         """Read the campaigns of the source, the latest last."""
@@ -285,9 +266,7 @@ class _Merge:
         table = tables.campaign
         for item in campaigns:
             if item.id in new:
-                number = self._into.execute(
-                    select(func.coalesce(func.max(table.c.number), 0) + 1)
-                ).scalar_one()
+                number = next_number(self._into, "campaign")
                 self._insert(table, [row(table, (number, *item[1:-1]))])
                 continue
             here = self._into.execute(table.select().where(table.c.id == item.id)).one()
@@ -300,13 +279,12 @@ class _Merge:
         names = ", ".join(table.columns.keys()[1:-1])
         asked = f"SELECT {names} FROM {table.name}"  # noqa: S608 - own names
         here = {tuple(item) for item in self._into.exec_driver_sql(asked)}
-        number = self._into.execute(select(func.coalesce(func.max(table.c.number), 0))).scalar_one()
-        rows = []
-        for _number, *values, _row_hash in self._read(table):
+        number = next_number(self._into, table.name)
+        rows: list[tuple[Any, ...]] = []
+        for _number, *values, _row_hash in stored_rows(self._source, table):
             if tuple(values) not in here:
-                number += 1
                 here.add(tuple(values))
-                rows.append(row(table, (number, *values)))
+                rows.append(row(table, (number + len(rows), *values)))
         self._insert(table, rows)
 
     def _copy_work(self, new: set[str]) -> None:
@@ -330,7 +308,7 @@ class _Merge:
         """Add results under new numbers; one that is here must have the same trace."""
         table = tables.run
         number = next_number(self._into)
-        for chunk in _chunked(self._read(table)):
+        for chunk in chunked(stored_rows(self._source, table)):
             known = self._known(table, chunk, key="result_digest")
             fresh: list[tuple[Any, ...]] = []
             for values in chunk:
@@ -352,7 +330,7 @@ class _Merge:
             self._runs += len(fresh)
 
     def _renumbered(self, table: Table) -> Iterator[tuple[Any, ...]]:
-        for number, *values in self._read(table):
+        for number, *values in stored_rows(self._source, table):
             if number not in self._differing:
                 yield (self._numbers[number], *values)
 
@@ -371,7 +349,7 @@ class _Merge:
         key = [names.index(column.name) for column in table.primary_key.columns]
         free = {*_FIRST_STAYS.get(table.name, ()), "row_hash"}
         compared = [place for place, name in enumerate(names) if name not in free]
-        for chunk in _chunked(iter(rows)):
+        for chunk in chunked(rows):
             known = self._known_rows(table, chunk, key)
             fresh = []
             for values in chunk:
@@ -431,29 +409,8 @@ class _Merge:
             (json.dumps(list(values)),),
         ).all()
 
-    def _read(
-        self, table: Table, condition: str = "", values: tuple[Any, ...] = ()
-    ) -> Iterator[tuple[Any, ...]]:
-        """Read rows of the source as they are stored, in the order of their key.
-
-        Args:
-            table: The table; every column of it is read.
-            condition: Of the rows, in SQL; empty for all.
-            values: What its parameters stand for.
-        """
-        condition = condition and f" WHERE {condition}"
-        names = ", ".join(table.columns.keys())
-        key = ", ".join(column.name for column in table.primary_key.columns)
-        found = self._source.exec_driver_sql(
-            f"SELECT {names} FROM {table.name}{condition} ORDER BY {key}",  # noqa: S608 - own names
-            values,
-            execution_options={"yield_per": _CHUNK},
-        )
-        for item in found:
-            yield tuple(item)
-
     def _insert(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
-        for chunk in _chunked(iter(rows)):
+        for chunk in chunked(rows):
             insert_rows(self._into, table, chunk)
             self._rows += len(chunk)
 
@@ -556,7 +513,7 @@ class _Copy(_Merge):
                 # They tell of transactions: that of the copy adds its own.
                 continue
             condition = kept_condition(table)
-            rows = self._read(table, condition, (ids,) * condition.count("?"))
+            rows = stored_rows(self._source, table, condition, (ids,) * condition.count("?"))
             if table in tables.INSERT_ONLY or table.name not in metadata.tables:
                 self._insert(table, rows)
             else:
@@ -566,8 +523,8 @@ class _Copy(_Merge):
                 "SELECT setval(pg_get_serial_sequence('work', 'id'), (SELECT MAX(id) FROM work))"
             )
         ensure_scenario_views(self._into)
-        count = select(func.count()).select_from(tables.run)
-        return Copied(tuple(campaigns), self._into.execute(count).scalar_one(), self._rows)
+        runs = self._into.exec_driver_sql("SELECT COUNT(*) FROM run").scalar_one()
+        return Copied(tuple(campaigns), runs, self._rows)
 
     def _insert_changeable(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
         """Insert blocks and names of files; nobody here holds a block that is leased elsewhere."""
@@ -577,8 +534,3 @@ class _Copy(_Merge):
             is_leased = item.get("state") == "leased"
             self._into.execute(table.insert().values(item | (free if is_leased else {})))
             self._rows += 1
-
-
-def _chunked(rows: Iterator[tuple[Any, ...]]) -> Iterator[list[tuple[Any, ...]]]:
-    while chunk := list(islice(rows, _CHUNK)):
-        yield chunk

@@ -15,15 +15,17 @@ import hashlib
 import json
 import tempfile
 from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import repeat
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, TextIO
 
-from sqlalchemy import func, select
+from sqlalchemy import Connection
 
 from adeye.errors import InputError
+from adeye.spec.concept import Concept, Requirement
 from adeye.store import tables
 from adeye.store.accounts import CaseGroups, account_whole, save_groups
 from adeye.store.block import PlannedCases
@@ -33,6 +35,7 @@ from adeye.store.encoding import (
     is_worth_rebuilding,
     json_text,
     large_cache,
+    next_number,
     rebuilt_indexes,
     row,
     rows_of_columns,
@@ -41,18 +44,9 @@ from adeye.store.encoding import (
 )
 from adeye.store.ledger import insert_rows
 from adeye.store.read.campaigns import latest_id
-from adeye.store.records import Plan, PlannedCase
+from adeye.store.records import CampaignFsr, CampaignRecord, Plan
 from adeye.store.write.content import concept_record, save_concept, save_content
 from adeye.store.write.results import write_tallies
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from typing import TextIO
-
-    from sqlalchemy import Connection
-
-    from adeye.spec.concept import Concept, Requirement
-    from adeye.store.records import CampaignFsr, CampaignRecord
 
 # --- What a campaign selects: its identity, and its cases on their way to the database ------------
 
@@ -256,7 +250,7 @@ def judging_hash(rows: Iterable[Row]) -> str:
 def plan_campaign(
     connection: Connection,
     record: CampaignRecord,
-    cases: Iterable[PlannedCases | PlannedCase],
+    cases: Iterable[PlannedCases],
     block_size: int,
     report: Callable[[int], None] | None = None,
 ) -> Plan:
@@ -267,7 +261,7 @@ def plan_campaign(
     Args:
         connection: In a write transaction.
         record: The campaign.
-        cases: Test cases in the order of their ordinals, many together or one by one.
+        cases: Test cases in the order of their ordinals.
         block_size: Most ordinals in one block of work.
         report: Called with the number of test cases that are planned so far, now and then.
 
@@ -287,8 +281,8 @@ def plan_campaign(
                 remedy="An empty selection proves nothing; widen the sweep or its constraints.",
             )
         campaign_id = identity.campaign_id
-        known = connection.execute(
-            select(tables.campaign.c.id).where(tables.campaign.c.id == campaign_id)
+        known = connection.exec_driver_sql(
+            "SELECT 1 FROM campaign WHERE id = ?", (campaign_id,)
         ).first()
         if known is None:
             fsrs = fsr_rows(campaign_id, record, selection.counted)
@@ -325,8 +319,8 @@ def _identity(record: CampaignRecord) -> SelectionHash:
 def save_use(connection: Connection, campaign_id: str) -> None:
     """Note that a campaign is the latest, although others have a larger number or were used."""
     table = tables.campaign_use
-    last = connection.execute(select(func.max(table.c.number))).scalar_one() or 0
-    insert_rows(connection, table, [row(table, (last + 1, campaign_id, utc_text(None)))])
+    values = next_number(connection, table.name), campaign_id, utc_text(None)
+    insert_rows(connection, table, [row(table, values)])
 
 
 def _require_all_fsrs(record: CampaignRecord) -> None:
@@ -339,7 +333,7 @@ def _require_all_fsrs(record: CampaignRecord) -> None:
 
 def _save_test_cases(
     connection: Connection,
-    cases: Iterable[PlannedCases | PlannedCase],
+    cases: Iterable[PlannedCases],
     selection: Selection,
     odd_digest: str,
     report: Callable[[int], None],
@@ -350,8 +344,7 @@ def _save_test_cases(
     waiting: list[Row] = []
     with ExitStack() as inserting:
         is_rebuilding = False
-        for item in cases:
-            part = PlannedCases.of(item) if isinstance(item, PlannedCase) else item
+        for part in cases:
             _save_contents(connection, part, saved)
             selection.add(part)
             waiting += _test_cases(part, odd_digest)
@@ -424,11 +417,8 @@ def save_campaign(
     connection: Connection, campaign_id: str, record: CampaignRecord, planned: int, hashed: str
 ) -> None:
     """Save the row of a campaign; what it refers to is saved."""
-    number = connection.execute(
-        select(func.coalesce(func.max(tables.campaign.c.number), 0) + 1)
-    ).scalar_one()
     values = (
-        number,
+        next_number(connection, "campaign"),
         campaign_id,
         utc_text(None),
         record.odd.id,

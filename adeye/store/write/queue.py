@@ -10,42 +10,34 @@ off a worker whose lease was taken over: whatever it brings later is dropped.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import select, text, update
+from sqlalchemy import Connection, Row, Select, select, text, update
 
-from adeye.judge.verdict import Verdict
-from adeye.store import cases as pending
+from adeye.signals import Bools
 from adeye.store.accounts import account_whole
-from adeye.store.block import JudgedBlock
-from adeye.store.cases import open_cases
+from adeye.store.block import JudgedBlock, RunBlock
+from adeye.store.cases import JUDGED, open_cases
+from adeye.store.database import Database
 from adeye.store.encoding import utc_text
-from adeye.store.evidence_tables import is_true
 from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
 from adeye.store.records import Block
-from adeye.store.tables import campaign_case, campaign_fsr, run, test_case, verdict, work
+from adeye.store.tables import work
 from adeye.store.write.half_steps import judge_with_uncertainty
 from adeye.store.write.results import (
+    NOTHING,
     count_block,
     record_basis,
-    record_runs,
+    record_judged_runs,
     record_verdicts,
     require_same_traces,
     tallied,
     write_tallies,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-
-    from sqlalchemy import Connection, Row, Select
-
-    from adeye.signals import Bools
-    from adeye.store.block import RunBlock
-    from adeye.store.database import Database
 
 # --- Which test cases of a campaign a runner wants, and the cutting of blocks that it wants in
 # part.
@@ -318,7 +310,7 @@ def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
 
 
 def complete_block(
-    connection: Connection, block: Block, runs: RunBlock, judged: JudgedBlock
+    connection: Connection, block: Block, runs: RunBlock | None, judged: JudgedBlock | None
 ) -> bool:
     """Save everything that a block needed, and its tallies; False if it was taken over.
 
@@ -329,23 +321,17 @@ def complete_block(
     if not _change(connection, block, state="done", detail=None, **_FREE):
         return False
     expected = {case.result_digest for case in block.cases}
-    foreign = {*runs.result_digests, *judged.result_digests} - expected
+    foreign = {digest for part in (runs, judged) if part for digest in part.result_digests}
+    foreign -= expected
     if foreign:
         msg = f"block {block.id}: results {sorted(foreign)} are not of this block"
         raise ValueError(msg)
-    recorded = record_runs(connection, runs)
-    record_verdicts(
-        connection,
-        JudgedBlock(runs.result_digests, runs.verdicts),
-        results=runs.results,
-        existing=recorded.existing,
-        differing=recorded.differing,
-    )
-    if judged.result_digests:
+    recorded = record_judged_runs(connection, runs) if runs else NOTHING
+    if judged and judged.result_digests:
         require_same_traces(connection, judged)
         record_basis(connection, judged.result_digests, judged.basis)
         record_verdicts(connection, judged, differing=recorded.differing)
-    elif not recorded.existing:
+    elif runs and not recorded.existing:
         counted = count_block(connection, block.id, runs)
         if counted is not None:
             counted.save(connection)
@@ -404,7 +390,6 @@ def _require_complete(connection: Connection, block: Block, *bounds: int) -> Non
 # --- The work of a campaign as runners share it: what they want of it, and what others hold -------
 
 _CHUNK: Final = 1_000
-_BAD: Final = (Verdict.FAIL.value, Verdict.ERROR.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -468,48 +453,30 @@ class Queue:
 
     def cases(self, campaign: str) -> Iterator[tuple[int, NamedCase, bool]]:
         """Read the test cases of a campaign: ordinal, names, and whether there is a result."""
-        query = (
-            select(
-                campaign_case.c.ordinal,
-                campaign_case.c.scenario,
-                campaign_case.c.architecture,
-                test_case.c.fault_entry,
-                test_case.c.replicate,
-                campaign_case.c.point,
-                run.c.number,
-            )
-            .join(test_case, test_case.c.digest == campaign_case.c.test_case_digest)
-            .outerjoin(run, run.c.result_digest == campaign_case.c.result_digest)
-            .where(campaign_case.c.campaign_id == campaign)
-            .order_by(campaign_case.c.ordinal)
-        )
         with self._database.read() as connection:
-            found = connection.execute(query, execution_options={"yield_per": _CHUNK})
+            found = connection.exec_driver_sql(
+                "SELECT c.ordinal, c.scenario, c.architecture, t.fault_entry, t.replicate, "
+                "c.point, r.number FROM campaign_case c "
+                "JOIN test_case t ON t.digest = c.test_case_digest "
+                "LEFT JOIN run r ON r.result_digest = c.result_digest "
+                "WHERE c.campaign_id = ? ORDER BY c.ordinal",
+                (campaign,),
+                execution_options={"yield_per": _CHUNK},
+            )
             for ordinal, *names, number in found:
                 yield ordinal, NamedCase(*names), number is not None
 
     def failed(self, campaign: str) -> frozenset[int]:
         """List the ordinals of a campaign of which a mandatory FSR has a FAIL or an ERROR."""
-        query = (
-            select(campaign_case.c.ordinal)
-            .select_from(
-                campaign_case.join(run, run.c.result_digest == campaign_case.c.result_digest)
-                .join(campaign_fsr, pending.is_judged())
-                .join(
-                    verdict,
-                    (verdict.c.run_number == run.c.number)
-                    & (verdict.c.fsr_digest == campaign_fsr.c.fsr_digest),
-                )
-            )
-            .where(
-                campaign_case.c.campaign_id == campaign,
-                is_true(campaign_fsr.c.mandatory),
-                verdict.c.verdict.in_(_BAD),
-            )
-            .distinct()
-        )
         with self._database.read() as connection:
-            return frozenset(connection.execute(query).scalars())
+            found = connection.exec_driver_sql(
+                "SELECT DISTINCT c.ordinal FROM campaign_case c "  # noqa: S608 - own names
+                f"JOIN campaign_fsr f ON {JUDGED} JOIN run r ON r.result_digest = c.result_digest "
+                "JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest "
+                "WHERE c.campaign_id = ? AND f.mandatory = 1 AND v.verdict IN ('FAIL', 'ERROR')",
+                (campaign,),
+            )
+            return frozenset(found.scalars())
 
     def earlier(self, campaign: str) -> list[str]:
         """List the other campaigns of the same ODD id, the one that was used last first."""

@@ -12,19 +12,22 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import text
+from sqlalchemy import Connection, Table, text
 
 from adeye.errors import IntegrityError
 from adeye.identity import digest as content_digest
 from adeye.judge.evaluate import VERDICTS
 from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Verdict
+from adeye.signals import Ints
 from adeye.store import tables
 from adeye.store.accounts import Done, account_block, save_done
+from adeye.store.block import BasisBlock, JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED
 from adeye.store.encoding import (
     Column,
@@ -32,7 +35,6 @@ from adeye.store.encoding import (
     Row,
     Texts,
     Words,
-    clean_text,
     hash_words,
     json_text,
     next_number,
@@ -41,7 +43,6 @@ from adeye.store.encoding import (
     table_rows,
     utc_text,
 )
-from adeye.store.evidence_tables import metadata
 from adeye.store.ledger import insert_rows
 from adeye.store.plugin_metrics import metric_columns, plugin_tables, record_plugin_metrics
 from adeye.store.tables import (
@@ -51,19 +52,11 @@ from adeye.store.tables import (
     basis,
     extreme,
     kept_trace,
+    metadata,
     uid_set,
 )
 from adeye.store.views import WORST_FIRST
 from adeye.trace import LINK_TICKS
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from sqlalchemy import Connection, Table
-
-    from adeye.signals import Ints
-    from adeye.store.block import BasisBlock, JudgedBlock, RunBlock
-    from adeye.store.records import Artifact
 
 # --- What it takes to judge runs again without their traces: written with them, read to judge -----
 
@@ -193,7 +186,7 @@ def read_files(connection: Connection, numbers: Sequence[int]) -> list[tuple[int
 RUN_HASHED = tuple(
     column.name
     for column in tables.run.columns
-    if column.name not in {"result_hash", *tables.NONDETERMINISTIC["run"]}
+    if column.name not in {"number", "result_hash", "executed_by", "executed_at", "row_hash"}
 )
 """Columns of ``run`` that the result hash covers."""
 
@@ -320,6 +313,28 @@ def record_runs(connection: Connection, block: RunBlock) -> Recorded:
     return Recorded(frozenset(known), frozenset(differing))
 
 
+NOTHING: Final = Recorded(frozenset(), frozenset())
+"""What came of recording no result."""
+
+
+def record_judged_runs(connection: Connection, block: RunBlock) -> Recorded:
+    """Save results and their verdicts that are not there yet.
+
+    Raises:
+        IntegrityError: A result or verdict contradicts one that exists.
+        ValueError: The block lacks a metric or has another one.
+    """
+    recorded = record_runs(connection, block)
+    record_verdicts(
+        connection,
+        JudgedBlock(block.result_digests, block.verdicts),
+        results=block.results,
+        existing=recorded.existing,
+        differing=recorded.differing,
+    )
+    return recorded
+
+
 def _differs(block: RunBlock, run: int, trace_digest: str, *, is_excused: bool) -> bool:
     if trace_digest == block.trace_digests[run]:
         return False
@@ -339,6 +354,13 @@ def _existing(connection: Connection, digests: Sequence[str]) -> dict[str, tuple
         (json.dumps(digests),),
     )
     return {item[0]: (item[1], item[2]) for item in found}
+
+
+def changed_case(connection: Connection, origin: str, **changes: Any) -> Row:
+    """Describe a test case that is another one but for some columns; its digest is one of them."""
+    table = tables.test_case
+    found = connection.execute(table.select().where(table.c.digest == origin)).one()
+    return row(table, tuple((dict(found._mapping) | changes).values())[:-1])
 
 
 def require_same_traces(connection: Connection, block: JudgedBlock) -> None:
@@ -537,20 +559,6 @@ def _is_respelt(connection: Connection, new: Row) -> bool:
     told = [None if isinstance(now, float) and np.isnan(now) else now for now in new]
     pairs = zip(table.columns, stored, told, strict=True)
     return all(old == now for c, old, now in pairs if c.name not in {"predicate", "row_hash"})
-
-
-def record_artifact(connection: Connection, artifact: Artifact) -> None:
-    """Note a kept file unless it is noted already; its name is its digest, never a path."""
-    values = {
-        "digest": artifact.digest,
-        "kind": clean_text(artifact.kind),
-        "result_digest": artifact.result_digest,
-        "bytes": artifact.size_bytes,
-        "created_at": utc_text(None),
-    }
-    known = tables.artifact.select().where(tables.artifact.c.digest == artifact.digest)
-    if connection.execute(known).first() is None:
-        connection.execute(tables.artifact.insert().values(**values))
 
 
 # --- Tallies of a block that was executed just now, counted from its columns instead of its rows --

@@ -13,10 +13,11 @@ it does, through ``failures``.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Connection
 
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import (
@@ -29,26 +30,19 @@ from adeye.judge.preventability import (
 )
 from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
 from adeye.store import tables
-from adeye.store.block import JudgedBlock
+from adeye.store.block import RunBlock
 from adeye.store.cases import JUDGED
+from adeye.store.database import Database
 from adeye.store.encoding import Row, json_text, row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_rows
 from adeye.store.read import campaigns as summaries
-from adeye.store.read.campaigns import run_ref
+from adeye.store.read.campaigns import executed_once, run_ref
+from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
-from adeye.store.write.results import record_runs, record_verdicts
+from adeye.store.write.results import changed_case, record_judged_runs, record_runs
 from adeye.sweep.groups import NO_FAULT
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from sqlalchemy import Connection
-
-    from adeye.store.block import RunBlock
-    from adeye.store.database import Database
-    from adeye.store.records import ContentRecord, ForkRecord, RunRef
 
 # --- Save forks beside the campaigns, and find them: they belong to a run, never to a selection ---
 
@@ -71,17 +65,13 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
     insert_rows(
         connection,
         tables.test_case,
-        [_test_case(connection, fork) for fork in forks],
+        [
+            changed_case(connection, _case_of(connection, fork.origin), digest=fork.test_case)
+            for fork in forks
+        ],
         ignore_existing=True,
     )
-    recorded = record_runs(connection, block)
-    record_verdicts(
-        connection,
-        JudgedBlock(block.result_digests, block.verdicts),
-        results=block.results,
-        existing=recorded.existing,
-        differing=recorded.differing,
-    )
+    record_judged_runs(connection, block)
     rows = [
         row(
             tables.fork,
@@ -92,15 +82,11 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
     insert_rows(connection, tables.fork, rows, ignore_existing=True)
 
 
-def _test_case(connection: Connection, fork: ForkRecord) -> tuple[object, ...]:
-    """Describe the test case of a fork: its origin's, under the identity of its own."""
-    case, run = tables.test_case, tables.run
-    found = connection.execute(
-        select(case)
-        .join(run, run.c.test_case_digest == case.c.digest)
-        .where(run.c.result_digest == fork.origin)
-    ).one()
-    return row(case, (fork.test_case, *tuple(found)[1:-1]))
+def _case_of(connection: Connection, result: str) -> str:
+    found = connection.exec_driver_sql(
+        "SELECT test_case_digest FROM run WHERE result_digest = ?", (result,)
+    )
+    return str(found.scalar_one())
 
 
 # --- Keep drives of reference drivers beside the campaigns, and find them -------------------------
@@ -182,34 +168,22 @@ class Benchmarks:
 
     def candidates(self, campaign: str) -> list[Candidate]:
         """List the executed runs of a campaign, each once, in the order of the plan."""
-        cases, run, metric = tables.campaign_case, tables.run, tables.metric
-        names = ("contact", "contact_status", "max_required_deceleration_mps2")
-        query = (
-            select(cases, run.c.realised, *(metric.c[name] for name in names))
-            .join(run, run.c.result_digest == cases.c.result_digest)
-            .join(metric, metric.c.run_number == run.c.number)
-            .where(cases.c.campaign_id == campaign)
-            .order_by(cases.c.ordinal.desc())
-        )
         with self._database.read() as connection:
-            # Of several test cases with one result the first of the plan counts.
-            found = {item.result_digest: item for item in connection.execute(query)}
-        ordered = sorted(found.values(), key=lambda item: item.ordinal)
+            found = executed_once(connection, campaign)
         return [
             Candidate(
                 run_ref(item),
                 _contact(item.contact, item.contact_status, item.realised),
                 item.max_required_deceleration_mps2,
             )
-            for item in ordered
+            for item in found
         ]
 
     def result_of(self, result_digest: str) -> bool:
         """Tell whether there is a result."""
-        run = tables.run
-        query = select(run.c.number).where(run.c.result_digest == result_digest)
+        query = "SELECT 1 FROM run WHERE result_digest = ?"
         with self._database.read() as connection:
-            return connection.execute(query).first() is not None
+            return connection.exec_driver_sql(query, (result_digest,)).first() is not None
 
     def comparisons(self, campaign: str) -> list[Comparison]:
         """Give what is known of the runs of a campaign, each run once by model and edition."""
@@ -293,20 +267,13 @@ class Benchmarks:
 def _compared(connection: Connection, campaign: str) -> list[Comparison]:
     found = connection.exec_driver_sql(_COMPARED, (campaign, BENCHMARK_VERSION)).all()
     return [
-        Comparison(
-            run=item.run,
-            scenario=item.scenario,
-            architecture=item.architecture,
-            fault_entry=item.fault_entry,
-            model=item.model,
-            edition=item.edition,
-            drive=item.drive,
+        of_row(
+            Comparison,
+            item._mapping,
             cell=cell_of(
                 _contact(item.contact, item.contact_status, item.realised),
                 _contact(item.drive_contact, item.drive_contact_status, item.drive_realised),
             ),
-            impact_speed_mps=item.impact_speed_mps,
-            drive_impact_speed_mps=item.drive_impact_speed_mps,
         )
         for item in found
     ]
@@ -321,20 +288,19 @@ def _contact(value: Any, status: str, realised: Any) -> bool | None:
 
 def _stored_test_case(
     connection: Connection, test_case: str, origin: str, architecture: str, situation: str
-) -> tuple[object, ...]:
+) -> Row:
     """Describe the test case of a drive: that of the run, with another architecture."""
-    case = tables.test_case
-    found = connection.execute(select(case).where(case.c.digest == origin)).one()
-    if found.situation_digest != situation:
+    changed = changed_case(
+        connection,
+        origin,
+        digest=test_case,
+        architecture_digest=architecture,
+        fault_entry=NO_FAULT,
+        faults="[]",
+    )
+    if changed[1] != situation:
         raise IntegrityError(f"the drive for test case {origin[:12]} is of another situation")
-    changed = {
-        **found._mapping,
-        "digest": test_case,
-        "architecture_digest": architecture,
-        "fault_entry": "none",
-        "faults": "[]",
-    }
-    return row(case, tuple(changed.values())[:-1])
+    return changed
 
 
 # --- What executing other runs beside stored ones told: faults and takeovers in hindsight ---------
@@ -404,18 +370,9 @@ class Hindsight:
         Returns:
             Those with the smallest digests: a digest is as good as a draw, and the same every time.
         """
-        cases, case = tables.campaign_case, tables.test_case
-        query = (
-            select(cases, case.c.fault_entry)
-            .join(tables.run, tables.run.c.result_digest == cases.c.result_digest)
-            .join(case, case.c.digest == cases.c.test_case_digest)
-            .where(cases.c.campaign_id == campaign)
-            .order_by(cases.c.result_digest, cases.c.ordinal.desc())
-        )
         with self._database.read() as connection:
-            # Of several test cases with one result the first of the plan counts.
-            found = {item.result_digest: item for item in connection.execute(query)}
-        chosen = list(found.values())[:most]
+            found = executed_once(connection, campaign)
+        chosen = sorted(found, key=lambda item: str(item.result_digest))[:most]
         return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
 
     def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
@@ -533,14 +490,12 @@ def _injection_row(item: Injection) -> Row:
 
 
 def _injection(item: Any) -> Injection:
-    return Injection(
+    return of_row(
+        Injection,
+        item,
         run=item["result_digest"],
-        scenario=item["scenario"],
-        architecture=item["architecture"],
-        fault_entry=item["fault_entry"],
         times=Timeline(**{name: item[name] for name in _TIMES}),
         without_mechanism=Timeline(**json.loads(item["without_mechanism"])),
-        fault_free_violation_s=item["fault_free_violation_s"],
         class_=item["class"],
         twins=tuple(json.loads(item["twins"])),
     )

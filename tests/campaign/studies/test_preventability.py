@@ -16,6 +16,7 @@ from adeye.judge.preventability import CELLS
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
 from tests.preventing import project_of_cut_ins
+from tests.store.rows import result_table_hash
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -109,9 +110,9 @@ def test_faults_and_architectures_of_one_vehicle_share_a_drive(found: Preventabi
 
 def test_no_campaign_sees_a_drive(project: Project, found: Preventability, driven: Path) -> None:
     with Repository.open(project.db, create=False) as before:
-        expected = before.result_table_hash(found.campaign)
+        expected = result_table_hash(before, found.campaign)
     with Repository.open(driven, create=False) as after:
-        assert after.result_table_hash(found.campaign) == expected
+        assert result_table_hash(after, found.campaign) == expected
         assert after.verify() == ()
 
 

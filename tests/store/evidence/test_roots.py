@@ -1,15 +1,201 @@
+"""Certificates stay beside their campaigns, the newest first."""
+
+from __future__ import annotations
+
+import hashlib
+import os
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from adeye.errors import IntegrityError
-from adeye.judge.verdict import Verdict
+from adeye.errors import InputError, IntegrityError
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence import roots
-from adeye.store.evidence.roots import Root
+from adeye.store.evidence.roots import (
+    SUFFIX,
+    CertificateRecord,
+    Proof,
+    Root,
+    Tree,
+    content_name,
+    find_kept,
+    folder_of,
+    folders_of,
+    kept_path,
+    leaf_hash,
+    node_hash,
+)
+from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
+from tests.store.conftest import Example
 from tests.store.raw import unguarded
+
+
+@pytest.fixture
+def campaign(repository: Repository, example: Any) -> str:
+    example.requirements = example.requirements[:1]
+    return str(example.campaign(repository, 8))
+
+
+def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str) -> None:
+    root = repository.evidence.record_root(campaign)
+    assert root is not None
+    proof = repository.evidence.prove("5", campaign)
+    assert (proof.ordinal, proof.leaves, proof.root) == (5, 8, root.root)
+    path = tuple(bytes.fromhex(item) for item in proof.path)
+    assert Proof(5, 8, path).root(bytes.fromhex(proof.leaf)).hex() == root.root
+
+
+def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
+    told = {
+        "adeye": "9", "who": "jo", "host": "h", "cpu": {"name": "fast"}, "packages": {"numpy": "2"},
+    }  # fmt: skip
+    repository.evidence.add_session(campaign, told)
+    repository.evidence.add_session(campaign, {"packages": {"numpy": "3"}})
+    one, two = repository.evidence.sessions(campaign)
+    assert (one.who, one.host, one.tool, one.cpu, one.provenance) == ("jo", "h", "9", "fast", told)
+    assert one.packages_digest != two.packages_digest
+    assert (one.number, two.number, two.who) == (1, 2, "")
+    assert repository.evidence.sessions("none") == ()
+
+
+@pytest.mark.slow
+def test_withdrawn_result_is_no_evidence_in_any_campaign(
+    repository: Repository, example: Any, campaign: str
+) -> None:
+    assert gate_code(repository, repository.find_campaign(campaign))[0] is ExitCode.OK
+    run = repository.find_run("1", campaign=campaign)
+    before = repository.run_row(run.result_digest)
+    assert repository.evidence.withdraw(run.result_digest, author=" jo ", reason="wrong map")
+    assert not repository.evidence.withdraw(run.result_digest, author="jo", reason="again")
+    (told,) = repository.evidence.withdrawals(campaign)
+    assert (told.author, told.reason, told.result_digest) == ("jo", "wrong map", run.result_digest)
+    code, message = gate_code(repository, repository.find_campaign(campaign))
+    assert code is ExitCode.INCOMPLETE
+    assert f"1 results are withdrawn ({run.result_digest[:12]} by jo: wrong map)" in message
+    (status,) = [item for item in repository.gate(campaign) if item.architecture == "new"]
+    assert status.verdict is Verdict.NOT_RUN
+    assert (status.counts[Verdict.PASS], status.counts[Verdict.NOT_RUN]) == (3, 1)
+    assert repository.run_row(run.result_digest) == before
+    assert repository.verify() == ()
+    wider = example.campaign(repository, 12)
+    assert gate_code(repository, repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
+
+
+@pytest.mark.slow
+def test_withdrawn_failure_is_not_counted_and_not_green(
+    repository: Repository, example: Any
+) -> None:
+    example.requirements = example.requirements[:1]
+    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 1 else Verdict.PASS
+    campaign = repository.find_campaign(example.campaign(repository, 8))
+    assert gate_code(repository, campaign)[0] is ExitCode.FAILED
+    run = repository.find_run("1", campaign=campaign.id)
+    repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
+    assert gate_code(repository, campaign)[0] is ExitCode.INCOMPLETE
+
+
+def test_many_withdrawals_are_counted(repository: Repository, campaign: str) -> None:
+    for ordinal in "13570":
+        run = repository.find_run(ordinal, campaign=campaign)
+        repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
+    _, message = gate_code(repository, repository.find_campaign(campaign))
+    assert "; 2 more)" in message
+
+
+@pytest.mark.parametrize("given", [{"author": " ", "reason": "r"}, {"author": "a", "reason": ""}])
+def test_withdrawal_needs_author_and_reason(
+    repository: Repository, campaign: str, given: dict[str, str]
+) -> None:
+    run = repository.find_run("1", campaign=campaign)
+    with pytest.raises(InputError, match="is empty"):
+        repository.evidence.withdraw(run.result_digest, **given)
+    assert repository.evidence.withdrawals() == ()
+
+
+def test_kept_files_name_their_runs(repository: Repository, campaign: str) -> None:
+    files = repository.evidence.kept_files(campaign)
+    assert files == repository.evidence.kept_files()
+    assert sum(len(runs) for runs in files.values()) == 8
+    assert repository.evidence.kept_files("none") == {}
+
+
+def leaves(count: int) -> list[bytes]:
+    return [leaf_hash(str(place).encode()) for place in range(count)]
+
+
+def recursive(items: list[bytes]) -> bytes:
+    """RFC 6962, section 2.1, as it is written there."""
+    if len(items) == 1:
+        return items[0]
+    split = 1
+    while 2 * split < len(items):
+        split *= 2
+    return node_hash(recursive(items[:split]), recursive(items[split:]))
+
+
+def grown(items: list[bytes], watched: int | None = None) -> Tree:
+    tree = Tree(watched)
+    for item in items:
+        tree.add(item)
+    return tree
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 31, 33])
+def test_root_is_that_of_the_definition(count: int) -> None:
+    tree = grown(leaves(count))
+    assert tree.root() == recursive(leaves(count))
+    assert tree.root() == tree.root()
+
+
+def test_leaf_and_node_begin_differently() -> None:
+    assert leaf_hash(b"ab") == hashlib.sha256(b"\x00ab").digest()
+    assert node_hash(b"a", b"b") == hashlib.sha256(b"\x01ab").digest()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 6, 8, 13])
+def test_every_leaf_is_proven_and_no_other(count: int) -> None:
+    items = leaves(count)
+    for place, leaf in enumerate(items):
+        tree = grown(items, place)
+        proof = tree.proof()
+        assert proof.root(leaf) == tree.root()
+        assert proof == tree.proof()
+        assert proof.root(leaf_hash(b"other")) != tree.root()
+
+
+def test_proof_is_of_one_place_and_size() -> None:
+    items = leaves(6)
+    tree = grown(items, 2)
+    assert replace(tree.proof(), place=3).root(items[2]) != tree.root()
+    for wrong in (Proof(2, 60, tree.proof().path), Proof(9, 6, ()), Proof(0, 1, (items[0],))):
+        with pytest.raises(ValueError, match="does not fit"):
+            wrong.root(items[2])
+
+
+def test_nothing_is_proven_of_no_leaf() -> None:
+    with pytest.raises(ValueError, match="no root"):
+        Tree().root()
+    for tree in (grown(leaves(3)), grown(leaves(3), 3)):
+        with pytest.raises(ValueError, match="there is no leaf"):
+            tree.proof()
+
+
+@pytest.mark.slow
+def test_sums_of_a_campaign_do_not_change_with_another_one(
+    repository: Repository, example: Any
+) -> None:
+    campaign = example.campaign(repository, 4)
+    before = repository.evidence.sums(campaign)
+    assert before["run"][0] == before["metric"][0] == before["campaign_case"][0] == 4
+    assert all(rows for rows, _ in before.values())
+    example.thresholds = {"FSR1": "other"}
+    other = example.campaign(repository, 8)
+    assert repository.evidence.sums(campaign) == before
+    assert repository.evidence.sums(other) != before
 
 
 def root_of(path: Path, example: Any, **options: Any) -> str:
@@ -98,3 +284,122 @@ def test_root_without_its_plan_is_a_finding(
     unguarded(raw)
     raw.execute("DELETE FROM campaign")
     assert "campaign_root" in {item.table for item in repository.verify()}
+
+
+FINDING = {"run": "ab", "first_tick": 100}
+
+
+@pytest.fixture
+def record(example: Example, repository: Repository) -> CertificateRecord:
+    campaign = example.campaign(repository)
+    conditions = [{"condition": "batches of 7", "runs": 3}]
+    return CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
+
+
+@pytest.mark.slow
+def test_certificates_come_back_the_newest_first(
+    record: CertificateRecord, repository: Repository
+) -> None:
+    certificates = repository.hindsight.certificates
+    certificates.save(record)
+    certificates.save(replace(record, class_="same platform", findings=[FINDING]))
+    newest, oldest = certificates.of(record.campaign)
+    assert newest.findings == [FINDING]
+    assert newest.class_ == "same platform"
+    assert replace(oldest, at="") == record
+    assert oldest.at.endswith("+00:00")
+    assert repository.verify() == ()
+    assert certificates.of("0" * 32) == ()
+
+
+def test_sample_of_nothing_is_refused(record: CertificateRecord, repository: Repository) -> None:
+    with pytest.raises(IntegrityError):
+        repository.hindsight.certificates.save(replace(record, sampled=0))
+
+
+def test_executed_runs_are_each_once_in_the_order_of_the_plan(
+    record: CertificateRecord, repository: Repository
+) -> None:
+    executed = repository.hindsight.certificates.executed(record.campaign)
+    ordinals = [item.run.ordinal for item in executed]
+    assert ordinals == sorted(ordinals)
+    digests = [item.run.result_digest for item in executed]
+    assert len(set(digests)) == len(digests) > 0
+    assert {len(item.stratum) for item in executed} == {3}
+
+
+NAME = "0123456789abcdef" * 4
+PARTS = (
+    *("..", ".", "", "\\", "..\\", "~", "-", "%2e%2e", "\x00", "\n", "\x1b[2J", "\u202e", "\udc80"),
+    *("\uff0e\uff0e", "$HOME", "CON", "C:", "file:", NAME, NAME[:-1], NAME.upper(), "outside", "é"),
+    *("a" * 300, "*", "?", " ", "`id`", ";id", "\r", SUFFIX),
+)
+NAMES = {f"{first}{between}{last}" for first in PARTS for last in PARTS for between in ("", "/")}
+NAMES -= {NAME}
+
+
+def test_file_is_named_after_its_content(tmp_path: Path) -> None:
+    path = tmp_path / f"a{SUFFIX}"
+    path.write_bytes(b"traces")
+    assert content_name(path) == hashlib.sha256(b"traces").hexdigest()
+    path.write_bytes(b"traceS")
+    assert content_name(path) != hashlib.sha256(b"traces").hexdigest()
+
+
+def test_folder_is_beside_the_database() -> None:
+    assert folder_of(Path("x/y.db")) == Path("x/y.db.traces")
+
+
+@pytest.mark.parametrize("pair", [("nightly.24", "nightly.25"), ("a.db", "a.sqlite"), ("a", "a.b")])
+def test_two_databases_have_a_folder_each(pair: tuple[str, str]) -> None:
+    one, other = (folder_of(Path(name)) for name in pair)
+    assert one != other
+
+
+@pytest.mark.parametrize("folder", ["x.db.traces", "x.traces", "before.db.traces"])
+def test_file_is_found_where_it_was_written(tmp_path: Path, folder: str) -> None:
+    """In the folder of the database, that of earlier releases, or that of its former name."""
+    (tmp_path / folder).mkdir()
+    file = tmp_path / folder / f"{NAME}{SUFFIX}"
+    file.write_bytes(b"traces")
+    assert find_kept(folders_of(tmp_path / "x.db"), NAME) == file
+    link = tmp_path / "elsewhere" / "y.db"
+    link.parent.mkdir()
+    (tmp_path / "x.db").touch()
+    link.symlink_to(tmp_path / "x.db")
+    assert folder_of(link) == tmp_path / "x.db.traces"
+    assert find_kept(folders_of(link), NAME) == file
+
+
+def test_no_name_leads_to_another_place(tmp_path: Path) -> None:
+    """A file stands wherever a name leads to, inside or outside of the folder."""
+    folder = tmp_path / "inside" / "a.traces"
+    folder.mkdir(parents=True)
+    planted = 0
+    for name in sorted(NAMES):
+        try:
+            path = Path(os.path.normpath(f"{folder}/{name}{SUFFIX}"))
+            if path.is_relative_to(tmp_path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(b"planted")
+                planted += 1
+        except (OSError, ValueError):
+            pass
+        assert kept_path(folder, name) is None, name
+    assert len(NAMES) > 1_000
+    assert planted > 500
+    (folder / f"{NAME}{SUFFIX}").write_bytes(b"traces")
+    assert kept_path(folder, NAME) == folder / f"{NAME}{SUFFIX}"
+
+
+@pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
+def test_only_a_file_of_its_own_is_one(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / f"{NAME}{SUFFIX}"
+    if kind == "link":
+        (tmp_path / "elsewhere").write_bytes(b"traces")
+        path.symlink_to(tmp_path / "elsewhere")
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        os.mkfifo(path)
+    assert kept_path(tmp_path, NAME) is None

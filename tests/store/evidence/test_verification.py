@@ -1,4 +1,8 @@
-import random  # noqa: TID251 - picks rows to alter; no simulated noise
+"""Who breaks on content is told by the database that holds it, and only then."""
+
+from __future__ import annotations
+
+import random  # noqa: TID251 - tests may draw
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,13 +11,19 @@ from typing import Any
 
 import pytest
 from sqlalchemy import Boolean, Float, Integer
+from sqlalchemy.exc import NoResultFound
 
-from adeye.errors import IntegrityError, PlatformError
+from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.judge.stl.batch import NEEDED
+from adeye.judge.verdict import ExitCode
 from adeye.store import tables
+from adeye.store.evidence.verification import close
+from adeye.store.location import Location
+from adeye.store.read.totals import gate_code
 from adeye.store.records import Finding
 from adeye.store.repository import Repository
-from tests.store.raw import on_sqlite, unguarded
+from tests.store.raw import guarded, on_sqlite, unguarded
+from tests.store.rows import result_table_hash
 
 PARTS = 6
 """What is done with every table is done in so many tests."""
@@ -186,7 +196,7 @@ def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
     repository: Repository, example: Any, tmp_path: Path
 ) -> None:
     campaign = example.campaign(repository, 8)
-    truth = repository.result_table_hash(campaign)
+    truth = result_table_hash(repository, campaign)
     repository.close()
     stored = repository.location.path
     assert stored is not None
@@ -202,10 +212,127 @@ def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
         try:
             with Repository.open(path, create=False) as flipped:
                 findings = flipped.verify()
-                changed = flipped.result_table_hash(campaign) != truth
+                changed = result_table_hash(flipped, campaign) != truth
         except (IntegrityError, PlatformError):
             continue
         finally:
             for leftover in tmp_path.glob("flip*"):
                 leftover.unlink()
         assert findings or not changed
+
+
+class Stored:
+    location = Location.of_file(Path("a.db"))
+
+    def __init__(self, *findings: Finding) -> None:
+        self.findings = findings
+        self.is_closed = False
+
+    def verify(self) -> tuple[Finding, ...]:
+        return self.findings
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+WRONG = Finding("run", "3", "has another digest")
+
+
+@pytest.mark.parametrize("raised", [KeyError("gate"), NoResultFound("No row was found")])
+def test_unforeseen_error_on_altered_content_names_the_row(raised: Exception) -> None:
+    stored = Stored(WRONG)
+    with pytest.raises(IntegrityError, match="run 3: has another digest") as caught:
+        close(stored, raised)
+    assert caught.value.__cause__ is raised
+    assert stored.is_closed
+
+
+@pytest.mark.parametrize("raised", [None, InputError("no run"), KeyboardInterrupt()])
+def test_errors_in_words_stay(raised: object) -> None:
+    stored = Stored(WRONG)
+    close(stored, raised)
+    assert stored.is_closed
+
+
+def test_error_on_sound_content_stays() -> None:
+    stored = Stored()
+    close(stored, KeyError("gate"))
+    assert stored.is_closed
+
+
+def test_cause_of_an_error_is_looked_for_once() -> None:
+    error = KeyError("gate")
+    close(Stored(), error)
+    close(Stored(WRONG), error)
+
+
+@pytest.fixture
+def mixed(repository: Repository, example: Any) -> str:
+    example.repeat(NEEDED)
+    return str(example.campaign(repository, 8))
+
+
+def tamper(raw: sqlite3.Connection, statement: str) -> None:
+    """Change rows and leave the triggers as they were."""
+    unguarded(raw)
+    assert raw.execute(statement).rowcount > 0
+    guarded(raw)
+
+
+def test_untouched_campaign_is_sound(repository: Repository, mixed: str) -> None:
+    assert repository.unsound(mixed) == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("statement", "table"),
+    [
+        ("UPDATE tally SET verdict = 'VACUOUS' WHERE fsr_id = 'FSR1'", "tally"),
+        ("UPDATE tally SET runs = runs + 1", "tally"),
+        ("UPDATE campaign_fsr SET mandatory = 0", "campaign_fsr"),
+        ("UPDATE campaign_fsr SET min_exercised = 0", "campaign_fsr"),
+        ("UPDATE campaign SET gate = '[]'", "campaign"),
+        ("UPDATE campaign SET planned = 4", "campaign"),
+        ("DELETE FROM campaign_case WHERE ordinal = 3", "campaign_case"),
+        ("DELETE FROM work", "work"),
+        ("UPDATE work SET to_ordinal = to_ordinal - 1", "work"),
+        ("DELETE FROM run WHERE number = 2", "run"),
+        ("UPDATE case_repeat SET passed = 0", "case_repeat"),
+        ("DELETE FROM case_repeat", "case_repeat"),
+        ("DELETE FROM case_repeat WHERE scenario = '' AND architecture = 'new'", "case_repeat"),
+        ("UPDATE never_held SET decides = 0", "never_held"),
+        ("DELETE FROM never_held WHERE architecture = 'new'", "case_repeat"),
+    ],
+)
+def test_what_changes_a_verdict_is_named_and_ends_the_gate(
+    repository: Repository,
+    mixed: str,
+    raw: sqlite3.Connection,
+    statement: str,
+    table: str,
+) -> None:
+    tamper(raw, statement)
+    assert table in {item.table for item in repository.unsound(mixed)}
+    info = repository.find_campaign(mixed)
+    code, message = gate_code(repository, info)
+    assert code is ExitCode.INTEGRITY
+    assert table in message
+
+
+def test_dropped_trigger_is_named(
+    repository: Repository, mixed: str, raw: sqlite3.Connection
+) -> None:
+    raw.execute("DROP TRIGGER tally_no_update")
+    assert [str(item) for item in repository.unsound(mixed)] == [
+        "schema tally_no_update: is missing"
+    ]
+
+
+def test_other_campaigns_are_not_looked_at(
+    repository: Repository, mixed: str, example: Any, raw: sqlite3.Connection
+) -> None:
+    example.with_odd("2")
+    other = str(example.campaign(repository, 4))
+    tamper(raw, f"UPDATE tally SET runs = runs + 1 WHERE campaign_id = '{other}'")  # noqa: S608
+    assert repository.unsound(mixed) == ()
+    assert repository.unsound(other) != ()

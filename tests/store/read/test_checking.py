@@ -9,7 +9,8 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import date
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from adeye.errors import InputError, PlatformError
 from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.spec.concept import (
+    Asil,
     Assumption,
     Concept,
     Decomposition,
@@ -32,11 +34,6 @@ from adeye.store.read.checking import Violation, check_campaign, check_plan, cou
 from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.spec.concept import Asil
 
 # ruff: noqa: S608 - names of this file
 LATER = date(2999, 12, 31)

@@ -7,12 +7,16 @@ from typing import Any
 
 import pytest
 
+from adeye.campaign.plan import SUFFIXES
 from adeye.errors import InputError, PlatformError
+from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import Verdict
 from adeye.store.location import Place
 from adeye.store.read import export
-from adeye.store.read.export import TABLES, open_export
+from adeye.store.read.export import RUNS, SUFFIX_UNITS, TABLES, metric_columns, open_export, unit_of
 from adeye.store.repository import Repository
+from adeye.store.tables import METRIC_IDS
+from adeye.units import UNITS
 from tests.postgres import Server
 from tests.store.raw import raw_connection
 
@@ -196,3 +200,42 @@ def test_database_of_someone_else_is_refused(tmp_path: Path) -> None:
     connection.close()
     with pytest.raises(PlatformError, match="not made by adeye"), open_export(path, None):
         pass
+
+
+AS_COLUMNS = {"parameters", "point", "verdicts"}
+"""What ``v_runs`` has as JSON."""
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_columns_are_those_of_the_view(tmp_path: Path, empty: bytes, name: str) -> None:
+    path = tmp_path / "adeye.db"
+    path.write_bytes(empty)
+    table = TABLES[name]
+    connection = sqlite3.connect(path)
+    of_view = [row[1] for row in connection.execute(f"PRAGMA table_info({table.view})")]
+    connection.close()
+    added = metric_columns() if table is RUNS else ()
+    assert [item.name for item in (*table.columns, *added)] == [
+        column for column in of_view if table is not RUNS or column not in AS_COLUMNS
+    ]
+    assert set(table.order) < set(of_view)
+
+
+def test_suffix_of_a_parameter_is_the_si_unit_of_its_dimension() -> None:
+    for dimension, suffix in SUFFIXES.items():
+        unit = UNITS[SUFFIX_UNITS[suffix]]
+        assert (unit.exponents, unit.numerator, unit.denominator) == (*dimension.value[:1], 1, 1)
+
+
+@pytest.mark.parametrize("name", METRIC_IDS)
+def test_unit_of_a_metric_is_that_of_its_definition(name: str) -> None:
+    unit = METRICS[name].unit
+    assert unit_of(name) == ("" if unit == "1" else unit)
+    by_name = {item.name: item for item in metric_columns()}
+    assert by_name[name].unit == unit_of(name)
+    assert by_name[name].text == METRICS[name].text
+    assert by_name[f"{name}_time_s"].unit == "s"
+
+
+def test_word_that_is_a_unit_alone_has_none() -> None:
+    assert (unit_of("s"), unit_of("m"), unit_of("fsr_status")) == ("", "", "")

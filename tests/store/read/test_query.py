@@ -1,28 +1,29 @@
+"""Queries on a server: what a reader may, what nobody may, and that both lines hold alone."""
+
 import os
 import re
 import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
+import psycopg
 import pytest
 
+from adeye.cli.queries import SAVED
 from adeye.errors import AdeyeError, InputError, PlatformError
-from adeye.store.read.query import _Guard, run_query
+from adeye.store.location import locate
+from adeye.store.read import query as server_query
+from adeye.store.read.query import READER, _Guard, checked, grant, run_query, tokens_of
 from adeye.store.repository import Repository
-from tests.hostile_sql import (
-    ALLOWED,
-    CUT,
-    DENIED,
-    TOO_BIG,
-    TOO_MUCH,
-    statements,
-    written_out,
-)
+from adeye.store.tables import metadata
+from adeye.store.views import view_ddl
+from tests.hostile_sql import ALLOWED, CUT, DENIED, TOO_BIG, TOO_MUCH, statements, written_out
+from tests.postgres import Server
 from tests.project import ROOT
 from tests.store.raw import on_sqlite
 
@@ -251,3 +252,381 @@ def test_hostile_view_in_the_database_gains_nothing(path: Path, raw: sqlite3.Con
     for view in ("harmless", "big"):
         with pytest.raises(AdeyeError, match=r"not allowed|unsafe"):
             run_query(path, f"SELECT * FROM {view}")  # noqa: S608
+
+
+GROWN = (
+    "WITH RECURSIVE g(s, n) AS (SELECT 'aaaaaaaaaaaaaaaa', 1 UNION ALL "
+    "SELECT s || s, n + 1 FROM g WHERE n < {}) "
+)
+HARMFUL = [
+    "COPY work TO '/stolen'",
+    "COPY work TO PROGRAM 'cat > /stolen'",
+    "COPY (SELECT 1) TO STDOUT",
+    "DO 'BEGIN PERFORM pg_sleep(60); END'",
+    "SELECT pg_read_file('/etc/passwd')",
+    "SELECT pg_ls_dir('/')",
+    "SELECT lo_import('/etc/passwd')",
+    "SELECT set_config('transaction_read_only', 'off', true)",
+    "SELECT 1; COMMIT; DROP TABLE adeye.event",
+    "WITH gone AS (DELETE FROM event RETURNING *) SELECT * FROM gone",
+    "SELECT * INTO stolen FROM run",
+    "SELECT * FROM work FOR UPDATE",
+    "CREATE TEMP TABLE t (x int)",
+    "SET ROLE tester",
+    "LOCK TABLE work",
+    "NOTIFY x",
+    "EXPLAIN ANALYZE DELETE FROM event",
+    "SELECT nextval('work_id_seq')",
+]
+
+
+def grown(doublings: int, what: str) -> str:
+    """Select something from texts that double."""
+    return f"{GROWN.format(doublings)}SELECT {what}"
+
+
+@pytest.fixture(scope="module")
+def owned(server: Server, make_example: Callable[[], Any]) -> str:
+    """A campaign on the server, as its owner names it; who may read is settled."""
+    url = server.new_database()
+    with Repository.open(url) as repository:
+        make_example().campaign(repository, 8)
+    name = locate(url).url.database
+    server.execute("CREATE ROLE alice LOGIN")
+    server.execute("CREATE ROLE mallory LOGIN")
+    assert grant(locate(url), "alice") == []
+    server.execute(f"GRANT CONNECT ON DATABASE {name} TO mallory")
+    return url
+
+
+@pytest.fixture
+def alice(owned: str) -> str:
+    return owned.replace("://tester@", "://alice@")
+
+
+@pytest.fixture
+def reader(alice: str) -> Iterator[psycopg.Connection[Any]]:
+    with psycopg.connect(alice, autocommit=True) as connection:
+        connection.execute("SET search_path TO adeye")
+        yield connection
+
+
+def content(url: str) -> list[Any]:
+    with psycopg.connect(url) as connection:
+        found: list[Any] = connection.execute(
+            "SELECT c.oid::regclass::text, (xpath('/row/n/text()', query_to_xml("
+            "format('SELECT count(*) AS n FROM %s', c.oid::regclass), true, true, '')))[1]::text "
+            "FROM pg_class c WHERE c.relkind = 'r' AND c.relnamespace = 'adeye'::regnamespace "
+            "ORDER BY 1"
+        ).fetchall()
+        return found
+
+
+def test_rows_columns_and_cut_are_as_on_a_file(alice: str) -> None:
+    found = run_query(
+        alice,
+        "SELECT architecture, count(*) AS runs, round(avg(min_distance_m)) AS mean, 'a . b%' AS b "
+        "FROM v_runs GROUP BY architecture ORDER BY 1",
+    )
+    assert found.columns == ("architecture", "runs", "mean", "b")
+    assert found.rows == (("legacy", 4, 6.0, "a . b%"), ("new", 4, 7.0, "a . b%"))
+    sql = "SELECT ordinal FROM v_runs ORDER BY ordinal"
+    assert run_query(alice, sql, max_rows=8).is_cut is False
+    cut = run_query(alice, sql, max_rows=7)
+    assert (len(cut.rows), cut.is_cut) == (7, True)
+    assert run_query(alice, "EXPLAIN SELECT * FROM v_gate").rows
+
+
+def test_names_that_occur_twice_and_the_order_are_kept(alice: str) -> None:
+    found = run_query(
+        alice, "SELECT ordinal, ordinal FROM v_runs ORDER BY ordinal DESC", max_rows=2
+    )
+    assert found.columns == ("ordinal", "ordinal")
+    assert found.rows == ((7, 7), (6, 6))
+
+
+def test_server_plans_for_the_rows_that_are_read(alice: str) -> None:
+    # Without a word of ours a cursor is planned for a tenth of its rows.
+    sql = "SELECT statement, current_setting('cursor_tuple_fraction') FROM pg_cursors"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server_query, "checked", tokens_of)
+        ((statement, fraction),) = run_query(alice, sql, max_rows=7).rows
+    assert str(statement).endswith("LIMIT 8")
+    assert fraction == "1"
+
+
+@pytest.mark.parametrize(
+    "sql", ["SELECT 1) AS one, (SELECT 2", "SELECT 1)", "(SELECT 1", "SELECT 1) AS x LIMIT 5 --"]
+)
+def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None:
+    with pytest.raises(InputError, match="bracket"):
+        run_query(alice, sql)
+
+
+@pytest.mark.slow
+def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
+    with Repository.open(alice, create=False) as repository:
+        assert repository.verify() == ()
+    with psycopg.connect(owned) as connection:
+        connection.execute("SET search_path TO adeye")
+        found = connection.execute("SELECT pg_get_viewdef('v_goal_events'::regclass)").fetchone()
+        assert found is not None
+        text = f"SELECT * FROM ({found[0].rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
+        connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {text}".encode())
+    with Repository.open(alice, create=False) as repository:
+        (finding,) = repository.verify()
+    assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_saved_query_answers_on_a_server_too(alice: str, name: str) -> None:
+    (campaign,) = run_query(alice, "SELECT id FROM campaign").rows[0]
+    latest = run_query(alice, SAVED[name].sql)
+    assert latest.columns
+    ((basis,),) = run_query(alice, SAVED[name].basis).rows
+    assert isinstance(basis, int)
+    one = SAVED[name].about_one()
+    assert run_query(alice, one.sql, parameters={"campaign": campaign}) == latest
+
+
+def test_parameter_is_a_value_and_never_sql_on_a_server(alice: str) -> None:
+    hostile = "' OR 1=1; DROP TABLE run; --%s"
+    found = run_query(alice, "SELECT :campaign AS a", parameters={"campaign": hostile})
+    assert found.rows == ((hostile,),)
+    with pytest.raises(InputError, match="nothing is given for :other"):
+        run_query(alice, "SELECT :other", parameters={"campaign": "x"})
+
+
+@pytest.mark.parametrize("sql", [*HARMFUL, *(item for item in DENIED if "trim" not in item)])
+def test_harmful_statement_is_refused(owned: str, alice: str, sql: str) -> None:
+    before = content(owned)
+    for url in (alice, owned):
+        with pytest.raises(InputError, match="query: "):
+            run_query(url, written_out(sql), timeout_s=5.0)
+    assert content(owned) == before
+
+
+@pytest.mark.parametrize("sql", HARMFUL)
+def test_role_and_transaction_hold_without_the_list_of_words(
+    owned: str, alice: str, monkeypatch: pytest.MonkeyPatch, sql: str
+) -> None:
+    monkeypatch.setattr(server_query, "checked", tokens_of)
+    before = content(owned)
+    with pytest.raises(InputError, match="query: "):
+        run_query(alice, sql, timeout_s=5.0)
+    assert content(owned) == before
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n",
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+        "SELECT i FROM n ORDER BY 1",
+        "SELECT count(*) FROM event a, event b, event c, event d, event e, event f, event g",
+        grown(16, "count(*) FROM g a, g b, g c, g d WHERE a.s || b.s || c.s || d.s LIKE '%b'"),
+    ],
+)
+def test_endless_statement_is_stopped_at_its_deadline_on_a_server(alice: str, sql: str) -> None:
+    began = time.monotonic()
+    with pytest.raises(InputError, match=r"stopped after 0\.5 s|too much memory"):
+        run_query(alice, sql, timeout_s=0.5)
+    assert time.monotonic() - began < 10.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "sql",
+    [
+        grown(16, f"s{', s' * 990} FROM g WHERE n = 16"),
+        grown(18, "s FROM g, event, event e WHERE n = 18"),
+        grown(40, "length(max(s)) FROM g"),
+    ],
+)
+def test_statement_that_takes_all_memory_is_stopped_on_a_server(alice: str, sql: str) -> None:
+    with pytest.raises(AdeyeError, match="query: "):
+        run_query(alice, sql, timeout_s=20.0)
+
+
+@pytest.mark.slow
+def test_fuzzed_statements_change_nothing(owned: str, alice: str) -> None:
+    before = content(owned)
+    for sql in statements(300):
+        try:
+            run_query(alice, sql, timeout_s=0.5, max_rows=100)
+        except InputError:
+            continue
+    assert content(owned) == before
+
+
+@pytest.mark.slow
+def test_reader_reads_every_table_and_view(reader: psycopg.Connection[Any]) -> None:
+    for name in (*metadata.tables, *view_ddl(), "v_runs_cut_in", "alembic_version"):
+        reader.execute(f"SELECT * FROM {name} LIMIT 1")  # noqa: S608
+
+
+@pytest.mark.parametrize("name", [*metadata.tables, "alembic_version", "v_runs"])
+def test_reader_may_do_nothing_else_to_a_table(reader: psycopg.Connection[Any], name: str) -> None:
+    for right in ("INSERT", "UPDATE", "DELETE", "TRUNCATE", "REFERENCES", "TRIGGER"):
+        found = reader.execute("SELECT has_table_privilege(%s, %s)", (name, right)).fetchone()
+        assert found == (False,)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TABLE adeye.x (y int)",
+        "CREATE TEMP TABLE x (y int)",
+        "CREATE SCHEMA x",
+        "CREATE ROLE x",
+        "CREATE DATABASE x",
+        "DROP TABLE adeye.event",
+        "ALTER TABLE adeye.event ADD COLUMN x int",
+        "CREATE FUNCTION adeye.f() RETURNS int LANGUAGE sql AS 'SELECT 1'",
+        "COPY adeye.work TO '/stolen'",
+        "COPY adeye.work TO PROGRAM 'cat'",
+        "SELECT pg_read_file('/etc/passwd')",
+        "SELECT pg_ls_dir('/')",
+        "SELECT lo_import('/etc/passwd')",
+        "SET ROLE tester",
+        "ALTER ROLE alice SUPERUSER",
+        "SET temp_file_limit TO -1",
+        "SET session_replication_role TO replica",
+        "SELECT pg_reload_conf()",
+    ],
+)
+def test_reader_has_no_other_right(reader: psycopg.Connection[Any], statement: str) -> None:
+    with pytest.raises(psycopg.errors.InsufficientPrivilege):
+        reader.execute(statement.encode())
+
+
+def test_temporary_files_of_a_reader_are_limited(reader: psycopg.Connection[Any]) -> None:
+    assert reader.execute("SHOW temp_file_limit").fetchone() == ("1GB",)
+
+
+def test_query_of_the_owner_runs_as_the_reader(owned: str) -> None:
+    assert run_query(owned, "SELECT current_user").rows == ((READER,),)
+
+
+def test_user_without_rights_is_told_by_every_reader(owned: str) -> None:
+    url = owned.replace("://tester@", "://mallory@")
+    for is_made in (False, True):
+        with pytest.raises(PlatformError, match=r"let user mallory read.*'adeye db grant mallory'"):
+            Repository.open(url, create=is_made)
+
+
+@pytest.mark.slow
+def test_owner_who_may_not_make_roles_is_told_what_granting_needs(
+    server: Server, make_example: Callable[[], Any]
+) -> None:
+    url = server.new_database()
+    server.execute("CREATE ROLE plain_owner LOGIN")
+    server.execute(f"ALTER DATABASE {locate(url).url.database} OWNER TO plain_owner")
+    own = url.replace("://tester@", "://plain_owner@")
+    with Repository.open(own) as repository:
+        make_example().campaign(repository, 2)
+    server.execute("CREATE ROLE bob LOGIN")
+    with pytest.raises(PlatformError, match="ALTER ROLE plain_owner CREATEROLE"):
+        grant(locate(own), "bob")
+
+
+def test_user_without_rights_is_told(owned: str) -> None:
+    with pytest.raises(PlatformError, match="adeye db grant mallory"):
+        run_query(owned.replace("://tester@", "://mallory@"), "SELECT * FROM v_runs")
+
+
+@pytest.mark.slow
+def test_mighty_user_without_a_reading_role_is_refused(
+    server: Server, make_example: Callable[[], Any]
+) -> None:
+    url = server.new_database()
+    Repository.open(url).close()
+    with pytest.raises(InputError, match="adeye db grant"):
+        run_query(url, "SELECT 1")
+    grant(locate(url), None)
+    assert run_query(url, "SELECT 1 AS a").rows == ((1,),)
+    # Views that come later can be read, too.
+    with Repository.open(url) as repository:
+        make_example().campaign(repository, 4)
+    assert run_query(url, "SELECT count(*) FROM v_runs_cut_in").rows == ((2,),)
+
+
+def test_name_of_a_role_is_never_sql(owned: str) -> None:
+    with pytest.raises(InputError, match="not a plain name"):
+        grant(locate(owned), "alice; DROP TABLE adeye.run")
+
+
+ALLOWED = [
+    "SELECT count(*), avg(x) FILTER (WHERE x > 1) FROM v_runs WHERE a IN (1, 2) AND NOT (b)",
+    "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n LIMIT 3",
+    "WITH a AS MATERIALIZED (SELECT 1), b(x) AS NOT MATERIALIZED (VALUES (1)) SELECT * FROM b",
+    "SELECT row_number() OVER (PARTITION BY a ORDER BY b) FROM v_runs",
+    "SELECT CAST(x AS numeric(10, 2)), x::text, 'it''s; -- a text (', \"odd name\" FROM t",
+    "SELECT key, value FROM v_runs, json_each(parameters) AS j(key, value, type)",
+    "SELECT pg_catalog.lower(a), adeye.json_each(b) FROM t -- the end; DROP TABLE run",
+    "(SELECT 1) UNION (SELECT 2);",
+    "VALUES (1, 2), (3, 4)",
+    "EXPLAIN SELECT * FROM v_gate WHERE campaign = :campaign",
+    "SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY x) FROM t",
+]
+REFUSED = [
+    "SELECT pg_sleep(1)",
+    "SELECT PG_SLEEP (1)",
+    "SELECT pg_sleep\n-- so\n(1)",
+    'SELECT "pg_sleep"(1)',
+    "SELECT pg_catalog.pg_sleep(1)",
+    'SELECT "pg_catalog"."pg_sleep"(1)',
+    "SELECT public.lower('a')",
+    "SELECT 1 FROM pg_sleep(1) AS (a int)",
+    "SELECT 1 FROM dblink('x', 'DROP TABLE run') AS (a int)",
+    "SELECT 1 FROM dblink('x', 'DROP TABLE run') AS t(a int)",
+    "SELECT set_config('role', 'none', false)",
+    "SELECT pg_read_file('/etc/passwd')",
+    "SELECT lo_import('/etc/passwd')",
+    "SELECT pg_terminate_backend(1)",
+    "SELECT pg_advisory_lock(1)",
+    "SELECT query_to_xml('DROP TABLE run', true, true, '')",
+    "SELECT repeat('x', 1000000000)",
+    "SELECT * FROM generate_series(1, 1000000000)",
+    "SELECT DISTINCT ON (a) pg_sleep(1) FROM t",
+    'SELECT U&"pg\\005Fsleep"(1)',
+    "SELECT E'\\'; DROP TABLE run; --'",
+    "SELECT $$a$$",
+    "SELECT $a$ ' $a$",
+    "SELECT 1 /* SELECT 2 */",
+    "SELECT 1\x00",
+    "SELECT 'open",
+    "SELECT 1; SELECT 2",
+    "COPY run TO PROGRAM 'sh'",
+    "DO 'BEGIN END'",
+    "CALL x()",
+    "SET ROLE postgres",
+    "INSERT INTO work DEFAULT VALUES",
+    ";",
+    "",
+    "-- nothing",
+    "SELECT 1) AS one, (SELECT 2",
+    "SELECT 1)",
+    "(SELECT 1",
+]
+
+
+@pytest.mark.parametrize("sql", ALLOWED)
+def test_reading_passes(sql: str) -> None:
+    tokens = checked(sql)
+    assert [token.text for token in tokens if sql[token.start :].startswith(token.text)] == [
+        token.text for token in tokens
+    ]
+
+
+@pytest.mark.parametrize("sql", REFUSED)
+def test_everything_else_is_refused(sql: str) -> None:
+    with pytest.raises(InputError, match="query: "):
+        checked(sql)
+
+
+def test_text_and_name_hide_no_statement() -> None:
+    kinds = [token.kind for token in tokens_of("""SELECT ';' AS ";" , a::text, :b -- ;""")]
+    assert kinds == [
+        "word", "text", "word", "quoted", "sign", "word", "sign", "word", "sign", "parameter"
+    ]  # fmt: skip

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from adeye.judge.evaluate import never_held
 from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.judge.verdict import ExitCode, Outcome, Verdict
-from adeye.store.read.totals import Total, gate_code, totals
+from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
 from adeye.store.records import ContentRecord, EventRecord
-
-if TYPE_CHECKING:
-    from adeye.store.repository import Repository
+from adeye.store.repository import Repository
+from tests.store.rows import complete_block
 
 
 def folded(repository: Repository, campaign: str) -> dict[tuple[str, str], Total]:
@@ -141,7 +141,7 @@ def test_unfinished_campaign_is_no_success(repository: Repository, example: Any)
     plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
     block = repository.claim_block(campaign=plan.campaign)
     assert block is not None
-    repository.complete_block(block, example.runs(block), example.judged(block))
+    complete_block(repository, block, example.runs(block), example.judged(block))
     code, message = gate(repository, plan.campaign)
     assert code is ExitCode.INCOMPLETE
     assert "4 of 8 test cases accounted for" in message
@@ -425,3 +425,55 @@ def test_one_run_that_asks_for_it_is_enough(repository: Repository, example: Any
     campaign = example.campaign(repository, 8)
     assert folded(repository, campaign)["FSR1", "new"].verdict is Verdict.PASS
     assert folded(repository, campaign)["FSR1", "legacy"].verdict is Verdict.VACUOUS
+
+
+def repository(odd: Any, failures: Any = (), counts: Any = None) -> Any:
+    status = SimpleNamespace(
+        fsr="FSR-01",
+        architecture="a",
+        counts=counts or {Verdict.FAIL: 1, Verdict.PASS: 2},
+        min_exercised=1,
+        waived_until=None,
+        repeated_passes=0,
+    )
+    benchmarks = SimpleNamespace(failures=lambda *_: list(failures))
+    return SimpleNamespace(
+        content=lambda *_: {"odd": odd},
+        gate=lambda _: (status,),
+        hindsight=SimpleNamespace(benchmarks=benchmarks),
+    )
+
+
+CAMPAIGN: Any = SimpleNamespace(id="c", number=3, odd_digest="d")
+
+
+@pytest.mark.parametrize(
+    ("odd", "models"),
+    [
+        ({"gate": {"architectures": ["a"], "preventable_by": ["cc"]}}, ("cc",)),
+        ({"gate": {"architectures": ["a"]}}, ()),
+        ({"gate": None}, ()),
+        ({}, ()),
+        ("motorway", ()),
+    ],
+)
+def test_models_are_those_of_the_gate(odd: Any, models: tuple[str, ...]) -> None:
+    assert preventable_by(repository(odd), CAMPAIGN) == models
+
+
+@pytest.mark.parametrize(
+    ("failures", "verdict", "note"),
+    [
+        ([{"cc": "neither"}], Verdict.PASS, "not blocking: unpreventable by cc (1 run)"),
+        ([{"cc": "only_model"}], Verdict.FAIL, ""),
+        ([{}], Verdict.FAIL, ""),
+        (
+            [{"": "unknown"}],
+            Verdict.FAIL,
+            "1 run not known to be unpreventable by cc: run `adeye preventability 3 --model cc`",
+        ),
+    ],
+)
+def test_notes(failures: Any, verdict: Verdict, note: str) -> None:
+    found = without_unpreventable(repository({}, failures), CAMPAIGN, "FSR-01", "a", ["cc"])
+    assert found == (verdict, note)

@@ -9,6 +9,7 @@ from adeye.identity import digest
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
 from adeye.store.write.content import concept_record
+from tests.store.rows import complete_block
 
 HOSTILE = [
     "'; DROP TABLE run; --",
@@ -64,7 +65,7 @@ def test_hostile_texts_in_results_read_back_as_data(repository: Repository, exam
         )
         for case, text in zip(block.cases, PAYLOADS, strict=True)
     ]
-    assert repository.complete_block(block, runs)
+    assert complete_block(repository, block, runs)
     for case, text in zip(block.cases, PAYLOADS, strict=True):
         stored = repository.run_row(case.result_digest)
         assert stored is not None

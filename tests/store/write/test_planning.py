@@ -1,15 +1,21 @@
+"""Blocks cover every ordinal once and cross no end of a structure."""
+
 import sqlite3
 from dataclasses import replace
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from adeye.errors import InputError
 from adeye.spec.concept import Waiver
 from adeye.store.block import PlannedCases
 from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
+from adeye.store.write.planning import SelectedCases, Selection, SelectionHash, block_bounds
 from tests.store.raw import rows
+from tests.store.rows import COLUMNS
 
 
 def blocks(raw: sqlite3.Connection) -> list[tuple[int, int, str, str]]:
@@ -66,7 +72,7 @@ def test_whatever_is_selected_makes_another_campaign(
     elif change == "gate":
         example.gate = ("legacy",)
     elif change == "inside":
-        cases[0] = replace(cases[0], inside_odd=False)
+        cases[0] = replace(cases[0], inside_odd=(False,))
     else:
         cases[0] = replace(cases[0], scenario="cut_in_again")
     assert repository.plan_campaign(example.record(), cases).campaign != first
@@ -156,7 +162,7 @@ def test_fsrs_are_planned_where_they_apply(
 ) -> None:
     example.not_applicable = {"FSR2": {"legacy": "it has no radar"}}
     cases = example.cases(8)
-    cases[0] = replace(cases[0], inside_odd=False)
+    cases[0] = replace(cases[0], inside_odd=(False,))
     repository.plan_campaign(example.record(), cases)
     found = raw.execute(
         "SELECT fsr_id, architecture, scenario, applicable, planned FROM campaign_fsr"
@@ -218,20 +224,10 @@ def test_many_together_are_the_campaign_of_each_alone(
     cases = [example.case(4 * at, structure="a") for at in range(6)]
     one = repository.plan_campaign(example.record(), cases, block_size=4)
     rows = raw.execute("SELECT * FROM test_case ORDER BY digest").fetchall()
-    alone = [PlannedCases.of(case) for case in cases]
     columns: dict[str, Any] = {
-        name: [vars(part)[name][0] for part in alone]
-        for name in (
-            "test_cases",
-            "situations",
-            "parameters",
-            "points",
-            "replicates",
-            "inside_odd",
-            "point_index",
-        )
+        name: [vars(part)[name][0] for part in cases] for name in COLUMNS.values()
     }
-    together = replace(alone[0], **columns)
+    together = replace(cases[0], **columns)
     again = repository.plan_campaign(example.record(), [together], block_size=4)
     assert (again.campaign, again.is_new) == (one.campaign, False)
     assert raw.execute("SELECT * FROM test_case ORDER BY digest").fetchall() == rows
@@ -253,3 +249,102 @@ def test_large_plan_tells_how_far_it_is(
     seen: list[int] = []
     repository.plan_campaign(example.record(), example.cases(8), report=seen.append)
     assert seen == [3, 6]
+
+
+def test_blocks_end_where_structures_do() -> None:
+    assert list(block_bounds([3, 8], 4)) == [(0, 3), (3, 7), (7, 8)]
+
+
+@given(steps=st.lists(st.integers(1, 30), min_size=1, max_size=8), size=st.integers(1, 12))
+def test_blocks_cover_every_ordinal_once(steps: list[int], size: int) -> None:
+    ends = [sum(steps[: at + 1]) for at in range(len(steps))]
+    blocks = list(block_bounds(ends, size))
+    assert [at for first, end in blocks for at in range(first, end)] == list(range(ends[-1]))
+    assert all(end - first <= size for first, end in blocks)
+    assert {end for _, end in blocks} >= set(ends)
+
+
+def test_block_has_at_least_one_ordinal() -> None:
+    with pytest.raises(ValueError, match="block_size is 0"):
+        list(block_bounds([3], 0))
+
+
+PAYLOADS = ["{}", '{"a":"\\n\\u2028"}', '{"a":"\u2028\x85"}', '{"a":1.5}']
+
+
+def begun() -> SelectionHash:
+    return SelectionHash("o", "c", "[]", "[]")
+
+
+def part(example: Any, count: int = 3, **changes: Any) -> PlannedCases:
+    one: PlannedCases = example.case(0)
+    columns: dict[str, Any] = {
+        "test_cases": [f"{at:064x}" for at in range(count)],
+        "situations": ["s"] * count,
+        "parameters": ["{}"] * count,
+        "points": (PAYLOADS * count)[:count],
+        "replicates": [0] * count,
+        "inside_odd": [at % 2 == 0 for at in range(count)],
+        "point_index": range(count),
+    }
+    return replace(one, **{**columns, **changes})
+
+
+def test_cases_come_out_as_they_went_in(example: Any) -> None:
+    one, other = part(example, 4), part(example, 2, scenario="braking", structure="b")
+    with Selection.begin(begun()) as selection:
+        selection.add(one)
+        selection.add(other)
+        first, second = selection.parts()
+        assert list(selection.parts()) == [first, second]
+    assert (first.first, first.scenario, first.inside) == (0, "cut_in", [1, 0, 1, 0])
+    assert (second.first, second.scenario) == (4, "braking")
+    assert first.points == PAYLOADS
+    assert first.test_cases == one.test_cases
+    assert first.results == example.engine.result_digests(one.test_cases)
+
+
+def test_counts_and_ends_are_those_of_the_cases(example: Any) -> None:
+    with Selection.begin(begun()) as selection:
+        for structure, points in (("a", ["{}"]), ("a", ["{}"]), ("b", ["{}"]), ("b", ['{"a":1}'])):
+            selection.add(part(example, 1, structure=structure, points=points))
+        assert selection.ends == [2, 3, 4]
+        assert selection.counted == {("legacy", "cut_in", True): 4}
+        assert selection.identity.count == 4
+
+
+def test_identity_is_the_same_however_the_cases_come(example: Any) -> None:
+    whole = part(example, 4)
+    with Selection.begin(begun()) as together:
+        together.add(whole)
+        (selected,) = together.parts()
+    alone = begun()
+    for values in selected.identities():
+        alone.add(values)
+    assert alone.campaign_id == together.identity.campaign_id
+    assert alone.count == 4
+
+
+@pytest.mark.parametrize("place", range(6))
+def test_every_value_is_in_the_identity(place: int) -> None:
+    values: list[Any] = ["t", "r", "cut_in", "new", 1, "{}"]
+    one, other = begun(), begun()
+    one.add(values)
+    values[place] = "other"
+    other.add(values)
+    assert one.campaign_id != other.campaign_id
+
+
+def test_values_do_not_run_into_each_other() -> None:
+    one, other = begun(), begun()
+    one.add(["ab", "c", "s", "a", 1, "{}"])
+    other.add(["a", "bc", "s", "a", 1, "{}"])
+    assert one.campaign_id != other.campaign_id
+
+
+def test_identities_are_in_the_order_of_the_cases() -> None:
+    cases = SelectedCases(7, "s", "a", [1, 0], ["t1", "t2"], ["r1", "r2"], ["{}", "[]"])
+    assert list(cases.identities()) == [
+        ("t1", "r1", "s", "a", "1", "{}"),
+        ("t2", "r2", "s", "a", "0", "[]"),
+    ]

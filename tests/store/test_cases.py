@@ -5,6 +5,7 @@ import pytest
 
 from adeye.store.repository import Repository
 from tests.store.raw import on_sqlite
+from tests.store.rows import result_table_hash
 
 
 def test_run_that_exists_needs_only_the_verdicts_it_lacks(
@@ -25,12 +26,12 @@ def test_new_threshold_adds_rows_and_keeps_the_old_ones(
     repository: Repository, example: Any
 ) -> None:
     first = example.campaign(repository, 4)
-    before = repository.result_table_hash(first)
+    before = result_table_hash(repository, first)
     example.thresholds["FSR1"] = "3 m"
     second = example.campaign(repository, 4)
     assert repository.info().rows["verdict"] == 4 * 2 + 4
     assert repository.info().rows["run"] == 4
-    assert repository.result_table_hash(first) == before
+    assert result_table_hash(repository, first) == before
     assert repository.progress(second).accounted == 4
     assert repository.verify() == ()
 

@@ -1,13 +1,22 @@
 import math
-from datetime import datetime
 from typing import Any
 
 import pytest
 
 from adeye.errors import InputError
 from adeye.identity import digest
-from adeye.judge.verdict import Outcome, Verdict
-from adeye.store.records import Artifact, ContentRecord, EngineKey, MetricValue, VerdictRecord
+from adeye.judge.verdict import Verdict
+from adeye.store.records import (
+    Block,
+    BlockCase,
+    ContentRecord,
+    EngineKey,
+    Finding,
+    MetricValue,
+    Plan,
+    VerdictRecord,
+    WorkState,
+)
 
 
 @pytest.mark.parametrize(
@@ -66,32 +75,49 @@ def test_executed_run_is_never_not_run() -> None:
         VerdictRecord("F", "d", Verdict.NOT_RUN, is_exercised=False)
 
 
-def test_infrastructure_error_is_no_result(example: Any) -> None:
-    case = _block_case(example)
-    with pytest.raises(ValueError, match="infrastructure"):
-        example.run(case, outcome=Outcome.INFRASTRUCTURE_ERROR)
-
-
-def test_time_of_day_needs_a_zone(example: Any) -> None:
-    case = _block_case(example)
-    with pytest.raises(ValueError, match="time zone"):
-        example.run(case, executed_at=datetime(2026, 1, 1))  # noqa: DTZ001 - what is refused
-
-
 @pytest.mark.parametrize("seed", [-1, 2**63])
 def test_seed_must_fit_a_column(example: Any, seed: int) -> None:
     with pytest.raises(InputError, match=str(seed)):
         example.case(0, seed=seed)
 
 
-@pytest.mark.parametrize("name", ["", "../../etc/passwd", "A" * 64, "a" * 63, "a" * 63 + "/"])
-def test_artifact_is_named_by_a_digest_and_nothing_else(name: str) -> None:
-    with pytest.raises(ValueError, match="sha256"):
-        Artifact(name, "trace", None, 1)
+def case(ordinal: int, result: str, missing: tuple[str, ...], *, has_result: bool) -> BlockCase:
+    return BlockCase(ordinal, f"t{result}", result, has_result=has_result, missing_fsrs=missing)
 
 
-def _block_case(example: Any) -> Any:
-    from adeye.store.records import BlockCase
+def test_block_executes_what_has_no_result_once() -> None:
+    block = Block(
+        1,
+        "c",
+        1,
+        (
+            case(0, "a", ("F",), has_result=False),
+            case(1, "a", ("F",), has_result=False),
+            case(2, "b", ("F",), has_result=True),
+            case(3, "c", (), has_result=False),
+        ),
+    )
+    assert [item.result_digest for item in block.to_execute] == ["a", "c"]
+    assert [item.result_digest for item in block.to_judge] == ["b"]
 
-    case = example.case(0)
-    return BlockCase(0, case.test_case, case.result_digest, has_result=False, missing_fsrs=())
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (WorkState(0, 0, 3, 0), "complete"),
+        (WorkState(0, 1, 3, 1), "running"),
+        (WorkState(1, 0, 3, 1), "interrupted"),
+        (WorkState(0, 0, 3, 1), "quarantined"),
+    ],
+)
+def test_state_of_a_campaign_is_that_of_its_blocks(state: WorkState, text: str) -> None:
+    assert state.text == text
+
+
+def test_plan_reuses_what_it_does_not_execute() -> None:
+    assert Plan("c", 10, to_execute=3, to_judge=2, is_new=True).reused == 7
+
+
+def test_finding_reads_as_table_row_and_problem() -> None:
+    assert str(Finding("run", "abc", "altered")) == "run abc: altered"
+    assert str(Finding("database", "", "page 3")) == "database: page 3"

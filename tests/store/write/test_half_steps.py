@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.errors import IntegrityError
-
-if TYPE_CHECKING:
-    from adeye.store.repository import Repository
+from adeye.store.repository import Repository
 
 
 @pytest.mark.slow

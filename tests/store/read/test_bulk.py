@@ -1,0 +1,244 @@
+"""The bulk read of a comparison: the same as the views show, also for what was not run."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.judge.evaluate import VERDICTS
+from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
+from adeye.store.read.bulk import (
+    Labels,
+    coverage_of_runs,
+    declared_attributes,
+    encode_points,
+    executed_runs,
+)
+from adeye.store.read.query import run_query
+from adeye.store.repository import Repository
+from adeye.store.tables import METRIC_IDS
+from tests.project import Executed
+from tests.store.rows import complete_block
+
+BOTH = ("camera_radar", "legacy_camera")
+WORDS = (*map(str, VERDICTS), "NOT_RUN", None)
+
+
+def test_verdicts_are_those_of_the_view(mini: Executed) -> None:
+    campaign = mini.summary.campaign
+    with Repository.open(mini.db, create=False) as repository:
+        compared = repository.compared(campaign, BOTH)
+    found = run_query(
+        mini.db,
+        "SELECT ordinal, fsr, verdict, robustness_low, margin, unit FROM v_verdicts "
+        "WHERE campaign = (SELECT id FROM campaign)",
+    )
+    assert len(compared) == len({row[0] for row in found.rows}) == mini.summary.planned
+    assert len(found.rows) == int((compared.verdict != NOT_JUDGED).sum())
+    for ordinal, fsr, verdict, robustness, margin, unit in found.rows:
+        column = compared.fsrs.index(fsr)
+        assert WORDS[compared.verdict[ordinal, column]] == verdict
+        for value, stored in (
+            (compared.robustness[ordinal, column], robustness),
+            (compared.margin[ordinal, column], margin),
+        ):
+            assert np.isnan(value) if stored is None else value == stored
+        code = compared.measured[ordinal, column]
+        assert (None if code < 0 else compared.units[code]) == unit
+
+
+def test_columns_are_those_of_the_runs(mini: Executed) -> None:
+    campaign = mini.summary.campaign
+    with Repository.open(mini.db, create=False) as repository:
+        compared = repository.compared(campaign, BOTH)
+        table = repository.results(campaign)
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    same: dict[str, set[int]] = {}
+    points: dict[str, set[int]] = {}
+    for place, row in enumerate(rows):
+        assert compared.result[place] == row["run"]
+        assert compared.architecture[place] == row["architecture"]
+        assert compared.fault_entry[place] == row["fault_entry"]
+        same.setdefault(row["situation"], set()).add(int(compared.situation[place]))
+        key = row["scenario"] + json.dumps(row["parameters"])
+        points.setdefault(key, set()).add(int(compared.point[place]))
+    for groups in (same, points):
+        assert all(len(codes) == 1 for codes in groups.values())
+        assert len(set.union(*groups.values())) == len(groups)
+    assert compared.is_done.all()
+    assert compared.axes == {}
+
+
+def test_channels_that_acted_are_those_of_the_timeline(mini: Executed) -> None:
+    campaign = mini.summary.campaign
+    with Repository.open(mini.db, create=False) as repository:
+        compared = repository.compared(campaign, BOTH)
+    found = run_query(
+        mini.db,
+        "SELECT DISTINCT ordinal, subject FROM v_timeline "
+        "WHERE kind = 'switch' AND campaign = (SELECT id FROM campaign)",
+    )
+    acted = {
+        (place, name)
+        for place in range(len(compared))
+        for bit, name in enumerate(compared.channels)
+        if compared.acting[place] >> bit & 1
+    }
+    assert acted == set(found.rows)
+    assert {name for _, name in acted} == {"nominal", "safety"}
+
+
+def test_only_the_named_architectures_are_read(mini: Executed) -> None:
+    with Repository.open(mini.db, create=False) as repository:
+        one = repository.compared(mini.summary.campaign, ("camera_radar",))
+        none = repository.compared(mini.summary.campaign, ("unheard_of",))
+    assert one.architecture.words == ("camera_radar",)
+    assert len(one) == mini.summary.planned / 2
+    assert len(none) == 0
+
+
+def test_planned_case_without_a_result_is_not_run(repository: Repository, example: Any) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert complete_block(repository, block, example.runs(block))
+    compared = repository.compared(plan.campaign, ("legacy", "new"))
+    assert compared.is_done.tolist() == [True] * 4 + [False] * 4
+    judged = compared.verdict[:, compared.fsrs.index("FSR1")]
+    assert (judged[:4] < NOT_RUN).all()
+    assert (judged[4:] == NOT_RUN).all()
+    # FSR3 is asked for outside the ODD only.
+    assert (compared.verdict[:, compared.fsrs.index("FSR3")] == NOT_JUDGED).all()
+    assert np.isnan(compared.margin[4:]).all()
+    assert not compared.has_object.any()
+
+
+def test_fsr_that_is_not_applicable_has_no_verdict(repository: Repository, example: Any) -> None:
+    example.not_applicable = {"FSR1": {"new": "no such signal"}}
+    compared = repository.compared(example.campaign(repository), ("legacy", "new"))
+    is_new = compared.architecture.codes == compared.architecture.words.index("new")
+    judged = compared.verdict[:, compared.fsrs.index("FSR1")]
+    assert (judged[is_new] == NOT_JUDGED).all()
+    assert (judged[~is_new] == 0).all()
+
+
+def test_words_are_coded_in_the_order_of_their_coming_and_none_is_no_word() -> None:
+    labels = Labels.of(["b", None, "a", "b"])
+    assert labels.codes.tolist() == [0, -1, 1, 0]
+    assert labels.words == ("b", "a")
+    assert [labels[place] for place in range(4)] == ["b", None, "a", "b"]
+    assert labels.take(np.array([2, 1])).codes.tolist() == [1, -1]
+
+
+def test_axis_that_comes_late_or_lacks_in_between_is_no_word_there() -> None:
+    points = [{"gap": 1.0}, {"gap": 2.0, "rain": 3.0}, {"rain": 3.0}, {}, {"gap": 1.0}]
+    columns = encode_points(points)
+    shown = {name: [column[row] for row in range(5)] for name, column in columns.items()}
+    assert shown == {
+        "gap": [1.0, 2.0, None, None, 1.0],
+        "rain": [None, 3.0, 3.0, None, None],
+    }
+
+
+def test_figures_are_what_the_view_shows(mini: Executed) -> None:
+    campaign = mini.summary.campaign
+    with Repository.open(mini.db, create=False) as repository:
+        table = repository.results(campaign)
+        figures = repository.figures(campaign)
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    assert len(figures) == len(rows) > 0
+    assert figures.ordinal.tolist() == [row["ordinal"] for row in rows]
+    assert figures.replicate.tolist() == [row["replicate"] for row in rows]
+    for name in ("scenario", "architecture", "fault_entry", "outcome"):
+        column = getattr(figures, name)
+        assert [column[place] for place in range(len(rows))] == [row[name] for row in rows]
+    points = [figures.point(place) for place in range(len(rows))]
+    assert points == [json.loads(row["point"]) for row in rows]
+    for name in METRIC_IDS:
+        expected = np.array([row[name] for row in rows], dtype=np.float64)
+        assert np.array_equal(figures.metrics[name], expected, equal_nan=True)
+
+
+def test_only_executed_runs_of_the_campaign_are_there(repository: Repository, example: Any) -> None:
+    example.campaign(repository, 4)
+    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
+    block = repository.claim_block(campaign=plan.campaign)
+    assert block is not None
+    assert complete_block(repository, block, example.runs(block))
+    table = repository.results(plan.campaign)
+    expected = [row[table.columns.index("ordinal")] for row in table.rows]
+    assert 0 < len(expected) < 8
+    assert repository.figures(plan.campaign).ordinal.tolist() == expected
+
+
+def test_scenario_that_was_not_executed_has_no_runs(mini: Executed) -> None:
+    with Repository.open(mini.db, create=False) as repository:
+        figures = repository.figures(mini.summary.campaign)
+    assert len(figures.of_scenario("unheard_of")) == 0
+    parts = [figures.of_scenario(name) for name in figures.scenario.words]
+    assert sum(len(part) for part in parts) == len(figures)
+    with pytest.raises(KeyError):
+        figures.points["unheard_of"]
+
+
+def test_every_run_with_a_result_is_a_situation(mini: Executed) -> None:
+    found = executed_runs(mini.db, mini.summary.campaign)
+    assert (found.planned, found.without_result) == (28, 0)
+    rows = [row for item in found.situations for row in item.parameters]
+    assert len(rows) + found.not_judged + found.outside_odd == 28
+    assert {item.scenario["scenario"] for item in found.situations} == {"cut_in", "lead_braking"}
+    planned = sorted(case.parameters["ego_speed"] for case in mini.plan.cases)
+    if not found.not_judged:
+        assert sorted(row["ego_speed"] for row in rows) == planned
+
+
+def test_planned_case_without_a_result_is_counted_and_no_situation(
+    mini: Executed, tmp_path: Path
+) -> None:
+    copy = tmp_path / "adeye.db"
+    shutil.copyfile(mini.db, copy)
+    campaign = mini.summary.campaign
+    whole = executed_runs(copy, campaign)
+    with sqlite3.connect(copy) as connection:
+        # As if one block had not been executed: its cases name results that are not there.
+        for name, table in connection.execute(
+            "SELECT name, tbl_name FROM sqlite_master WHERE type = 'trigger'"
+        ).fetchall():
+            if table == "campaign_case":
+                connection.execute(f"DROP TRIGGER {name}")
+        connection.execute(
+            "UPDATE campaign_case SET result_digest = substr('0' || result_digest, 1, 64) "
+            "WHERE ordinal < 5"
+        )
+    found = executed_runs(copy, campaign)
+    assert (found.planned, found.without_result) == (28, 5)
+    count = sum(len(item.parameters) for item in found.situations)
+    assert count == sum(len(item.parameters) for item in whole.situations) - 5
+
+
+def test_runs_cover_the_bins_that_the_stored_odd_declares(mini: Executed) -> None:
+    runs = executed_runs(mini.db, mini.summary.campaign)
+    odd = {
+        "attributes": {"dynamic_elements": {"ego_speed": {"max": 130.0 / 3.6}}},
+        "coverage": {"ego_speed": [0.0, 90.0 / 3.6, 130.0 / 3.6]},
+    }
+    attributes, bins = declared_attributes(odd)
+    assert attributes.dynamic_elements.ego_speed is not None
+    assert bins is not None
+    (speed, *_) = [
+        item
+        for item in coverage_of_runs(runs, odd, 1).combinations
+        if item.attributes == ("ego_speed",)
+    ]
+    assert [label for (label,), _ in speed.counts] == ["0 to 90 km/h", "90 to 130 km/h"]
+    assert sum(count for _, count in speed.counts) == 28 - runs.not_judged
+
+
+def test_stored_odd_without_bins_declares_none() -> None:
+    assert declared_attributes({"attributes": {}})[1] is None
