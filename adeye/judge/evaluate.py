@@ -338,7 +338,7 @@ class Frame:
         decided = np.array([INCONCLUSIVE, 0, FAIL])[result.verdict[runs]]
         verdict = np.where(result.verdict[runs] > 0, satisfied, decided)
         verdict = np.where(error, ERROR, verdict)
-        kinds = result.program.nodes[:, KIND]
+        kinds = result.program.tables.nodes[:, KIND]
         row = result.row[runs]
         numbers = np.stack(
             [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from adeye.judge.series import (
     mark_undecided,
     series_signals,
 )
-from adeye.judge.stl.series import SampleStatus, Series
+from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
 from adeye.signals import (
     EGO_ACCELERATION,
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.judge.stl.series import Series
     from adeye.spec.architecture import Architecture
     from adeye.spec.scenario import LogicalScenario
     from adeye.trace import Layout, Trace
@@ -249,19 +250,7 @@ class TraceSignals:
         values, status, actor = reader(self, rest) if reader else self._state(name)
         if is_decision(name):
             mark_undecided(self.trace.length, status)
-        declared = self.dictionary[name]
-        kind = cast("Literal['number', 'boolean', 'enumeration']", declared.kind)
-        return Series(
-            values,
-            declared.scale,
-            declared.unit,
-            kind,
-            declared.labels,
-            status=status,
-            cap=declared.cap,
-            actor=actor,
-            slack=declared.slack,
-        )
+        return declared_series(self.dictionary[name], values, status, actor)
 
     def _column(self, name: str) -> NDArray[Any]:
         return self.measured.column(name)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from adeye.judge.metrics import METRICS
+from adeye.judge.safe_stop import achieved_rating, best_rating, rules_of
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
 from adeye.spec.scenario import LogicalScenario
@@ -213,6 +215,29 @@ class HandMade:
             channel_events=tuple(self.channel_events),
             case_digests=tuple(str(run) for run in range(runs)),
         )
+
+
+def measure(made: HandMade, column: str) -> tuple[float, str, float, int]:
+    """Measure a metric of the first run: value, status, time and actor."""
+    found = METRICS[column].compute(made.trace())
+    return float(found.value[0]), found.status[0], float(found.time[0]), int(found.actor[0])
+
+
+class StopQuality(NamedTuple):
+    """Rating of where a run stands, the best that was reachable at its fault, their difference."""
+
+    achieved: float
+    best: float
+    regret: float
+
+
+def rate_run(trace: Trace, run: int) -> StopQuality:
+    """Rate where a run stands by its own architecture; NaN for what there is not."""
+    rules = rules_of(trace.layout.architectures[run])
+    achieved = achieved_rating(trace, run, rules)
+    active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
+    best = best_rating(trace, run, int(np.argmax(active)), rules) if active.any() else np.nan
+    return StopQuality(achieved, best, achieved - best)
 
 
 @pytest.fixture

@@ -153,30 +153,24 @@ def max_yaw_acceleration(series: TraceSeries) -> MetricColumn:
 )
 def uncomfortable_time(series: TraceSeries) -> MetricColumn:
     """Time with any of the motions beyond the limits of comfort, each row counting one step."""
-    column = _column(series, _TIME)
-    _, rows, _ = _worst(series)
-    times = np.where(rows[_TIME] >= 0, column.time, np.nan)
-    return MetricColumn(column.value, column.status, times, column.actor)
+    return _column(series, _TIME)
 
 
 def _column(series: TraceSeries, what: int) -> MetricColumn:
-    values, rows, codes = _worst(series)
-    return column_of(series, codes[what], np.maximum(rows[what], 0), values[what])
+    values, rows, codes = series.once("comfort", lambda: _worst(series))
+    return column_of(series, codes[what], rows[what], values[what], is_found=rows[what] >= 0)
 
 
 def _worst(series: TraceSeries) -> tuple[Floats, Ints, Codes]:
-    """Scan the runs once for all of these metrics."""
-    if "comfort" not in series.kept:
-        ego, step = series.column("ego"), series.step
-        motions = (
-            ego[..., EGO_ACCELERATION],
-            ego[..., EGO_SPEED] * ego[..., EGO_YAW_RATE],
-            ego[..., EGO_YAW_RATE],
-        )
-        changes = np.stack([mean_change(motion, step) for motion in motions])
-        series.kept["comfort"] = worst_comfort(series.trace.length, ego, changes, step)
-    found: tuple[Floats, Ints, Codes] = series.kept["comfort"]
-    return found
+    """Scan the runs."""
+    ego, step = series.column("ego"), series.step
+    motions = (
+        ego[..., EGO_ACCELERATION],
+        ego[..., EGO_SPEED] * ego[..., EGO_YAW_RATE],
+        ego[..., EGO_YAW_RATE],
+    )
+    changes = np.stack([mean_change(motion, step) for motion in motions])
+    return worst_comfort(series.trace.length, ego, changes, step)
 
 
 # --- Metrics of how the ego moves: jerk, deceleration, place in the lane --------------------------

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.judge.conflict import DRAC, GAP, RSS_MARGIN, TIME_GAP, TTC, turn
+from adeye.judge.conflict import DRAC, RSS_MARGIN, TIME_GAP, TTC, turn
 from adeye.judge.metrics.criticality import worst_of
-from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.registry import column_at, column_of, metric_entry
 from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, VALUE
 from adeye.judge.series import SERIES
 from adeye.kernel.criticality import (
@@ -36,6 +36,7 @@ from adeye.simulate.world.storyboard import road_gap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from adeye.judge.conflict import Scene
     from adeye.judge.series import TraceSeries
     from adeye.signals import Floats, Ints
 
@@ -194,33 +195,18 @@ def least_stopping_shares(
 
 
 @allocating
-def least_safe_ratios(  # noqa: PLR0913, PLR0917 - a kernel over the scene
-    length: Ints,
-    margins: Floats,
-    worst: Shorts,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-) -> tuple[Ints, Floats, Codes]:
+def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Ints, Floats, Codes]:
     """Find the row with the least ratio of gap and RSS distance.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         margins: (B, T) gap less RSS distance of who has the least, +inf for none [m].
         worst: (B, T) who that is, -1 for nobody.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
 
     Returns:
         Rows (B,), values (B,), statuses (B,).
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, _ = scene
     rows = np.zeros(length.shape[0], dtype=np.int64)
     least = np.full(length.shape[0], math.inf)
     codes = np.full(length.shape[0], NO_CONFLICT, dtype=np.int8)
@@ -340,17 +326,11 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
 
     It does not apply to an ego that never does.
     """
-    values, actors = (part[TTC] for part in series.worst_conflicts)
+    scene, ttc = series.scene, series.worst_conflicts[0][TTC]
     row, codes = first_evasions(
-        series.trace.length,
-        series.column("ego"),
-        series.column("ego_place"),
-        values,
-        EVASIVE_BRAKING,
-        EVASIVE_LATERAL,
+        scene.length, scene.ego, scene.ego_place, ttc, EVASIVE_BRAKING, EVASIVE_LATERAL
     )
-    runs = np.arange(len(row))
-    return column_of(series, codes, row, values[runs, row], actors[runs, row])
+    return column_at(series, codes, row, TTC)
 
 
 @metric_entry(
@@ -360,13 +340,10 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
 )  # fmt: skip
 def min_psd(series: TraceSeries) -> MetricColumn:
     """Least gap in the path over the least way to standstill; below 1 there is no return."""
-    gaps, actors = (part[GAP] for part in series.worst_conflicts)
+    (gaps, actors), scene = series.nearest, series.scene
+    braking = np.ascontiguousarray(series.abilities[:, 0])
     row, value, codes = least_stopping_shares(
-        series.trace.length,
-        gaps,
-        series.column("ego")[..., EGO_SPEED],
-        series.column("contact"),
-        np.ascontiguousarray(series.abilities[:, 0]),
+        scene.length, gaps, scene.ego[..., EGO_SPEED], scene.contact, braking
     )
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
@@ -376,19 +353,8 @@ def min_psd(series: TraceSeries) -> MetricColumn:
 )
 def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     """Least gap over the RSS distance, to who is laterally unsafe and has the least RSS margin."""
-    context = series.trace.layout.context
     margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
-    row, value, codes = least_safe_ratios(
-        series.trace.length,
-        margins,
-        actors,
-        series.column("ego"),
-        series.column("ego_place"),
-        context.ego_size,
-        series.column("objects"),
-        series.column("object_places"),
-        context.object_sizes,
-    )
+    row, value, codes = least_safe_ratios(series.scene, margins, actors)
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
@@ -402,39 +368,32 @@ def rss_response_violation(series: TraceSeries) -> MetricColumn:
 
 
 def _exposures(series: TraceSeries) -> tuple[Floats, Ints, NDArray[np.int8]]:
-    """Scan the runs once for all of these metrics."""
-    if "exposures" not in series.kept:
-        values, _ = series.worst_conflicts
-        friction = series.trace.layout.context.surroundings.friction
-        ends = np.array([BRAKING_MEAN, BRAKING_DEVIATION, BRAKING_LEAST, BRAKING_MOST])
-        series.kept["exposures"] = exposures(
-            series.trace.length,
-            series.step,
-            values[TTC],
-            values[DRAC],
-            values[RSS_MARGIN],
-            series.column("ego")[..., EGO_ACCELERATION],
-            EXPOSURE_TTC,
-            friction[:, np.newaxis] * ends,
-            series.rss_response[0],
-            series.rss_response[1],
-        )
-    found: tuple[Floats, Ints, NDArray[np.int8]] = series.kept["exposures"]
-    return found
+    """Scan the runs."""
+    values, _ = series.worst_conflicts
+    friction = series.trace.layout.context.surroundings.friction
+    ends = np.array([BRAKING_MEAN, BRAKING_DEVIATION, BRAKING_LEAST, BRAKING_MOST])
+    return exposures(
+        series.trace.length,
+        series.step,
+        values[TTC],
+        values[DRAC],
+        values[RSS_MARGIN],
+        series.column("ego")[..., EGO_ACCELERATION],
+        EXPOSURE_TTC,
+        friction[:, np.newaxis] * ends,
+        *series.rss_response,
+    )
 
 
 _QUANTITY: Final = {EXPOSED: TTC, INTEGRATED: TTC, POTENTIAL: DRAC, RESPONSE: RSS_MARGIN}
 
 
 def _sum(series: TraceSeries, what: int) -> MetricColumn:
-    sums, rows, codes = _exposures(series)
-    at = np.maximum(rows[what], 0)
-    actors = series.worst_conflicts[1][_QUANTITY[what]][np.arange(len(at)), at]
-    column = column_of(series, codes, at, sums[what], actors)
+    sums, rows, codes = series.once("exposures", lambda: _exposures(series))
+    row = rows[what]
+    actors = series.worst_conflicts[1][_QUANTITY[what]][np.arange(len(row)), row]
     # Where it is 0 there is no worst row.
-    is_found = rows[what] >= 0
-    time = np.where(is_found, column.time, np.nan)
-    return MetricColumn(column.value, column.status, time, np.where(is_found, column.actor, -1))
+    return column_of(series, codes, row, sums[what], actors, is_found=row >= 0)
 
 
 def _mean(series: TraceSeries, what: int) -> MetricColumn:

@@ -7,12 +7,12 @@ made. What it finds is a row and a status, by its code in ``STATUSES``.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from adeye.judge.conflict import are_finite
-from adeye.judge.metrics.registry import CODES
+from adeye.judge.metrics.registry import CODES, column_of
 from adeye.judge.series import status_of
 from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.boxes import box_distance
@@ -36,7 +36,9 @@ from adeye.signals import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.judge.series import Shorts
+    from adeye.judge.conflict import Scene
+    from adeye.judge.series import Shorts, TraceSeries
+    from adeye.ports import MetricColumn
     from adeye.signals import Bools, Floats, Ints
 
     Codes = NDArray[np.int8]
@@ -45,11 +47,44 @@ VALUE: Final = CODES["value"]
 NO_CONFLICT: Final = CODES["no_conflict"]
 NOT_APPLICABLE: Final = CODES["not_applicable"]
 UNDEFINED: Final = CODES["undefined"]
+INCOMPLETE: Final = CODES["incomplete"]
 ERROR: Final = CODES["error"]
 
 _SAMPLE_VALUE: Final = int(SampleStatus.VALUE)
 _SAMPLE_FREE: Final = int(SampleStatus.NO_CONFLICT)
 _SAMPLE_ERROR: Final = int(SampleStatus.ERROR)
+
+
+class Found(NamedTuple):
+    """The worst of Q quantities in B runs.
+
+    Attributes:
+        values: (Q, B).
+        rows: (Q, B).
+        actors: (Q, B) object, -1 for none.
+        codes: (Q, B) index into ``STATUSES``.
+    """
+
+    values: Floats
+    rows: Ints
+    actors: Ints
+    codes: Codes
+
+
+def nothing_found(quantities: int, series: TraceSeries) -> Found:
+    """Make room for what a scan finds."""
+    shape = (quantities, series.trace.runs)
+    rows = np.zeros(shape, dtype=np.int64)
+    return Found(np.zeros(shape), rows, rows.copy(), np.zeros(shape, dtype=np.int8))
+
+
+def found_column(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
+    """Make a column of one quantity."""
+    values, rows, actors, codes = (part[quantity] for part in found)
+    # A least time of infinity was found with nobody to blame: there is no conflict.
+    codes = np.where((codes == VALUE) & np.isinf(values), np.int8(NO_CONFLICT), codes)
+    return column_of(series, codes, rows, values, actors)
+
 
 CHANGE, DECELERATION, SIZE = range(3)
 """What ``worst_motion`` makes of a number: change since the row before, its negative, its size."""
@@ -298,41 +333,24 @@ def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -
 
 
 @allocating
-def last_found(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    detected: Bools,
-    sensors: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Shorts,
+def last_found(  # noqa: C901, PLR0912 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, ahead: Shorts, detected: Bools, sensors: Ints
 ) -> tuple[Ints, Floats, Ints, Bools]:
     """Find the object in the path that the sensors have last, and how near it was then.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         gaps: (B, T) to the nearest object in the path [m].
         ahead: (B, T) that object, -1 for none.
         detected: (B, T, S, M).
         sensors: Those that count.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
 
     Returns:
         Rows (B,) of the first detection, distances (B,) there [m], NaN where they cannot be told,
         objects (B,), -1 for none, and whether a gap is an error (B,). An object that is never
         detected has row T and distance 0.
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
     runs, never = gaps.shape[0], gaps.shape[1]
     rows = np.full(runs, -1, dtype=np.int64)
     distances = np.full(runs, math.nan)

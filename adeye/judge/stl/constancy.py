@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from adeye.judge.stl.program import State, Tables
     from adeye.judge.stl.syntax import Arithmetic, Condition, Node, Term
     from adeye.signals import Floats, Ints
 
@@ -220,28 +221,20 @@ def _part(node: Condition) -> tuple[str, bool]:
 
 
 @compiled
-def find_held(  # noqa: PLR0913, PLR0917, PLR0912, C901 - one branch for each operator
-    nodes: Ints,
-    nested: Ints,
-    known: int,
-    last: int,
-    truth: Bytes,
-    start: Floats,
-    scope: Bytes,
-    held: Bytes,
+def find_held(  # noqa: PLR0912, C901 - one branch for each operator
+    tables: Tables, known: int, last: int, state: State, scope: Bytes, held: Bytes
 ) -> None:
     """Tell of each nested implication whether its antecedent held where it was asked for.
 
     Args:
-        nodes: Of the ``Program``, like ``nested``.
-        nested: (J,).
+        tables: The formula.
         known: Rows of the run.
         last: Last known row at which an outermost obligation starts.
-        truth: (N, 2, T).
-        start: (N, 4) states as whole formulas.
+        state: Of its conditions.
         scope: (N, T) scratch: whether a condition is asked for at a row.
         held: (J,) out.
     """
+    nodes, nested, truth, start = tables.nodes, tables.nested, state.truth, state.start
     scope[:] = 0
     scope[nodes.shape[0] - 1, 0] = 1
     for node in range(nodes.shape[0] - 1, -1, -1):

@@ -60,6 +60,7 @@ from adeye.kernel.jit import allocating, compiled
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from adeye.judge.stl.program import State, Tables
     from adeye.signals import Bools, Floats, Ints
 
     Bytes = NDArray[np.int8]
@@ -229,25 +230,6 @@ def restrict(  # noqa: PLR0913, PLR0917 - a kernel
         sliding_maximum(before, known, 0, first - 1, -beyond, queue, found)
         for k in range(known):
             endless[k] = min(endless[k], -found[k])
-
-
-@compiled
-def fill_past(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    state: Floats,
-    truth: Bytes,
-    known: int,
-    rows: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of an operator with one operand that looks back; see ``fill_once``."""
-    if node[KIND] == PREVIOUS:
-        fill_previous(state, truth, known, out, sign)
-    else:
-        fill_once(node, state, truth, known, rows, scratch, queue, out, sign)
 
 
 # --- Compiled: ``eventually`` and ``always`` over a window that slides along one run --------------
@@ -438,19 +420,13 @@ def is_open_ended(node: Ints) -> bool:
 
 
 @compiled
-def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for each operator
-    node: int,
-    nodes: Ints,
-    known: int,
-    rows: int,
-    bounds: Floats,
-    truth: Bytes,
-    exact: Bytes,
-    scratch: Floats,
-    queue: Ints,
+def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
+    node: int, nodes: Ints, known: int, state: State
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    _, _, bounds, truth, _, exact, scratch, queue = state
+    rows = queue.shape[0]
     exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
@@ -470,8 +446,10 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
     if kind >= PREVIOUS:
         if kind == SINCE:
             fill_since(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        elif kind == PREVIOUS:
+            fill_previous(a, p, known, out, sign)
         else:
-            fill_past(nodes[node], a, p, known, rows, scratch, queue, out, sign)
+            fill_once(nodes[node], a, p, known, rows, scratch, queue, out, sign)
         # Where nothing lies in a window, the bounds are infinite.
         exact[node] = min(exact[node], EXACT)
         return
@@ -539,14 +517,12 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def fill_start(  # noqa: PLR0913, PLR0917 - one branch for each operator
+def fill_start(
     node: int,
     nodes: Ints,
     last: int,
     is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
+    state: State,
 ) -> None:
     """Write the state (4,) of a condition as a whole formula.
 
@@ -554,6 +530,7 @@ def fill_start(  # noqa: PLR0913, PLR0917 - one branch for each operator
     and, if the trace was cut short, over unknown ones; everything else is that of row 0.
     """
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    bounds, truth, start = state.bounds, state.truth, state.start
     out = start[node]
     if needs_rows(nodes[node]):
         out[0], out[1] = bounds[node, 0, 0], bounds[node, 1, 0]
@@ -613,19 +590,12 @@ def _start_over_rows(
 
 
 @compiled
-def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
-    nodes: Ints,
-    decided: Ints,
+def fill_decided(
+    tables: Tables,
     known: int,
-    rows: int,
     last: int,
     is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
-    exact: Bytes,
-    scratch: Floats,
-    queue: Ints,
+    state: State,
     is_changed: Bools,
 ) -> None:
     """Take antecedents as true or false without a degree, and write again what hangs on them.
@@ -633,6 +603,8 @@ def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
     An implication is worth its consequent then at the rows at which its antecedent held, and
     nothing at the others; so the least of them is the margin that people read.
     """
+    nodes, decided = tables.nodes, tables.decided
+    bounds, truth, start, exact = state.bounds, state.truth, state.start, state.exact
     is_changed[:] = False
     for place in range(decided.shape[0]):
         node = decided[place]
@@ -649,16 +621,17 @@ def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
         if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
             is_changed[node] = True
             if needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+                fill_operator(node, nodes, known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, last, is_cut, bounds, truth, start)
+                fill_start(node, nodes, last, is_cut, state)
 
 
 @compiled
-def is_vacuous(
-    implied: Ints, antecedents: Ints, known: int, last: int, truth: Bytes, start: Floats
-) -> bool:
+def is_vacuous(tables: Tables, known: int, last: int, state: State) -> bool:
     """Tell whether a top-level implication was never exercised."""
+    implied, antecedents, truth, start = (
+        tables.implied, tables.antecedents, state.truth, state.start,
+    )  # fmt: skip
     for item in range(implied.shape[0]):
         begin, end = implied[item, 0], implied[item, 0] + implied[item, 1]
         is_held = False

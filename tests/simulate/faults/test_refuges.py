@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.judge.safe_stop import rate_run
+from tests.judge.conftest import rate_run
 from adeye.judge.timeline import violation_s
 from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import EGO_SPEED, PLACE_D, PLACE_S
