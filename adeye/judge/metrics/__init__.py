@@ -8,7 +8,6 @@ To import this package registers the built-in ones. What an FSR asks for is neve
 from adeye.judge.metrics import arbitration as arbitration
 from adeye.judge.metrics import comfort as comfort
 from adeye.judge.metrics import criticality as criticality
-from adeye.judge.metrics import encounters as encounters
 from adeye.judge.metrics import exposure as exposure
 from adeye.judge.metrics import handling as handling
 from adeye.judge.metrics import perception as perception
@@ -17,3 +16,8 @@ from adeye.judge.metrics.registry import METRICS as METRICS
 from adeye.judge.metrics.registry import MetricDefinition as MetricDefinition
 from adeye.judge.metrics.registry import compute_metrics as compute_metrics
 from adeye.judge.metrics.registry import register_metric as register_metric
+
+# isort: split
+
+# They are listed behind the others.
+from adeye.judge.metrics import encounters as encounters
