@@ -56,13 +56,12 @@ from adeye.signals import (
     PLACE_S,
     Floats,
     Ints,
+    Shorts,
 )
 from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Shorts = NDArray[np.int16]
+    pass
 
 
 class Scene(NamedTuple):

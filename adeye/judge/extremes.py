@@ -9,7 +9,7 @@ is not needed; where the samples cannot tell, it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,7 +19,7 @@ from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.judge.stl.syntax import Arithmetic, Comparison, Constant, Signal, Temporal, Term
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.series import Series
@@ -273,10 +273,3 @@ def evaluate_extremes(
     is_rival &= kept.row[:, RIVAL] != kept.row[:, FIRST]
     assert len(is_rival) == runs
     return FromExtremes(replace(found, row=binding), is_enough & (~is_rival | found.error))
-
-
-def joined(parts: Sequence[Extremes]) -> Extremes:
-    """Join what was found in several parts of a trace."""
-    names = [item.name for item in fields(Extremes)]
-    whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Extremes(**whole)

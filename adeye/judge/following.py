@@ -60,13 +60,13 @@ from adeye.signals import (
     PLACE_S,
     Floats,
     Ints,
+    Shorts,
 )
 from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
-    Shorts = NDArray[np.int16]
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10

@@ -52,7 +52,7 @@ from adeye.signals import (
     PLACE_S,
     parameter_record,
 )
-from adeye.spec.channels import SafetyChannel, StopRatings
+from adeye.spec.channels import SafetyChannel, SafetyParameters, StopRatings
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
@@ -158,18 +158,21 @@ def decelerations_of(architecture: Architecture) -> dict[str, float]:
     Args:
         architecture: Without such a channel ``DECELERATIONS`` count.
     """
-    for channel in architecture.channels.values():
-        if isinstance(channel, SafetyChannel):
-            return {name: getattr(channel.parameters, name) for name in DECELERATIONS}
-    return dict(DECELERATIONS)
+    own = _safety_of(architecture)
+    return {name: getattr(own, name, default) for name, default in DECELERATIONS.items()}
 
 
 def ratings_of(architecture: Architecture) -> StopRatings:
     """Return how the safety channel of an architecture rates places; the defaults without one."""
-    for channel in architecture.channels.values():
-        if isinstance(channel, SafetyChannel):
-            return channel.parameters.ratings
-    return StopRatings()
+    own = _safety_of(architecture)
+    return StopRatings() if own is None else own.ratings
+
+
+def _safety_of(architecture: Architecture) -> SafetyParameters | None:
+    """Return the parameters of the first built-in safety channel."""
+    channels = architecture.channels.values()
+    found = (item.parameters for item in channels if isinstance(item, SafetyChannel))
+    return next(found, None)
 
 
 def rules_of(architecture: Architecture) -> Floats:

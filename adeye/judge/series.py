@@ -26,7 +26,7 @@ from adeye.judge.following import MTTC, TTR, following_series
 from adeye.judge.outcome import abilities
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.jit import compiled, inlined
-from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType
+from adeye.signals import EGO_ACCELERATION, Bools, Bytes, Floats, Ints, Shorts, SignalType
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,13 +36,10 @@ if TYPE_CHECKING:
     from adeye.judge.stl.series import Series
     from adeye.trace import Trace
 
-    Shorts = NDArray[np.int16]
 
 T = TypeVar("T")
 
 # --- Samples of a series with their status: what a value of a conflict stands for -----------------
-
-Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
 _VALUE: Final = int(SampleStatus.VALUE)
 _FREE: Final = int(SampleStatus.NO_CONFLICT)
@@ -61,7 +58,7 @@ class Samples:
     """
 
     values: Floats
-    status: Statuses
+    status: Bytes
     actor: NDArray[np.integer[Any]]
 
 
@@ -102,7 +99,7 @@ def fill_statuses(
     actors: Shorts,
     contact: Shorts,
     demands: bool,  # noqa: FBT001 - compiled
-    status: Statuses,
+    status: Bytes,
 ) -> None:
     """Tell what each value (B, T) of a conflict stands for, within its run."""
     for run in range(values.shape[0]):
@@ -115,7 +112,7 @@ def fill_statuses(
 
 
 @compiled
-def mark_errors(numbers: Floats, status: Statuses) -> None:
+def mark_errors(numbers: Floats, status: Bytes) -> None:
     """Make an error of each sample (B, T) whose number is not finite."""
     for run in range(numbers.shape[0]):
         for row in range(numbers.shape[1]):
@@ -124,7 +121,7 @@ def mark_errors(numbers: Floats, status: Statuses) -> None:
 
 
 @compiled
-def mark_undecided(length: Ints, status: Statuses) -> None:
+def mark_undecided(length: Ints, status: Bytes) -> None:
     """Say that a sample (B, T) does not apply from the last row of its run on."""
     for run in range(length.shape[0]):
         for row in range(length[run] - 1, status.shape[1]):

@@ -11,7 +11,6 @@ import numpy as np
 from adeye.judge.outcome import in_refuge, on_road
 from adeye.judge.series import (
     SERIES,
-    Statuses,
     TraceSeries,
     mark_errors,
     mark_undecided,
@@ -36,6 +35,7 @@ from adeye.signals import (
     PLACE_OFFSET,
     SILENT,
     Bools,
+    Bytes,
     Floats,
     SignalType,
     architecture_signals,
@@ -373,7 +373,7 @@ class TraceSignals:
         return _reading(age, stamp)
 
 
-Reading = tuple["NDArray[Any]", Statuses, "NDArray[np.int64] | None"]
+Reading = tuple["NDArray[Any]", Bytes, "NDArray[np.int64] | None"]
 """Values, status and actor of a signal (B, T)."""
 
 
@@ -381,7 +381,7 @@ def _reading(
     values: NDArray[Any], *inputs: Floats, actor: NDArray[np.int64] | None = None
 ) -> Reading:
     """Give values with status VALUE, but ERROR where they or their inputs are not finite."""
-    status: Statuses = np.zeros(values.shape, dtype=np.int8)
+    status: Bytes = np.zeros(values.shape, dtype=np.int8)
     for checked in (values, *inputs):
         if checked.dtype.kind == "f":
             mark_errors(checked, status)

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from adeye.judge.evaluate import evaluate_trace
 from adeye.judge.metrics import METRICS
 from adeye.judge.safe_stop import achieved_rating, best_rating, rules_of
+from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
+from adeye.spec.concept import Requirement
 from adeye.spec.scenario import LogicalScenario
 from adeye.trace import ChannelEvent, Layout, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
+
+    from adeye.judge.evaluate import Evaluation
+    from adeye.judge.requirements import CheckedRequirement
+    from adeye.judge.uncertainty import NumericUncertainty
+    from adeye.spec.odd import Attributes
 
 ARCHITECTURE: dict[str, Any] = {
     "architecture": "two_channels",
@@ -217,10 +226,37 @@ class HandMade:
         )
 
 
-def measure(made: HandMade, column: str) -> tuple[float, str, float, int]:
+def measure(made: HandMade, column: str) -> Any:
     """Measure a metric of the first run: value, status, time and actor."""
     found = METRICS[column].compute(made.trace())
     return float(found.value[0]), found.status[0], float(found.time[0]), int(found.actor[0])
+
+
+def judge(
+    trace: Trace,
+    requirements: Sequence[CheckedRequirement],
+    inside_odd: np.ndarray,
+    attributes: Attributes | None = None,
+    *,
+    faults: Sequence[str] = (),
+    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
+) -> Evaluation:
+    """Judge FSRs on the runs of a trace."""
+    signals = TraceSignals(trace, inside_odd, attributes, faults)
+    return evaluate_trace(signals, requirements, uncertainty)
+
+
+def fsr(**item: Any) -> Requirement:
+    """Write an FSR of what a test says about it."""
+    shared = {
+        "id": "FSR-01",
+        "goals": ["SG"],
+        "text": "t",
+        "threshold_source": "s",
+        "asil": "QM",
+        "allocation": ["e"],
+    }
+    return Requirement.model_validate({**shared, **item})
 
 
 class StopQuality(NamedTuple):

@@ -27,6 +27,7 @@ from adeye.judge.requirements import (
 )
 from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
+from tests.judge.conftest import fsr
 
 Check = Callable[..., CheckedRequirement]
 
@@ -454,18 +455,8 @@ def requirement(**item: Any) -> Requirement:
     return concept(item).requirements[0]
 
 
-CONTENT = {
-    "id": "FSR-01",
-    "goals": ["SG-01"],
-    "text": "It shall be so.",
-    "threshold_source": "test",
-    "asil": "B",
-    "allocation": ["camera"],
-}
-
-
-def fsr(metric: str, limit: Any, side: str = "at_most") -> Requirement:
-    return Requirement.model_validate({**CONTENT, "bound": {"metric": metric, side: limit}})
+def bounded(metric: str, limit: Any, side: str = "at_most") -> Requirement:
+    return fsr(bound={"metric": metric, side: limit})
 
 
 @pytest.mark.parametrize(
@@ -484,7 +475,7 @@ def fsr(metric: str, limit: Any, side: str = "at_most") -> Requirement:
 def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
     metric: str, text: str, number: float, side: str
 ) -> None:
-    written, plain = fsr(metric, text, side), fsr(metric, number, side)
+    written, plain = bounded(metric, text, side), bounded(metric, number, side)
     assert bound_of(written) == bound_of(plain)
     assert bound_of(written).limit == number
     assert requirement_digest(written) == requirement_digest(plain)
@@ -492,7 +483,7 @@ def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
 
 
 def test_digest_of_a_plain_number_is_what_it_was() -> None:
-    assert requirement_digest(fsr("takeover_time_s", 1.5)) == RECORDED
+    assert requirement_digest(bounded("takeover_time_s", 1.5)) == RECORDED
 
 
 @pytest.mark.parametrize(
@@ -513,15 +504,15 @@ def test_digest_of_a_plain_number_is_what_it_was() -> None:
 )
 def test_unit_of_something_else_is_refused(metric: str, text: str, message: str) -> None:
     with pytest.raises(SpecError, match=message):
-        bound_of(fsr(metric, text))
+        bound_of(bounded(metric, text))
     with pytest.raises(SpecError, match=message):
-        bound_of(pickle.loads(pickle.dumps(fsr(metric, text))))  # noqa: S301 - its own
+        bound_of(pickle.loads(pickle.dumps(bounded(metric, text))))  # noqa: S301 - its own
 
 
 @pytest.mark.parametrize("text", ["1.5 parsec", "soon", "", "1e999 s", True])
 def test_what_is_no_quantity_is_refused_at_its_place(text: Any) -> None:
     with pytest.raises(ValueError, match=r"bound\.at_most"):
-        fsr("takeover_time_s", text)
+        bounded("takeover_time_s", text)
 
 
 @pytest.mark.parametrize("unit", ["km/h", "pint"])
@@ -529,16 +520,16 @@ def test_metric_that_is_not_in_si_takes_plain_numbers_only(
     unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(METRICS, "mine", replace(METRICS["impact_speed_mps"], unit=unit))
-    assert bound_of(fsr("mine", 30.0)).limit == 30.0
+    assert bound_of(bounded("mine", 30.0)).limit == 30.0
     with pytest.raises(SpecError, match=f"is in {unit}. Write a plain number"):
-        bound_of(fsr("mine", "30 km/h"))
+        bound_of(bounded("mine", "30 km/h"))
 
 
 def test_margin_is_the_distance_to_the_limit_and_the_cap_without_a_conflict() -> None:
     values, free = np.array([4.0, 7.0, np.nan]), np.array([False, False, True])
-    high = bound_of(fsr("min_distance_m", "5 m", "at_least"))
+    high = bound_of(bounded("min_distance_m", "5 m", "at_least"))
     assert high.margins(values, free)[0].tolist() == [-1.0, 2.0, METRICS["min_distance_m"].cap]
-    low = bound_of(fsr("max_drac_mps2", "5 m/s^2"))
+    low = bound_of(bounded("max_drac_mps2", "5 m/s^2"))
     assert low.margins(values, free)[0].tolist() == [1.0, -2.0, 5.0]
     assert low.text == "max_drac_mps2 <= 5 m/s²"
 
@@ -568,24 +559,12 @@ def test_what_lies_on_a_bound_as_a_decimal_has_no_margin(*, is_lower: bool) -> N
     assert margins.tolist() == [0.0, 0.0]
 
 
-CONTENT_OF_IDENTITY: dict[str, Any] = {
-    "id": "FSR-01",
-    "goals": ["SG-01"],
-    "text": "It shall be so.",
-    "threshold_source": "test",
-    "asil": "B",
-    "allocation": ["camera"],
-    "scenarios": ["cut_in", "lead_braking"],
-}
 GAP = {"formula": "always(gap >= 1 m)"}
 TTC = {"bound": {"metric": "min_ttc_s", "at_least": 2.0}}
 
 
-def fsr_of_identity(*parts: dict[str, Any]) -> Requirement:
-    content = dict(CONTENT_OF_IDENTITY)
-    for part in parts:
-        content |= part
-    return Requirement.model_validate(content)
+def stated(part: dict[str, Any]) -> Requirement:
+    return fsr(**{"scenarios": ["cut_in", "lead_braking"], **part})
 
 
 @pytest.mark.parametrize(
@@ -601,8 +580,8 @@ def fsr_of_identity(*parts: dict[str, Any]) -> Requirement:
     ],
 )
 def test_spelling_is_no_part_of_it(before: dict[str, Any], now: dict[str, Any]) -> None:
-    assert measured(fsr_of_identity(before)) == measured(fsr_of_identity(now))
-    assert requirement_digest(fsr_of_identity(before)) == requirement_digest(fsr_of_identity(now))
+    assert measured(stated(before)) == measured(stated(now))
+    assert requirement_digest(stated(before)) == requirement_digest(stated(now))
 
 
 @pytest.mark.parametrize(
@@ -620,12 +599,12 @@ def test_spelling_is_no_part_of_it(before: dict[str, Any], now: dict[str, Any]) 
     ],
 )
 def test_everything_else_is(before: dict[str, Any], now: dict[str, Any]) -> None:
-    assert measured(fsr_of_identity(before)) != measured(fsr_of_identity(now))
-    assert requirement_digest(fsr_of_identity(before)) != requirement_digest(fsr_of_identity(now))
+    assert measured(stated(before)) != measured(stated(now))
+    assert requirement_digest(stated(before)) != requirement_digest(stated(now))
 
 
 def test_only_the_signal_reads_the_odd() -> None:
-    assert reads_odd(fsr_of_identity({"formula": "always(in_odd)"}))
+    assert reads_odd(stated({"formula": "always(in_odd)"}))
     named = {"formula": "always(gap >= not_in_odd)", "parameters": {"not_in_odd": "1 m"}}
-    assert not reads_odd(fsr_of_identity(named))
-    assert not reads_odd(fsr_of_identity(TTC))
+    assert not reads_odd(stated(named))
+    assert not reads_odd(stated(TTC))

@@ -109,26 +109,6 @@ def test_jerk_is_the_slope_of_the_acceleration_and_unknown_at_the_start(hand_mad
     np.testing.assert_allclose(series.values[0, :20], -2.0 * np.arange(20) * 0.05)
 
 
-def test_gap_to_one_object_is_signed(hand_made: Any) -> None:
-    series = TraceSeries(hand_made().object("lead", s=-44.0).ego(s=0.0).trace())
-    distances, gaps = series.object_distance(0), series.object_gap(0)
-    assert (distances[0, 0], gaps[0, 0]) == (pytest.approx(40.0), pytest.approx(-40.0))
-
-
-def test_distance_to_the_object_touched_is_zero(hand_made: Any) -> None:
-    series = TraceSeries(hand_made().touch(3, "lead").trace())
-    assert series.object_distance(0)[0, 3] == 0.0
-
-
-@pytest.mark.slow
-def test_distance_to_an_unknown_place_is_unknown(hand_made: Any) -> None:
-    made = hand_made().object("lead", s=np.nan)
-    series = TraceSeries(made.trace())
-    distances, gaps = series.object_distance(0), series.object_gap(0)
-    assert np.isnan(distances).all()
-    assert np.isnan(gaps).all()
-
-
 def test_unknown_series_is_refused(hand_made: Any) -> None:
     with pytest.raises(KeyError):
         TraceSeries(hand_made().trace()).series("gab")

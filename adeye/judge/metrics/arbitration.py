@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     "m/s²",
     "higher",
     "own definition: difference of commands",
-    scale=1.0,
 )
 def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
     """Largest difference of the accelerations that the default and another channel command.

@@ -74,8 +74,7 @@ from adeye.signals import (
 
 if TYPE_CHECKING:
     from adeye.judge.conflict import Scene
-    from adeye.judge.series import Shorts
-    from adeye.signals import Bools
+    from adeye.signals import Bools, Shorts
 
 # --- Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS --
 
@@ -86,7 +85,6 @@ if TYPE_CHECKING:
     "1",
     "higher",
     "geometry of swept boxes",
-    scale=1.0,
     least=0.0,
     most=1.0,
 )
@@ -135,7 +133,6 @@ def min_distance(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     SERIES["ttc"].source,
-    scale=1.0,
     cap=SERIES["ttc"].type.cap,
     least=0.0,
 )
@@ -150,7 +147,6 @@ def min_ttc(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     SERIES["time_headway"].source,
-    scale=1.0,
     cap=SERIES["time_headway"].type.cap,
     least=0.0,
 )
@@ -165,7 +161,6 @@ def min_time_headway(series: TraceSeries) -> MetricColumn:
     "m/s²",
     "higher",
     SERIES["drac"].source,
-    scale=1.0,
 )
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
@@ -178,7 +173,6 @@ def max_drac(series: TraceSeries) -> MetricColumn:
     "m/s²",
     "higher",
     SERIES["required_deceleration"].source,
-    scale=1.0,
 )
 def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration needed, before contact, against who goes on braking."""
@@ -191,7 +185,6 @@ def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     SERIES["rss_violation"].source,
-    scale=1.0,
 )
 def rss_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation, each row counting one step; when and who was the worst."""
@@ -385,7 +378,7 @@ _BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessm
     "adeye:criticality.min_mttc@1", "min_mttc_s", "s", "lower",
     "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
     " measure",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
@@ -394,7 +387,7 @@ def min_mttc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_ettc@1", "min_ettc_s", "s", "lower",
-    "ISO 15623, enhanced time to collision", scale=1.0, cap=10.0,
+    "ISO 15623, enhanced time to collision", cap=10.0,
     least=0.0,
 )  # fmt: skip
 def min_ettc(series: TraceSeries) -> MetricColumn:
@@ -404,7 +397,7 @@ def min_ettc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_mdrac@1", "max_mdrac_mps2", "m/s²", "higher",
-    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC", scale=1.0,
+    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC",
 )  # fmt: skip
 def max_mdrac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash that begins 1 s late; 100 m/s² where that is too late.
@@ -416,7 +409,7 @@ def max_mdrac(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_dst@1", "max_dst_mps2", "m/s²", "higher",
-    "Hupfer (1997), Deceleration to safety time (DST)", scale=1.0,
+    "Hupfer (1997), Deceleration to safety time (DST)",
 )  # fmt: skip
 def max_dst(series: TraceSeries) -> MetricColumn:
     """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
@@ -427,7 +420,7 @@ def max_dst(series: TraceSeries) -> MetricColumn:
     "adeye:criticality.min_mtc@1", "min_mtc", "1", "lower",
     "Kitajima et al. (2009), Comparison of evaluation indices concerning estimation of driver's "
     "risk perception",
-    scale=1.0, cap=10.0,
+    cap=10.0,
 )  # fmt: skip
 def min_mtc(series: TraceSeries) -> MetricColumn:
     """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
@@ -451,7 +444,7 @@ def max_stn(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttb(series: TraceSeries) -> MetricColumn:
@@ -460,7 +453,7 @@ def min_ttb(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_tts(series: TraceSeries) -> MetricColumn:
@@ -469,7 +462,7 @@ def min_tts(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttk(series: TraceSeries) -> MetricColumn:
@@ -478,7 +471,7 @@ def min_ttk(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttr(series: TraceSeries) -> MetricColumn:
@@ -488,7 +481,7 @@ def min_ttr(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_rear_ttc@1", "min_rear_ttc_s", "s", "lower",
-    "Hayward (1972), Near-miss determination through use of a scale of danger", scale=1.0,
+    "Hayward (1972), Near-miss determination through use of a scale of danger",
     cap=10.0, least=0.0,
 )  # fmt: skip
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
@@ -498,7 +491,7 @@ def min_rear_ttc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_follower_deceleration@1", "max_follower_deceleration_mps2", "m/s²",
-    "higher", "Jansson (2005), Collision avoidance theory, 4.2", scale=1.0,
+    "higher", "Jansson (2005), Collision avoidance theory, 4.2",
 )  # fmt: skip
 def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration that the ego's braking demands of who follows it."""

@@ -509,7 +509,7 @@ _ALLEN: Final = "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and c
 @metric_entry(
     "adeye:criticality.min_ttc_2d@1", "min_ttc_2d_s", "s", "lower",
     "Westhofen et al. (2023), Criticality metrics for automated driving; by separating axes",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_ttc_2d(series: TraceSeries) -> MetricColumn:
     """Least time until the bodies of ego and any object touch at constant velocity and heading."""
@@ -519,7 +519,7 @@ def min_ttc_2d(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.min_wttc@1", "min_wttc_s", "s", "lower",
     "Wachenfeld et al. (2016), The worst-time-to-collision metric for situation identification",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_wttc(series: TraceSeries) -> MetricColumn:
     """Least time in which ego and any object can touch, whatever both do up to friction."""
@@ -547,7 +547,6 @@ def min_dce(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     _EGGERT,
-    scale=1.0,
     cap=10.0,
     least=0.0,
 )
@@ -556,9 +555,7 @@ def min_ttce(series: TraceSeries) -> MetricColumn:
     return _encounter(series, TTCE)
 
 
-@metric_entry(
-    "adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, scale=1.0, cap=10.0, least=0.0
-)
+@metric_entry("adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, cap=10.0, least=0.0)
 def min_pet(series: TraceSeries) -> MetricColumn:
     """Least time from the first one's exit of a conflict area to the second one's entry.
 
@@ -567,7 +564,7 @@ def min_pet(series: TraceSeries) -> MetricColumn:
     return _crossing(series, PET)
 
 
-@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN, scale=1.0)
+@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN)
 def pet_overlap(series: TraceSeries) -> MetricColumn:
     """Longest time in which ego and a crossing actor are both in their conflict area."""
     return _crossing(series, OVERLAP)
@@ -575,7 +572,6 @@ def pet_overlap(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_encroachment_time@1", "max_encroachment_time_s", "s", "higher", _ALLEN,
-    scale=1.0,
 )  # fmt: skip
 def max_encroachment_time(series: TraceSeries) -> MetricColumn:
     """Longest time for which an actor that crosses takes up the ego's corridor."""
@@ -584,7 +580,7 @@ def max_encroachment_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_predicted_pet@1", "min_predicted_pet_s", "s", "lower",
-    f"{_ALLEN}; initially attempted post-encroachment time", scale=1.0, cap=10.0, least=0.0,
+    f"{_ALLEN}; initially attempted post-encroachment time", cap=10.0, least=0.0,
 )  # fmt: skip
 def min_predicted_pet(series: TraceSeries) -> MetricColumn:
     """Least post-encroachment time predicted at constant speeds; 0 where both would be inside."""

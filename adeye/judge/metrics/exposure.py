@@ -38,10 +38,8 @@ if TYPE_CHECKING:
 
     from adeye.judge.conflict import Scene
     from adeye.judge.series import TraceSeries
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints, Shorts
 
-    Codes = NDArray[np.int8]
-    Shorts = NDArray[np.int16]
 
 # --- Compiled: how long and how badly a run was exposed, from its series of conflicts -------------
 
@@ -60,7 +58,7 @@ def exposures(  # noqa: C901, PLR0913, PLR0917 - a kernel over what is measured
     braking: Floats,
     response: float,
     least_braking: float,
-) -> tuple[Floats, Ints, Codes]:
+) -> tuple[Floats, Ints, Bytes]:
     """Sum up the rows of B runs, each counting one step.
 
     Args:
@@ -125,7 +123,7 @@ def first_evasions(
     ttc: Floats,
     braking: float,
     lateral: float,
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row at which the ego first evades.
 
     Args:
@@ -160,7 +158,7 @@ def first_evasions(
 @allocating
 def least_stopping_shares(
     length: Ints, gaps: Floats, speeds: Floats, contact: Shorts, braking: Floats
-) -> tuple[Ints, Floats, Codes]:
+) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the least share of the way to standstill that is left.
 
     Args:
@@ -195,7 +193,7 @@ def least_stopping_shares(
 
 
 @allocating
-def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Ints, Floats, Codes]:
+def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the least ratio of gap and RSS distance.
 
     Args:
@@ -265,20 +263,20 @@ _RSS: Final = SERIES["rss_margin"].source
 
 @metric_entry(
     "adeye:criticality.min_time_gap@1", "min_time_gap_s", "s", "lower",
-    SERIES["time_gap"].source, scale=1.0, cap=SERIES["time_gap"].type.cap,
+    SERIES["time_gap"].source, cap=SERIES["time_gap"].type.cap,
 )  # fmt: skip
 def min_time_gap(series: TraceSeries) -> MetricColumn:
     """Least time in which the ego drives the gap to the nearest object in the path."""
     return worst_of(series, TIME_GAP)
 
 
-@metric_entry("adeye:criticality.tet@1", "tet_s", "s", "higher", _MINDERHOUD, scale=1.0)
+@metric_entry("adeye:criticality.tet@1", "tet_s", "s", "higher", _MINDERHOUD)
 def tet(series: TraceSeries) -> MetricColumn:
     """Time exposed: with a time to collision of at most 3 s, each row counting one step."""
     return _sum(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit@1", "tit_s2", "s²", "higher", _MINDERHOUD, scale=1.0)
+@metric_entry("adeye:criticality.tit@1", "tit_s2", "s²", "higher", _MINDERHOUD)
 def tit(series: TraceSeries) -> MetricColumn:
     """Time integrated: by how much the time to collision was below 3 s, summed over time."""
     return _sum(series, INTEGRATED)
@@ -318,7 +316,7 @@ def crash_potential(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.time_to_accident@1", "time_to_accident_s", "s", "lower",
-    "Hydén (1987), The development of a method for traffic safety evaluation", scale=1.0,
+    "Hydén (1987), The development of a method for traffic safety evaluation",
     cap=10.0, settles=True, least=0.0,
 )  # fmt: skip
 def time_to_accident(series: TraceSeries) -> MetricColumn:
@@ -335,7 +333,7 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_psd@1", "min_psd", "1", "lower",
-    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions", scale=1.0,
+    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions",
     cap=10.0,
 )  # fmt: skip
 def min_psd(series: TraceSeries) -> MetricColumn:
@@ -360,7 +358,6 @@ def min_rss_ratio(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.rss_response_violation@2", "rss_response_violation_s", "s", "higher", _RSS,
-    scale=1.0,
 )  # fmt: skip
 def rss_response_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation older than the response time and no braking as RSS asks for."""

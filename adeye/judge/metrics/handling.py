@@ -136,7 +136,6 @@ def default_channel(trace: Trace) -> int:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
@@ -188,7 +187,6 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition: latency of the arbitration",
-    scale=1.0,
     settles=True,
 )
 def takeover_time(series: TraceSeries) -> MetricColumn:
@@ -209,7 +207,6 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.55 (fault detection time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_detection_time(series: TraceSeries) -> MetricColumn:
@@ -227,7 +224,6 @@ def fault_detection_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.59 (fault reaction time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_reaction_time(series: TraceSeries) -> MetricColumn:
@@ -244,7 +240,6 @@ def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_handling_time(series: TraceSeries) -> MetricColumn:
@@ -261,7 +256,6 @@ def fault_handling_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.44 (emergency operation time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def emergency_operation_time(series: TraceSeries) -> MetricColumn:
@@ -281,7 +275,6 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     "1",
     "lower",
     "own definition: share of time",
-    scale=1.0,
     cap=1.0,
     least=0.0,
     most=1.0,
@@ -303,7 +296,6 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: count of handovers",
-    scale=1.0,
 )
 def takeovers(series: TraceSeries) -> MetricColumn:
     """How often authority passes from the default channel to another."""
@@ -316,7 +308,6 @@ def takeovers(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: count of alarms and handovers",
-    scale=1.0,
 )
 def trips(series: TraceSeries) -> MetricColumn:
     """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
@@ -411,7 +402,6 @@ def _since_fault(
     "1",
     "higher",
     "own definition: rating of the place, kernel.stop_rating",
-    scale=1.0,
     least=0.0,
     most=8.0,
 )
@@ -430,7 +420,6 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: achieved rating minus the best that was reachable",
-    scale=1.0,
 )
 def stop_regret(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands, minus the best reachable when the fault began.

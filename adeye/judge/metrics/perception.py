@@ -17,8 +17,9 @@ import numpy as np
 from adeye.judge.conflict import are_finite
 from adeye.judge.metrics.handling import default_channel
 from adeye.judge.metrics.registry import column_of, metric_entry
-from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags, last_found
+from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags
 from adeye.judge.outcome import last_rows
+from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.relation import tick_times
@@ -26,9 +27,12 @@ from adeye.kernel.road import lane_way
 from adeye.kernel.sight import visible_fraction
 from adeye.ports import MetricColumn
 from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
     EGO_SPEED,
     EGO_X,
     EGO_Y,
+    OBJECT_ACCELERATION,
     OBJECT_HEADING,
     OBJECT_SPEED,
     OBJECT_X,
@@ -40,14 +44,11 @@ from adeye.signals import (
 from adeye.trace import NO_TRACKS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adeye.judge.conflict import Scene
-    from adeye.judge.series import Shorts, TraceSeries
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.judge.series import TraceSeries
+    from adeye.signals import Bools, Bytes, Floats, Ints, Shorts
     from adeye.trace import Layout
 
-    Codes = NDArray[np.int8]
 
 # --- Compiled: which objects matter, since when, and whether sensors and channel have them --------
 
@@ -83,7 +84,7 @@ def matters(
 @allocating
 def worst_latencies(
     scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, detected: Bools, sensors: Ints
-) -> tuple[Ints, Ints, Ints, Codes]:
+) -> tuple[Ints, Ints, Ints, Bytes]:
     """Find the object that a sensor has latest after it first mattered.
 
     Args:
@@ -144,9 +145,73 @@ def _first_detection(detected: Bools, sensors: Ints, thing: int, end: int) -> in
 
 
 @allocating
+def last_found(  # noqa: C901 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, ahead: Shorts, detected: Bools, sensors: Ints
+) -> tuple[Ints, Floats, Ints, Bools]:
+    """Find the object in the path that the sensors have last, and how near it was then.
+
+    Args:
+        scene: The runs.
+        gaps: (B, T) to the nearest object in the path [m].
+        ahead: (B, T) that object, -1 for none.
+        detected: (B, T, S, M).
+        sensors: Those that count.
+
+    Returns:
+        Rows (B,) of the first detection, distances (B,) there [m], NaN where they cannot be told,
+        objects (B,), -1 for none, and whether a gap is an error (B,). An object that is never
+        detected has row T and distance 0.
+    """
+    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
+    runs, never = gaps.shape[0], gaps.shape[1]
+    rows = np.full(runs, -1, dtype=np.int64)
+    distances = np.full(runs, math.nan)
+    found = np.full(runs, -1, dtype=np.int64)
+    is_error = np.zeros(runs, dtype=np.bool_)
+    in_path = np.zeros(objects.shape[2], dtype=np.bool_)
+    for run in range(runs):
+        in_path[:] = False
+        for row in range(length[run]):
+            if not gaps[run, row] > -math.inf:
+                is_error[run] = True
+            if ahead[run, row] >= 0:
+                in_path[ahead[run, row]] = True
+        if sensors.shape[0] == 0:
+            continue
+        for thing in range(objects.shape[2]):
+            if not in_path[thing]:
+                continue
+            first = _first_detection(detected[run], sensors, thing, length[run] - 1)
+            if first == length[run] - 1:
+                first = never
+            distance = 0.0
+            if first < never and contact[run, first] != thing:
+                own, own_place = ego[run, first], ego_place[run, first]
+                other, where = objects[run, first, thing], places[run, first, thing]
+                own_size, size = ego_size[run], sizes[run, thing]
+                distance = math.nan
+                if are_finite(
+                    own[EGO_X], own[EGO_Y], own[EGO_HEADING], own[EGO_SPEED],
+                    own[EGO_ACCELERATION], own_place[PLACE_S], own_place[PLACE_D],
+                    own_place[PLACE_HEADING], own_size[0], own_size[1],
+                ) and are_finite(
+                    other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], other[OBJECT_SPEED],
+                    other[OBJECT_ACCELERATION], where[PLACE_S], where[PLACE_D],
+                    where[PLACE_HEADING], size[0], size[1],
+                ):  # fmt: skip
+                    distance = box_distance(
+                        own[EGO_X], own[EGO_Y], own[EGO_HEADING], own_size[0], own_size[1],
+                        other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], size[0], size[1],
+                    )  # fmt: skip
+            if first > rows[run] or (first == rows[run] and distance < distances[run]):
+                rows[run], distances[run], found[run] = first, distance, thing
+    return rows, distances, found, is_error
+
+
+@allocating
 def worst_missed(  # noqa: C901 - a kernel over the whole scene
     scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, errors: Floats
-) -> tuple[Ints, Ints, Ints, Codes]:
+) -> tuple[Ints, Ints, Ints, Bytes]:
     """Find the object that matters at most rows without being tracked.
 
     Args:
@@ -197,7 +262,7 @@ def worst_missed(  # noqa: C901 - a kernel over the whole scene
 
 
 @allocating
-def false_rows(length: Ints, false: Codes) -> tuple[Ints, Ints, Codes]:
+def false_rows(length: Ints, false: Bytes) -> tuple[Ints, Ints, Bytes]:
     """Count the rows with a false track.
 
     Args:
@@ -230,7 +295,7 @@ percentile of the distance."""
 @allocating
 def pooled_errors(
     scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, errors: Floats, what: int
-) -> tuple[Floats, Ints, Ints, Codes]:
+) -> tuple[Floats, Ints, Ints, Bytes]:
     """Pool the errors of the tracks of what is nearest in the path and within the ego's reach.
 
     Args:
@@ -296,7 +361,7 @@ NEXT_LANE: Final = 1.5
 @allocating
 def rear_margins(
     scene: Scene, lane_width: Floats, detected: Bools, sensors: Ints
-) -> tuple[Floats, Ints, Ints, Codes]:
+) -> tuple[Floats, Ints, Ints, Bytes]:
     """Find who comes from behind in the next lane and is seen latest for what a lane change needs.
 
     Whoever is nearer than that from the start does not count: no sensor could have seen it.
@@ -416,7 +481,6 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def detection_latency(series: TraceSeries) -> MetricColumn:
     """Time from when an object first matters until a sensor has it; 0 if one has it before.
@@ -437,7 +501,6 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def missed_time(series: TraceSeries) -> MetricColumn:
     """Time for which an object that matters is in no confirmed track, each row counting one step.
@@ -461,7 +524,6 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def false_track_time(series: TraceSeries) -> MetricColumn:
     """Time with a confirmed track of nothing in the corridor, no farther than the ego's reach.
@@ -481,7 +543,6 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     "m",
     "higher",
     "root mean square over the rows with a track",
-    scale=1.0,
 )
 def range_error_rms(series: TraceSeries) -> MetricColumn:
     """Error along the line of sight of the tracks of what is nearest in the path, within reach.
@@ -498,7 +559,6 @@ def range_error_rms(series: TraceSeries) -> MetricColumn:
     "m",
     "higher",
     "95th percentile over the rows with a track",
-    scale=1.0,
 )
 def position_error_p95(series: TraceSeries) -> MetricColumn:
     """Distance of the tracks of what is nearest in the path, within reach, from its true place.

@@ -11,37 +11,18 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from adeye.judge.conflict import are_finite
 from adeye.judge.metrics.registry import CODES, column_of
 from adeye.judge.series import status_of
 from adeye.judge.stl.series import SampleStatus
-from adeye.kernel.boxes import box_distance
 from adeye.kernel.jit import allocating
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_ACCELERATION,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.judge.conflict import Scene
-    from adeye.judge.series import Shorts, TraceSeries
+    from adeye.judge.series import TraceSeries
     from adeye.ports import MetricColumn
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Bools, Bytes, Floats, Ints, Shorts
 
-    Codes = NDArray[np.int8]
 
 VALUE: Final = CODES["value"]
 NO_CONFLICT: Final = CODES["no_conflict"]
@@ -68,7 +49,7 @@ class Found(NamedTuple):
     values: Floats
     rows: Ints
     actors: Ints
-    codes: Codes
+    codes: Bytes
 
 
 def nothing_found(quantities: int, series: TraceSeries) -> Found:
@@ -109,7 +90,7 @@ def worst_conflicts(
     actors: Shorts,
     contact: Shorts,
     demands: bool,  # noqa: FBT001 - compiled
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row with the worst value of a conflict, the earliest among equals.
 
     Args:
@@ -181,7 +162,7 @@ def worst_violations(length: Ints, margins: Floats) -> tuple[Ints, Ints, Bools]:
 @allocating
 def worst_at_standstill(
     length: Ints, gaps: Floats, speeds: Floats, standstill: float
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row with the least gap while the ego stands.
 
     Args:
@@ -218,7 +199,7 @@ def worst_at_standstill(
 
 
 @allocating
-def worst_motion(length: Ints, numbers: Floats, what: int) -> tuple[Ints, Floats, Codes]:
+def worst_motion(length: Ints, numbers: Floats, what: int) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the largest of what is made of a number of the ego.
 
     Args:
@@ -301,7 +282,7 @@ def safe_from(
 
 
 @allocating
-def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -> Ints:
+def first_takeovers(length: Ints, onset: Ints, authority: Bytes, default: int) -> Ints:
     """Find the first row (B,) from the onset of a fault at which another channel acts.
 
     Rows in which nobody acts are no takeover: the ego coasts there until one does.
@@ -330,75 +311,6 @@ def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -
                 rows[run] = row
                 break
     return rows
-
-
-@allocating
-def last_found(  # noqa: C901, PLR0912 - a kernel over the whole scene
-    scene: Scene, gaps: Floats, ahead: Shorts, detected: Bools, sensors: Ints
-) -> tuple[Ints, Floats, Ints, Bools]:
-    """Find the object in the path that the sensors have last, and how near it was then.
-
-    Args:
-        scene: The runs.
-        gaps: (B, T) to the nearest object in the path [m].
-        ahead: (B, T) that object, -1 for none.
-        detected: (B, T, S, M).
-        sensors: Those that count.
-
-    Returns:
-        Rows (B,) of the first detection, distances (B,) there [m], NaN where they cannot be told,
-        objects (B,), -1 for none, and whether a gap is an error (B,). An object that is never
-        detected has row T and distance 0.
-    """
-    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
-    runs, never = gaps.shape[0], gaps.shape[1]
-    rows = np.full(runs, -1, dtype=np.int64)
-    distances = np.full(runs, math.nan)
-    found = np.full(runs, -1, dtype=np.int64)
-    is_error = np.zeros(runs, dtype=np.bool_)
-    in_path = np.zeros(objects.shape[2], dtype=np.bool_)
-    for run in range(runs):
-        in_path[:] = False
-        for row in range(length[run]):
-            if not gaps[run, row] > -math.inf:
-                is_error[run] = True
-            if ahead[run, row] >= 0:
-                in_path[ahead[run, row]] = True
-        if sensors.shape[0] == 0:
-            continue
-        for thing in range(objects.shape[2]):
-            if not in_path[thing]:
-                continue
-            first = never
-            for row in range(length[run] - 1):
-                for place in range(sensors.shape[0]):
-                    if detected[run, row, sensors[place], thing]:
-                        first = row
-                        break
-                if first < never:
-                    break
-            distance = 0.0
-            if first < never and contact[run, first] != thing:
-                own, own_place = ego[run, first], ego_place[run, first]
-                other, where = objects[run, first, thing], places[run, first, thing]
-                own_size, size = ego_size[run], sizes[run, thing]
-                distance = math.nan
-                if are_finite(
-                    own[EGO_X], own[EGO_Y], own[EGO_HEADING], own[EGO_SPEED],
-                    own[EGO_ACCELERATION], own_place[PLACE_S], own_place[PLACE_D],
-                    own_place[PLACE_HEADING], own_size[0], own_size[1],
-                ) and are_finite(
-                    other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], other[OBJECT_SPEED],
-                    other[OBJECT_ACCELERATION], where[PLACE_S], where[PLACE_D],
-                    where[PLACE_HEADING], size[0], size[1],
-                ):  # fmt: skip
-                    distance = box_distance(
-                        own[EGO_X], own[EGO_Y], own[EGO_HEADING], own_size[0], own_size[1],
-                        other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], size[0], size[1],
-                    )  # fmt: skip
-            if first > rows[run] or (first == rows[run] and distance < distances[run]):
-                rows[run], distances[run], found[run] = first, distance, thing
-    return rows, distances, found, is_error
 
 
 def as_flags(column: NDArray[Any]) -> Bools:

@@ -121,7 +121,6 @@ BEHIND: Final = math.radians(150.0)
     "1",
     "higher",
     "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
-    scale=1.0,
     least=0.0,
     most=1.0,
 )

@@ -17,17 +17,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from adeye.judge.stl.constancy import find_held
 from adeye.judge.stl.descent import find_binding_row
 from adeye.judge.stl.measures import NO_STATUS, OPEN, fill_predicate, fill_term
 from adeye.judge.stl.operators import (
     fill_decided,
     fill_operator,
     fill_start,
+    find_held,
     is_open_ended,
     is_vacuous,
     needs_rows,
@@ -50,14 +50,16 @@ from adeye.kernel.jit import allocating, compiled
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from _typeshed import DataclassInstance
     from numpy.typing import NDArray
 
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.program import Tables
     from adeye.judge.stl.series import Series, SignalSource
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Bools, Bytes, Floats, Ints
 
-    Bytes = NDArray[np.int8]
+
+C = TypeVar("C", bound="DataclassInstance")
 
 # --- Compiled: evaluate a numbered formula run by run, all of its conditions at every row ---------
 
@@ -209,7 +211,7 @@ class StlColumns:
         """Choose runs."""
         names = [item.name for item in fields(StlColumns) if item.name != "program"]
         chosen: dict[str, Any] = {name: getattr(self, name)[runs] for name in names}
-        return StlColumns(program=self.program, **chosen)
+        return replace(self, **chosen)
 
 
 def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
@@ -302,15 +304,15 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     )
 
 
-def joined(parts: Sequence[StlColumns]) -> StlColumns:
-    """Join the columns of several batches of one formula."""
+def joined_columns(parts: Sequence[C]) -> C:
+    """Join the columns of several batches, each a dataclass of arrays by run."""
     if len(parts) == 1:
         return parts[0]
-    names = [item.name for item in fields(StlColumns) if item.name != "program"]
+    names = [item.name for item in fields(parts[0]) if item.name != "program"]
     whole: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in names
     }
-    return StlColumns(program=parts[0].program, **whole)
+    return replace(parts[0], **whole)
 
 
 def checked_inputs(

@@ -43,13 +43,9 @@ from adeye.judge.stl.program import (
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from adeye.judge.stl.program import State, Tables
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints
 
-    Bytes = NDArray[np.int8]
 
 BINDING_STATUSES: Final = (
     "value",

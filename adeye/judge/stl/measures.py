@@ -39,13 +39,9 @@ from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from adeye.judge.stl.program import State, Tables
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints
 
-    Bytes = NDArray[np.int8]
 
 IS_UNKNOWN: Final = 1
 IS_ERROR: Final = 2

@@ -40,13 +40,10 @@ from adeye.judge.stl.syntax import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.series import Series
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints
 
-    Bytes = NDArray[np.int8]
 
 SIGNAL, CONSTANT, ADD, SUBTRACT, LEAST, GREATEST, MULTIPLY, DIVIDE, NEGATE, SIZE = range(10)
 """Operations of a term."""

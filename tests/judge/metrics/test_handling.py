@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import judge
 from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.handling import decided_rows, default_channel, handled
 from adeye.judge.requirements import compile_requirement
 from adeye.judge.timeline import timeline
 from adeye.signals import REASON_STALENESS
 from adeye.spec.channels import SafetyChannel, SafetyParameters
-from adeye.spec.concept import MetricBound, Requirement
-from tests.judge.conftest import rate_run
+from adeye.spec.concept import MetricBound
+from tests.judge.conftest import fsr, judge, rate_run
 
 
 def measure(made: Any, column: str) -> Any:
@@ -242,29 +241,19 @@ def test_bound_is_kept_only_by_a_fault_that_is_handled_in_time(
         "fast": mastered(hand_made).set("command", -4.0, rows=slice(8, None), at=0),
     }[status]
     bound = MetricBound(metric="fault_handling_time_s", at_most=0.4)
-    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    [[judged]] = judge(
+        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
+    ).judgements
     assert judged.verdict == verdict
 
 
 def test_contact_does_not_reopen_a_handling_time_that_is_there(hand_made: Any) -> None:
     made = mastered(hand_made).touch(12, "lead")
     bound = MetricBound(metric="fault_handling_time_s", at_most=0.6)
-    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    [[judged]] = judge(
+        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
+    ).judgements
     assert judged.verdict == "PASS"
-
-
-def compiled(bound: MetricBound) -> Any:
-    return compile_requirement(
-        Requirement(
-            id="FSR-1",
-            goals=("SG-1",),
-            text="Faults are handled in time.",
-            bound=bound,
-            threshold_source="test",
-            asil="B",
-            allocation=("safety",),
-        )
-    )
 
 
 def test_availability_is_the_share_of_time_of_the_default_channel(hand_made: Any) -> None:

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from adeye.judge.stl.batch import SATISFIED, UNDECIDED, VIOLATED
 from adeye.judge.stl.measures import EXACT, OPEN, SIGN
 from adeye.judge.stl.operators import slide, sliding_maximum
 from tests.judge.stl.batch import binding, judge, numbers, standing, truths
-from tests.judge.stl.random_formulas import Random, Reference, rounded, text_of, traces
 
 if TYPE_CHECKING:
     from adeye.judge.stl.batch import StlColumns
@@ -114,48 +112,6 @@ def test_a_window_that_ends_with_the_trace_is_decided_by_it() -> None:
     assert standing(judge("always[0, 4] a >= 1", ramp, **options)) == "violated"
     assert standing(judge("eventually[0, 4] a >= 3", ramp, **options)) == "satisfied"
     assert standing(judge("eventually[0, 3] a > 3", ramp, **options)) == "violated"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3))
-def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int) -> None:
-    random = Random(300 + seed)
-    lengths = [1, 4, 9, 14]
-    for _ in range(60):
-        body = random.formula(3, past=True, edges=True)
-        signals = traces(random, 4, 14)
-        horizon = int(random.bits.integers(8))
-        result = judge(
-            f"always {text_of(body, ',')}",
-            signals,
-            length=lengths,
-            horizon=[horizon] * 4,
-            complete=False,
-        )
-        for b, length in enumerate(lengths):
-            slow = Reference({n: series.values[b] for n, series in signals.items()}, length)
-            for sign, bound in ((-1, result.robustness_low), (1, result.robustness_high)):
-                expected = min(slow.bound(body, k, sign) for k in range(horizon + 1))
-                assert bound[b] == expected, text_of(body, ",")
-
-
-@pytest.mark.slow
-def test_satisfaction_on_the_threshold_agrees_with_the_boolean_definition() -> None:
-    """Whole numbers meet their thresholds often, so robustness is often exactly 0."""
-    random = Random(400)
-    ties = 0
-    for _ in range(150):
-        body = rounded(random.formula(2, past=True, edges=True))
-        values = {name: random.bits.integers(-1, 2, size=(4, 14)) for name in ("a", "b", "c")}
-        signals = {name: numbers(rows) for name, rows in values.items()}
-        result = judge(f"always {text_of(body, ',')}", signals, horizon=[6] * 4)
-        for b in range(4):
-            slow = Reference({n: rows[b] for n, rows in values.items()}, 14, is_boolean=True)
-            low, high = (min(slow.bound(body, k, sign) for k in range(7)) for sign in (-1, 1))
-            expected = SATISFIED if low > 0.0 else VIOLATED if high < 0.0 else UNDECIDED
-            assert result.verdict[b] == expected, text_of(body, ",")
-            ties += int(expected != UNDECIDED and result.robustness_low[b] == 0.0)
-    assert ties > 20
 
 
 GAP = numbers([9.0, 5.0, 3.0, 4.0, 8.0], unit="m")
