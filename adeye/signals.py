@@ -26,6 +26,8 @@ _Copied = TypeVar("_Copied", bound="DataclassInstance")
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Shorts = NDArray[np.int16]
+Bytes = NDArray[np.int8]
 
 # Columns of an ego state row.
 EGO_COLUMNS: Final = ("x", "y", "heading", "speed", "acceleration", "steering_angle", "yaw_rate")

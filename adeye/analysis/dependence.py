@@ -10,7 +10,7 @@ from __future__ import annotations
 import posixpath
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.spec.architecture import ACTUATORS, HEALTH
 from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel, SafetyChannel
@@ -26,17 +26,7 @@ Kind = Literal[
     "sensor", "ego_estimate", "map", "resource", "element", "code", "influence", "switch", "vehicle"
 ]
 
-WORDS: Final[Mapping[Kind, str]] = {
-    "sensor": "sensor",
-    "ego_estimate": "ego estimate",
-    "map": "map",
-    "resource": "resource",
-    "element": "element",
-    "code": "code",
-    "influence": "influence",
-    "switch": "switch",
-    "vehicle": "vehicle",
-}
+WORDS: Final[Mapping[Kind, str]] = {kind: kind.replace("_", " ") for kind in get_args(Kind)}
 """The kinds of what is shared, in the order in which they are listed."""
 
 EGO_ESTIMATE: Final = ("localisation", "ground_truth", "gnss", "imu")

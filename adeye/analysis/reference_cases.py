@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
-__all__ = [
-    "COLUMNS",
-    "INTEGRATORS",
-    "KINDS",
-    "RESULTS",
-    "Question",
-    "answers",
-    "check_question",
-    "drive",
-    "obligations",
-    "read",
-]
-
 Floats = NDArray[np.float64]
 
 KINDS: Final[Mapping[str, int]] = {

@@ -21,7 +21,7 @@ Nothing that a bound leaves out changes a result: it would have been kept only i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -56,13 +56,37 @@ from adeye.signals import (
     PLACE_S,
     Floats,
     Ints,
+    Shorts,
 )
 from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
-    Shorts = NDArray[np.int16]
+
+class Scene(NamedTuple):
+    """What scans read of B runs of up to T rows with M objects.
+
+    Attributes:
+        length: (B,) rows that a run has.
+        ego: (B, T, 7).
+        ego_place: (B, T, 6).
+        ego_size: (B, 3).
+        objects: (B, T, M, 5).
+        places: (B, T, M, 6).
+        sizes: (B, M, 3).
+        contact: (B, T) object that the ego touches, -1 for none.
+    """
+
+    length: Ints
+    ego: Floats
+    ego_place: Floats
+    ego_size: Floats
+    objects: Floats
+    places: Floats
+    sizes: Floats
+    contact: Shorts
+
 
 # --- Compiled: bodies on the road, their extents and whether one is in the ego's path -------------
 
@@ -153,28 +177,18 @@ _SMALL_ANGLE = 0.5
 
 
 @compiled
-def least_so_far(
-    run: int,
-    rows: int,
-    ego: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    sizes: Floats,
-) -> float:
+def least_so_far(run: int, scene: Scene) -> float:
     """Give the distance of the bodies whose centres come nearest in a run [m].
 
     No row has to be looked at that is farther; +inf where there is no such distance.
 
     Args:
         run: Which run.
-        rows: Rows that it has.
-        ego: (B, T, 7).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        sizes: (B, M, 3).
+        scene: The runs.
     """
+    length, ego, _, ego_size, objects, _, sizes, _ = scene
     least, at, who = math.inf, -1, -1
-    for row in range(rows):
+    for row in range(length[run]):
         x, y = ego[run, row, EGO_X], ego[run, row, EGO_Y]
         for thing in range(objects.shape[2]):
             dx, dy = objects[run, row, thing, OBJECT_X] - x, objects[run, row, thing, OBJECT_Y] - y
@@ -301,15 +315,8 @@ it grows without bound, and its size says nothing any more."""
 
 
 @allocating
-def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
+def measure_runs(
+    scene: Scene,
     rss: Floats,
     is_least_only: bool,  # noqa: FBT001 - compiled
     values: Floats,
@@ -318,14 +325,7 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     """Measure the conflicts of B runs at each of their rows.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         rss: (12,) parameters, in the order of ``series.RssParameters``.
         is_least_only: Whether of the distances only the least of a run is wanted: others may be
             +inf.
@@ -333,6 +333,7 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             decelerations; all NaN at a row with an input that is not finite; 0 beyond the run.
         actors: (8, B, T) out: object of the worst case, -1 for none.
     """
+    length, _, _, ego_size, objects, _, sizes, contact = scene
     turns = np.zeros((2, objects.shape[2] + 1, 3))
     reach = np.zeros(objects.shape[2])
     for run in range(length.shape[0]):
@@ -343,14 +344,13 @@ def measure_runs(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         turns[:] = math.nan
         nearest, is_open = math.inf, False
         if is_least_only:
-            nearest, is_open = least_so_far(run, length[run], ego, ego_size, objects, sizes), True
+            nearest, is_open = least_so_far(run, scene), True
         for row in range(length[run]):
             if not is_least_only:
                 nearest = math.inf
             nearest, is_open = _measure_row(
-                run, row, ego, ego_place, ego_size, objects, places, sizes, rss, turns, reach,
-                nearest, is_open, values, actors,
-            )  # fmt: skip
+                run, row, scene, rss, turns, reach, nearest, is_open, values, actors
+            )
             touched = contact[run, row]
             if touched >= 0 and values[DISTANCE, run, row] == values[DISTANCE, run, row]:
                 values[DISTANCE, run, row] = values[TTC, run, row] = 0.0
@@ -374,12 +374,7 @@ def _fill_free(rows: int, run: int, values: Floats, actors: Shorts) -> None:
 def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     run: int,
     row: int,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
+    scene: Scene,
     rss: Floats,
     turns: Floats,
     reach: Floats,
@@ -398,6 +393,7 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
     Returns:
         The last two: the least distance, if it is less, is found.
     """
+    _, ego, ego_place, ego_size, objects, places, sizes, _ = scene
     x, y, heading = ego[run, row, EGO_X], ego[run, row, EGO_Y], ego[run, row, EGO_HEADING]
     speed, acceleration = ego[run, row, EGO_SPEED], ego[run, row, EGO_ACCELERATION]
     s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
@@ -583,43 +579,24 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @allocating
-def measure_object(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    first: Ints,
-    end: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    states: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
-    thing: int,
-    distances: Floats,
-    gaps: Floats,
-) -> None:
-    """Measure body distance and signed gap to one object at some rows of B runs.
+def measure_object(scene: Scene, thing: int, distances: Floats, gaps: Floats) -> None:
+    """Measure body distance and signed gap to one object at the rows of B runs.
 
     Args:
-        first: (B,) first row.
-        end: (B,) row behind the last.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        states: (B, T, 5) of the object.
-        places: (B, T, 6) of the object.
-        sizes: (B, 3) of the object.
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         thing: Index of the object.
         distances: (B, T) out [m], or (B, 0) if they are not wanted.
         gaps: (B, T) out [m]: ahead > 0, behind < 0, 0 side by side; or (B, 0).
     """
+    rows, ego, ego_place, ego_size, objects, places, sizes, contact = scene
     turns = np.zeros((2, 3))
-    for run in range(first.shape[0]):
+    for run in range(rows.shape[0]):
         turns[:] = math.nan
-        own, own_place, state, place = ego[run], ego_place[run], states[run], places[run]
+        own, own_place = ego[run], ego_place[run]
+        state, place = objects[run, :, thing], places[run, :, thing]
         own_length, own_width = ego_size[run, 0], ego_size[run, 1]
-        length, width = sizes[run, 0], sizes[run, 1]
-        for row in range(first[run], end[run]):
+        length, width = sizes[run, thing, 0], sizes[run, thing, 1]
+        for row in range(rows[run]):
             x, y, heading = own[row, EGO_X], own[row, EGO_Y], own[row, EGO_HEADING]
             ox, oy, o_heading = (
                 state[row, OBJECT_X],

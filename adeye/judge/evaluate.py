@@ -12,7 +12,6 @@ import numpy as np
 
 from adeye.errors import IntegrityError
 from adeye.judge.extremes import Extremes, find_extremes, measure_of
-from adeye.judge.extremes import joined as joined_extremes
 from adeye.judge.metrics import METRICS, MetricDefinition, compute_metrics
 from adeye.judge.metrics import registry as statuses
 from adeye.judge.metrics.registry import CODES as _CODES
@@ -26,8 +25,14 @@ from adeye.judge.outcome import (
     obligation_rows,
     outcomes,
 )
-from adeye.judge.stl.batch import HELD, NEEDED, SPARE, StlColumns, evaluate_columns
-from adeye.judge.stl.batch import joined as joined_formulas
+from adeye.judge.stl.batch import (
+    HELD,
+    NEEDED,
+    SPARE,
+    StlColumns,
+    evaluate_columns,
+    joined_columns,
+)
 from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
@@ -43,8 +48,6 @@ if TYPE_CHECKING:
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
     from adeye.signals import Bools, Floats, Ints
-    from adeye.spec.odd import Attributes
-    from adeye.trace import Trace
 
 # --- The verdicts of one FSR on a batch of runs, as columns, and the record of one run ------------
 
@@ -338,7 +341,7 @@ class Frame:
         decided = np.array([INCONCLUSIVE, 0, FAIL])[result.verdict[runs]]
         verdict = np.where(result.verdict[runs] > 0, satisfied, decided)
         verdict = np.where(error, ERROR, verdict)
-        kinds = result.program.nodes[:, KIND]
+        kinds = result.program.tables.nodes[:, KIND]
         row = result.row[runs]
         numbers = np.stack(
             [
@@ -711,30 +714,6 @@ def _measured(
     whole = {name: joined([part[name] for part in metrics]) for name in metrics[0]}
     return (
         whole,
-        {name: joined_formulas(parts) for name, parts in evaluated.items() if parts},
-        {name: joined_extremes(extremes[name]) for name in sorted(extremes)},
-    )
-
-
-def judge(
-    trace: Trace,
-    requirements: Sequence[CheckedRequirement],
-    inside_odd: Bools,
-    attributes: Attributes | None = None,
-    *,
-    faults: Sequence[str] = (),
-    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
-) -> Evaluation:
-    """Judge the FSRs of a concept on the runs of a trace.
-
-    Args:
-        trace: The runs, all of one scenario.
-        requirements: FSRs.
-        inside_odd: (B,) whether the planned attributes lie inside the ODD.
-        attributes: Attributes of the ODD, for leaving it during a run.
-        faults: Fault ids of the ODD beside those of the trace.
-        uncertainty: Numeric uncertainty of the margins, by FSR id; default none.
-    """
-    return evaluate_trace(
-        TraceSignals(trace, inside_odd, attributes, faults), requirements, uncertainty
+        {name: joined_columns(parts) for name, parts in evaluated.items() if parts},
+        {name: joined_columns(extremes[name]) for name in sorted(extremes)},
     )

@@ -9,20 +9,20 @@ is not needed; where the samples cannot tell, it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Final, cast
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from adeye.judge.stl.batch import StlColumns, evaluate_columns
-from adeye.judge.stl.series import SampleStatus, Series
+from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.judge.stl.syntax import Arithmetic, Comparison, Constant, Signal, Temporal, Term
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from adeye.judge.stl.formula import Formula
-    from adeye.judge.stl.series import Kind
+    from adeye.judge.stl.series import Series
     from adeye.signals import Bools, Floats, Ints, SignalType
 
 FIRST, RIVAL, EXTREME, UNKNOWN, BROKEN = range(5)
@@ -249,16 +249,11 @@ def evaluate_extremes(
     again = np.argsort(is_again | (row < 0), axis=1, kind="stable")
     order, row = (np.take_along_axis(item, again, axis=1) for item in (order, row))
     length = SAMPLES - (np.take_along_axis(is_again, again, axis=1) | (row < 0)).sum(axis=1)
-    samples = Series(
+    samples = declared_series(
+        declared,
         np.nan_to_num(np.take_along_axis(kept.value, order, axis=1)),
-        declared.scale,
-        declared.unit,
-        cast("Kind", declared.kind),
-        declared.labels,
-        status=np.take_along_axis(kept.status, order, axis=1).astype(np.int8),
-        cap=declared.cap,
-        actor=np.take_along_axis(kept.actor, order, axis=1),
-        slack=declared.slack,
+        np.take_along_axis(kept.status, order, axis=1).astype(np.int8),
+        np.take_along_axis(kept.actor, order, axis=1),
     )
     is_enough = length > 0
     found = evaluate_columns(
@@ -278,10 +273,3 @@ def evaluate_extremes(
     is_rival &= kept.row[:, RIVAL] != kept.row[:, FIRST]
     assert len(is_rival) == runs
     return FromExtremes(replace(found, row=binding), is_enough & (~is_rival | found.error))
-
-
-def joined(parts: Sequence[Extremes]) -> Extremes:
-    """Join what was found in several parts of a trace."""
-    names = [item.name for item in fields(Extremes)]
-    whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Extremes(**whole)

@@ -8,18 +8,18 @@ says what a manoeuvre avoids.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from adeye.judge.conflict import (
     ACROSS,
     ALONG,
-    GAP,
     HALF_LENGTH,
     HALF_WIDTH,
     Body,
     D,
+    Scene,
     is_in_path,
     limited_demand,
     on_road,
@@ -60,18 +60,13 @@ from adeye.signals import (
     PLACE_S,
     Floats,
     Ints,
+    Shorts,
 )
 from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
-    from adeye.trace import Trace
-
-    Shorts = NDArray[np.int16]
-    FollowingScene = tuple[
-        Ints, Floats, Floats, Floats, Floats, Floats, Floats, Ints, Floats, Shorts
-    ]
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10
@@ -96,43 +91,9 @@ _NO_CROSSING: Final = 0.7
 """Angle to the road below which nobody moves faster across it than along [rad]."""
 
 
-def scene_of(trace: Trace, values: Floats, actors: Shorts) -> FollowingScene:
-    """Give what the scans read of the runs of a trace.
-
-    Args:
-        trace: The runs.
-        values: (8, B, T) of ``conflict``.
-        actors: (8, B, T) of ``conflict``.
-
-    Returns:
-        The arguments of ``following_series`` up to ``ahead``.
-    """
-    context = trace.layout.context
-    columns: Any = trace.columns
-    return (
-        trace.length,
-        columns["ego"],
-        columns["ego_place"],
-        context.ego_size,
-        columns["objects"],
-        columns["object_places"],
-        context.object_sizes,
-        columns["contact"],
-        values[GAP],
-        actors[GAP],
-    )
-
-
 @allocating
 def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
+    scene: Scene,
     gaps: Floats,
     ahead: Shorts,
     limits: Floats,
@@ -143,14 +104,7 @@ def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     """Write one quantity at every row of B runs.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
         ahead: (B, T) its object, -1 where nobody is in the path.
         limits: (B, 3) what the egos are able to do, see ``abilities``.
@@ -160,7 +114,8 @@ def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         actors: (B, T) out, -1 for none.
     """
     found, who = np.zeros(FOLLOWING), np.zeros(FOLLOWING, dtype=np.int64)
-    turns = np.zeros((objects.shape[2] + 1, 3))
+    length, contact = scene.length, scene.contact
+    turns = np.zeros((scene.objects.shape[2] + 1, 3))
     for run in range(length.shape[0]):
         turns[:] = math.nan
         for row in range(length[run]):
@@ -168,10 +123,7 @@ def following_series(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             if math.isnan(gaps[run, row]):
                 values[run, row] = math.nan
             elif ahead[run, row] >= 0 or contact[run, row] >= 0:
-                measure_following(
-                    run, row, ego, ego_place, ego_size, objects, places, sizes, contact, limits,
-                    turns, found, who,
-                )  # fmt: skip
+                measure_following(run, row, scene, limits, turns, found, who)
                 if who[quantity] >= 0:
                     values[run, row], actors[run, row] = found[quantity], who[quantity]
         for row in range(length[run], values.shape[1]):
@@ -196,13 +148,7 @@ def _keep(quantity: int, value: float, thing: int, found: Floats, who: Ints) -> 
 def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     run: int,
     row: int,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
+    scene: Scene,
     limits: Floats,
     turns: Floats,
     found: Floats,
@@ -213,18 +159,13 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     Args:
         run: Which run.
         row: Which row.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         limits: (B, 3).
         turns: (M + 1, 3) angles to the road with sine and cosine.
         found: (10,) out.
         who: (10,) out: object, -1 where there is no conflict.
     """
+    _, ego, ego_place, ego_size, objects, places, sizes, contact = scene
     for quantity in range(FOLLOWING):
         found[quantity] = -math.inf if is_worse_when_larger(quantity) else math.inf
         who[quantity] = -1
@@ -272,10 +213,7 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
             own, other, acceleration, objects[run, row, thing, OBJECT_ACCELERATION] * cosine, gap,
             thing, found, who,
         )  # fmt: skip
-        _evade(
-            own, other, 0.5 * width, gap, limits[run, BRAKING], limits[run, LATERAL],
-            limits[run, ACCELERATION], thing, found, who,
-        )  # fmt: skip
+        _evade(own, other, 0.5 * width, gap, limits[run], thing, found, who)
 
 
 @inlined
@@ -311,9 +249,7 @@ def _evade(  # noqa: PLR0913, PLR0917 - a kernel
     other: Body,
     corridor: float,
     gap: float,
-    braking: float,
-    lateral: float,
-    kickdown: float,
+    limits: Floats,
     thing: int,
     found: Floats,
     who: Ints,
@@ -334,12 +270,12 @@ def _evade(  # noqa: PLR0913, PLR0917 - a kernel
         _keep(STN, 0.0, thing, found, who)
         return
     offset = evasive_offset(beside + across * arrival, across * way / closing, reach)
-    brake = time_to_brake(gap, closing, own[ALONG], leave, braking)
-    steer = time_to_steer(arrival, offset, lateral)
-    kick = time_to_kickdown(gap, closing, way, enter, kickdown)
+    brake = time_to_brake(gap, closing, own[ALONG], leave, limits[BRAKING])
+    steer = time_to_steer(arrival, offset, limits[LATERAL])
+    kick = time_to_kickdown(gap, closing, way, enter, limits[ACCELERATION])
     _keep(TTB, max(brake, LATEST), thing, found, who)
     _keep(TTS, max(steer, LATEST), thing, found, who)
     _keep(TTK, max(kick, LATEST), thing, found, who)
     _keep(TTR, max(time_to_react(brake, steer, kick), LATEST), thing, found, who)
-    threat = steer_threat_number(arrival, offset, lateral)
+    threat = steer_threat_number(arrival, offset, limits[LATERAL])
     _keep(STN, min(threat, 100.0), thing, found, who)

@@ -6,7 +6,7 @@ None of it says anything about an FSR, but it decides whether and how far an FSR
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # failed.
 
 EndReason = Literal["contact", "goal", "horizon", "road_end"]
-END_REASONS: Final[tuple[EndReason, ...]] = ("contact", "goal", "horizon", "road_end")
+END_REASONS: Final[tuple[EndReason, ...]] = get_args(EndReason)
 OUTCOMES: Final = tuple(Outcome)
 
 UNTESTED: Final = "not tested: "

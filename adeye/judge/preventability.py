@@ -167,13 +167,7 @@ def gate_verdict(
 # --- Takeovers as decisions of a classifier: the fork with the other decision tells the truth -----
 
 TakeoverClass = Literal["needed_and_done", "late", "spurious", "missed", "not_needed"]
-TAKEOVER_CLASSES: Final[tuple[TakeoverClass, ...]] = (
-    "needed_and_done",
-    "late",
-    "spurious",
-    "missed",
-    "not_needed",
-)
+TAKEOVER_CLASSES: Final[tuple[TakeoverClass, ...]] = get_args(TakeoverClass)
 """What a takeover, or doing without, was in hindsight."""
 
 TAKEOVERS_VERSION: Final = 1

@@ -159,6 +159,12 @@ class Bound:
         return f"{self.column} {relation} {self.limit:g}{unit}"
 
 
+def _refusal(
+    requirement: Requirement, what: str, where: SourceLocation | None, remedy: str
+) -> SpecError:
+    return SpecError(f"requirement {requirement.id}: {what}", where=where, remedy=remedy)
+
+
 def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> Bound:
     """Find the metric of an FSR with a bound.
 
@@ -173,25 +179,18 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
     written = requirement.bound
     name = "" if written is None else written.metric
     if written is None or name not in METRICS:
-        raise SpecError(
-            f"requirement {requirement.id}: there is no metric {name!r}",
-            where=where,
-            remedy=suggest(name, METRICS),
-        )
+        what = f"there is no metric {name!r}"
+        raise _refusal(requirement, what, where, suggest(name, METRICS))
     limit, text = written.limit, written.written
     if isinstance(limit, str):
         # A parameter without a unit is in the metric's own, like a plain number.
         value = requirement.parameters[limit]
         limit, text = requirement.constants[limit][0], value if isinstance(value, str) else None
     if text is not None:
-        _check_unit(requirement.id, name, text, where)
+        _check_unit(requirement, name, text, where)
     is_lower = written.at_least is not None
     if limit is None or not math.isfinite(limit):
-        raise SpecError(
-            f"requirement {requirement.id}: the bound is {limit}",
-            where=where,
-            remedy="Give a finite number.",
-        )
+        raise _refusal(requirement, f"the bound is {limit}", where, "Give a finite number.")
     return Bound(name, float(limit), is_lower)
 
 
@@ -221,14 +220,13 @@ def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | N
         return
     other = "at_most" if bound.is_lower else "at_least"
     remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
-    raise SpecError(
-        f"requirement {requirement.id}: {what}",
-        where=where,
-        remedy=f"{remedy}, or unusual_side: true in the bound if it is meant.",
-    )
+    remedy += ", or unusual_side: true in the bound if it is meant."
+    raise _refusal(requirement, what, where, remedy)
 
 
-def _check_unit(name: str, column: str, text: str, where: SourceLocation | None) -> None:
+def _check_unit(
+    requirement: Requirement, column: str, text: str, where: SourceLocation | None
+) -> None:
     """Refuse a bound that was written with a unit of something else than its metric."""
     unit = METRICS[column].unit
     wanted, (_, found) = unit_exponents(unit), read_quantity(text)
@@ -241,11 +239,8 @@ def _check_unit(name: str, column: str, text: str, where: SourceLocation | None)
     if is_si:
         names = ", ".join(item for item, other in UNITS.items() if other.exponents == wanted)
         remedy = f"Write a plain number in {unit}, or one with a unit ({names})."
-    raise SpecError(
-        f"requirement {name}: {shown(text)} does not fit metric {column}, which {measured}",
-        where=where,
-        remedy=remedy,
-    )
+    what = f"{shown(text)} does not fit metric {column}, which {measured}"
+    raise _refusal(requirement, what, where, remedy)
 
 
 # --- FSRs checked against a plan: names and metrics are known, windows lie within the tails -------
@@ -449,8 +444,7 @@ class _Check:
         return self._locate(("requirements", self._number, *loc))
 
     def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
-        text = f"requirement {self._requirement.id}: {message}"
-        return SpecError(text, where=self._where(*(loc or ("formula",))), remedy=remedy)
+        return _refusal(self._requirement, message, self._where(*(loc or ("formula",))), remedy)
 
     def _scenarios(self) -> tuple[str, ...]:
         for index, name in enumerate(self._requirement.scenarios):

@@ -7,7 +7,6 @@ not asked, because whoever follows reacts to the ego.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -53,11 +52,9 @@ from adeye.signals import (
     PLACE_S,
     parameter_record,
 )
-from adeye.spec.channels import SafetyChannel, StopRatings
+from adeye.spec.channels import SafetyChannel, SafetyParameters, StopRatings
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from adeye.signals import Floats
     from adeye.spec.architecture import Architecture
     from adeye.trace import Trace
@@ -65,45 +62,6 @@ if TYPE_CHECKING:
 DECELERATIONS: Final = {"stop_deceleration": 4.0, "emergency_deceleration": 8.0}
 """Of the library that says what was reachable, where no safety channel has its own [m/s²]: the
 defaults of the safety channel, so that architectures with and without one can be compared."""
-
-
-@dataclass(frozen=True, slots=True)
-class StopQuality:
-    """Where a run stands, on the scale of ``kernel.stops``.
-
-    Attributes:
-        achieved: Rating of the place; contact if it touched anything, NaN if it does not stand.
-        best: Best rating that was reachable at the row of the fault, contact if no stop was
-            feasible; NaN without a fault.
-        regret: Their difference, NaN where either is missing.
-    """
-
-    achieved: float
-    best: float
-    regret: float
-
-
-def rate_run(trace: Trace, run: int, rules: Sequence[float] | None = None) -> StopQuality:
-    """Rate where a run stands, against the best that was reachable when its first fault began.
-
-    What comes within reach later does not count as reachable, so a regret may be negative: the run
-    went on to a better place than the library of stops had at the fault. Vehicle and decelerations
-    are those of the run's own architecture, swept values applied.
-
-    Args:
-        trace: The batch that the run is in.
-        run: Its row in the batch.
-        rules: (RULES,) rating of each kind of place; those of the run's own safety channel, or the
-            defaults where there is none, unless given.
-    """
-    own = rules_of(trace.layout.architectures[run])
-    table = own if rules is None else np.array(rules, dtype=np.float64)
-    active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
-    achieved = achieved_rating(trace, run, table)
-    if not active.any():
-        return StopQuality(achieved, np.nan, np.nan)
-    best = best_rating(trace, run, int(np.argmax(active)), table)
-    return StopQuality(achieved, best, achieved - best)
 
 
 def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
@@ -200,18 +158,21 @@ def decelerations_of(architecture: Architecture) -> dict[str, float]:
     Args:
         architecture: Without such a channel ``DECELERATIONS`` count.
     """
-    for channel in architecture.channels.values():
-        if isinstance(channel, SafetyChannel):
-            return {name: getattr(channel.parameters, name) for name in DECELERATIONS}
-    return dict(DECELERATIONS)
+    own = _safety_of(architecture)
+    return {name: getattr(own, name, default) for name, default in DECELERATIONS.items()}
 
 
 def ratings_of(architecture: Architecture) -> StopRatings:
     """Return how the safety channel of an architecture rates places; the defaults without one."""
-    for channel in architecture.channels.values():
-        if isinstance(channel, SafetyChannel):
-            return channel.parameters.ratings
-    return StopRatings()
+    own = _safety_of(architecture)
+    return StopRatings() if own is None else own.ratings
+
+
+def _safety_of(architecture: Architecture) -> SafetyParameters | None:
+    """Return the parameters of the first built-in safety channel."""
+    channels = architecture.channels.values()
+    found = (item.parameters for item in channels if isinstance(item, SafetyChannel))
+    return next(found, None)
 
 
 def rules_of(architecture: Architecture) -> Floats:

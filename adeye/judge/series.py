@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import astuple, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
@@ -18,27 +18,28 @@ from adeye.judge.conflict import (
     TIME_GAP,
     TIME_HEADWAY,
     TTC,
+    Scene,
     measure_object,
     measure_runs,
 )
-from adeye.judge.following import MTTC, TTR, following_series, scene_of
+from adeye.judge.following import MTTC, TTR, following_series
 from adeye.judge.outcome import abilities
-from adeye.judge.stl.series import SampleStatus, Series
+from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.jit import compiled, inlined
-from adeye.signals import EGO_ACCELERATION, Bools, Floats, Ints, SignalType
+from adeye.signals import EGO_ACCELERATION, Bools, Bytes, Floats, Ints, Shorts, SignalType
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
+    from adeye.judge.stl.series import Series
     from adeye.trace import Trace
 
-    Shorts = NDArray[np.int16]
+
+T = TypeVar("T")
 
 # --- Samples of a series with their status: what a value of a conflict stands for -----------------
-
-Statuses = np.ndarray[tuple[int, ...], np.dtype[np.int8]]
 
 _VALUE: Final = int(SampleStatus.VALUE)
 _FREE: Final = int(SampleStatus.NO_CONFLICT)
@@ -57,7 +58,7 @@ class Samples:
     """
 
     values: Floats
-    status: Statuses
+    status: Bytes
     actor: NDArray[np.integer[Any]]
 
 
@@ -98,7 +99,7 @@ def fill_statuses(
     actors: Shorts,
     contact: Shorts,
     demands: bool,  # noqa: FBT001 - compiled
-    status: Statuses,
+    status: Bytes,
 ) -> None:
     """Tell what each value (B, T) of a conflict stands for, within its run."""
     for run in range(values.shape[0]):
@@ -111,7 +112,7 @@ def fill_statuses(
 
 
 @compiled
-def mark_errors(numbers: Floats, status: Statuses) -> None:
+def mark_errors(numbers: Floats, status: Bytes) -> None:
     """Make an error of each sample (B, T) whose number is not finite."""
     for run in range(numbers.shape[0]):
         for row in range(numbers.shape[1]):
@@ -120,7 +121,7 @@ def mark_errors(numbers: Floats, status: Statuses) -> None:
 
 
 @compiled
-def mark_undecided(length: Ints, status: Statuses) -> None:
+def mark_undecided(length: Ints, status: Bytes) -> None:
     """Say that a sample (B, T) does not apply from the last row of its run on."""
     for run in range(length.shape[0]):
         for row in range(length[run] - 1, status.shape[1]):
@@ -238,6 +239,13 @@ class TraceSeries:
         """Return a column of the trace."""
         return self.trace[name]
 
+    def once(self, name: str, read: Callable[[], T]) -> T:
+        """Return what metrics read for each other under a name; the first one reads it."""
+        if name not in self.kept:
+            self.kept[name] = read()
+        found: T = self.kept[name]
+        return found
+
     def samples(self, name: str) -> Samples:
         """Give the samples of a metric series.
 
@@ -260,59 +268,40 @@ class TraceSeries:
             # Without a conflict nothing is demanded: 0 for a deceleration, false for a violation.
             free = status == SampleStatus.NO_CONFLICT
             status = np.where(free, np.int8(SampleStatus.VALUE), status)
-        kind: Literal["number", "boolean"] = "boolean" if declared.kind == "boolean" else "number"
-        return Series(
-            samples.values,
-            declared.scale,
-            declared.unit,
-            kind,
-            status=status,
-            cap=declared.cap,
-            actor=samples.actor,
-        )
+        return declared_series(declared, samples.values, status, samples.actor)
 
     def object_distance(self, index: int) -> Floats:
         """Measure the body distance (B, T) to one object [m]; NaN is an error."""
         distances = np.zeros(self.shape)
-        nothing = np.zeros((self.trace.runs, 0))
-        first = np.zeros_like(self.trace.length)
-        self._measure_object(index, first, self.trace.length, distances, nothing)
+        measure_object(self.scene, index, distances, np.zeros((self.trace.runs, 0)))
         return distances
 
     def object_gap(self, index: int) -> Floats:
         """Measure the signed gap (B, T) to one object [m]; NaN is an error."""
         gaps = np.zeros(self.shape)
-        nothing = np.zeros((self.trace.runs, 0))
-        first = np.zeros_like(self.trace.length)
-        self._measure_object(index, first, self.trace.length, nothing, gaps)
+        measure_object(self.scene, index, np.zeros((self.trace.runs, 0)), gaps)
         return gaps
 
-    def object_distance_at(self, index: int, row: Ints, chosen: Bools) -> Floats:
-        """Measure the body distance (B,) to one object at one row of the chosen runs [m]."""
-        distances = np.zeros(self.shape)
-        nothing = np.zeros((self.trace.runs, 0))
-        end = np.where(chosen, row + 1, row)
-        self._measure_object(index, row, end, distances, nothing)
-        return np.asarray(distances[np.arange(self.trace.runs), row])
-
-    def _measure_object(
-        self, index: int, first: Ints, end: Ints, distances: Floats, gaps: Floats
-    ) -> None:
-        context = self.trace.layout.context
-        measure_object(
-            first,
-            end,
-            self.column("ego"),
-            self.column("ego_place"),
-            context.ego_size,
-            self.column("objects")[:, :, index],
-            self.column("object_places")[:, :, index],
-            context.object_sizes[:, index],
-            self.column("contact"),
-            index,
-            distances,
-            gaps,
+    @cached_property
+    def scene(self) -> Scene:
+        """What scans read of the runs."""
+        context, columns = self.trace.layout.context, self.column
+        return Scene(
+            length=self.trace.length,
+            ego=columns("ego"),
+            ego_place=columns("ego_place"),
+            ego_size=context.ego_size,
+            objects=columns("objects"),
+            places=columns("object_places"),
+            sizes=context.object_sizes,
+            contact=columns("contact"),
         )
+
+    @property
+    def nearest(self) -> tuple[Floats, Shorts]:
+        """Gap to the nearest object in the path (B, T) [m] and that object, -1 for none."""
+        values, actors = self.worst_conflicts
+        return values[GAP], actors[GAP]
 
     @cached_property
     def conflicts(self) -> tuple[Floats, Shorts]:
@@ -333,23 +322,9 @@ class TraceSeries:
         return _sampled(self, values[DISTANCE], actors[DISTANCE])
 
     def _measured(self, *, is_least_only: bool) -> tuple[Floats, Shorts]:
-        context = self.trace.layout.context
         values = np.empty((8, *self.shape))
         actors = np.empty(values.shape, dtype=np.int16)
-        measure_runs(
-            self.trace.length,
-            self.column("ego"),
-            self.column("ego_place"),
-            context.ego_size,
-            self.column("objects"),
-            self.column("object_places"),
-            context.object_sizes,
-            self.column("contact"),
-            self._rss,
-            is_least_only,
-            values,
-            actors,
-        )
+        measure_runs(self.scene, self._rss, is_least_only, values, actors)
         return values, actors
 
 
@@ -381,8 +356,7 @@ def _rss_violation(series: TraceSeries) -> Samples:
 def _following(quantity: int) -> Callable[[TraceSeries], Samples]:
     def measure(series: TraceSeries) -> Samples:
         values, actor = np.empty(series.shape), np.empty(series.shape, dtype=np.int16)
-        scene = scene_of(series.trace, *series.worst_conflicts)
-        following_series(*scene, series.abilities, quantity, values, actor)
+        following_series(series.scene, *series.nearest, series.abilities, quantity, values, actor)
         return _sampled(series, values, actor)
 
     return measure

@@ -22,7 +22,7 @@ from adeye.kernel.random import owner_id, uniform
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.signals import Bools, Floats
+    from adeye.signals import Floats
 
 # --- An interval, and the normal distribution that several need -----------------------------------
 
@@ -190,35 +190,6 @@ def runs_without_failure(share: float, confidence: float) -> int:
         return max(1, math.ceil(needed))
     # More than a double holds; a whole number has no end.
     return math.ceil(Fraction(math.log1p(-confidence)) / Fraction(math.log1p(-share)))
-
-
-def runs_for_proportion(
-    half_width: float, confidence: float, *, share: float = 0.5, population: int | None = None
-) -> int:
-    """Count the runs that estimate a proportion within a half width.
-
-    Args:
-        half_width: Of the interval.
-        confidence: Its nominal coverage.
-        share: What is expected; 0.5 needs most.
-        population: Size of a finite population that is drawn from without replacement.
-
-    Source:
-        Normal approximation with the finite-population correction of Leveugle, Calvez, Maistri,
-        Vanhauwaert (2009), "Statistical fault injection: quantified error and confidence".
-
-    >>> runs_for_proportion(0.05, 0.95), runs_for_proportion(0.01, 0.95)
-    (385, 9604)
-    """
-    _check_level(confidence)
-    if not (half_width > 0.0 and 0.0 < share < 1.0):
-        msg = f"a half width above 0 and a share between 0 and 1, not {half_width} and {share}"
-        raise ValueError(msg)
-    z = _central_quantile(confidence)
-    variance = z * z * share * (1.0 - share)
-    if population is None:
-        return math.ceil(variance / half_width**2)
-    return math.ceil(population / (1.0 + half_width**2 * (population - 1) / variance))
 
 
 def _central_quantile(confidence: float) -> float:
@@ -464,55 +435,6 @@ def median_low(values: Floats) -> float:
     return float(np.sort(values)[(len(values) - 1) // 2])
 
 
-def design_effect(failures: Floats, sizes: Floats) -> float:
-    """Tell how much the runs of clusters are worth less than as many independent ones.
-
-    Args:
-        failures: (C,) failures in each cluster, such as the runs of one drawn point.
-        sizes: (C,) runs in each cluster, at least 1.
-
-    Returns:
-        Variance of the share over that of independent runs: 1 for clusters of one run, up to the
-        size of the clusters where all runs of a cluster end alike. 1 where nothing or everything
-        failed, because then nothing tells; the number of clusters is the honest count there.
-
-    Source:
-        Kish (1965), "Survey Sampling", section 5.4; ratio estimator over clusters.
-
-    >>> design_effect(np.array([4.0, 0.0, 4.0, 0.0]), np.full(4, 4.0))
-    5.333333333333333
-    """
-    runs, clusters = float(sizes.sum()), len(sizes)
-    share = float(failures.sum()) / runs
-    if clusters < 2 or not 0.0 < share < 1.0:
-        return 1.0
-    rest = failures - share * sizes
-    variance = clusters / (clusters - 1.0) * float(np.sum(rest**2)) / runs**2
-    return variance / (share * (1.0 - share) / runs)
-
-
-def clustered_share(
-    failures: Floats, sizes: Floats, name: str, confidence: float
-) -> Interval | None:
-    """Bootstrap the share of failures over clusters of runs that are not independent.
-
-    Args:
-        failures: (C,) failures in each cluster.
-        sizes: (C,) runs in each cluster, at least 1.
-        name: Of the clusters, which is the owner of the draws.
-        confidence: Nominal coverage.
-
-    Returns:
-        The interval; None for fewer than ``MIN_UNITS`` clusters, or where nothing or everything
-        failed: resamples of that cannot differ.
-    """
-    share = float(failures.sum() / sizes.sum()) if len(sizes) else 0.0
-    if len(sizes) < MIN_UNITS or not 0.0 < share < 1.0:
-        return None
-    sums = resampled_sums(np.stack([failures, sizes], axis=1), name)
-    return bca(share, sums[:, 0] / sums[:, 1], failures - share * sizes, confidence)
-
-
 # --- Shares over strata, such as scenarios with their exposures -----------------------------------
 
 
@@ -675,77 +597,3 @@ def _check_strata(strata: Sequence[Stratum]) -> None:
     if any(not 0 <= item.failures <= item.runs for item in strata):
         msg = "a stratum has more failures than runs"
         raise ValueError(msg)
-
-
-# --- Shares from runs that were drawn from another distribution than the one that is asked for ----
-
-MIN_EFFECTIVE: Final = 30.0
-"""Effective sample size below which there is no bound."""
-MOST_OF_ONE: Final = 0.2
-"""Share of the weight that one run may carry."""
-
-
-@dataclass(frozen=True, slots=True)
-class Weighted:
-    """A self-normalised importance estimate.
-
-    Attributes:
-        share: Weighted share of failures.
-        effective: Effective sample size, ``sum(w)**2 / sum(w**2)``.
-        largest: Share of the weight that the heaviest run carries.
-        interval: Of the share; None where the weights do not allow one.
-        refusal: Why there is none; empty where there is.
-    """
-
-    share: float
-    effective: float
-    largest: float
-    interval: Interval | None
-    refusal: str
-
-
-def importance_estimate(weights: Floats, failed: Bools, confidence: float) -> Weighted:
-    """Estimate a share from weighted runs.
-
-    Args:
-        weights: (N,) density asked for over density drawn from, up to a common factor; >= 0.
-        failed: (N,) whether the run failed.
-        confidence: Nominal coverage of the interval.
-
-    Returns:
-        The estimate. Its interval is exact for equal weights and approximate for others: Clopper
-        and Pearson's for as many runs as the weights are worth.
-
-    Raises:
-        ValueError: A weight is negative or no number, or all of them are 0.
-
-    Source:
-        Kish (1965), "Survey Sampling", section 11.2 C, for the effective sample size; Korn and
-        Graubard (1998), "Confidence intervals for proportions with small expected number of
-        positive counts estimated from survey data", for the interval.
-    """
-    if not (np.isfinite(weights).all() and (weights >= 0.0).all() and weights.sum() > 0.0):
-        msg = "weights are finite, not negative and not all 0"
-        raise ValueError(msg)
-    shares = weights / weights.sum()
-    effective = float(1.0 / np.sum(shares**2))
-    largest = float(shares.max())
-    share = float(shares[failed].sum())
-    refusal = ""
-    if effective < MIN_EFFECTIVE:
-        refusal = f"the weights leave {effective:.3g} effective runs, fewer than {MIN_EFFECTIVE:g}"
-    elif largest > MOST_OF_ONE:
-        refusal = f"one run carries {largest:.0%} of the weight, more than {MOST_OF_ONE:.0%}"
-    interval = None if refusal else _interval(share, effective, confidence)
-    return Weighted(share, effective, largest, interval, refusal)
-
-
-def _interval(share: float, runs: float, confidence: float) -> Interval:
-    from scipy.special import betaincinv
-
-    tail = 0.5 * (1.0 - confidence)
-    failures = share * runs
-    low = float(betaincinv(failures, runs - failures + 1.0, tail)) if failures > 0.0 else 0.0
-    is_all = failures >= runs
-    high = 1.0 if is_all else float(betaincinv(failures + 1.0, runs - failures, 1.0 - tail))
-    return Interval(low, high, confidence)

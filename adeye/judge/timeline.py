@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 
@@ -50,14 +50,7 @@ InjectionClass = Literal[
     "undetected_no_violation",
     "undetected_violation",
 ]
-CLASSES: Final[tuple[InjectionClass, ...]] = (
-    "not_activated",
-    "masked",
-    "detected_in_time",
-    "detected_late",
-    "undetected_no_violation",
-    "undetected_violation",
-)
+CLASSES: Final[tuple[InjectionClass, ...]] = get_args(InjectionClass)
 """What became of an injected fault, from harmless to violation."""
 
 TIMELINE_VERSION: Final = 1
@@ -101,12 +94,6 @@ class Timeline:
     emergency_s: float | None = None
     safe_s: float | None = None
     violation_s: float | None = None
-
-    @property
-    def handled_s(self) -> float | None:
-        """Time of the safe state or of emergency operation, whichever is first [s]."""
-        reached = [time for time in (self.safe_s, self.emergency_s) if time is not None]
-        return min(reached, default=None)
 
     @property
     def intervals(self) -> Intervals:
@@ -318,12 +305,8 @@ def _at(time: NDArray[np.float64], row: int | None) -> float | None:
 def _require_twins(trace: Trace, twin: Trace) -> None:
     one, two = trace.layout, twin.layout
     shared = min(len(trace.time), len(twin.time))
-    alike = (one.scenario, one.sensors, one.channels, one.monitors) == (
-        two.scenario,
-        two.sensors,
-        two.channels,
-        two.monitors,
-    )
+    parts = ("scenario", "sensors", "channels", "monitors")
+    alike = all(getattr(one, part) == getattr(two, part) for part in parts)
     if not alike or not np.array_equal(trace.time[:shared], twin.time[:shared]):
         msg = f"{two.scenario} of {two.channels} is no twin of {one.scenario} of {one.channels}"
         raise ValueError(msg)

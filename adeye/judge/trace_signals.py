@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
 from adeye.judge.outcome import in_refuge, on_road
 from adeye.judge.series import (
     SERIES,
-    Statuses,
     TraceSeries,
     mark_errors,
     mark_undecided,
     series_signals,
 )
-from adeye.judge.stl.series import SampleStatus, Series
+from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
 from adeye.signals import (
     EGO_ACCELERATION,
@@ -36,6 +35,7 @@ from adeye.signals import (
     PLACE_OFFSET,
     SILENT,
     Bools,
+    Bytes,
     Floats,
     SignalType,
     architecture_signals,
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.judge.stl.series import Series
     from adeye.spec.architecture import Architecture
     from adeye.spec.scenario import LogicalScenario
     from adeye.trace import Layout, Trace
@@ -249,19 +250,7 @@ class TraceSignals:
         values, status, actor = reader(self, rest) if reader else self._state(name)
         if is_decision(name):
             mark_undecided(self.trace.length, status)
-        declared = self.dictionary[name]
-        kind = cast("Literal['number', 'boolean', 'enumeration']", declared.kind)
-        return Series(
-            values,
-            declared.scale,
-            declared.unit,
-            kind,
-            declared.labels,
-            status=status,
-            cap=declared.cap,
-            actor=actor,
-            slack=declared.slack,
-        )
+        return declared_series(self.dictionary[name], values, status, actor)
 
     def _column(self, name: str) -> NDArray[Any]:
         return self.measured.column(name)
@@ -384,7 +373,7 @@ class TraceSignals:
         return _reading(age, stamp)
 
 
-Reading = tuple["NDArray[Any]", Statuses, "NDArray[np.int64] | None"]
+Reading = tuple["NDArray[Any]", Bytes, "NDArray[np.int64] | None"]
 """Values, status and actor of a signal (B, T)."""
 
 
@@ -392,7 +381,7 @@ def _reading(
     values: NDArray[Any], *inputs: Floats, actor: NDArray[np.int64] | None = None
 ) -> Reading:
     """Give values with status VALUE, but ERROR where they or their inputs are not finite."""
-    status: Statuses = np.zeros(values.shape, dtype=np.int8)
+    status: Bytes = np.zeros(values.shape, dtype=np.int8)
     for checked in (values, *inputs):
         if checked.dtype.kind == "f":
             mark_errors(checked, status)

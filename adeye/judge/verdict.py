@@ -12,18 +12,6 @@ from enum import IntEnum, StrEnum
 from types import MappingProxyType
 from typing import Final
 
-__all__ = [
-    "ExitCode",
-    "Outcome",
-    "Verdict",
-    "exercised_of",
-    "exit_code",
-    "exit_of_verdict",
-    "fold_fsrs",
-    "fold_runs",
-    "gate_exit",
-]
-
 
 class Outcome(StrEnum):
     """What happened to a run; says nothing about an FSR."""

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from adeye.judge.evaluate import evaluate_trace
+from adeye.judge.metrics import METRICS
+from adeye.judge.safe_stop import achieved_rating, best_rating, rules_of
+from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
+from adeye.spec.concept import Requirement
 from adeye.spec.scenario import LogicalScenario
 from adeye.trace import ChannelEvent, Layout, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
+
+    from adeye.judge.evaluate import Evaluation
+    from adeye.judge.requirements import CheckedRequirement
+    from adeye.judge.uncertainty import NumericUncertainty
+    from adeye.spec.odd import Attributes
 
 ARCHITECTURE: dict[str, Any] = {
     "architecture": "two_channels",
@@ -213,6 +224,56 @@ class HandMade:
             channel_events=tuple(self.channel_events),
             case_digests=tuple(str(run) for run in range(runs)),
         )
+
+
+def measure(made: HandMade, column: str) -> Any:
+    """Measure a metric of the first run: value, status, time and actor."""
+    found = METRICS[column].compute(made.trace())
+    return float(found.value[0]), found.status[0], float(found.time[0]), int(found.actor[0])
+
+
+def judge(
+    trace: Trace,
+    requirements: Sequence[CheckedRequirement],
+    inside_odd: np.ndarray,
+    attributes: Attributes | None = None,
+    *,
+    faults: Sequence[str] = (),
+    uncertainty: Mapping[str, NumericUncertainty] = MappingProxyType({}),
+) -> Evaluation:
+    """Judge FSRs on the runs of a trace."""
+    signals = TraceSignals(trace, inside_odd, attributes, faults)
+    return evaluate_trace(signals, requirements, uncertainty)
+
+
+def fsr(**item: Any) -> Requirement:
+    """Write an FSR of what a test says about it."""
+    shared = {
+        "id": "FSR-01",
+        "goals": ["SG"],
+        "text": "t",
+        "threshold_source": "s",
+        "asil": "QM",
+        "allocation": ["e"],
+    }
+    return Requirement.model_validate({**shared, **item})
+
+
+class StopQuality(NamedTuple):
+    """Rating of where a run stands, the best that was reachable at its fault, their difference."""
+
+    achieved: float
+    best: float
+    regret: float
+
+
+def rate_run(trace: Trace, run: int) -> StopQuality:
+    """Rate where a run stands by its own architecture; NaN for what there is not."""
+    rules = rules_of(trace.layout.architectures[run])
+    achieved = achieved_rating(trace, run, rules)
+    active = trace["fault_active"][run, : trace.length[run]].any(axis=-1)
+    best = best_rating(trace, run, int(np.argmax(active)), rules) if active.any() else np.nan
+    return StopQuality(achieved, best, achieved - best)
 
 
 @pytest.fixture

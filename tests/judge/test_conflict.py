@@ -1,14 +1,37 @@
-"""Conflicts in hand-made scenes: who is in the path, and what the criticality is."""
+"""Conflicts: bodies on the road, who is in the path, bounds, and what is left to do."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.judge.conflict import QUANTITIES
-from adeye.judge.series import TraceSeries
+from adeye.judge.conflict import (
+    ACROSS,
+    ALONG,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    QUANTITIES,
+    Body,
+    Scene,
+    are_finite,
+    distance_below,
+    is_far_beside,
+    is_in_path,
+    lateral_reach,
+    least_so_far,
+    on_road,
+    reach_of,
+    turn,
+)
+from adeye.judge.following import DST, MDRAC, MTTC, STN, TTR, is_worse_when_larger
+from adeye.judge.series import RssParameters, TraceSeries
+from adeye.judge.stl.series import SampleStatus
+from adeye.kernel.boxes import box_distance
+from adeye.kernel.criticality import rss_lateral_distance
 
 
 def measured(made: Any, quantity: str, row: int = 0) -> Any:
@@ -227,3 +250,242 @@ def test_bend_without_end_is_the_straight_to_the_bit(hand_made: Any) -> None:
     made = hand_made().object("lead", s=44.1 + 0.7 * np.arange(21))
     bits = [TraceSeries(it.trace()).conflicts[0] for it in (made, on_a_bend(made, np.inf))]
     assert bits[0].tobytes() == bits[1].tobytes()
+
+
+EGO: Body = (0.0, 0.0, 20.0, 0.0, 2.0, 1.0)
+
+
+def turned(angle: float, speed: float = 10.0) -> Body:
+    return on_road(0.0, 0.0, speed, 4.0, 2.0, math.sin(angle), math.cos(angle))
+
+
+def test_straight_body_is_as_long_and_wide_as_it_is() -> None:
+    body = turned(0.0)
+    assert (body[ALONG], body[ACROSS]) == (10.0, 0.0)
+    assert (body[HALF_LENGTH], body[HALF_WIDTH]) == (2.0, 1.0)
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.7, -0.7, 2.0, math.pi])
+def test_turned_body_keeps_its_speed_and_its_corners_reach_its_extents(angle: float) -> None:
+    body = turned(angle)
+    assert math.hypot(body[ALONG], body[ACROSS]) == pytest.approx(10.0)
+    corners = [
+        (
+            x * math.cos(angle) - y * math.sin(angle),
+            x * math.sin(angle) + y * math.cos(angle),
+        )
+        for x in (-2.0, 2.0)
+        for y in (-1.0, 1.0)
+    ]
+    assert body[HALF_LENGTH] == pytest.approx(max(along for along, _ in corners))
+    assert body[HALF_WIDTH] == pytest.approx(max(across for _, across in corners))
+
+
+@pytest.mark.parametrize("size", [(4.0, 2.0), (0.6, 0.6), (18.75, 2.55)])
+def test_reach_is_a_little_more_than_half_of_the_diagonal(size: tuple[float, float]) -> None:
+    half = 0.5 * math.hypot(*size)
+    assert half < reach_of(*size) < half * 1.00001 + 2e-6
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_one_number_that_is_not_finite_spoils_all(bad: float) -> None:
+    numbers = [1.0, -2.0, 0.0, 1e300, -1e-300, -0.0, 5.0, 6.0, 7.0, 8.0]
+    assert are_finite(*numbers)
+    for place in range(10):
+        spoilt = list(numbers)
+        spoilt[place] = bad
+        assert not are_finite(*spoilt)
+
+
+def test_angle_is_turned_anew_only_where_it_changes() -> None:
+    turns = np.full((2, 3), np.nan)
+    turn(turns, 1, 0.5)
+    assert turns[1].tolist() == pytest.approx([0.5, math.sin(0.5), math.cos(0.5)])
+    assert np.isnan(turns[0]).all()
+    turns[1, 1] = 9.0
+    turn(turns, 1, 0.5)
+    assert turns[1, 1] == 9.0
+    turn(turns, 1, 0.25)
+    assert turns[1, 1] == pytest.approx(math.sin(0.25))
+
+
+def walker(d: float, across: float) -> Body:
+    return (40.0, d, 0.0, across, 0.3, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("d", "across", "is_met"),
+    [
+        (0.0, 0.0, True),
+        (1.29, 0.0, True),
+        (1.3, 0.0, False),
+        (-1.3, 0.0, False),
+        (4.0, -1.5, True),
+        (-4.0, 1.5, True),
+        (4.0, 1.5, False),
+        (9.0, -1.5, False),
+        (2.0, -4.0, False),
+    ],
+)
+def test_walker_is_in_the_path_if_in_the_corridor_as_the_ego_passes(
+    d: float, across: float, *, is_met: bool
+) -> None:
+    # The ego is beside the walker from 1.885 s to 2.115 s on.
+    assert is_in_path(EGO, 1.0, walker(d, across), 37.7) is is_met
+    mirrored = walker(-d, -across)
+    assert is_in_path(EGO, 1.0, mirrored, 37.7) is is_met
+
+
+def test_walker_beside_the_corridor_is_met_by_no_ego_that_stands() -> None:
+    standing: Body = (0.0, 0.0, 0.0, 0.0, 2.0, 1.0)
+    assert not is_in_path(standing, 1.0, walker(4.0, -1.5), 37.7)
+    assert not is_in_path(EGO, 1.0, walker(4.0, -1.5), 0.0)
+
+
+RSS = np.array(astuple(RssParameters()))
+BRAKING = 0.5 / RSS[7]
+
+
+def scene(seed: int, rows: int = 30, objects: int = 3) -> Any:
+    """Return the ego, its size, the others and their sizes, at random places."""
+    bits = np.random.default_rng(seed)
+    ego, others = np.zeros((1, rows, 7)), np.zeros((1, rows, objects, 5))
+    ego[..., :3], others[..., :3] = (bits.uniform(-9.0, 9.0, (*part.shape[:-1], 3)) for part in
+                                     (ego, others))  # fmt: skip
+    return ego, np.array([[4.0, 2.0, 1.5]]), others, bits.uniform(0.5, 6.0, (1, objects, 3))
+
+
+def whole(ego: Any, size: Any, others: Any, sizes: Any) -> Scene:
+    """Let a run of 20 rows have them; nothing reads their places on the road."""
+    places, nobody = np.zeros((*others.shape[:3], 6)), np.full(ego.shape[:2], -1, dtype=np.int16)
+    return Scene(np.array([20]), ego, ego[..., :6], size, others, places, sizes, nobody)
+
+
+def distances(
+    ego: np.ndarray, size: np.ndarray, others: np.ndarray, sizes: np.ndarray
+) -> np.ndarray:
+    return np.array(
+        [
+            [
+                box_distance(
+                    *ego[0, row, :3], *size[0, :2], *others[0, row, at, :3], *sizes[0, at, :2]
+                )
+                for at in range(others.shape[2])
+            ]
+            for row in range(ego.shape[1])
+        ]
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
+    ego, size, others, sizes = scene(seed)
+    others[..., :2] += 40.0
+    found = least_so_far(0, whole(ego, size, others, sizes))
+    every = distances(ego, size, others, sizes)[:20]
+    assert found in every
+    assert found >= every.min() > 0.0
+
+
+@pytest.mark.slow
+def test_without_a_number_or_an_object_nothing_is_left_out() -> None:
+    ego, size, others, sizes = scene(0)
+    assert least_so_far(0, whole(ego, size, others[:, :, :0], sizes)) == np.inf
+    assert least_so_far(0, whole(ego, size, others * np.nan, sizes)) == np.inf
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
+    ego, size, others, sizes = scene(seed)
+    every = distances(ego, size, others, sizes)
+    turns = np.full((others.shape[2] + 1, 3), np.nan)
+    bounds = 0
+    for row in range(ego.shape[1]):
+        x, y, heading = ego[0, row, :3]
+        for at in range(others.shape[2]):
+            ox, oy, o_heading = others[0, row, at, :3]
+            o_length, o_width = sizes[0, at, :2]
+            found = distance_below(
+                ox - x, oy - y, heading, 4.0, 2.0, o_heading, o_length, o_width, turns, at, 3.0
+            )
+            bounds += found != every[row, at]
+            assert found == every[row, at] or 3.0 < found <= every[row, at] + 1e-9
+    assert bounds > 0
+
+
+@pytest.mark.slow
+def test_far_beside_is_neither_in_the_path_nor_laterally_unsafe() -> None:
+    bits = np.random.default_rng(1)
+    culled = 0
+    for _ in range(3000):
+        beside, across = bits.uniform(-8.0, 8.0), bits.uniform(-2.0, 2.0)
+        speed, angle = bits.uniform(-20.0, 20.0), bits.uniform(-0.7, 0.7)
+        length, width = bits.uniform(0.3, 12.0), bits.uniform(0.3, 3.0)
+        reach = lateral_reach(abs(across), RSS[0], RSS[6], BRAKING) + RSS[8]
+        if not is_far_beside(beside, 1.0, reach, speed, angle, length, width, RSS, BRAKING):
+            continue
+        culled += 1
+        own = (0.0, 0.0, 20.0, across, 2.0, 1.0)
+        other = on_road(30.0, beside, speed, length, width, np.sin(angle), np.cos(angle))
+        assert own[ALONG] == 20.0
+        assert not is_in_path(own, 1.0, other, 20.0)
+        side = np.copysign(1.0, beside)
+        lateral = rss_lateral_distance(side * across, side * other[3], *RSS[[0, 1, 6, 7, 8]])
+        assert abs(beside) - 1.0 - other[HALF_WIDTH] >= lateral
+    assert 100 < culled < 2900
+
+
+def test_demands_are_worse_when_larger() -> None:
+    assert [what for what in range(10) if is_worse_when_larger(what)] == [MDRAC, DST, STN]
+    assert not is_worse_when_larger(MTTC)
+    assert not is_worse_when_larger(TTR)
+
+
+def test_series_has_the_closed_form_at_every_row(hand_made: Any) -> None:
+    # 20 m/s towards a standing lead, from 44 m on.
+    series = TraceSeries(hand_made().object("lead", speed=0.0, s=48.0).trace())
+    gap = 44.0 - 20.0 * series.trace.time
+    found = series.samples("mttc")
+    assert found.values[0] == pytest.approx(gap / 20.0, rel=1e-9)
+    assert (found.actor == 0).all()
+    brake = gap / 20.0 - 20.0 / (2.0 * 9.0)
+    steer = gap / 20.0 - np.sqrt(2.0 * 2.0 / 9.80665)
+    assert series.samples("ttr").values[0] == pytest.approx(np.maximum(brake, steer), rel=1e-9)
+
+
+def test_braking_lead_at_equal_speed_is_a_conflict_of_accelerations_only(hand_made: Any) -> None:
+    series = TraceSeries(hand_made().object("lead", acceleration=-5.0).trace())
+    # The lead stands after 4 s and 40 m, the ego is there after 80 m: (40 + 40) / 20.
+    assert series.samples("mttc").values[0] == pytest.approx(np.full(21, 4.0), rel=1e-9)
+    assert (series.samples("ttc").status[0] == SampleStatus.NO_CONFLICT).all()
+    assert (series.samples("ttr").status[0] == SampleStatus.NO_CONFLICT).all()
+
+
+def test_contact_is_zero_and_an_unknown_speed_an_error(hand_made: Any) -> None:
+    made = hand_made().touch(7, "lead")
+    made.columns["ego"][0, 3, 3] = np.nan
+    found = TraceSeries(made.trace()).samples("mttc")
+    assert (found.values[0, 7], found.status[0, 7]) == (0.0, SampleStatus.VALUE)
+    assert found.status[0, 3] == SampleStatus.ERROR
+
+
+def test_distance_and_gap_to_an_object_ahead(hand_made: Any) -> None:
+    series = TraceSeries(hand_made().trace())
+    np.testing.assert_allclose(series.object_distance(0), 40.0)
+    np.testing.assert_allclose(series.object_gap(0), 40.0)
+
+
+def test_gap_behind_is_negative_and_a_touched_object_is_at_no_distance(hand_made: Any) -> None:
+    made = hand_made().object("lead", s=-44.0 + 20.0 * np.arange(21) * 0.1)
+    assert TraceSeries(made.trace()).object_gap(0)[0, 3] == pytest.approx(-40.0)
+    touched = TraceSeries(hand_made().touch(7, "lead").trace())
+    assert touched.object_distance(0)[0, 7] == 0.0
+
+
+def test_unknown_number_makes_no_distance(hand_made: Any) -> None:
+    made = hand_made()
+    made.columns["objects"][0, 5, 0, 4] = np.nan
+    series = TraceSeries(made.trace())
+    for found in (series.object_distance(0)[0], series.object_gap(0)[0]):
+        assert np.flatnonzero(np.isnan(found)).tolist() == [5]

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.extremes import evaluate_extremes, find_extremes, joined, measure_of
-from adeye.judge.stl.batch import StlColumns, evaluate_columns
+from adeye.judge.extremes import evaluate_extremes, find_extremes, measure_of
+from adeye.judge.stl.batch import StlColumns, evaluate_columns, joined_columns
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import Series
 from adeye.signals import Bools, SignalType
@@ -118,6 +118,6 @@ def test_parts_are_joined() -> None:
         complete=np.array([True]),
         chosen=np.array([True]),
     )
-    whole = joined([kept, kept])
+    whole = joined_columns([kept, kept])
     assert whole.row.tolist() == [[0, 0, 1, -1, -1]] * 2
     assert whole.value[:, 2].tolist() == [1.0, 1.0]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import Evaluation, judge
+from adeye.judge.evaluate import Evaluation
 from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import compile_requirement
 from adeye.judge.uncertainty import NumericUncertainty
@@ -16,23 +16,13 @@ from adeye.judge.verdict import Verdict
 from adeye.signals import SILENT
 from adeye.spec.concept import Requirement
 from adeye.spec.odd import Attributes
+from tests.judge.conftest import fsr, judge
 
 PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR, _ = Verdict
 TAKEOVER = (
     "always(channel.nominal.status == silent implies eventually[0 s, 0.3 s](authority.safety))"
 )
 CLOSE = {"metric": "min_distance_m", "at_least": 10.0}
-
-
-def fsr(name: str = "FSR-01", **item: Any) -> Requirement:
-    shared = {
-        "goals": ["SG"],
-        "text": "t",
-        "threshold_source": "s",
-        "asil": "QM",
-        "allocation": ["e"],
-    }
-    return Requirement.model_validate({"id": name, **shared, **item})
 
 
 def evaluated(made: Any, *requirements: Requirement, **options: Any) -> Evaluation:
@@ -331,15 +321,15 @@ def test_uncertainty_does_not_soften_a_failure(hand_made: Any) -> None:
 
 
 def test_fsr_is_not_judged_in_other_scenarios(hand_made: Any) -> None:
-    there = fsr("A", formula="always(not contact)", scenarios=["follow"])
-    elsewhere = fsr("B", formula="always(not contact)", scenarios=["overtake"])
+    there = fsr(id="A", formula="always(not contact)", scenarios=["follow"])
+    elsewhere = fsr(id="B", formula="always(not contact)", scenarios=["overtake"])
     (found,) = evaluated(hand_made(), there, elsewhere).judgements
     assert [item.fsr_id for item in found] == ["A"]
 
 
 def test_run_outside_the_odd_is_evidence_only_where_asked(hand_made: Any) -> None:
     items = [
-        fsr(applies, formula="always(not contact)", applies=applies)
+        fsr(id=applies, formula="always(not contact)", applies=applies)
         for applies in ("inside", "outside", "everywhere")
     ]
     inside, outside = evaluated(
@@ -359,8 +349,8 @@ def test_leaving_the_odd_during_a_run_can_be_named(hand_made: Any) -> None:
 def test_signal_that_the_runs_lack_is_listed_and_not_judged(hand_made: Any) -> None:
     found = evaluated(
         hand_made(),
-        fsr("A", formula="always(not authority.third)"),
-        fsr("B", formula="always(not contact)"),
+        fsr(id="A", formula="always(not authority.third)"),
+        fsr(id="B", formula="always(not contact)"),
     )
     assert found.not_applicable == {"A": "the runs have no signal authority.third"}
     assert [item.fsr_id for item in found.judgements[0]] == ["B"]
@@ -422,9 +412,12 @@ def test_run_that_its_fault_never_met_passes_nothing_and_fails_what_it_fails(
     hand_made: Any,
 ) -> None:
     made = hand_made(faults=("late",))
-    fine, vacuous = fsr("FSR-01", formula="always(not contact)"), fsr("FSR-02", formula=TAKEOVER)
-    broken = fsr("FSR-03", formula="always(time_gap >= 2.5 s)")
-    far, near = fsr("FSR-04", bound=CLOSE), fsr("FSR-05", bound={**CLOSE, "at_least": 90.0})
+    fine, vacuous = (
+        fsr(id="FSR-01", formula="always(not contact)"),
+        fsr(id="FSR-02", formula=TAKEOVER),
+    )
+    broken = fsr(id="FSR-03", formula="always(time_gap >= 2.5 s)")
+    far, near = fsr(id="FSR-04", bound=CLOSE), fsr(id="FSR-05", bound={**CLOSE, "at_least": 90.0})
     found = evaluated(made, fine, vacuous, broken, far, near).judgements[0]
     assert [item.verdict for item in found] == [INVALID, INVALID, FAIL, INVALID, FAIL]
     assert [item.is_exercised for item in found] == [False, False, True, False, True]
@@ -434,8 +427,8 @@ def test_run_that_its_fault_never_met_passes_nothing_and_fails_what_it_fails(
 
 def test_contact_before_the_fault_fails_and_leaves_the_rest_untested(hand_made: Any) -> None:
     made = hand_made(faults=("late",)).touch(6, "lead")
-    contact = fsr("FSR-01", formula="always(not contact)")
-    lane = fsr("FSR-02", formula="always(abs(ego.lane_offset) <= 0.5 m)")
+    contact = fsr(id="FSR-01", formula="always(not contact)")
+    lane = fsr(id="FSR-02", formula="always(abs(ego.lane_offset) <= 0.5 m)")
     found = evaluated(made, contact, lane).judgements[0]
     assert [item.verdict for item in found] == [FAIL, INVALID]
 

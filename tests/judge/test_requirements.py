@@ -1,4 +1,4 @@
-"""FSRs against a plan: what is refused before anything runs, and where the message points."""
+"""FSRs against a plan: what they measure, bounds, what is refused and where."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from adeye.judge.requirements import (
     Bound,
     CheckedRequirement,
     JudgedPlan,
+    bound_of,
     check_requirements,
     compile_requirement,
     last_decision,
+    measured,
+    reads_odd,
     requirement_digest,
 )
 from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
+from tests.judge.conftest import fsr
 
 Check = Callable[..., CheckedRequirement]
 
@@ -449,3 +453,158 @@ def test_parameter_of_a_bound_is_on_its_side_too(check: Check) -> None:
 
 def requirement(**item: Any) -> Requirement:
     return concept(item).requirements[0]
+
+
+def bounded(metric: str, limit: Any, side: str = "at_most") -> Requirement:
+    return fsr(bound={"metric": metric, side: limit})
+
+
+@pytest.mark.parametrize(
+    ("metric", "text", "number"),
+    [
+        ("takeover_time_s", "1.5 s", 1.5),
+        ("takeover_time_s", "1500 ms", 1.5),
+        ("impact_speed_mps", "36 km/h", 10.0),
+        ("max_drac_mps2", "6 m/s^2", 6.0),
+        ("max_jerk_mps3", "5 m/s³", 5.0),
+        ("stop_rating", "3", 3.0),
+        ("min_distance_m", "0 m", 0.0),
+    ],
+)
+@pytest.mark.parametrize("side", ["at_most", "at_least"])
+def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
+    metric: str, text: str, number: float, side: str
+) -> None:
+    written, plain = bounded(metric, text, side), bounded(metric, number, side)
+    assert bound_of(written) == bound_of(plain)
+    assert bound_of(written).limit == number
+    assert requirement_digest(written) == requirement_digest(plain)
+    assert written.model_dump_json() == plain.model_dump_json()
+
+
+def test_digest_of_a_plain_number_is_what_it_was() -> None:
+    assert requirement_digest(bounded("takeover_time_s", 1.5)) == RECORDED
+
+
+@pytest.mark.parametrize(
+    ("metric", "text", "message"),
+    [
+        (
+            "takeover_time_s",
+            "1.5 m",
+            r"'1.5 m' does not fit .* in s. .*\(s, ms, min, h\)",
+        ),
+        (
+            "takeover_time_s",
+            "1.5",
+            r"'1.5' does not fit .* in s. Write a plain number in s",
+        ),
+        ("trips", "2 s", r"'2 s' does not fit metric trips, which is a plain number"),
+    ],
+)
+def test_unit_of_something_else_is_refused(metric: str, text: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        bound_of(bounded(metric, text))
+    with pytest.raises(SpecError, match=message):
+        bound_of(pickle.loads(pickle.dumps(bounded(metric, text))))  # noqa: S301 - its own
+
+
+@pytest.mark.parametrize("text", ["1.5 parsec", "soon", "", "1e999 s", True])
+def test_what_is_no_quantity_is_refused_at_its_place(text: Any) -> None:
+    with pytest.raises(ValueError, match=r"bound\.at_most"):
+        bounded("takeover_time_s", text)
+
+
+@pytest.mark.parametrize("unit", ["km/h", "pint"])
+def test_metric_that_is_not_in_si_takes_plain_numbers_only(
+    unit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(METRICS, "mine", replace(METRICS["impact_speed_mps"], unit=unit))
+    assert bound_of(bounded("mine", 30.0)).limit == 30.0
+    with pytest.raises(SpecError, match=f"is in {unit}. Write a plain number"):
+        bound_of(bounded("mine", "30 km/h"))
+
+
+def test_margin_is_the_distance_to_the_limit_and_the_cap_without_a_conflict() -> None:
+    values, free = np.array([4.0, 7.0, np.nan]), np.array([False, False, True])
+    high = bound_of(bounded("min_distance_m", "5 m", "at_least"))
+    assert high.margins(values, free)[0].tolist() == [-1.0, 2.0, METRICS["min_distance_m"].cap]
+    low = bound_of(bounded("max_drac_mps2", "5 m/s^2"))
+    assert low.margins(values, free)[0].tolist() == [1.0, -2.0, 5.0]
+    assert low.text == "max_drac_mps2 <= 5 m/s²"
+
+
+@pytest.mark.parametrize("name", [name for name, metric in METRICS.items() if metric.cap])
+@pytest.mark.parametrize("is_lower", [True, False])
+def test_a_conflict_beyond_the_cap_is_none(name: str, *, is_lower: bool) -> None:
+    cap = METRICS[name].cap
+    assert cap is not None
+    limit = 0.5 * cap
+    values = limit + np.array([np.nan, 1.01 * cap, 1_000.0 * cap, 0.5 * cap, -3.0 * cap])
+    free = np.array([True, False, False, False, False])
+    margins, is_free = Bound(name, limit, is_lower=is_lower).margins(values, free)
+    assert margins[:3].tolist() == [cap if is_lower else -cap] * 3
+    assert is_free.tolist() == [True, True, True, False, False]
+    assert np.abs(margins[3:]) == pytest.approx([0.5 * cap, 3.0 * cap])
+
+
+RECORDED = "f4daa255848ec13c3ca49e585067bc312454755c27b6a78ebe60b77a2e274088"
+
+
+@pytest.mark.parametrize("is_lower", [True, False])
+def test_what_lies_on_a_bound_as_a_decimal_has_no_margin(*, is_lower: bool) -> None:
+    name = next(name for name, metric in METRICS.items() if metric.cap is None)
+    values = np.array([0.1 + 0.2, 6 * 0.05])
+    margins, _ = Bound(name, 0.3, is_lower).margins(values, np.zeros(2, np.bool_))
+    assert margins.tolist() == [0.0, 0.0]
+
+
+GAP = {"formula": "always(gap >= 1 m)"}
+TTC = {"bound": {"metric": "min_ttc_s", "at_least": 2.0}}
+
+
+def stated(part: dict[str, Any]) -> Requirement:
+    return fsr(**{"scenarios": ["cut_in", "lead_braking"], **part})
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        (GAP, {"formula": " always( gap>=100 cm )\n"}),
+        (GAP, {"formula": "always(gap >= least)", "parameters": {"least": "1000 mm"}}),
+        (GAP, {**GAP, "scenarios": ["lead_braking", "cut_in"]}),
+        (GAP, {**GAP, "text": "Other words.", "asil": "D", "mandatory": False}),
+        (TTC, {"bound": {"metric": "min_ttc_s", "at_least": 2}}),
+        (TTC, {"bound": {"metric": "min_ttc_s", "at_least": "2000 ms"}}),
+        (TTC, {"bound": {"metric": "min_ttc_s", "at_least": "t"}, "parameters": {"t": "2 s"}}),
+    ],
+)
+def test_spelling_is_no_part_of_it(before: dict[str, Any], now: dict[str, Any]) -> None:
+    assert measured(stated(before)) == measured(stated(now))
+    assert requirement_digest(stated(before)) == requirement_digest(stated(now))
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        (GAP, {"formula": "always(gap > 1 m)"}),
+        (GAP, {"formula": "always(gap >= 1.0000000000000002 m)"}),
+        (GAP, {**GAP, "scenarios": ["cut_in"]}),
+        (GAP, {**GAP, "on_contact": "fail"}),
+        (GAP, {**GAP, "applies": "everywhere"}),
+        (GAP, {**GAP, "id": "FSR-02"}),
+        (TTC, {"bound": {"metric": "min_ttc_s", "at_most": 2.0}}),
+        (TTC, {"bound": {"metric": "min_ttc_s", "at_least": 2.0000000000000004}}),
+        (TTC, {"bound": {"metric": "min_thw_s", "at_least": 2.0}}),
+    ],
+)
+def test_everything_else_is(before: dict[str, Any], now: dict[str, Any]) -> None:
+    assert measured(stated(before)) != measured(stated(now))
+    assert requirement_digest(stated(before)) != requirement_digest(stated(now))
+
+
+def test_only_the_signal_reads_the_odd() -> None:
+    assert reads_odd(stated({"formula": "always(in_odd)"}))
+    named = {"formula": "always(gap >= not_in_odd)", "parameters": {"not_in_odd": "1 m"}}
+    assert not reads_odd(stated(named))
+    assert not reads_odd(stated(TTC))

@@ -16,23 +16,15 @@ from adeye.judge.requirements import CheckedRequirement, compile_requirement
 from adeye.judge.uncertainty import NumericUncertainty
 from adeye.judge.verdict import Verdict
 from adeye.ports import MetricColumn
-from adeye.spec.concept import Requirement
+from tests.judge.conftest import fsr
 from tests.judge.stl.batch import judge, numbers, truths, words
 
 STATUSES = registry.STATUSES
 NAN = math.nan
 
 
-def fsr(**item: Any) -> CheckedRequirement:
-    shared = {
-        "id": "FSR-01",
-        "goals": ["SG"],
-        "text": "t",
-        "threshold_source": "s",
-        "asil": "QM",
-        "allocation": ["e"],
-    }
-    return compile_requirement(Requirement.model_validate({**shared, **item}))
+def checked(**item: Any) -> CheckedRequirement:
+    return compile_requirement(fsr(**item))
 
 
 # One run for each status, on both sides of the limits, with and without contact, invalid or not.
@@ -149,7 +141,7 @@ BOUNDS: list[dict[str, Any]] = [
 def test_every_run_gets_what_the_rules_for_one_run_say(
     bound: dict[str, Any], least: float, on_contact: str
 ) -> None:
-    item = fsr(bound=bound, on_contact=on_contact)
+    item = checked(bound=bound, on_contact=on_contact)
     metrics = {bound["metric"]: COLUMN}
     unit = METRICS[bound["metric"]].unit
     uncertainty = NumericUncertainty(item.digest, {unit: least})
@@ -159,7 +151,7 @@ def test_every_run_gets_what_the_rules_for_one_run_say(
 
 
 def test_chosen_runs_are_judged_as_among_all() -> None:
-    item = fsr(bound=BOUNDS[0])
+    item = checked(bound=BOUNDS[0])
     metrics = {"min_distance_m": COLUMN}
     everything = FRAME.judge(item, np.arange(len(RUNS)), None, metrics, None)
     for runs in ([7], [0, 13, 14, 60], list(range(1, len(RUNS), 2))):
@@ -171,7 +163,7 @@ def test_chosen_runs_are_judged_as_among_all() -> None:
 def test_nothing_but_a_value_or_no_conflict_ever_passes() -> None:
     for bound in BOUNDS:
         found = FRAME.judge(
-            fsr(bound=bound), np.arange(len(RUNS)), None, {bound["metric"]: COLUMN}, None
+            checked(bound=bound), np.arange(len(RUNS)), None, {bound["metric"]: COLUMN}, None
         )
         for run, (status, _, _, invalid) in enumerate(RUNS):
             judgement = found.of_run(run)
@@ -186,7 +178,7 @@ def test_value_that_is_not_finite_is_an_error(bad: float) -> None:
     column = MetricColumn(np.array([bad]), ("value",), np.array([0.0]), (0,))
     frame = Frame(0.1, ("lead",), np.array([False]), (None,))
     for bound in BOUNDS:
-        item = fsr(bound=bound)
+        item = checked(bound=bound)
         found = frame.judge(item, np.array([0]), None, {bound["metric"]: column}, None).of_run(0)
         assert found is not None
         assert found.verdict is Verdict.ERROR
@@ -196,7 +188,7 @@ def test_value_that_is_not_finite_is_an_error(bad: float) -> None:
 def ruled(text: str, signals: dict[str, Any], **options: Any) -> list[Judgement]:
     """Judge a formula on runs of which none is invalid."""
     contact = options.pop("contact", None)
-    item = fsr(formula=text, on_contact=options.pop("on_contact", "inconclusive"))
+    item = checked(formula=text, on_contact=options.pop("on_contact", "inconclusive"))
     result = judge(text, signals, step_s=0.1, **options)
     runs = len(result.error)
     by_contact = np.zeros(runs, bool) if contact is None else np.array(contact)

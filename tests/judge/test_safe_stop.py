@@ -9,7 +9,6 @@ from adeye.judge.safe_stop import (
     achieved_rating,
     best_rating,
     decelerations_of,
-    rate_run,
     rules_of,
 )
 from adeye.kernel.stops import CONTACT, DEFAULT_RULES
@@ -17,7 +16,7 @@ from adeye.signals import RoadMap
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import SafetyChannel, SafetyParameters
 from adeye.trace import Trace
-from tests.judge.conftest import HandMade
+from tests.judge.conftest import HandMade, rate_run
 
 Make = Callable[..., HandMade]
 RULES = np.array(DEFAULT_RULES)

@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.series import SERIES, RssParameters, TraceSeries, series_signals
+from adeye.judge.conflict import DRAC, GAP, REQUIRED, TTC
+from adeye.judge.series import (
+    SERIES,
+    RssParameters,
+    TraceSeries,
+    fill_statuses,
+    is_demand,
+    mark_errors,
+    mark_undecided,
+    series_signals,
+    status_of,
+)
 from adeye.judge.stl.formula import unit_exponents
 from adeye.judge.stl.series import SampleStatus
 from tests.judge.stl.batch import errors_of
@@ -98,26 +109,57 @@ def test_jerk_is_the_slope_of_the_acceleration_and_unknown_at_the_start(hand_mad
     np.testing.assert_allclose(series.values[0, :20], -2.0 * np.arange(20) * 0.05)
 
 
-def test_gap_to_one_object_is_signed(hand_made: Any) -> None:
-    series = TraceSeries(hand_made().object("lead", s=-44.0).ego(s=0.0).trace())
-    distances, gaps = series.object_distance(0), series.object_gap(0)
-    assert (distances[0, 0], gaps[0, 0]) == (pytest.approx(40.0), pytest.approx(-40.0))
-
-
-def test_distance_to_the_object_touched_is_zero(hand_made: Any) -> None:
-    series = TraceSeries(hand_made().touch(3, "lead").trace())
-    assert series.object_distance(0)[0, 3] == 0.0
-
-
-@pytest.mark.slow
-def test_distance_to_an_unknown_place_is_unknown(hand_made: Any) -> None:
-    made = hand_made().object("lead", s=np.nan)
-    series = TraceSeries(made.trace())
-    distances, gaps = series.object_distance(0), series.object_gap(0)
-    assert np.isnan(distances).all()
-    assert np.isnan(gaps).all()
-
-
 def test_unknown_series_is_refused(hand_made: Any) -> None:
     with pytest.raises(KeyError):
         TraceSeries(hand_made().trace()).series("gab")
+
+
+VALUE, FREE, NOT_APPLICABLE, ERROR = SampleStatus
+
+
+def test_decelerations_are_demands() -> None:
+    assert [is_demand(column) for column in (GAP, TTC, DRAC, REQUIRED)] == [
+        False,
+        False,
+        True,
+        True,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "actor", "touched", "column", "expected"),
+    [
+        (1.0, 0, -1, GAP, VALUE),
+        (1.0, -1, -1, GAP, VALUE),
+        (np.inf, -1, -1, TTC, FREE),
+        (-np.inf, 0, -1, TTC, ERROR),
+        (np.nan, 0, -1, TTC, ERROR),
+        (0.0, 0, -1, DRAC, VALUE),
+        (0.0, -1, -1, DRAC, FREE),
+        (np.inf, 0, 0, REQUIRED, NOT_APPLICABLE),
+        (np.inf, 0, -1, REQUIRED, ERROR),
+        (np.nan, 0, 0, REQUIRED, ERROR),
+    ],
+)
+def test_value_stands_for(
+    value: float, actor: int, touched: int, column: int, expected: SampleStatus
+) -> None:
+    demands = is_demand(column)
+    assert status_of(value, actor, touched, demands) == expected
+    status = np.full((1, 2), -1, dtype=np.int8)
+    actors, contact = np.full((1, 2), actor, np.int16), np.full((1, 2), touched, np.int16)
+    fill_statuses(np.array([1]), np.full((1, 2), value), actors, contact, demands, status)
+    # Beyond the run there is nothing.
+    assert status.tolist() == [[expected, FREE if demands else VALUE]]
+
+
+def test_what_is_not_finite_is_an_error() -> None:
+    status = np.zeros((2, 3), dtype=np.int8)
+    mark_errors(np.array([[0.0, np.nan, 1.0], [np.inf, 0.0, -np.inf]]), status)
+    assert status.tolist() == [[0, ERROR, 0], [ERROR, 0, ERROR]]
+
+
+def test_nothing_is_decided_from_the_last_row_on() -> None:
+    status = np.zeros((2, 3), dtype=np.int8)
+    mark_undecided(np.array([3, 2]), status)
+    assert status.tolist() == [[0, 0, NOT_APPLICABLE], [0, NOT_APPLICABLE, NOT_APPLICABLE]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -289,8 +290,7 @@ class _Bench:
             (condition.id, target): self.look.seen(
                 [reaches[condition.id, target] for reaches in self.eyes.values()]
             )
-            for condition in self.conditions
-            for target in TARGETS
+            for condition, target in product(self.conditions, TARGETS)
         }
 
     @cached_property
@@ -359,17 +359,15 @@ class _Bench:
 
     def coverage(self) -> Iterator[ZoneCoverage]:
         """Measure what is seen of each zone."""
-        for condition in self.conditions:
-            for target in TARGETS:
-                seen = self.seen[condition.id, target]
-                yield from coverage(self.look, seen, target, condition)
+        for condition, target in product(self.conditions, TARGETS):
+            seen = self.seen[condition.id, target]
+            yield from coverage(self.look, seen, target, condition)
 
     def blind_spots(self) -> Iterator[BlindSpot]:
         """Measure what is blind of each zone."""
-        for condition in self.conditions:
-            for target in TARGETS:
-                seen = self.seen[condition.id, target]
-                yield from blind_spots(self.look, seen, target, condition)
+        for condition, target in product(self.conditions, TARGETS):
+            seen = self.seen[condition.id, target]
+            yield from blind_spots(self.look, seen, target, condition)
 
     def bearings(self) -> Iterator[BlindBearing]:
         """Look for the nearest blind place in each direction."""
@@ -382,17 +380,14 @@ class _Bench:
         """Compare range and need at round speeds and at the ODD's highest."""
         shown = {speed / 3.6 for speed in SHOWN}
         shown |= set() if odd_speed is None else {odd_speed}
-        for condition in self.conditions:
-            for case in CASES:
-                for speed in sorted(shown):
-                    yield slack_at(self.paths, condition, case, speed, self.front)
+        for condition, case, speed in product(self.conditions, CASES, sorted(shown)):
+            yield slack_at(self.paths, condition, case, speed, self.front)
 
     def speeds(self) -> Iterator[SpeedRange]:
         """Find the speeds that the suite supports."""
-        for condition in self.conditions:
-            for case in CASES:
-                oks = self.supported[condition.id, case.id]
-                yield speed_range(self.paths, oks, condition, case)
+        for condition, case in product(self.conditions, CASES):
+            oks = self.supported[condition.id, case.id]
+            yield speed_range(self.paths, oks, condition, case)
 
     def notes(self) -> Iterator[str]:
         """Say what is left out or assumed."""

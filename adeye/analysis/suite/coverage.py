@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.analysis.suite.geometry import Cells, Zone, cells_of, distance, looks_at
+from adeye.analysis.suite.geometry import Cells, Zone, cells_of, distance, looks_at, sees
 from adeye.analysis.suite.records import BlindBearing, BlindSpot, ZoneCoverage
 from adeye.kernel.elementary import sin_cos
 from adeye.simulate.world.objects import DEFAULT_SIZES
@@ -215,9 +215,7 @@ def blind_bearings(
         x, y = (start + steps) * cosine, (start + steps) * sine
         seen = np.zeros(steps.shape, dtype=np.bool_)
         for view, reach in zip(views, reaches, strict=True):
-            if reach.far > reach.near:
-                away = distance(view, x, y)
-                seen |= looks_at(view, x, y) & (away >= reach.near) & (away <= reach.far)
+            seen |= sees(view, reach, x, y)
         blind = np.flatnonzero(~seen)
         last = np.flatnonzero(seen)
         yield BlindBearing(

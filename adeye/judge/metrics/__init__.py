@@ -4,44 +4,20 @@ To import this package registers the built-in ones. What an FSR asks for is neve
 ``registry``.
 """
 
-from adeye.judge.metrics import (
-    arbitration,
-    comfort,
-    criticality,
-    exposure,
-    handling,
-    perception,
-    severity,
-)
-from adeye.judge.metrics import comfort as motion
-from adeye.judge.metrics import criticality as avoidance
-from adeye.judge.metrics import encounters as meeting
-from adeye.judge.metrics import handling as stopping
-from adeye.judge.metrics import severity as at_fault
-from adeye.judge.metrics.registry import (
-    METRICS,
-    MetricDefinition,
-    compute_metrics,
-    metric_entry,
-    register_metric,
-)
+# Imported to be registered, in the order in which they are listed.
+from adeye.judge.metrics import arbitration as arbitration
+from adeye.judge.metrics import comfort as comfort
+from adeye.judge.metrics import criticality as criticality
+from adeye.judge.metrics import exposure as exposure
+from adeye.judge.metrics import handling as handling
+from adeye.judge.metrics import perception as perception
+from adeye.judge.metrics import severity as severity
+from adeye.judge.metrics.registry import METRICS as METRICS
+from adeye.judge.metrics.registry import MetricDefinition as MetricDefinition
+from adeye.judge.metrics.registry import compute_metrics as compute_metrics
+from adeye.judge.metrics.registry import register_metric as register_metric
 
-__all__ = [
-    "METRICS",
-    "MetricDefinition",
-    "arbitration",
-    "at_fault",
-    "avoidance",
-    "comfort",
-    "compute_metrics",
-    "criticality",
-    "exposure",
-    "handling",
-    "meeting",
-    "metric_entry",
-    "motion",
-    "perception",
-    "register_metric",
-    "severity",
-    "stopping",
-]
+# isort: split
+
+# They are listed behind the others.
+from adeye.judge.metrics import encounters as encounters

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     "m/s²",
     "higher",
     "own definition: difference of commands",
-    scale=1.0,
 )
 def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
     """Largest difference of the accelerations that the default and another channel command.
@@ -56,7 +55,7 @@ def _largest(series: TraceSeries, name: str) -> MetricColumn:
     if numbers.shape[-1] == 1:
         return column_of(series, np.full(trace.runs, NOT_APPLICABLE), runs, np.zeros(trace.runs))
     others = np.arange(numbers.shape[-1]) != default
-    has_both = _commands(series)
+    has_both = series.once("commands", lambda: _commands(series))
     has_both = has_both[..., others] & has_both[..., [default]]
     apart = np.abs(numbers[..., others] - numbers[..., [default]])
     worst = np.where(has_both, apart, -1.0).max(axis=-1)
@@ -66,12 +65,9 @@ def _largest(series: TraceSeries, name: str) -> MetricColumn:
 
 
 def _commands(series: TraceSeries) -> Bools:
-    """Tell which channels have a command (B, T, C), once for both metrics."""
-    if "commands" not in series.kept:
-        status = series.column("status")
-        is_finite = np.isfinite(series.column("acceleration"))
-        is_finite &= np.isfinite(series.column("steering_angle"))
-        decided = decided_rows(series.trace)[..., np.newaxis]
-        series.kept["commands"] = (status != SILENT) & (status != FAULT) & is_finite & decided
-    found: Bools = series.kept["commands"]
-    return found
+    """Tell which channels have a command (B, T, C)."""
+    status = series.column("status")
+    is_finite = np.isfinite(series.column("acceleration"))
+    is_finite &= np.isfinite(series.column("steering_angle"))
+    decided = decided_rows(series.trace)[..., np.newaxis]
+    return np.asarray((status != SILENT) & (status != FAULT) & is_finite & decided)

@@ -23,11 +23,8 @@ from adeye.ports import MetricColumn
 from adeye.signals import EGO_ACCELERATION, EGO_SPEED, EGO_YAW_RATE, PLACE_OFFSET, Floats
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from adeye.signals import Bytes, Ints
 
-    from adeye.signals import Ints
-
-    Codes = NDArray[np.int8]
 
 # --- Metrics of comfort, from the recorded state and not from commands ----------------------------
 
@@ -51,7 +48,7 @@ _ACCELERATION, _LATERAL, _JERK, _YAW_RATE, _YAW_ACCELERATION, _TIME = range(6)
 @allocating
 def worst_comfort(
     length: Ints, ego: Floats, changes: Floats, step: float
-) -> tuple[Floats, Ints, Codes]:
+) -> tuple[Floats, Ints, Bytes]:
     """Find the largest motions of the ego and the time beyond what is comfortable.
 
     Args:
@@ -107,7 +104,6 @@ def worst_comfort(
 
 @metric_entry(
     "adeye:comfort.max_acceleration@1", "max_acceleration_mps2", "m/s²", "higher", _SOURCE,
-    scale=1.0,
 )  # fmt: skip
 def max_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal acceleration; 0 if the ego never speeds up."""
@@ -116,7 +112,7 @@ def max_acceleration(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:comfort.max_lateral_acceleration@1", "max_lateral_acceleration_mps2", "m/s²", "higher",
-    _SOURCE, scale=1.0,
+    _SOURCE,
 )  # fmt: skip
 def max_lateral_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the lateral acceleration, speed times yaw rate."""
@@ -141,42 +137,34 @@ def max_yaw_rate(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:comfort.max_yaw_acceleration@2", "max_yaw_acceleration_radps2", "rad/s²", "higher",
-    _SOURCE, scale=1.0,
+    _SOURCE,
 )  # fmt: skip
 def max_yaw_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the yaw rate, averaged over 1 s."""
     return _column(series, _YAW_ACCELERATION)
 
 
-@metric_entry(
-    "adeye:comfort.uncomfortable_time@2", "uncomfortable_time_s", "s", "higher", _SOURCE, scale=1.0
-)
+@metric_entry("adeye:comfort.uncomfortable_time@2", "uncomfortable_time_s", "s", "higher", _SOURCE)
 def uncomfortable_time(series: TraceSeries) -> MetricColumn:
     """Time with any of the motions beyond the limits of comfort, each row counting one step."""
-    column = _column(series, _TIME)
-    _, rows, _ = _worst(series)
-    times = np.where(rows[_TIME] >= 0, column.time, np.nan)
-    return MetricColumn(column.value, column.status, times, column.actor)
+    return _column(series, _TIME)
 
 
 def _column(series: TraceSeries, what: int) -> MetricColumn:
-    values, rows, codes = _worst(series)
-    return column_of(series, codes[what], np.maximum(rows[what], 0), values[what])
+    values, rows, codes = series.once("comfort", lambda: _worst(series))
+    return column_of(series, codes[what], rows[what], values[what], is_found=rows[what] >= 0)
 
 
-def _worst(series: TraceSeries) -> tuple[Floats, Ints, Codes]:
-    """Scan the runs once for all of these metrics."""
-    if "comfort" not in series.kept:
-        ego, step = series.column("ego"), series.step
-        motions = (
-            ego[..., EGO_ACCELERATION],
-            ego[..., EGO_SPEED] * ego[..., EGO_YAW_RATE],
-            ego[..., EGO_YAW_RATE],
-        )
-        changes = np.stack([mean_change(motion, step) for motion in motions])
-        series.kept["comfort"] = worst_comfort(series.trace.length, ego, changes, step)
-    found: tuple[Floats, Ints, Codes] = series.kept["comfort"]
-    return found
+def _worst(series: TraceSeries) -> tuple[Floats, Ints, Bytes]:
+    """Scan the runs."""
+    ego, step = series.column("ego"), series.step
+    motions = (
+        ego[..., EGO_ACCELERATION],
+        ego[..., EGO_SPEED] * ego[..., EGO_YAW_RATE],
+        ego[..., EGO_YAW_RATE],
+    )
+    changes = np.stack([mean_change(motion, step) for motion in motions])
+    return worst_comfort(series.trace.length, ego, changes, step)
 
 
 # --- Metrics of how the ego moves: jerk, deceleration, place in the lane --------------------------
@@ -197,7 +185,6 @@ def max_jerk(series: TraceSeries) -> MetricColumn:
     "m/s²",
     "higher",
     "recorded state",
-    scale=1.0,
 )
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
@@ -210,7 +197,6 @@ def max_deceleration(series: TraceSeries) -> MetricColumn:
     "m",
     "higher",
     "recorded state",
-    scale=1.0,
 )
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""

@@ -37,15 +37,17 @@ from adeye.judge.following import (
     TTS,
     is_worse_when_larger,
     measure_following,
-    scene_of,
 )
-from adeye.judge.metrics.registry import CODES, StatusColumn, column_of, metric_entry
+from adeye.judge.metrics.registry import StatusColumn, column_at, column_of, metric_entry
 from adeye.judge.metrics.scans import (
     ERROR,
     NO_CONFLICT,
     UNDEFINED,
     VALUE,
+    Found,
     first_contacts,
+    found_column,
+    nothing_found,
     worst_at_standstill,
     worst_conflicts,
     worst_violations,
@@ -71,13 +73,8 @@ from adeye.signals import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from adeye.signals import Bools
-
-    Codes = NDArray[np.int8]
-    Shorts = NDArray[np.int16]
-    Found = tuple[Floats, Ints, Ints, NDArray[np.int8]]
+    from adeye.judge.conflict import Scene
+    from adeye.signals import Bools, Shorts
 
 # --- Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS --
 
@@ -88,7 +85,6 @@ if TYPE_CHECKING:
     "1",
     "higher",
     "geometry of swept boxes",
-    scale=1.0,
     least=0.0,
     most=1.0,
 )
@@ -96,9 +92,8 @@ def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
     row, has_contact, touched = contacts_of(series)
     codes = np.full(row.shape, VALUE)
-    column = column_of(series, codes, row, has_contact.astype(np.float64), touched)
-    time = np.where(has_contact, column.time, np.nan)
-    return MetricColumn(column.value, column.status, time, column.actor)
+    value = has_contact.astype(np.float64)
+    return column_of(series, codes, row, value, touched, is_found=has_contact)
 
 
 @metric_entry(
@@ -138,7 +133,6 @@ def min_distance(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     SERIES["ttc"].source,
-    scale=1.0,
     cap=SERIES["ttc"].type.cap,
     least=0.0,
 )
@@ -153,7 +147,6 @@ def min_ttc(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     SERIES["time_headway"].source,
-    scale=1.0,
     cap=SERIES["time_headway"].type.cap,
     least=0.0,
 )
@@ -168,7 +161,6 @@ def min_time_headway(series: TraceSeries) -> MetricColumn:
     "m/s²",
     "higher",
     SERIES["drac"].source,
-    scale=1.0,
 )
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
@@ -181,7 +173,6 @@ def max_drac(series: TraceSeries) -> MetricColumn:
     "m/s²",
     "higher",
     SERIES["required_deceleration"].source,
-    scale=1.0,
 )
 def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration needed, before contact, against who goes on braking."""
@@ -194,15 +185,13 @@ def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     SERIES["rss_violation"].source,
-    scale=1.0,
 )
 def rss_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation, each row counting one step; when and who was the worst."""
-    margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
-    row, count, is_error = worst_violations(series.trace.length, margins)
-    runs = np.arange(len(row))
-    codes = np.where(count > 0, VALUE, UNDEFINED)
-    worst = column_of(series, codes, row, margins[runs, row], actors[runs, row])
+    row, count, is_error = worst_violations(
+        series.trace.length, series.worst_conflicts[0][RSS_MARGIN]
+    )
+    worst = column_at(series, np.where(count > 0, VALUE, UNDEFINED), row, RSS_MARGIN)
     seconds = np.where(is_error, np.nan, tick_times(count, series.step))
     status = StatusColumn(np.where(is_error, ERROR, VALUE))
     return MetricColumn(seconds, status, worst.time, worst.actor)
@@ -219,11 +208,9 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
 )
 def standstill_gap(series: TraceSeries) -> MetricColumn:
     """Least gap to an object in the path while the ego stands; not applicable if it never does."""
-    gaps, actors = (part[GAP] for part in series.worst_conflicts)
-    speed = series.column("ego")[..., EGO_SPEED]
+    gaps, speed = series.nearest[0], series.column("ego")[..., EGO_SPEED]
     row, codes = worst_at_standstill(series.trace.length, gaps, speed, STANDSTILL_SPEED)
-    runs = np.arange(len(row))
-    return column_of(series, codes, row, gaps[runs, row], actors[runs, row])
+    return column_at(series, codes, row, GAP)
 
 
 def worst_of(series: TraceSeries, quantity: int) -> MetricColumn:
@@ -232,8 +219,7 @@ def worst_of(series: TraceSeries, quantity: int) -> MetricColumn:
     row, codes = worst_conflicts(
         series.trace.length, values, actors, series.column("contact"), is_demand(quantity)
     )
-    runs = np.arange(len(row))
-    return column_of(series, codes, row, values[runs, row], actors[runs, row])
+    return column_at(series, codes, row, quantity)
 
 
 def contacts_of(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
@@ -249,45 +235,23 @@ def contacts_of(series: TraceSeries) -> tuple[Ints, Bools, Ints]:
 
 
 @allocating
-def worst_following(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    limits: Floats,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-    codes: Codes,
+def worst_following(  # noqa: C901 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, ahead: Shorts, limits: Floats, worst: Found
 ) -> None:
     """Find the worst of each quantity in B runs, the earliest among equals.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
         ahead: (B, T) its object, -1 where nobody is in the path.
         limits: (B, 3) largest braking, lateral acceleration and acceleration of the ego [m/s²].
-        values: (10, B) out.
-        rows: (10, B) out.
-        actors: (10, B) out.
-        codes: (10, B) out: index into the statuses of metrics. A deceleration to safety time is
-            ``undefined`` if at any row the safety time is lost already.
+        worst: (10, B) out. A deceleration to safety time is ``undefined`` if at any row the safety
+            time is lost already.
     """
+    length, contact = scene.length, scene.contact
+    values, rows, actors, codes = worst
     found, who = np.zeros(FOLLOWING), np.zeros(FOLLOWING, dtype=np.int64)
-    turns = np.zeros((objects.shape[2] + 1, 3))
+    turns = np.zeros((scene.objects.shape[2] + 1, 3))
     for run in range(length.shape[0]):
         turns[:] = math.nan
         for quantity in range(FOLLOWING):
@@ -302,10 +266,7 @@ def worst_following(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole s
             if ahead[run, row] < 0 and contact[run, row] < 0:
                 is_free = True
                 continue
-            measure_following(
-                run, row, ego, ego_place, ego_size, objects, places, sizes, contact, limits, turns,
-                found, who,
-            )  # fmt: skip
+            measure_following(run, row, scene, limits, turns, found, who)
             for quantity in range(FOLLOWING):
                 if who[quantity] < 0:
                     is_free |= contact[run, row] < 0
@@ -329,27 +290,10 @@ def worst_following(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole s
 
 REAR_TTC, REAR_DEMAND = range(2)
 
-_VALUE: Final = CODES["value"]
-_FREE: Final = CODES["no_conflict"]
-_UNDEFINED: Final = CODES["undefined"]
-_ERROR: Final = CODES["error"]
-
 
 @allocating
-def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
-    gaps: Floats,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-    codes: Codes,
+def worst_followers(  # noqa: C901 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, worst: Found
 ) -> None:
     """Find the worst of who follows the ego in B runs, the earliest among equals.
 
@@ -357,34 +301,26 @@ def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole s
     ego's, with a gap, and who drives the same way.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
-        values: (2, B) out: time to collision [s], required deceleration [m/s²].
-        rows: (2, B) out.
-        actors: (2, B) out.
-        codes: (2, B) out: index into the statuses of metrics.
+        worst: (2, B) out: time to collision [s], required deceleration [m/s²].
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
+    values, rows, actors, codes = worst
     turns = np.zeros((objects.shape[2] + 1, 3))
     for run in range(length.shape[0]):
         turns[:] = math.nan
         values[REAR_TTC, run], values[REAR_DEMAND, run] = math.inf, -math.inf
         rows[:, run], actors[:, run] = 0, -1
-        codes[:, run] = _UNDEFINED
+        codes[:, run] = UNDEFINED
         for row in range(length[run]):
             if math.isnan(gaps[run, row]):
-                codes[:, run] = _ERROR
+                codes[:, run] = ERROR
                 break
             if contact[run, row] >= 0:
                 continue
-            if codes[REAR_TTC, run] == _UNDEFINED:
-                codes[:, run] = _FREE
+            if codes[REAR_TTC, run] == UNDEFINED:
+                codes[:, run] = NO_CONFLICT
             s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
             most = 0.5 * (ego_size[run, 0] + ego_size[run, 1])
             for thing in range(objects.shape[2]):
@@ -419,14 +355,14 @@ def worst_followers(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole s
                 if ttc < values[REAR_TTC, run]:
                     values[REAR_TTC, run] = ttc
                     rows[REAR_TTC, run], actors[REAR_TTC, run] = row, thing
-                    codes[REAR_TTC, run] = _VALUE
+                    codes[REAR_TTC, run] = VALUE
                 slowing = ego[run, row, EGO_ACCELERATION] * turns[0, 2]
                 ahead = max(own[ALONG], 0.0)
                 demand = limited_demand(required_deceleration(gap, other[ALONG], ahead, slowing))
                 if demand > values[REAR_DEMAND, run]:
                     values[REAR_DEMAND, run] = demand
                     rows[REAR_DEMAND, run], actors[REAR_DEMAND, run] = row, thing
-                    codes[REAR_DEMAND, run] = _VALUE
+                    codes[REAR_DEMAND, run] = VALUE
 
 
 # --- Metrics of what is left against objects in the path: times, decelerations, moments to evade --
@@ -442,7 +378,7 @@ _BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessm
     "adeye:criticality.min_mttc@1", "min_mttc_s", "s", "lower",
     "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
     " measure",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
@@ -451,7 +387,7 @@ def min_mttc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_ettc@1", "min_ettc_s", "s", "lower",
-    "ISO 15623, enhanced time to collision", scale=1.0, cap=10.0,
+    "ISO 15623, enhanced time to collision", cap=10.0,
     least=0.0,
 )  # fmt: skip
 def min_ettc(series: TraceSeries) -> MetricColumn:
@@ -461,7 +397,7 @@ def min_ettc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_mdrac@1", "max_mdrac_mps2", "m/s²", "higher",
-    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC", scale=1.0,
+    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC",
 )  # fmt: skip
 def max_mdrac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash that begins 1 s late; 100 m/s² where that is too late.
@@ -473,7 +409,7 @@ def max_mdrac(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_dst@1", "max_dst_mps2", "m/s²", "higher",
-    "Hupfer (1997), Deceleration to safety time (DST)", scale=1.0,
+    "Hupfer (1997), Deceleration to safety time (DST)",
 )  # fmt: skip
 def max_dst(series: TraceSeries) -> MetricColumn:
     """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
@@ -484,7 +420,7 @@ def max_dst(series: TraceSeries) -> MetricColumn:
     "adeye:criticality.min_mtc@1", "min_mtc", "1", "lower",
     "Kitajima et al. (2009), Comparison of evaluation indices concerning estimation of driver's "
     "risk perception",
-    scale=1.0, cap=10.0,
+    cap=10.0,
 )  # fmt: skip
 def min_mtc(series: TraceSeries) -> MetricColumn:
     """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
@@ -508,7 +444,7 @@ def max_stn(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttb(series: TraceSeries) -> MetricColumn:
@@ -517,7 +453,7 @@ def min_ttb(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_tts(series: TraceSeries) -> MetricColumn:
@@ -526,7 +462,7 @@ def min_tts(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttk(series: TraceSeries) -> MetricColumn:
@@ -535,7 +471,7 @@ def min_ttk(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, scale=1.0, cap=10.0,
+    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, cap=10.0,
     least=-10.0,
 )  # fmt: skip
 def min_ttr(series: TraceSeries) -> MetricColumn:
@@ -545,7 +481,7 @@ def min_ttr(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_rear_ttc@1", "min_rear_ttc_s", "s", "lower",
-    "Hayward (1972), Near-miss determination through use of a scale of danger", scale=1.0,
+    "Hayward (1972), Near-miss determination through use of a scale of danger",
     cap=10.0, least=0.0,
 )  # fmt: skip
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
@@ -555,7 +491,7 @@ def min_rear_ttc(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_follower_deceleration@1", "max_follower_deceleration_mps2", "m/s²",
-    "higher", "Jansson (2005), Collision avoidance theory, 4.2", scale=1.0,
+    "higher", "Jansson (2005), Collision avoidance theory, 4.2",
 )  # fmt: skip
 def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration that the ego's braking demands of who follows it."""
@@ -563,33 +499,18 @@ def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
 
 
 def _column(series: TraceSeries, quantity: int) -> MetricColumn:
-    if "following" not in series.kept:
-        found = _empty(FOLLOWING, series.trace.runs)
-        scene = scene_of(series.trace, *series.worst_conflicts)
-        worst_following(*scene, series.abilities, *found)
-        series.kept["following"] = found
-    return _reported(series, series.kept["following"], quantity)
+    def read() -> Found:
+        found = nothing_found(FOLLOWING, series)
+        worst_following(series.scene, *series.nearest, series.abilities, found)
+        return found
+
+    return found_column(series, series.once("following", read), quantity)
 
 
 def _of_followers(series: TraceSeries, quantity: int) -> MetricColumn:
-    if "followers" not in series.kept:
-        found = _empty(2, series.trace.runs)
-        scene = scene_of(series.trace, *series.worst_conflicts)
-        worst_followers(*scene[:-1], *found)
-        series.kept["followers"] = found
-    return _reported(series, series.kept["followers"], quantity)
+    def read() -> Found:
+        found = nothing_found(2, series)
+        worst_followers(series.scene, series.nearest[0], found)
+        return found
 
-
-def _empty(quantities: int, runs: int) -> Found:
-    shape = (quantities, runs)
-    whole = np.zeros(shape, dtype=np.int64)
-    return np.zeros(shape), whole, whole.copy(), np.zeros(shape, dtype=np.int8)
-
-
-def _reported(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
-    values, rows, actors, codes = (part[quantity] for part in found)
-    # A least time of infinity was found with nobody to blame: there is no conflict.
-    codes = np.where(
-        (codes == CODES["value"]) & np.isinf(values), np.int8(CODES["no_conflict"]), codes
-    )
-    return column_of(series, codes, rows, values, actors)
+    return found_column(series, series.once("followers", read), quantity)

@@ -20,7 +20,6 @@ import numpy as np
 from adeye.judge.conflict import (
     ACROSS,
     ALONG,
-    GAP,
     HALF_LENGTH,
     HALF_WIDTH,
     Body,
@@ -30,7 +29,18 @@ from adeye.judge.conflict import (
     reach_of,
     turn,
 )
-from adeye.judge.metrics.registry import CODES, column_of, metric_entry
+from adeye.judge.metrics.registry import metric_entry
+from adeye.judge.metrics.scans import (
+    ERROR,
+    INCOMPLETE,
+    NO_CONFLICT,
+    NOT_APPLICABLE,
+    UNDEFINED,
+    VALUE,
+    Found,
+    found_column,
+    nothing_found,
+)
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import closest_encounter, passing_line, worst_time_to_collision
 from adeye.kernel.jit import allocating, inlined
@@ -49,17 +59,12 @@ from adeye.signals import (
     PLACE_HEADING,
     PLACE_S,
     Floats,
-    Ints,
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from adeye.judge.conflict import Scene
     from adeye.judge.series import TraceSeries
     from adeye.ports import MetricColumn
-
-    Codes = NDArray[np.int8]
-    Found = tuple[Floats, Ints, Ints, NDArray[np.int8]]
 
 # --- Compiled: encounters in the plane with all objects, ahead, beside and behind, in each run ----
 
@@ -77,46 +82,23 @@ ENCOUNTER_HORIZON: Final = 10.0
 _TOUCHING: Final = 1e-9
 """Distance at which two bodies pass below which it is looked whether they touch [m]."""
 
-_VALUE: Final = CODES["value"]
-_FREE: Final = CODES["no_conflict"]
-_UNDEFINED: Final = CODES["undefined"]
-_ERROR: Final = CODES["error"]
-
 
 @allocating
-def worst_encounters(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    sizes: Floats,
-    contact: Ints,
-    gaps: Floats,
-    actor_count: int,
-    grip: Floats,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-    codes: Codes,
+def worst_encounters(
+    scene: Scene, gaps: Floats, actor_count: int, grip: Floats, worst: Found
 ) -> None:
     """Find the worst encounters of B runs, the earliest among equals.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
+        scene: The runs.
         gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
         actor_count: How many of the objects are actors; the others cannot accelerate.
         grip: (B,) largest acceleration of ego and actors in any direction [m/s²].
-        values: (4, B) out: times to collision in the plane and in the worst case [s], distance of
+        worst: (4, B) out: times to collision in the plane and in the worst case [s], distance of
             closest encounter [m], time to it while it is no more than ``ENCOUNTER_DISTANCE`` [s].
-        rows: (4, B) out.
-        actors: (4, B) out.
-        codes: (4, B) out: index into the statuses of metrics.
     """
+    length, _, _, ego_size, objects, _, sizes, contact = scene
+    values, rows, actors, codes = worst
     turns = np.zeros((objects.shape[2] + 1, 3))
     reach = np.zeros(objects.shape[2])
     for run in range(length.shape[0]):
@@ -127,57 +109,42 @@ def worst_encounters(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         for quantity in range(ENCOUNTERS):
             values[quantity, run] = math.inf
             rows[quantity, run], actors[quantity, run] = 0, -1
-            codes[quantity, run] = _FREE if length[run] else _UNDEFINED
+            codes[quantity, run] = NO_CONFLICT if length[run] else UNDEFINED
         for row in range(length[run]):
             if math.isnan(gaps[run, row]):
-                codes[:, run] = _ERROR
+                codes[:, run] = ERROR
                 break
             touched = contact[run, row]
             if touched >= 0:
                 for quantity in range(ENCOUNTERS):
-                    _keep(quantity, 0.0, touched, run, row, values, rows, actors)
+                    _keep(quantity, 0.0, touched, run, row, worst)
                 continue
-            _measure_row(
-                run, row, ego, ego_size, objects, sizes, actor_count, grip[run], turns, reach,
-                values, rows, actors,
-            )  # fmt: skip
+            _measure_row(run, row, scene, actor_count, grip[run], turns, reach, worst)
         for quantity in range(ENCOUNTERS):
-            if actors[quantity, run] >= 0 and codes[quantity, run] != _ERROR:
-                codes[quantity, run] = _VALUE
+            if actors[quantity, run] >= 0 and codes[quantity, run] != ERROR:
+                codes[quantity, run] = VALUE
 
 
 @inlined
-def _keep(  # noqa: PLR0913, PLR0917 - where it is kept
-    quantity: int,
-    value: float,
-    thing: int,
-    run: int,
-    row: int,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-) -> None:
-    if value < values[quantity, run]:
-        values[quantity, run] = value
-        rows[quantity, run], actors[quantity, run] = row, thing
+def _keep(quantity: int, value: float, thing: int, run: int, row: int, worst: Found) -> None:
+    if value < worst.values[quantity, run]:
+        worst.values[quantity, run] = value
+        worst.rows[quantity, run], worst.actors[quantity, run] = row, thing
 
 
 @inlined
 def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kernel
     run: int,
     row: int,
-    ego: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    sizes: Floats,
+    scene: Scene,
     actor_count: int,
     grip: float,
     turns: Floats,
     reach: Floats,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
+    worst: Found,
 ) -> None:
+    _, ego, _, ego_size, objects, _, sizes, _ = scene
+    values = worst.values
     x, y = ego[run, row, EGO_X], ego[run, row, EGO_Y]
     heading, speed = ego[run, row, EGO_HEADING], ego[run, row, EGO_SPEED]
     length, width = ego_size[run, 0], ego_size[run, 1]
@@ -210,8 +177,8 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
         opening = dx * rate_x + dy * rate_y
         bound = 1.0000001 * (reach[thing] + soon * (rate + 0.5 * most * soon))
         if square <= bound * bound:
-            worst = worst_time_to_collision(dx, dy, rate_x, rate_y, reach[thing], most)
-            _keep(WTTC, worst, thing, run, row, values, rows, actors)
+            soonest = worst_time_to_collision(dx, dy, rate_x, rate_y, reach[thing], most)
+            _keep(WTTC, soonest, thing, run, row, worst)
         enough = 1.0000001 * (reach[thing] + values[DCE, run])
         near = reach[thing] + ENCOUNTER_DISTANCE
         # Whether it could matter how far apart they are now.
@@ -227,10 +194,10 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
                 )  # fmt: skip
                 if line > _TOUCHING:
                     if last >= 0.0 and first <= ENCOUNTER_HORIZON:
-                        _keep(DCE, line, thing, run, row, values, rows, actors)
+                        _keep(DCE, line, thing, run, row, worst)
                         if line <= ENCOUNTER_DISTANCE:
                             time = max(first, 0.0)
-                            _keep(TTCE, time, thing, run, row, values, rows, actors)
+                            _keep(TTCE, time, thing, run, row, worst)
                         continue
                     if not is_near:
                         continue
@@ -242,15 +209,15 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
             dx, dy, rate_x, rate_y, heading, length, width, o_heading, o_length, o_width
         )
         if distance <= 0.0:
-            _keep(PLANAR_TTC, time, thing, run, row, values, rows, actors)
+            _keep(PLANAR_TTC, time, thing, run, row, worst)
         if time > ENCOUNTER_HORIZON:
             time = 0.0
             distance = box_distance(
                 x, y, heading, length, width, x + dx, y + dy, o_heading, o_length, o_width
             )
-        _keep(DCE, distance, thing, run, row, values, rows, actors)
+        _keep(DCE, distance, thing, run, row, worst)
         if distance <= ENCOUNTER_DISTANCE:
-            _keep(TTCE, time, thing, run, row, values, rows, actors)
+            _keep(TTCE, time, thing, run, row, worst)
 
 
 # --- Compiled: who crosses the ego's way, and by how much time both miss each other there ---------
@@ -261,50 +228,26 @@ CROSSINGS: Final = 4
 
 _NO_CROSSING: Final = 0.7
 """Angle to the road below which nobody moves faster across it than along [rad]."""
-_NOT_APPLICABLE: Final = CODES["not_applicable"]
-_INCOMPLETE: Final = CODES["incomplete"]
 
 
 @allocating
-def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kernel over the scene
-    length: Ints,
-    step: float,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Ints,
-    gaps: Floats,
-    actor_count: int,
-    values: Floats,
-    rows: Ints,
-    actors: Ints,
-    codes: Codes,
+def worst_crossings(  # noqa: C901, PLR0912, PLR0915 - a kernel over the scene
+    scene: Scene, step: float, gaps: Floats, actor_count: int, worst: Found
 ) -> None:
     """Find the worst crossings of B runs, the earliest actor among equals.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         step: Time between rows [s].
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
         gaps: (B, T) gap of ``conflict``: NaN at a row with an input that is not finite.
         actor_count: How many of the objects are actors.
-        values: (4, B) out [s].
-        rows: (4, B) out: row at or before which the second one enters; of a prediction, its row.
-        actors: (4, B) out.
-        codes: (4, B) out: index into the statuses of metrics. The post-encroachment time is
-            ``undefined`` where an actor and the ego are in the conflict area at once or touch, and
-            ``incomplete`` where the run ends before the second one enters. Where nobody crosses,
-            all of them are ``not_applicable``.
+        worst: (4, B) out [s], with the row at or before which the second one enters; of a
+            prediction, its row. The post-encroachment time is ``undefined`` where an actor and the
+            ego are in the conflict area at once or touch, and ``incomplete`` where the run ends
+            before the second one enters. Where nobody crosses, all of them are ``not_applicable``.
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
+    values, rows, actors, codes = worst
     turns = np.zeros((2, 3))
     crossing = np.zeros(actor_count, dtype=np.bool_)
     for run in range(length.shape[0]):
@@ -315,9 +258,9 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
         for row in range(length[run]):
             is_error |= math.isnan(gaps[run, row])
         if is_error or length[run] == 0:
-            codes[:, run] = _ERROR if is_error else _UNDEFINED
+            codes[:, run] = ERROR if is_error else UNDEFINED
             continue
-        codes[:, run] = _NOT_APPLICABLE
+        codes[:, run] = NOT_APPLICABLE
         last = length[run] - 1
         touched = contact[run, last]
         is_together, is_open, is_cut = False, False, False
@@ -339,8 +282,8 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
                               OBJECT_HEADING, OBJECT_SPEED, turns, 1)  # fmt: skip
                 if not abs(other[ACROSS]) > abs(other[ALONG]):
                     continue
-                if not is_crossing and codes[ENCROACHMENT, run] == _NOT_APPLICABLE:
-                    codes[:, run] = _FREE
+                if not is_crossing and codes[ENCROACHMENT, run] == NOT_APPLICABLE:
+                    codes[:, run] = NO_CONFLICT
                 is_crossing = True
                 own = _body(ego[run, row], ego_place[run, row], ego_size[run],
                             EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
@@ -352,7 +295,7 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
                 if predicted < values[PREDICTED_PET, run]:
                     values[PREDICTED_PET, run] = predicted
                     rows[PREDICTED_PET, run], actors[PREDICTED_PET, run] = row, thing
-                    codes[PREDICTED_PET, run] = _VALUE
+                    codes[PREDICTED_PET, run] = VALUE
                 beside = abs(other[D] - own[D])
                 if beside < least:
                     least, nearest = beside, row
@@ -401,18 +344,15 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - a kerne
             elif miss * step < values[PET, run]:
                 values[PET, run] = miss * step
                 rows[PET, run], actors[PET, run] = int(second), thing
-        if actors[OVERLAP, run] >= 0:
-            codes[OVERLAP, run] = _VALUE
-        if actors[ENCROACHMENT, run] >= 0:
-            codes[ENCROACHMENT, run] = _VALUE
+        for quantity in (OVERLAP, ENCROACHMENT, PET):
+            if actors[quantity, run] >= 0:
+                codes[quantity, run] = VALUE
         if is_cut:
-            codes[ENCROACHMENT, run] = _INCOMPLETE
-        if actors[PET, run] >= 0:
-            codes[PET, run] = _VALUE
+            codes[ENCROACHMENT, run] = INCOMPLETE
         if is_open:
-            codes[PET, run] = _INCOMPLETE
+            codes[PET, run] = INCOMPLETE
         if is_together:
-            codes[PET, run] = _UNDEFINED
+            codes[PET, run] = UNDEFINED
 
 
 @inlined
@@ -569,7 +509,7 @@ _ALLEN: Final = "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and c
 @metric_entry(
     "adeye:criticality.min_ttc_2d@1", "min_ttc_2d_s", "s", "lower",
     "Westhofen et al. (2023), Criticality metrics for automated driving; by separating axes",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_ttc_2d(series: TraceSeries) -> MetricColumn:
     """Least time until the bodies of ego and any object touch at constant velocity and heading."""
@@ -579,7 +519,7 @@ def min_ttc_2d(series: TraceSeries) -> MetricColumn:
 @metric_entry(
     "adeye:criticality.min_wttc@1", "min_wttc_s", "s", "lower",
     "Wachenfeld et al. (2016), The worst-time-to-collision metric for situation identification",
-    scale=1.0, cap=10.0, least=0.0,
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_wttc(series: TraceSeries) -> MetricColumn:
     """Least time in which ego and any object can touch, whatever both do up to friction."""
@@ -607,7 +547,6 @@ def min_dce(series: TraceSeries) -> MetricColumn:
     "s",
     "lower",
     _EGGERT,
-    scale=1.0,
     cap=10.0,
     least=0.0,
 )
@@ -616,9 +555,7 @@ def min_ttce(series: TraceSeries) -> MetricColumn:
     return _encounter(series, TTCE)
 
 
-@metric_entry(
-    "adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, scale=1.0, cap=10.0, least=0.0
-)
+@metric_entry("adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, cap=10.0, least=0.0)
 def min_pet(series: TraceSeries) -> MetricColumn:
     """Least time from the first one's exit of a conflict area to the second one's entry.
 
@@ -627,7 +564,7 @@ def min_pet(series: TraceSeries) -> MetricColumn:
     return _crossing(series, PET)
 
 
-@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN, scale=1.0)
+@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN)
 def pet_overlap(series: TraceSeries) -> MetricColumn:
     """Longest time in which ego and a crossing actor are both in their conflict area."""
     return _crossing(series, OVERLAP)
@@ -635,7 +572,6 @@ def pet_overlap(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_encroachment_time@1", "max_encroachment_time_s", "s", "higher", _ALLEN,
-    scale=1.0,
 )  # fmt: skip
 def max_encroachment_time(series: TraceSeries) -> MetricColumn:
     """Longest time for which an actor that crosses takes up the ego's corridor."""
@@ -644,7 +580,7 @@ def max_encroachment_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.min_predicted_pet@1", "min_predicted_pet_s", "s", "lower",
-    f"{_ALLEN}; initially attempted post-encroachment time", scale=1.0, cap=10.0, least=0.0,
+    f"{_ALLEN}; initially attempted post-encroachment time", cap=10.0, least=0.0,
 )  # fmt: skip
 def min_predicted_pet(series: TraceSeries) -> MetricColumn:
     """Least post-encroachment time predicted at constant speeds; 0 where both would be inside."""
@@ -652,53 +588,23 @@ def min_predicted_pet(series: TraceSeries) -> MetricColumn:
 
 
 def _encounter(series: TraceSeries, quantity: int) -> MetricColumn:
-    if "encounters" not in series.kept:
-        context, runs = series.trace.layout.context, series.trace.runs
-        found = _empty(ENCOUNTERS, runs)
-        worst_encounters(
-            series.trace.length,
-            series.column("ego"),
-            context.ego_size,
-            series.column("objects"),
-            context.object_sizes,
-            series.column("contact"),
-            series.worst_conflicts[0][GAP],
-            context.actor_count,
-            np.ascontiguousarray(series.abilities[:, 1]),
-            *found,
-        )
-        series.kept["encounters"] = found
-    return _reported(series, series.kept["encounters"], quantity)
+    def read() -> Found:
+        found = nothing_found(ENCOUNTERS, series)
+        grip = np.ascontiguousarray(series.abilities[:, 1])
+        worst_encounters(series.scene, series.nearest[0], _actor_count(series), grip, found)
+        return found
+
+    return found_column(series, series.once("encounters", read), quantity)
 
 
 def _crossing(series: TraceSeries, quantity: int) -> MetricColumn:
-    if "crossings" not in series.kept:
-        context, runs = series.trace.layout.context, series.trace.runs
-        found = _empty(CROSSINGS, runs)
-        worst_crossings(
-            series.trace.length,
-            series.step,
-            series.column("ego"),
-            series.column("ego_place"),
-            context.ego_size,
-            series.column("objects"),
-            series.column("object_places"),
-            context.object_sizes,
-            series.column("contact"),
-            series.worst_conflicts[0][GAP],
-            context.actor_count,
-            *found,
-        )
-        series.kept["crossings"] = found
-    return _reported(series, series.kept["crossings"], quantity)
+    def read() -> Found:
+        found = nothing_found(CROSSINGS, series)
+        worst_crossings(series.scene, series.step, series.nearest[0], _actor_count(series), found)
+        return found
+
+    return found_column(series, series.once("crossings", read), quantity)
 
 
-def _empty(quantities: int, runs: int) -> Found:
-    shape = (quantities, runs)
-    whole = np.zeros(shape, dtype=np.int64)
-    return np.zeros(shape), whole, whole.copy(), np.zeros(shape, dtype=np.int8)
-
-
-def _reported(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
-    values, rows, actors, codes = (part[quantity] for part in found)
-    return column_of(series, codes, rows, values, actors)
+def _actor_count(series: TraceSeries) -> int:
+    return series.trace.layout.context.actor_count

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.judge.conflict import DRAC, GAP, RSS_MARGIN, TIME_GAP, TTC, turn
+from adeye.judge.conflict import DRAC, RSS_MARGIN, TIME_GAP, TTC, turn
 from adeye.judge.metrics.criticality import worst_of
-from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.registry import column_at, column_of, metric_entry
 from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, VALUE
 from adeye.judge.series import SERIES
 from adeye.kernel.criticality import (
@@ -36,11 +36,10 @@ from adeye.simulate.world.storyboard import road_gap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from adeye.judge.conflict import Scene
     from adeye.judge.series import TraceSeries
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints, Shorts
 
-    Codes = NDArray[np.int8]
-    Shorts = NDArray[np.int16]
 
 # --- Compiled: how long and how badly a run was exposed, from its series of conflicts -------------
 
@@ -59,7 +58,7 @@ def exposures(  # noqa: C901, PLR0913, PLR0917 - a kernel over what is measured
     braking: Floats,
     response: float,
     least_braking: float,
-) -> tuple[Floats, Ints, Codes]:
+) -> tuple[Floats, Ints, Bytes]:
     """Sum up the rows of B runs, each counting one step.
 
     Args:
@@ -124,7 +123,7 @@ def first_evasions(
     ttc: Floats,
     braking: float,
     lateral: float,
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row at which the ego first evades.
 
     Args:
@@ -159,7 +158,7 @@ def first_evasions(
 @allocating
 def least_stopping_shares(
     length: Ints, gaps: Floats, speeds: Floats, contact: Shorts, braking: Floats
-) -> tuple[Ints, Floats, Codes]:
+) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the least share of the way to standstill that is left.
 
     Args:
@@ -194,33 +193,18 @@ def least_stopping_shares(
 
 
 @allocating
-def least_safe_ratios(  # noqa: PLR0913, PLR0917 - a kernel over the scene
-    length: Ints,
-    margins: Floats,
-    worst: Shorts,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-) -> tuple[Ints, Floats, Codes]:
+def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the least ratio of gap and RSS distance.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         margins: (B, T) gap less RSS distance of who has the least, +inf for none [m].
         worst: (B, T) who that is, -1 for nobody.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
 
     Returns:
         Rows (B,), values (B,), statuses (B,).
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, _ = scene
     rows = np.zeros(length.shape[0], dtype=np.int64)
     least = np.full(length.shape[0], math.inf)
     codes = np.full(length.shape[0], NO_CONFLICT, dtype=np.int8)
@@ -279,20 +263,20 @@ _RSS: Final = SERIES["rss_margin"].source
 
 @metric_entry(
     "adeye:criticality.min_time_gap@1", "min_time_gap_s", "s", "lower",
-    SERIES["time_gap"].source, scale=1.0, cap=SERIES["time_gap"].type.cap,
+    SERIES["time_gap"].source, cap=SERIES["time_gap"].type.cap,
 )  # fmt: skip
 def min_time_gap(series: TraceSeries) -> MetricColumn:
     """Least time in which the ego drives the gap to the nearest object in the path."""
     return worst_of(series, TIME_GAP)
 
 
-@metric_entry("adeye:criticality.tet@1", "tet_s", "s", "higher", _MINDERHOUD, scale=1.0)
+@metric_entry("adeye:criticality.tet@1", "tet_s", "s", "higher", _MINDERHOUD)
 def tet(series: TraceSeries) -> MetricColumn:
     """Time exposed: with a time to collision of at most 3 s, each row counting one step."""
     return _sum(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit@1", "tit_s2", "s²", "higher", _MINDERHOUD, scale=1.0)
+@metric_entry("adeye:criticality.tit@1", "tit_s2", "s²", "higher", _MINDERHOUD)
 def tit(series: TraceSeries) -> MetricColumn:
     """Time integrated: by how much the time to collision was below 3 s, summed over time."""
     return _sum(series, INTEGRATED)
@@ -332,7 +316,7 @@ def crash_potential(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.time_to_accident@1", "time_to_accident_s", "s", "lower",
-    "Hydén (1987), The development of a method for traffic safety evaluation", scale=1.0,
+    "Hydén (1987), The development of a method for traffic safety evaluation",
     cap=10.0, settles=True, least=0.0,
 )  # fmt: skip
 def time_to_accident(series: TraceSeries) -> MetricColumn:
@@ -340,33 +324,24 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
 
     It does not apply to an ego that never does.
     """
-    values, actors = (part[TTC] for part in series.worst_conflicts)
+    scene, ttc = series.scene, series.worst_conflicts[0][TTC]
     row, codes = first_evasions(
-        series.trace.length,
-        series.column("ego"),
-        series.column("ego_place"),
-        values,
-        EVASIVE_BRAKING,
-        EVASIVE_LATERAL,
+        scene.length, scene.ego, scene.ego_place, ttc, EVASIVE_BRAKING, EVASIVE_LATERAL
     )
-    runs = np.arange(len(row))
-    return column_of(series, codes, row, values[runs, row], actors[runs, row])
+    return column_at(series, codes, row, TTC)
 
 
 @metric_entry(
     "adeye:criticality.min_psd@1", "min_psd", "1", "lower",
-    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions", scale=1.0,
+    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions",
     cap=10.0,
 )  # fmt: skip
 def min_psd(series: TraceSeries) -> MetricColumn:
     """Least gap in the path over the least way to standstill; below 1 there is no return."""
-    gaps, actors = (part[GAP] for part in series.worst_conflicts)
+    (gaps, actors), scene = series.nearest, series.scene
+    braking = np.ascontiguousarray(series.abilities[:, 0])
     row, value, codes = least_stopping_shares(
-        series.trace.length,
-        gaps,
-        series.column("ego")[..., EGO_SPEED],
-        series.column("contact"),
-        np.ascontiguousarray(series.abilities[:, 0]),
+        scene.length, gaps, scene.ego[..., EGO_SPEED], scene.contact, braking
     )
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
@@ -376,25 +351,13 @@ def min_psd(series: TraceSeries) -> MetricColumn:
 )
 def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     """Least gap over the RSS distance, to who is laterally unsafe and has the least RSS margin."""
-    context = series.trace.layout.context
     margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
-    row, value, codes = least_safe_ratios(
-        series.trace.length,
-        margins,
-        actors,
-        series.column("ego"),
-        series.column("ego_place"),
-        context.ego_size,
-        series.column("objects"),
-        series.column("object_places"),
-        context.object_sizes,
-    )
+    row, value, codes = least_safe_ratios(series.scene, margins, actors)
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
 @metric_entry(
     "adeye:criticality.rss_response_violation@2", "rss_response_violation_s", "s", "higher", _RSS,
-    scale=1.0,
 )  # fmt: skip
 def rss_response_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation older than the response time and no braking as RSS asks for."""
@@ -402,39 +365,32 @@ def rss_response_violation(series: TraceSeries) -> MetricColumn:
 
 
 def _exposures(series: TraceSeries) -> tuple[Floats, Ints, NDArray[np.int8]]:
-    """Scan the runs once for all of these metrics."""
-    if "exposures" not in series.kept:
-        values, _ = series.worst_conflicts
-        friction = series.trace.layout.context.surroundings.friction
-        ends = np.array([BRAKING_MEAN, BRAKING_DEVIATION, BRAKING_LEAST, BRAKING_MOST])
-        series.kept["exposures"] = exposures(
-            series.trace.length,
-            series.step,
-            values[TTC],
-            values[DRAC],
-            values[RSS_MARGIN],
-            series.column("ego")[..., EGO_ACCELERATION],
-            EXPOSURE_TTC,
-            friction[:, np.newaxis] * ends,
-            series.rss_response[0],
-            series.rss_response[1],
-        )
-    found: tuple[Floats, Ints, NDArray[np.int8]] = series.kept["exposures"]
-    return found
+    """Scan the runs."""
+    values, _ = series.worst_conflicts
+    friction = series.trace.layout.context.surroundings.friction
+    ends = np.array([BRAKING_MEAN, BRAKING_DEVIATION, BRAKING_LEAST, BRAKING_MOST])
+    return exposures(
+        series.trace.length,
+        series.step,
+        values[TTC],
+        values[DRAC],
+        values[RSS_MARGIN],
+        series.column("ego")[..., EGO_ACCELERATION],
+        EXPOSURE_TTC,
+        friction[:, np.newaxis] * ends,
+        *series.rss_response,
+    )
 
 
 _QUANTITY: Final = {EXPOSED: TTC, INTEGRATED: TTC, POTENTIAL: DRAC, RESPONSE: RSS_MARGIN}
 
 
 def _sum(series: TraceSeries, what: int) -> MetricColumn:
-    sums, rows, codes = _exposures(series)
-    at = np.maximum(rows[what], 0)
-    actors = series.worst_conflicts[1][_QUANTITY[what]][np.arange(len(at)), at]
-    column = column_of(series, codes, at, sums[what], actors)
+    sums, rows, codes = series.once("exposures", lambda: _exposures(series))
+    row = rows[what]
+    actors = series.worst_conflicts[1][_QUANTITY[what]][np.arange(len(row)), row]
     # Where it is 0 there is no worst row.
-    is_found = rows[what] >= 0
-    time = np.where(is_found, column.time, np.nan)
-    return MetricColumn(column.value, column.status, time, np.where(is_found, column.actor, -1))
+    return column_of(series, codes, row, sums[what], actors, is_found=row >= 0)
 
 
 def _mean(series: TraceSeries, what: int) -> MetricColumn:

@@ -30,10 +30,12 @@ from adeye.judge.intervals import (
     operates_in_emergency,
     others_act,
 )
-from adeye.judge.metrics.registry import CODES, INCOMPLETE, UNDEFINED, column_of, metric_entry
+from adeye.judge.metrics.registry import column_of, metric_entry
 from adeye.judge.metrics.scans import (
     ERROR,
+    INCOMPLETE,
     NOT_APPLICABLE,
+    UNDEFINED,
     VALUE,
     as_flags,
     first_faults,
@@ -117,8 +119,7 @@ def handled(trace: Trace) -> Handled:
 
 def decided_rows(trace: Trace) -> Bools:
     """Tell at which rows (B, T) something was decided: all of a run but its last."""
-    rows = np.arange(trace.time.shape[0])
-    return np.asarray(rows < trace.length[:, np.newaxis] - 1)
+    return np.arange(trace.time.shape[0]) < trace.length[:, np.newaxis] - 1
 
 
 def default_channel(trace: Trace) -> int:
@@ -135,7 +136,6 @@ def default_channel(trace: Trace) -> int:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
@@ -187,7 +187,6 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition: latency of the arbitration",
-    scale=1.0,
     settles=True,
 )
 def takeover_time(series: TraceSeries) -> MetricColumn:
@@ -208,7 +207,6 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.55 (fault detection time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_detection_time(series: TraceSeries) -> MetricColumn:
@@ -226,7 +224,6 @@ def fault_detection_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.59 (fault reaction time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_reaction_time(series: TraceSeries) -> MetricColumn:
@@ -243,7 +240,6 @@ def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def fault_handling_time(series: TraceSeries) -> MetricColumn:
@@ -260,7 +256,6 @@ def fault_handling_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "ISO 26262-1:2018, 3.44 (emergency operation time interval), measured",
-    scale=1.0,
     settles=True,
 )
 def emergency_operation_time(series: TraceSeries) -> MetricColumn:
@@ -280,7 +275,6 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     "1",
     "lower",
     "own definition: share of time",
-    scale=1.0,
     cap=1.0,
     least=0.0,
     most=1.0,
@@ -291,7 +285,7 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     decided = decided_rows(trace)
     away = decided & (series.column("authority") != default_channel(trace))
     rows = decided.sum(axis=1)
-    codes = np.where(rows > 0, VALUE, CODES[UNDEFINED])
+    codes = np.where(rows > 0, VALUE, UNDEFINED)
     share = 1.0 - away.sum(axis=1) / np.maximum(rows, 1)
     return column_of(series, codes, away.argmax(axis=1), share)
 
@@ -302,11 +296,10 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: count of handovers",
-    scale=1.0,
 )
 def takeovers(series: TraceSeries) -> MetricColumn:
     """How often authority passes from the default channel to another."""
-    return _counted(series, _away(series))
+    return _counted(series, series.once("away", lambda: _away(series)))
 
 
 @metric_entry(
@@ -315,7 +308,6 @@ def takeovers(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: count of alarms and handovers",
-    scale=1.0,
 )
 def trips(series: TraceSeries) -> MetricColumn:
     """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
@@ -324,30 +316,24 @@ def trips(series: TraceSeries) -> MetricColumn:
     """
     monitors = series.trace.layout.monitors
     on = any_of(alarms(series.column("monitors"), series.column("reason"), monitors))
-    return _counted(series, on | _away(series))
+    return _counted(series, on | series.once("away", lambda: _away(series)))
 
 
 def _handled(series: TraceSeries) -> Handled:
-    """Read how faults are handled, once for all metrics."""
-    found: Handled = series.kept.get("handled") or handled(series.trace)
-    series.kept["handled"] = found
-    return found
+    return series.once("handled", lambda: handled(series.trace))
 
 
 def _away(series: TraceSeries) -> Bools:
     """Tell at which rows (B, T) another channel than the default acts, or acted last."""
-    if "away" not in series.kept:
-        authority = np.asarray(series.column("authority"))
-        away = others_act(authority, default_channel(series.trace))
-        nobody = authority == NO_CHANNEL
-        # Who acted last counts while nobody does; few runs have both.
-        for run in np.flatnonzero(away.any(axis=1) & nobody.any(axis=1)):
-            rows = np.arange(authority.shape[1])
-            last = np.maximum.accumulate(np.where(nobody[run], -1, rows))
-            away[run] = (last >= 0) & away[run, np.maximum(last, 0)]
-        series.kept["away"] = away
-    found: Bools = series.kept["away"]
-    return found
+    authority = np.asarray(series.column("authority"))
+    away = others_act(authority, default_channel(series.trace))
+    nobody = authority == NO_CHANNEL
+    # Who acted last counts while nobody does; few runs have both.
+    for run in np.flatnonzero(away.any(axis=1) & nobody.any(axis=1)):
+        rows = np.arange(authority.shape[1])
+        last = np.maximum.accumulate(np.where(nobody[run], -1, rows))
+        away[run] = (last >= 0) & away[run, np.maximum(last, 0)]
+    return away
 
 
 def _counted(series: TraceSeries, on: Bools) -> MetricColumn:
@@ -379,7 +365,7 @@ def _interval(
     codes = np.select(
         [unknown & (fault >= 0), fault < 0, np.isfinite(value)],
         [ERROR, NOT_APPLICABLE, VALUE],
-        CODES[INCOMPLETE],
+        INCOMPLETE,
     )
     return column_of(series, codes, np.maximum(row, 0), value)
 
@@ -402,9 +388,7 @@ def _since_fault(
         is_error: (B,) whether that cannot be told.
     """
     time = series.trace.time
-    codes = np.select(
-        [is_error, onset < 0, is_reached], [ERROR, NOT_APPLICABLE, VALUE], CODES[INCOMPLETE]
-    )
+    codes = np.select([is_error, onset < 0, is_reached], [ERROR, NOT_APPLICABLE, VALUE], INCOMPLETE)
     reached = np.where(codes == VALUE, np.maximum(row, onset), 0)
     return column_of(series, codes, reached, time[reached] - time[onset])
 
@@ -418,7 +402,6 @@ def _since_fault(
     "1",
     "higher",
     "own definition: rating of the place, kernel.stop_rating",
-    scale=1.0,
     least=0.0,
     most=8.0,
 )
@@ -427,7 +410,7 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
 
     It does not apply to an ego that does not stand at the end.
     """
-    codes, values = _ends(series)
+    codes, values = series.once("stops", lambda: _ends(series))
     return column_of(series, codes, series.trace.length - 1, values, _touched(series.trace))
 
 
@@ -437,7 +420,6 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
     "1",
     "higher",
     "own definition: achieved rating minus the best that was reachable",
-    scale=1.0,
 )
 def stop_regret(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands, minus the best reachable when the fault began.
@@ -446,8 +428,8 @@ def stop_regret(series: TraceSeries) -> MetricColumn:
     without a fault, or to an ego that does not stand at the end.
     """
     trace = series.trace
-    ends, ratings = _ends(series)
-    fault = np.asarray(first_faults(trace.length, as_flags(series.column("fault_active"))))
+    ends, ratings = series.once("stops", lambda: _ends(series))
+    fault = _onset(series)
     codes = np.where(fault < 0, np.int8(NOT_APPLICABLE), ends)
     values = np.full(trace.runs, np.nan)
     for run in np.flatnonzero(codes == VALUE).tolist():
@@ -461,27 +443,23 @@ def stop_regret(series: TraceSeries) -> MetricColumn:
 
 
 def _ends(series: TraceSeries) -> Ends:
-    """Give status and rating (B,) of the places where the runs end, once for both metrics."""
-    if "stops" not in series.kept:
-        trace = series.trace
-        last = trace.length - 1
-        every = np.arange(trace.runs)
-        touched = _touched(trace) >= 0
-        ego, place = series.column("ego")[every, last], series.column("ego_place")[every, last]
-        is_known = np.isfinite(ego).all(axis=1) & np.isfinite(place).all(axis=1)
-        stands = touched | (np.abs(ego[:, EGO_SPEED]) <= STANDSTILL_SPEED)
-        codes = np.select(
-            [~is_known & ~touched, stands],
-            [np.int8(ERROR), np.int8(VALUE)],
-            np.int8(NOT_APPLICABLE),
-        )
-        values = np.full(trace.runs, np.nan)
-        for run in np.flatnonzero(codes == VALUE).tolist():
-            rules = rules_of(trace.layout.architectures[run])
-            values[run] = achieved_rating(trace, run, rules)
-        series.kept["stops"] = codes, values
-    found: Ends = series.kept["stops"]
-    return found
+    """Give status and rating (B,) of the places where the runs end."""
+    trace = series.trace
+    last = trace.length - 1
+    every = np.arange(trace.runs)
+    touched = _touched(trace) >= 0
+    ego, place = series.column("ego")[every, last], series.column("ego_place")[every, last]
+    is_known = np.isfinite(ego).all(axis=1) & np.isfinite(place).all(axis=1)
+    stands = touched | (np.abs(ego[:, EGO_SPEED]) <= STANDSTILL_SPEED)
+    codes = np.select(
+        [~is_known & ~touched, stands],
+        [np.int8(ERROR), np.int8(VALUE)],
+        np.int8(NOT_APPLICABLE),
+    )
+    values = np.full(trace.runs, np.nan)
+    for run in np.flatnonzero(codes == VALUE).tolist():
+        values[run] = achieved_rating(trace, run, rules_of(trace.layout.architectures[run]))
+    return codes, values
 
 
 def _touched(trace: Trace) -> NDArray[np.int64]:

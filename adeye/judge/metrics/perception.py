@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.judge.conflict import GAP, are_finite
+from adeye.judge.conflict import are_finite
+from adeye.judge.metrics.handling import default_channel
 from adeye.judge.metrics.registry import column_of, metric_entry
-from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags, last_found
+from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags
 from adeye.judge.outcome import last_rows
+from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.relation import tick_times
@@ -25,9 +27,12 @@ from adeye.kernel.road import lane_way
 from adeye.kernel.sight import visible_fraction
 from adeye.ports import MetricColumn
 from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_HEADING,
     EGO_SPEED,
     EGO_X,
     EGO_Y,
+    OBJECT_ACCELERATION,
     OBJECT_HEADING,
     OBJECT_SPEED,
     OBJECT_X,
@@ -39,13 +44,11 @@ from adeye.signals import (
 from adeye.trace import NO_TRACKS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from adeye.judge.series import Shorts, TraceSeries
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.judge.conflict import Scene
+    from adeye.judge.series import TraceSeries
+    from adeye.signals import Bools, Bytes, Floats, Ints, Shorts
     from adeye.trace import Layout
 
-    Codes = NDArray[np.int8]
 
 # --- Compiled: which objects matter, since when, and whether sensors and channel have them --------
 
@@ -79,27 +82,16 @@ def matters(
 
 
 @allocating
-def worst_latencies(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    ego: Floats,
-    friction: Floats,
-    objects: Floats,
-    sizes: Floats,
-    detected: Bools,
-    sensors: Ints,
-) -> tuple[Ints, Ints, Ints, Codes]:
+def worst_latencies(
+    scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, detected: Bools, sensors: Ints
+) -> tuple[Ints, Ints, Ints, Bytes]:
     """Find the object that a sensor has latest after it first mattered.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         gaps: (B, T) to the nearest object in the path [m].
         ahead: (B, T) that object, -1 for none.
-        ego: (B, T, 7).
         friction: (B,).
-        objects: (B, T, M, 5).
-        sizes: (B, M, 3).
         detected: (B, T, S, M).
         sensors: Those that count.
 
@@ -107,6 +99,7 @@ def worst_latencies(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         Rows (B,) from mattering to detection, 0 if it was detected before; rows (B,) of the
         detection, the last one if there is none; objects (B,); and statuses (B,).
     """
+    length, ego, _, _, objects, _, sizes, _ = scene
     runs = length.shape[0]
     late, rows = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64)
     worst = np.full(runs, -1, dtype=np.int64)
@@ -152,32 +145,87 @@ def _first_detection(detected: Bools, sensors: Ints, thing: int, end: int) -> in
 
 
 @allocating
-def worst_missed(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    ego: Floats,
-    friction: Floats,
-    objects: Floats,
-    sizes: Floats,
-    errors: Floats,
-) -> tuple[Ints, Ints, Ints, Codes]:
+def last_found(  # noqa: C901 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, ahead: Shorts, detected: Bools, sensors: Ints
+) -> tuple[Ints, Floats, Ints, Bools]:
+    """Find the object in the path that the sensors have last, and how near it was then.
+
+    Args:
+        scene: The runs.
+        gaps: (B, T) to the nearest object in the path [m].
+        ahead: (B, T) that object, -1 for none.
+        detected: (B, T, S, M).
+        sensors: Those that count.
+
+    Returns:
+        Rows (B,) of the first detection, distances (B,) there [m], NaN where they cannot be told,
+        objects (B,), -1 for none, and whether a gap is an error (B,). An object that is never
+        detected has row T and distance 0.
+    """
+    length, ego, ego_place, ego_size, objects, places, sizes, contact = scene
+    runs, never = gaps.shape[0], gaps.shape[1]
+    rows = np.full(runs, -1, dtype=np.int64)
+    distances = np.full(runs, math.nan)
+    found = np.full(runs, -1, dtype=np.int64)
+    is_error = np.zeros(runs, dtype=np.bool_)
+    in_path = np.zeros(objects.shape[2], dtype=np.bool_)
+    for run in range(runs):
+        in_path[:] = False
+        for row in range(length[run]):
+            if not gaps[run, row] > -math.inf:
+                is_error[run] = True
+            if ahead[run, row] >= 0:
+                in_path[ahead[run, row]] = True
+        if sensors.shape[0] == 0:
+            continue
+        for thing in range(objects.shape[2]):
+            if not in_path[thing]:
+                continue
+            first = _first_detection(detected[run], sensors, thing, length[run] - 1)
+            if first == length[run] - 1:
+                first = never
+            distance = 0.0
+            if first < never and contact[run, first] != thing:
+                own, own_place = ego[run, first], ego_place[run, first]
+                other, where = objects[run, first, thing], places[run, first, thing]
+                own_size, size = ego_size[run], sizes[run, thing]
+                distance = math.nan
+                if are_finite(
+                    own[EGO_X], own[EGO_Y], own[EGO_HEADING], own[EGO_SPEED],
+                    own[EGO_ACCELERATION], own_place[PLACE_S], own_place[PLACE_D],
+                    own_place[PLACE_HEADING], own_size[0], own_size[1],
+                ) and are_finite(
+                    other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], other[OBJECT_SPEED],
+                    other[OBJECT_ACCELERATION], where[PLACE_S], where[PLACE_D],
+                    where[PLACE_HEADING], size[0], size[1],
+                ):  # fmt: skip
+                    distance = box_distance(
+                        own[EGO_X], own[EGO_Y], own[EGO_HEADING], own_size[0], own_size[1],
+                        other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], size[0], size[1],
+                    )  # fmt: skip
+            if first > rows[run] or (first == rows[run] and distance < distances[run]):
+                rows[run], distances[run], found[run] = first, distance, thing
+    return rows, distances, found, is_error
+
+
+@allocating
+def worst_missed(  # noqa: C901 - a kernel over the whole scene
+    scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, errors: Floats
+) -> tuple[Ints, Ints, Ints, Bytes]:
     """Find the object that matters at most rows without being tracked.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         gaps: (B, T) to the nearest object in the path [m].
         ahead: (B, T) that object, -1 for none.
-        ego: (B, T, 7).
         friction: (B,).
-        objects: (B, T, M, 5).
-        sizes: (B, M, 3).
         errors: (B, T, M, 2) of the channel's tracks [m], NaN for an object without one.
 
     Returns:
         Rows (B,) at which it is missed, the first of them (B,), the object (B,) and statuses (B,):
         ``not_applicable`` where none matters.
     """
+    length, ego, _, _, objects, _, sizes, _ = scene
     runs = length.shape[0]
     most, rows = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64)
     worst = np.full(runs, -1, dtype=np.int64)
@@ -214,7 +262,7 @@ def worst_missed(  # noqa: C901, PLR0913, PLR0917 - a kernel over the whole scen
 
 
 @allocating
-def false_rows(length: Ints, false: Codes) -> tuple[Ints, Ints, Codes]:
+def false_rows(length: Ints, false: Bytes) -> tuple[Ints, Ints, Bytes]:
     """Count the rows with a false track.
 
     Args:
@@ -245,22 +293,15 @@ percentile of the distance."""
 
 
 @allocating
-def pooled_errors(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    ego: Floats,
-    friction: Floats,
-    errors: Floats,
-    what: int,
-) -> tuple[Floats, Ints, Ints, Codes]:
+def pooled_errors(
+    scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, errors: Floats, what: int
+) -> tuple[Floats, Ints, Ints, Bytes]:
     """Pool the errors of the tracks of what is nearest in the path and within the ego's reach.
 
     Args:
-        length: (B,) rows that a run has.
+        scene: The runs.
         gaps: (B, T) to the nearest object in the path [m].
         ahead: (B, T) that object, -1 for none.
-        ego: (B, T, 7).
         friction: (B,).
         errors: (B, T, M, 2) of the channel's tracks [m], NaN for an object without one.
         what: ``RANGE`` or ``POSITION``.
@@ -269,6 +310,7 @@ def pooled_errors(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         Pooled errors (B,) [m], rows (B,) with the largest, its objects (B,) and statuses (B,):
         ``not_applicable`` where no such object is tracked.
     """
+    length, ego = scene.length, scene.ego
     runs = length.shape[0]
     values, rows = np.zeros(runs), np.zeros(runs, dtype=np.int64)
     worst = np.full(runs, -1, dtype=np.int64)
@@ -317,30 +359,15 @@ NEXT_LANE: Final = 1.5
 
 
 @allocating
-def rear_margins(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    lane_width: Floats,
-    detected: Bools,
-    sensors: Ints,
-) -> tuple[Floats, Ints, Ints, Codes]:
+def rear_margins(
+    scene: Scene, lane_width: Floats, detected: Bools, sensors: Ints
+) -> tuple[Floats, Ints, Ints, Bytes]:
     """Find who comes from behind in the next lane and is seen latest for what a lane change needs.
 
     Whoever is nearer than that from the start does not count: no sensor could have seen it.
 
     Args:
-        length: (B,) rows that a run has.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
+        scene: The runs.
         lane_width: (B,) [m].
         detected: (B, T, S, M).
         sensors: Those that count.
@@ -349,6 +376,7 @@ def rear_margins(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         Distance behind the ego at the first detection less the critical one (B,) [m], with 0 for
         the distance of who is never detected while behind; rows (B,), objects (B,), statuses (B,).
     """
+    length, ego, ego_place, ego_size, objects, places, sizes, _ = scene
     runs = length.shape[0]
     margins, rows = np.full(runs, math.inf), np.zeros(runs, dtype=np.int64)
     worst = np.full(runs, -1, dtype=np.int64)
@@ -437,26 +465,13 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     (everything but ground truth) and are linked to a channel. An object that is never detected is
     found last, at 0 m. Not applicable without such an object or sensor.
     """
-    trace, context = series.trace, series.trace.layout.context
-    values, actors = series.worst_conflicts
-    row, distance, found, is_error = last_found(
-        trace.length,
-        values[GAP],
-        actors[GAP],
-        as_flags(series.column("detected")),
-        np.array(measuring_sensors(trace.layout), dtype=np.int64),
-        series.column("ego"),
-        series.column("ego_place"),
-        context.ego_size,
-        series.column("objects"),
-        series.column("object_places"),
-        context.object_sizes,
-        series.column("contact"),
-    )
+    trace = series.trace
+    row, distance, found, is_error = last_found(series.scene, *series.nearest, *_sensed(series))
     codes = np.select([is_error, found >= 0], [ERROR, VALUE], NOT_APPLICABLE)
-    column = column_of(series, codes, np.minimum(row, last_rows(trace)), distance, found)
+    row = np.minimum(row, last_rows(trace))
+    column = column_of(series, codes, row, distance)
     # An error, too, tells who was looked at, and when.
-    time = np.where(found >= 0, trace.time[np.minimum(row, last_rows(trace))], np.nan)
+    time = np.where(found >= 0, trace.time[row], np.nan)
     return MetricColumn(column.value, column.status, time, found)
 
 
@@ -466,7 +481,6 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def detection_latency(series: TraceSeries) -> MetricColumn:
     """Time from when an object first matters until a sensor has it; 0 if one has it before.
@@ -476,10 +490,7 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
     linked to a channel.
     """
     late, row, thing, codes = worst_latencies(
-        *_nearest_in_path(series),
-        series.trace.layout.context.object_sizes,
-        as_flags(series.column("detected")),
-        _sensors(series),
+        series.scene, *series.nearest, _friction(series), *_sensed(series)
     )
     return column_of(series, codes, row, tick_times(late, series.step), thing)
 
@@ -490,7 +501,6 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def missed_time(series: TraceSeries) -> MetricColumn:
     """Time for which an object that matters is in no confirmed track, each row counting one step.
@@ -498,11 +508,10 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     Of several objects the one that is missed longest counts; the time is that of the first miss.
     Not applicable without an object that matters or where the channel never shows its tracks.
     """
-    channel = _default_channel(series)
+    channel = default_channel(series.trace)
+    errors = series.column("track_error")[:, :, channel]
     missed, row, thing, codes = worst_missed(
-        *_nearest_in_path(series),
-        series.trace.layout.context.object_sizes,
-        series.column("track_error")[:, :, channel],
+        series.scene, *series.nearest, _friction(series), errors
     )
     _, _, shown = false_rows(series.trace.length, series.column("false_tracks")[:, :, channel])
     codes = np.where((codes == VALUE) & (shown != VALUE), NOT_APPLICABLE, codes)
@@ -515,14 +524,13 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     "s",
     "higher",
     "own definition over the stopping sight distance",
-    scale=1.0,
 )
 def false_track_time(series: TraceSeries) -> MetricColumn:
     """Time with a confirmed track of nothing in the corridor, no farther than the ego's reach.
 
     Each row counts one step. Not applicable where the channel never shows its tracks.
     """
-    channel = _default_channel(series)
+    channel = default_channel(series.trace)
     wrong, row, codes = false_rows(
         series.trace.length, series.column("false_tracks")[:, :, channel]
     )
@@ -535,7 +543,6 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     "m",
     "higher",
     "root mean square over the rows with a track",
-    scale=1.0,
 )
 def range_error_rms(series: TraceSeries) -> MetricColumn:
     """Error along the line of sight of the tracks of what is nearest in the path, within reach.
@@ -552,7 +559,6 @@ def range_error_rms(series: TraceSeries) -> MetricColumn:
     "m",
     "higher",
     "95th percentile over the rows with a track",
-    scale=1.0,
 )
 def position_error_p95(series: TraceSeries) -> MetricColumn:
     """Distance of the tracks of what is nearest in the path, within reach, from its true place.
@@ -578,44 +584,27 @@ def rear_detection_margin(series: TraceSeries) -> MetricColumn:
     away than needed at first; one that is never detected while behind is at 0 m. The worst counts.
     Not applicable without such an object or a measuring sensor that is linked to a channel.
     """
-    context = series.trace.layout.context
-    margin, row, thing, codes = rear_margins(
-        series.trace.length,
-        series.column("ego"),
-        series.column("ego_place"),
-        context.ego_size,
-        series.column("objects"),
-        series.column("object_places"),
-        context.object_sizes,
-        context.road.lane_width,
-        as_flags(series.column("detected")),
-        _sensors(series),
-    )
+    lane_width = series.trace.layout.context.road.lane_width
+    margin, row, thing, codes = rear_margins(series.scene, lane_width, *_sensed(series))
     return column_of(series, codes, row, margin, thing)
 
 
-def _nearest_in_path(series: TraceSeries) -> tuple[Ints, Floats, Shorts, Floats, Floats, Floats]:
-    """Give lengths, gap and object of the nearest in the path, ego, friction and objects."""
-    values, actors = series.worst_conflicts
-    friction = series.trace.layout.context.surroundings.friction
-    own, objects = series.column("ego"), series.column("objects")
-    return series.trace.length, values[GAP], actors[GAP], own, friction, objects
-
-
 def _pooled(series: TraceSeries, what: int) -> MetricColumn:
-    length, gaps, ahead, own, friction, _ = _nearest_in_path(series)
-    errors = series.column("track_error")[:, :, _default_channel(series)]
-    value, row, thing, codes = pooled_errors(length, gaps, ahead, own, friction, errors, what)
+    errors = series.column("track_error")[:, :, default_channel(series.trace)]
+    value, row, thing, codes = pooled_errors(
+        series.scene, *series.nearest, _friction(series), errors, what
+    )
     return column_of(series, codes, row, value, thing)
 
 
-def _default_channel(series: TraceSeries) -> int:
-    layout = series.trace.layout
-    return layout.channels.index(layout.architecture.switch.default)
+def _friction(series: TraceSeries) -> Floats:
+    return series.trace.layout.context.surroundings.friction
 
 
-def _sensors(series: TraceSeries) -> Ints:
-    return np.array(measuring_sensors(series.trace.layout), dtype=np.int64)
+def _sensed(series: TraceSeries) -> tuple[Bools, Ints]:
+    """Give what sensors detect (B, T, S, M), and which of them count."""
+    sensors = np.array(measuring_sensors(series.trace.layout), dtype=np.int64)
+    return as_flags(series.column("detected")), sensors
 
 
 def measuring_sensors(layout: Layout) -> tuple[int, ...]:

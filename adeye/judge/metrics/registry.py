@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
 # --- Status words of metrics, and a column of them held as codes ----------------------------------
@@ -154,7 +154,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     worse: Worse,
     source: str,
     *,
-    scale: float,
+    scale: float = 1.0,
     cap: float | None = None,
     settles: bool = False,
     least: float | None = None,
@@ -164,22 +164,8 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
 
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]
-        _add(
-            MetricDefinition(
-                uid,
-                column,
-                unit,
-                worse,
-                source,
-                text,
-                scale,
-                measure,
-                cap=cap,
-                settles=settles,
-                least=least,
-                most=most,
-            )
-        )
+        words = (uid, column, unit, worse, source, text)
+        _add(MetricDefinition(*words, scale, measure, cap, settles, least=least, most=most))
         return measure
 
     return register
@@ -378,6 +364,8 @@ def column_of(
     row: Ints,
     value: Floats,
     actor: NDArray[np.integer[Any]] | None = None,
+    *,
+    is_found: Bools | None = None,
 ) -> MetricColumn:
     """Make a column of what was found in each run.
 
@@ -387,12 +375,22 @@ def column_of(
         row: (B,) where it was found; not read where the status is not ``value``.
         value: (B,) the same.
         actor: (B,) object; default none.
+        is_found: (B,) whether a row and an object belong to the value; default all.
     """
     has_value = codes == CODES[VALUE]
-    nobody = np.full(len(codes), -1)
+    has_row = has_value if is_found is None else has_value & is_found
     return MetricColumn(
         np.where(has_value, value, np.nan),
         StatusColumn(codes),
-        np.where(has_value, series.trace.time[np.where(has_value, row, 0)], np.nan),
-        nobody if actor is None else np.where(has_value, actor, -1),
+        np.where(has_row, series.trace.time[np.where(has_row, row, 0)], np.nan),
+        np.where(has_row, -1 if actor is None else actor, -1),
     )
+
+
+def column_at(
+    series: TraceSeries, codes: NDArray[np.integer[Any]], row: Ints, quantity: int
+) -> MetricColumn:
+    """Make a column of a quantity of ``conflict`` at a row (B,) of each run."""
+    runs = np.arange(len(row))
+    values, actors = (part[quantity][runs, row] for part in series.worst_conflicts)
+    return column_of(series, codes, row, values, actors)

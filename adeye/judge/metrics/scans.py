@@ -7,49 +7,65 @@ made. What it finds is a row and a status, by its code in ``STATUSES``.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from adeye.judge.conflict import are_finite
-from adeye.judge.metrics.registry import CODES
+from adeye.judge.metrics.registry import CODES, column_of
 from adeye.judge.series import status_of
 from adeye.judge.stl.series import SampleStatus
-from adeye.kernel.boxes import box_distance
 from adeye.kernel.jit import allocating
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_ACCELERATION,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adeye.judge.series import Shorts
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.judge.series import TraceSeries
+    from adeye.ports import MetricColumn
+    from adeye.signals import Bools, Bytes, Floats, Ints, Shorts
 
-    Codes = NDArray[np.int8]
 
 VALUE: Final = CODES["value"]
 NO_CONFLICT: Final = CODES["no_conflict"]
 NOT_APPLICABLE: Final = CODES["not_applicable"]
 UNDEFINED: Final = CODES["undefined"]
+INCOMPLETE: Final = CODES["incomplete"]
 ERROR: Final = CODES["error"]
 
 _SAMPLE_VALUE: Final = int(SampleStatus.VALUE)
 _SAMPLE_FREE: Final = int(SampleStatus.NO_CONFLICT)
 _SAMPLE_ERROR: Final = int(SampleStatus.ERROR)
+
+
+class Found(NamedTuple):
+    """The worst of Q quantities in B runs.
+
+    Attributes:
+        values: (Q, B).
+        rows: (Q, B).
+        actors: (Q, B) object, -1 for none.
+        codes: (Q, B) index into ``STATUSES``.
+    """
+
+    values: Floats
+    rows: Ints
+    actors: Ints
+    codes: Bytes
+
+
+def nothing_found(quantities: int, series: TraceSeries) -> Found:
+    """Make room for what a scan finds."""
+    shape = (quantities, series.trace.runs)
+    rows = np.zeros(shape, dtype=np.int64)
+    return Found(np.zeros(shape), rows, rows.copy(), np.zeros(shape, dtype=np.int8))
+
+
+def found_column(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
+    """Make a column of one quantity."""
+    values, rows, actors, codes = (part[quantity] for part in found)
+    # A least time of infinity was found with nobody to blame: there is no conflict.
+    codes = np.where((codes == VALUE) & np.isinf(values), np.int8(NO_CONFLICT), codes)
+    return column_of(series, codes, rows, values, actors)
+
 
 CHANGE, DECELERATION, SIZE = range(3)
 """What ``worst_motion`` makes of a number: change since the row before, its negative, its size."""
@@ -74,7 +90,7 @@ def worst_conflicts(
     actors: Shorts,
     contact: Shorts,
     demands: bool,  # noqa: FBT001 - compiled
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row with the worst value of a conflict, the earliest among equals.
 
     Args:
@@ -146,7 +162,7 @@ def worst_violations(length: Ints, margins: Floats) -> tuple[Ints, Ints, Bools]:
 @allocating
 def worst_at_standstill(
     length: Ints, gaps: Floats, speeds: Floats, standstill: float
-) -> tuple[Ints, Codes]:
+) -> tuple[Ints, Bytes]:
     """Find the row with the least gap while the ego stands.
 
     Args:
@@ -183,7 +199,7 @@ def worst_at_standstill(
 
 
 @allocating
-def worst_motion(length: Ints, numbers: Floats, what: int) -> tuple[Ints, Floats, Codes]:
+def worst_motion(length: Ints, numbers: Floats, what: int) -> tuple[Ints, Floats, Bytes]:
     """Find the row with the largest of what is made of a number of the ego.
 
     Args:
@@ -266,7 +282,7 @@ def safe_from(
 
 
 @allocating
-def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -> Ints:
+def first_takeovers(length: Ints, onset: Ints, authority: Bytes, default: int) -> Ints:
     """Find the first row (B,) from the onset of a fault at which another channel acts.
 
     Rows in which nobody acts are no takeover: the ego coasts there until one does.
@@ -295,92 +311,6 @@ def first_takeovers(length: Ints, onset: Ints, authority: Codes, default: int) -
                 rows[run] = row
                 break
     return rows
-
-
-@allocating
-def last_found(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a kernel over the whole scene
-    length: Ints,
-    gaps: Floats,
-    ahead: Shorts,
-    detected: Bools,
-    sensors: Ints,
-    ego: Floats,
-    ego_place: Floats,
-    ego_size: Floats,
-    objects: Floats,
-    places: Floats,
-    sizes: Floats,
-    contact: Shorts,
-) -> tuple[Ints, Floats, Ints, Bools]:
-    """Find the object in the path that the sensors have last, and how near it was then.
-
-    Args:
-        length: (B,) rows that a run has.
-        gaps: (B, T) to the nearest object in the path [m].
-        ahead: (B, T) that object, -1 for none.
-        detected: (B, T, S, M).
-        sensors: Those that count.
-        ego: (B, T, 7).
-        ego_place: (B, T, 6).
-        ego_size: (B, 3).
-        objects: (B, T, M, 5).
-        places: (B, T, M, 6).
-        sizes: (B, M, 3).
-        contact: (B, T) object that the ego touches, -1 for none.
-
-    Returns:
-        Rows (B,) of the first detection, distances (B,) there [m], NaN where they cannot be told,
-        objects (B,), -1 for none, and whether a gap is an error (B,). An object that is never
-        detected has row T and distance 0.
-    """
-    runs, never = gaps.shape[0], gaps.shape[1]
-    rows = np.full(runs, -1, dtype=np.int64)
-    distances = np.full(runs, math.nan)
-    found = np.full(runs, -1, dtype=np.int64)
-    is_error = np.zeros(runs, dtype=np.bool_)
-    in_path = np.zeros(objects.shape[2], dtype=np.bool_)
-    for run in range(runs):
-        in_path[:] = False
-        for row in range(length[run]):
-            if not gaps[run, row] > -math.inf:
-                is_error[run] = True
-            if ahead[run, row] >= 0:
-                in_path[ahead[run, row]] = True
-        if sensors.shape[0] == 0:
-            continue
-        for thing in range(objects.shape[2]):
-            if not in_path[thing]:
-                continue
-            first = never
-            for row in range(length[run] - 1):
-                for place in range(sensors.shape[0]):
-                    if detected[run, row, sensors[place], thing]:
-                        first = row
-                        break
-                if first < never:
-                    break
-            distance = 0.0
-            if first < never and contact[run, first] != thing:
-                own, own_place = ego[run, first], ego_place[run, first]
-                other, where = objects[run, first, thing], places[run, first, thing]
-                own_size, size = ego_size[run], sizes[run, thing]
-                distance = math.nan
-                if are_finite(
-                    own[EGO_X], own[EGO_Y], own[EGO_HEADING], own[EGO_SPEED],
-                    own[EGO_ACCELERATION], own_place[PLACE_S], own_place[PLACE_D],
-                    own_place[PLACE_HEADING], own_size[0], own_size[1],
-                ) and are_finite(
-                    other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], other[OBJECT_SPEED],
-                    other[OBJECT_ACCELERATION], where[PLACE_S], where[PLACE_D],
-                    where[PLACE_HEADING], size[0], size[1],
-                ):  # fmt: skip
-                    distance = box_distance(
-                        own[EGO_X], own[EGO_Y], own[EGO_HEADING], own_size[0], own_size[1],
-                        other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], size[0], size[1],
-                    )  # fmt: skip
-            if first > rows[run] or (first == rows[run] and distance < distances[run]):
-                rows[run], distances[run], found[run] = first, distance, thing
-    return rows, distances, found, is_error
 
 
 def as_flags(column: NDArray[Any]) -> Bools:

@@ -30,10 +30,8 @@ from adeye.signals import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adeye.judge.series import TraceSeries
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Floats
 
 # --- Metrics of how grave a collision is ----------------------------------------------------------
 
@@ -87,33 +85,28 @@ def fatality(series: TraceSeries) -> MetricColumn:
 
 
 def _reported(series: TraceSeries, what: int) -> MetricColumn:
-    found, row, has_contact, touched = _changes(series)
-    if what == 2:
-        codes = np.full(len(row), VALUE)
-        column = column_of(series, codes, row, np.where(has_contact, found[2], 0.0), touched)
-        time = np.where(has_contact, column.time, np.nan)
-        return type(column)(column.value, column.status, time, column.actor)
-    return column_of(series, np.where(has_contact, VALUE, NO_CONFLICT), row, found[what], touched)
+    row, has_contact, touched = contacts_of(series)
+    found = series.once("severity", lambda: _changes(series))[what]
+    # Nobody dies without a contact; a change of speed there is none.
+    codes = np.where(has_contact | (what == 2), VALUE, NO_CONFLICT)
+    return column_of(series, codes, row, found, touched, is_found=has_contact)
 
 
-def _changes(series: TraceSeries) -> tuple[Floats, Ints, NDArray[np.bool_], Ints]:
-    """Give changes of both speeds and probability (3, B), and rows, whether and what is touched."""
-    if "severity" not in series.kept:
-        row, has_contact, touched = contacts_of(series)
-        layout = series.trace.layout
-        found = np.zeros((3, len(row)))
-        for run in np.flatnonzero(has_contact).tolist():
-            own = layout.architectures[run].vehicle.mass
-            other = float(_MASS_OF_CLASS[layout.context.object_classes[touched[run]]])
-            speed = float(series.column("impact_speed")[run, row[run]])
-            found[0, run] = speed_change(own, other, speed)
-            found[1, run] = 0.0 if np.isinf(other) else speed_change(other, own, speed)
-            # NaN stays one: an unknown speed is no harmless one.
-            larger = max(found[0, run], found[1, run]) if np.isfinite(speed) else np.nan
-            found[2, run] = fatality_probability(larger)
-        series.kept["severity"] = found, row, has_contact, touched
-    kept: tuple[Floats, Ints, NDArray[np.bool_], Ints] = series.kept["severity"]
-    return kept
+def _changes(series: TraceSeries) -> Floats:
+    """Give changes of both speeds and the probability (3, B), 0 without a contact."""
+    row, has_contact, touched = contacts_of(series)
+    layout = series.trace.layout
+    found = np.zeros((3, len(row)))
+    for run in np.flatnonzero(has_contact).tolist():
+        own = layout.architectures[run].vehicle.mass
+        other = float(_MASS_OF_CLASS[layout.context.object_classes[touched[run]]])
+        speed = float(series.column("impact_speed")[run, row[run]])
+        found[0, run] = speed_change(own, other, speed)
+        found[1, run] = 0.0 if np.isinf(other) else speed_change(other, own, speed)
+        # NaN stays one: an unknown speed is no harmless one.
+        larger = max(found[0, run], found[1, run]) if np.isfinite(speed) else np.nan
+        found[2, run] = fatality_probability(larger)
+    return found
 
 
 # --- Whether a collision is the ego's fault: a label beside it, for it counts in any case ---------
@@ -128,7 +121,6 @@ BEHIND: Final = math.radians(150.0)
     "1",
     "higher",
     "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
-    scale=1.0,
     least=0.0,
     most=1.0,
 )
@@ -143,9 +135,7 @@ def contact_at_fault(series: TraceSeries) -> MetricColumn:
     for run in np.flatnonzero(has_contact).tolist():
         found[run] = _is_at_fault(series, run, int(row[run]), int(touched[run]))
     codes = np.where(np.isnan(found), ERROR, VALUE)
-    column = column_of(series, codes, row, found, touched)
-    time = np.where(has_contact, column.time, np.nan)
-    return MetricColumn(column.value, column.status, time, column.actor)
+    return column_of(series, codes, row, found, touched, is_found=has_contact)
 
 
 def _is_at_fault(series: TraceSeries, run: int, row: int, other: int) -> float:

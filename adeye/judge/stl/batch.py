@@ -17,17 +17,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from adeye.judge.stl.constancy import find_held
 from adeye.judge.stl.descent import find_binding_row
 from adeye.judge.stl.measures import NO_STATUS, OPEN, fill_predicate, fill_term
 from adeye.judge.stl.operators import (
     fill_decided,
     fill_operator,
     fill_start,
+    find_held,
     is_open_ended,
     is_vacuous,
     needs_rows,
@@ -41,6 +41,7 @@ from adeye.judge.stl.program import (
     UNTIL,
     WORD,
     Program,
+    State,
     compile_formula,
 )
 from adeye.judge.stl.syntax import ROW_SLACK, nested_implications, without
@@ -49,13 +50,16 @@ from adeye.kernel.jit import allocating, compiled
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from _typeshed import DataclassInstance
     from numpy.typing import NDArray
 
     from adeye.judge.stl.formula import Formula
+    from adeye.judge.stl.program import Tables
     from adeye.judge.stl.series import Series, SignalSource
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Bools, Bytes, Floats, Ints
 
-    Bytes = NDArray[np.int8]
+
+C = TypeVar("C", bound="DataclassInstance")
 
 # --- Compiled: evaluate a numbered formula run by run, all of its conditions at every row ---------
 
@@ -68,15 +72,7 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
     complete: Bools,
     samples: Floats,
     statuses: Bytes,
-    signals: Ints,
-    terms: Ints,
-    constants: Floats,
-    nodes: Ints,
-    limits: Floats,
-    implied: Ints,
-    antecedents: Ints,
-    decided: Ints,
-    nested: Ints,
+    tables: Tables,
     numbers: Floats,
     facts: Ints,
     held: Bytes,
@@ -90,30 +86,16 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         complete: (B,) whether the scenario was over.
         samples: (S, B, T) of the signals.
         statuses: (S, B, T) ``SampleStatus``, or ``NO_STATUS``.
-        signals: Like the following, of the ``Program``.
-        terms: (K, 3).
-        constants: (K,).
-        nodes: (N, 10).
-        limits: (N, 5).
-        implied: (I, 5).
-        antecedents: Conditions of the implications.
-        decided: Those of them that the binding predicate is none of, unless they never held.
-        nested: (J,) implications below the top level.
+        tables: The formula; the binding predicate is none of ``decided``, unless they never held.
         numbers: (B, 5) out: bounds of the robustness; value, threshold and difference of the
             binding predicate, NaN for none.
         facts: (B, 7) out: error, verdict (1 satisfied, -1 violated, 0 open), vacuous, and of the
             binding predicate node, row (-1 beyond the trace), obligation, status.
         held: (B, J) out: whether the antecedent held where a nested implication was asked for.
     """
-    rows = samples.shape[2]
-    values = np.zeros((terms.shape[0], rows))
-    flags = np.zeros((terms.shape[0], rows), dtype=np.int8)
-    bounds = np.zeros((nodes.shape[0], 2, rows))
-    truth = np.zeros((nodes.shape[0], 2, rows), dtype=np.int8)
-    start = np.zeros((nodes.shape[0], 4))
-    exact = np.zeros(nodes.shape[0], dtype=np.int8)
-    scratch = np.zeros((3, rows))
-    queue = np.zeros(rows, dtype=np.int64)
+    nodes, nested, rows = tables.nodes, tables.nested, samples.shape[2]
+    state = _empty_state(tables, rows)
+    start = state.start
     is_changed = np.zeros(nodes.shape[0], dtype=np.bool_)
     scope = np.zeros((nodes.shape[0] if nested.shape[0] else 0, rows), dtype=np.int8)
     root = nodes.shape[0] - 1
@@ -123,20 +105,17 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         known = length[run]
         last = min(horizon[run], known - 1)
         is_cut = not complete[run] and horizon[run] > known - 1
-        for term in range(terms.shape[0]):
-            fill_term(term, terms, constants, samples[:, run], statuses[:, run], signals, known,
-                       values, flags)  # fmt: skip
+        for term in range(tables.terms.shape[0]):
+            fill_term(term, tables, samples[:, run], statuses[:, run], known, state)
         is_error = False
         for node in range(nodes.shape[0]):
             kind = nodes[node, KIND]
             if kind <= WORD:
-                is_error |= fill_predicate(
-                    node, nodes, limits, values, flags, known, bounds[node], truth[node], exact
-                )
+                is_error |= fill_predicate(node, tables, known, state)
             elif needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+                fill_operator(node, nodes, known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, last, is_cut, bounds, truth, start)
+                fill_start(node, nodes, last, is_cut, state)
         facts[run, 0] = is_error
         if is_error:
             facts[run, 1] = 0
@@ -149,18 +128,31 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         elif start[root, 3] < 0.0:
             verdict = -1
         facts[run, 1] = verdict
-        facts[run, 2] = is_vacuous(implied, antecedents, known, last, truth, start)
+        facts[run, 2] = is_vacuous(tables, known, last, state)
         if nested.shape[0]:
-            find_held(nodes, nested, known, last, truth, start, scope, held[run])
+            find_held(tables, known, last, state, scope, held[run])
         numbers[run, 0] = start[root, 0]
         numbers[run, 1] = start[root, 1]
-        if decided.shape[0] and not (facts[run, 2] and verdict > 0):
-            fill_decided(nodes, decided, known, rows, last, is_cut, bounds, truth, start, exact,
-                         scratch, queue, is_changed)  # fmt: skip
-        find_binding_row(
-            1 if verdict < 0 else 0, nodes, limits, known, last, is_cut, values, flags, bounds,
-            truth, start, numbers[run], facts[run],
-        )  # fmt: skip
+        if tables.decided.shape[0] and not (facts[run, 2] and verdict > 0):
+            fill_decided(tables, known, last, is_cut, state, is_changed)
+        bound = 1 if verdict < 0 else 0
+        find_binding_row(bound, tables, known, last, is_cut, state, numbers[run], facts[run])
+
+
+@allocating
+def _empty_state(tables: Tables, rows: int) -> State:
+    """Make room for what is found out about one run after the other."""
+    terms, nodes = tables.terms.shape[0], tables.nodes.shape[0]
+    return State(
+        np.zeros((terms, rows)),
+        np.zeros((terms, rows), dtype=np.int8),
+        np.zeros((nodes, 2, rows)),
+        np.zeros((nodes, 2, rows), dtype=np.int8),
+        np.zeros((nodes, 4)),
+        np.zeros(nodes, dtype=np.int8),
+        np.zeros((3, rows)),
+        np.zeros(rows, dtype=np.int64),
+    )
 
 
 # --- A formula on a batch of runs as columns: bounds, verdicts and binding predicates of all runs -
@@ -219,7 +211,7 @@ class StlColumns:
         """Choose runs."""
         names = [item.name for item in fields(StlColumns) if item.name != "program"]
         chosen: dict[str, Any] = {name: getattr(self, name)[runs] for name in names}
-        return StlColumns(program=self.program, **chosen)
+        return replace(self, **chosen)
 
 
 def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
@@ -266,7 +258,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
         numbers = np.full((len(length), 5), np.nan)
         facts = np.zeros((len(length), 7), dtype=np.int64)
         facts[:, 4] = -1
-        held = np.ones((len(length), len(program.nested)), dtype=np.int8)
+        held = np.ones((len(length), len(program.tables.nested)), dtype=np.int8)
         evaluate_runs(
             np.asarray(chosen, dtype=np.bool_),
             np.asarray(length, dtype=np.int64),
@@ -274,15 +266,7 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
             np.asarray(complete, dtype=np.bool_),
             samples,
             statuses,
-            program.signals,
-            program.terms,
-            program.constants,
-            program.nodes,
-            program.limits,
-            program.implied,
-            program.antecedents,
-            program.decided,
-            program.nested,
+            program.tables,
             numbers,
             facts,
             held,
@@ -320,15 +304,15 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     )
 
 
-def joined(parts: Sequence[StlColumns]) -> StlColumns:
-    """Join the columns of several batches of one formula."""
+def joined_columns(parts: Sequence[C]) -> C:
+    """Join the columns of several batches, each a dataclass of arrays by run."""
     if len(parts) == 1:
         return parts[0]
-    names = [item.name for item in fields(StlColumns) if item.name != "program"]
+    names = [item.name for item in fields(parts[0]) if item.name != "program"]
     whole: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in names
     }
-    return StlColumns(program=parts[0].program, **whole)
+    return replace(parts[0], **whole)
 
 
 def checked_inputs(
@@ -435,11 +419,7 @@ def evaluate_rows(  # noqa: PLR0913 - what a formula is evaluated on
         np.asarray(complete, dtype=np.bool_),
         samples,
         statuses,
-        program.signals,
-        program.terms,
-        program.constants,
-        program.nodes,
-        program.limits,
+        program.tables,
         out,
     )
     return out[0], out[1]
@@ -452,41 +432,29 @@ def _fill_rows(  # noqa: PLR0913, PLR0917 - a kernel over a whole program
     complete: Bools,
     samples: Floats,
     statuses: Bytes,
-    signals: Ints,
-    terms: Ints,
-    constants: Floats,
-    nodes: Ints,
-    limits: Floats,
+    tables: Tables,
     out: Floats,
 ) -> None:
     """Write the bounds (2, B, T) of the last condition; see ``machine.evaluate_runs``."""
-    rows = samples.shape[2]
-    values = np.zeros((terms.shape[0], rows))
-    flags = np.zeros((terms.shape[0], rows), dtype=np.int8)
-    bounds = np.zeros((nodes.shape[0], 2, rows))
-    truth = np.zeros((nodes.shape[0], 2, rows), dtype=np.int8)
-    exact = np.zeros(nodes.shape[0], dtype=np.int8)
-    scratch = np.zeros((3, rows))
-    queue = np.zeros(rows, dtype=np.int64)
+    nodes = tables.nodes
+    state = _empty_state(tables, samples.shape[2])
+    bounds = state.bounds
     root = nodes.shape[0] - 1
     for run in range(length.shape[0]):
         known = length[run]
         last = min(horizon[run], known - 1)
         is_cut = not complete[run] and horizon[run] > known - 1
-        for term in range(terms.shape[0]):
-            fill_term(term, terms, constants, samples[:, run], statuses[:, run], signals, known,
-                       values, flags)  # fmt: skip
+        for term in range(tables.terms.shape[0]):
+            fill_term(term, tables, samples[:, run], statuses[:, run], known, state)
         is_error = False
         for node in range(nodes.shape[0]):
             if nodes[node, KIND] <= WORD:
-                is_error |= fill_predicate(
-                    node, nodes, limits, values, flags, known, bounds[node], truth[node], exact
-                )
+                is_error |= fill_predicate(node, tables, known, state)
             elif is_open_ended(nodes[node]):
                 _fill_to_horizon(nodes[node], known, last, is_cut, bounds, bounds[node])
-                exact[node] = OPEN
+                state.exact[node] = OPEN
             else:
-                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+                fill_operator(node, nodes, known, state)
         if not is_error:
             for k in range(last + 1):
                 out[0, run, k], out[1, run, k] = bounds[root, 0, k], bounds[root, 1, k]

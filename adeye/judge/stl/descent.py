@@ -43,12 +43,9 @@ from adeye.judge.stl.program import (
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from adeye.judge.stl.program import State, Tables
+    from adeye.signals import Bytes, Floats, Ints
 
-    from adeye.signals import Floats, Ints
-
-    Bytes = NDArray[np.int8]
 
 BINDING_STATUSES: Final = (
     "value",
@@ -64,16 +61,11 @@ _NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = 1, 2, 3, 4
 @compiled
 def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
     bound: int,
-    nodes: Ints,
-    limits: Floats,
+    tables: Tables,
     known: int,
     last: int,
     is_cut: bool,  # noqa: FBT001 - compiled
-    values: Floats,
-    flags: Bytes,
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
+    state: State,
     numbers: Floats,
     facts: Ints,
 ) -> None:
@@ -81,19 +73,15 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         bound: Which bound of the robustness to explain: 0 lower, 1 upper.
-        nodes: Of the ``Program``, like ``limits``.
-        limits: (N, 5).
+        tables: The formula.
         known: Rows of the run.
         last: Last known row at which an outermost obligation starts.
         is_cut: Whether obligations lie beyond the trace.
-        values: (K, T) of the terms.
-        flags: (K, T) of the terms.
-        bounds: (N, 2, T) robustness of the conditions.
-        truth: (N, 2, T).
-        start: (N, 4) states as whole formulas.
+        state: Of its terms and conditions.
         numbers: (5,) out, from 2: value, threshold, difference.
         facts: (7,) out, from 3: node, row, obligation, status.
     """
+    nodes, bounds, truth = tables.nodes, state.bounds, state.truth
     node, row, side, obligation = nodes.shape[0] - 1, 0, bound, 0
     while row < known and nodes[node, KIND] > WORD:
         kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
@@ -103,7 +91,7 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
             node, side = first, 1 - side
         elif kind in (AND, OR, IMPLIES):
             is_left, side = _connective(
-                kind, first, second, row, side, is_start, known, bounds, truth, start
+                kind, first, second, row, side, is_start, known, bounds, truth, state.start
             )
             node = first if is_left else second
         elif kind in (RISE, FALL):
@@ -123,7 +111,7 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
         facts[4], facts[6] = -1, _BEYOND
         numbers[2] = numbers[3] = numbers[4] = math.nan
         return
-    facts[6] = _read(nodes[node], limits[node], values, flags, row, numbers)
+    facts[6] = _read(nodes[node], tables.limits[node], state.values, state.flags, row, numbers)
     if side != bound:
         numbers[4] = -numbers[4]
 

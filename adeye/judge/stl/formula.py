@@ -25,7 +25,6 @@ from adeye.judge.stl.syntax import (
     future_reach,
     label_of,
     names_in,
-    needed_time,
 )
 from adeye.units import UNITS, Dimension
 
@@ -252,14 +251,6 @@ class Formula:
     def quote(self, node: Node) -> str:
         """Give the part of the text that a node was read from, on one line."""
         return " ".join(self.text[slice(*node.span)].split())
-
-    def needed_tail_s(self, horizon_s: float) -> float:
-        """Give the time that must be simulated after the horizon to decide every obligation [s].
-
-        Args:
-            horizon_s: Last time at which an obligation of an outermost operator may start [s].
-        """
-        return max(0.0, needed_time(self.root, horizon_s) - horizon_s)
 
     def check(self, dictionary: Mapping[str, SignalEntry]) -> None:
         """Refuse names that do not exist and kinds or dimensions that do not fit.

@@ -39,12 +39,9 @@ from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from adeye.judge.stl.program import State, Tables
+    from adeye.signals import Bytes, Floats, Ints
 
-    from adeye.signals import Floats, Ints
-
-    Bytes = NDArray[np.int8]
 
 IS_UNKNOWN: Final = 1
 IS_ERROR: Final = 2
@@ -63,26 +60,19 @@ _VALUE: Final = int(SampleStatus.VALUE)
 
 
 @compiled
-def fill_term(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for each operation
-    term: int,
-    terms: Ints,
-    constants: Floats,
-    samples: Floats,
-    statuses: Bytes,
-    signals: Ints,
-    known: int,
-    values: Floats,
-    flags: Bytes,
+def fill_term(  # noqa: C901, PLR0912 - one branch for each operation
+    term: int, tables: Tables, samples: Floats, statuses: Bytes, known: int, state: State
 ) -> None:
-    """Calculate a term at the known rows of a run."""
-    operation, first, second = terms[term, 0], terms[term, 1], terms[term, 2]
+    """Calculate a term at the known rows of a run; samples and statuses are (S, T)."""
+    values, flags = state.values, state.flags
+    operation, first, second = tables.terms[term, 0], tables.terms[term, 1], tables.terms[term, 2]
     out, marks = values[term], flags[term]
     if operation == SIGNAL:
-        _read_signal(samples[first], statuses[first], signals[first], known, out, marks)
+        _read_signal(samples[first], statuses[first], tables.signals[first], known, out, marks)
         return
     if operation == CONSTANT:
         for k in range(known):
-            out[k] = constants[term]
+            out[k] = tables.constants[term]
             marks[k] = 0
         return
     left, right = values[first], values[second]
@@ -202,25 +192,16 @@ def _read_signal(  # noqa: C901 - one branch for each status
 
 
 @compiled
-def fill_predicate(  # noqa: PLR0913, PLR0917 - a kernel
-    node: int,
-    nodes: Ints,
-    limits: Floats,
-    values: Floats,
-    flags: Bytes,
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
-    exact: Bytes,
-) -> bool:
+def fill_predicate(node: int, tables: Tables, known: int, state: State) -> bool:
     """Measure a predicate at the known rows; tell whether one of them is an error."""
-    row, limit = nodes[node], limits[node]
+    row, limit, values, flags = tables.nodes[node], tables.limits[node], state.values, state.flags
+    bounds, truth = state.bounds[node], state.truth[node]
     if row[KIND] == WORD:
         begin, marks = _fill_words(row, limit[CODE], values, flags, known, bounds, truth)
-        exact[node] = SIGN if begin == known - 1 else OPEN
+        state.exact[node] = SIGN if begin == known - 1 else OPEN
     else:
         begin, marks = _fill_differences(row, limit, values, flags, known, bounds, truth)
-        exact[node] = EXACT if begin == known - 1 else OPEN
+        state.exact[node] = EXACT if begin == known - 1 else OPEN
     return bool(marks & IS_ERROR)
 
 

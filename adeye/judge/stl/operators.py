@@ -58,11 +58,9 @@ from adeye.judge.stl.program import (
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from adeye.judge.stl.program import State, Tables
+    from adeye.signals import Bools, Bytes, Floats, Ints
 
-    from adeye.signals import Bools, Floats, Ints
-
-    Bytes = NDArray[np.int8]
 
 # --- Compiled: the largest value in a sliding window of one run -----------------------------------
 
@@ -162,41 +160,6 @@ def fill_once(  # noqa: PLR0913, PLR0917 - a kernel
                 sign[half, k] = int(value)
 
 
-@compiled
-def fill_since(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    left: Floats,
-    left_truth: Bytes,
-    right: Floats,
-    right_truth: Bytes,
-    known: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of ``since``: that of one without end, restricted to the window."""
-    for plane in range(4):
-        half = plane % 2
-        nothing = -math.inf if plane < 2 else -1.0
-        before, after, endless = scratch[0], scratch[1], scratch[2]
-        earlier = nothing
-        for k in range(known):
-            turned = known - 1 - k
-            before[turned] = -(left[half, k] if plane < 2 else float(left_truth[half, k]))
-            after[turned] = right[half, k] if plane < 2 else float(right_truth[half, k])
-            earlier = max(after[turned], min(-before[turned], earlier))
-            endless[turned] = earlier
-        if node[HAS_WINDOW]:
-            restrict(before, after, endless, known, node[FROM_ROW], node[TO_ROW], nothing, queue)
-        for k in range(known):
-            value = endless[known - 1 - k]
-            if plane < 2:
-                out[half, k] = value
-            else:
-                sign[half, k] = int(value)
-
-
 @allocating
 def restrict(  # noqa: PLR0913, PLR0917 - a kernel
     before: Floats,
@@ -229,25 +192,6 @@ def restrict(  # noqa: PLR0913, PLR0917 - a kernel
         sliding_maximum(before, known, 0, first - 1, -beyond, queue, found)
         for k in range(known):
             endless[k] = min(endless[k], -found[k])
-
-
-@compiled
-def fill_past(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    state: Floats,
-    truth: Bytes,
-    known: int,
-    rows: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of an operator with one operand that looks back; see ``fill_once``."""
-    if node[KIND] == PREVIOUS:
-        fill_previous(state, truth, known, out, sign)
-    else:
-        fill_once(node, state, truth, known, rows, scratch, queue, out, sign)
 
 
 # --- Compiled: ``eventually`` and ``always`` over a window that slides along one run --------------
@@ -438,19 +382,13 @@ def is_open_ended(node: Ints) -> bool:
 
 
 @compiled
-def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for each operator
-    node: int,
-    nodes: Ints,
-    known: int,
-    rows: int,
-    bounds: Floats,
-    truth: Bytes,
-    exact: Bytes,
-    scratch: Floats,
-    queue: Ints,
+def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
+    node: int, nodes: Ints, known: int, state: State
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    _, _, bounds, truth, _, exact, scratch, queue = state
+    rows = queue.shape[0]
     exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
@@ -469,9 +407,11 @@ def fill_operator(  # noqa: PLR0913, PLR0917, C901, PLR0912 - one branch for eac
         return
     if kind >= PREVIOUS:
         if kind == SINCE:
-            fill_since(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+            _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        elif kind == PREVIOUS:
+            fill_previous(a, p, known, out, sign)
         else:
-            fill_past(nodes[node], a, p, known, rows, scratch, queue, out, sign)
+            fill_once(nodes[node], a, p, known, rows, scratch, queue, out, sign)
         # Where nothing lies in a window, the bounds are infinite.
         exact[node] = min(exact[node], EXACT)
         return
@@ -517,36 +457,41 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
     out: Floats,
     sign: Bytes,
 ) -> None:
-    """Write the state of ``until``: that of one without end, restricted to the window."""
-    first, last = node[FROM_ROW], node[TO_ROW]
+    """Write the state of ``until``: that of one without end, restricted to the window.
+
+    ``since`` is the same on the rows in reverse order; before row 0 there is nothing.
+    """
+    is_past = node[KIND] == SINCE
+    before, after, endless = scratch[0], scratch[1], scratch[2]
     for plane in range(4):
         half = plane % 2
         beyond = (-math.inf if half == 0 else math.inf) if plane < 2 else 2.0 * half - 1.0
-        before, after, endless = scratch[0], scratch[1], scratch[2]
+        if is_past:
+            beyond = -math.inf if plane < 2 else -1.0
         later = beyond
         for k in range(known - 1, -1, -1):
-            before[k] = -(left[half, k] if plane < 2 else float(left_truth[half, k]))
-            after[k] = right[half, k] if plane < 2 else float(right_truth[half, k])
+            row = known - 1 - k if is_past else k
+            before[k] = -(left[half, row] if plane < 2 else float(left_truth[half, row]))
+            after[k] = right[half, row] if plane < 2 else float(right_truth[half, row])
             later = max(after[k], min(-before[k], later))
             endless[k] = later
         if node[HAS_WINDOW]:
-            restrict(before, after, endless, known, first, last, beyond, queue)
+            restrict(before, after, endless, known, node[FROM_ROW], node[TO_ROW], beyond, queue)
         for k in range(known):
+            row = known - 1 - k if is_past else k
             if plane < 2:
-                out[half, k] = endless[k]
+                out[half, row] = endless[k]
             else:
-                sign[half, k] = int(endless[k])
+                sign[half, row] = int(endless[k])
 
 
 @compiled
-def fill_start(  # noqa: PLR0913, PLR0917 - one branch for each operator
+def fill_start(
     node: int,
     nodes: Ints,
     last: int,
     is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
+    state: State,
 ) -> None:
     """Write the state (4,) of a condition as a whole formula.
 
@@ -554,6 +499,7 @@ def fill_start(  # noqa: PLR0913, PLR0917 - one branch for each operator
     and, if the trace was cut short, over unknown ones; everything else is that of row 0.
     """
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    bounds, truth, start = state.bounds, state.truth, state.start
     out = start[node]
     if needs_rows(nodes[node]):
         out[0], out[1] = bounds[node, 0, 0], bounds[node, 1, 0]
@@ -613,19 +559,12 @@ def _start_over_rows(
 
 
 @compiled
-def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
-    nodes: Ints,
-    decided: Ints,
+def fill_decided(
+    tables: Tables,
     known: int,
-    rows: int,
     last: int,
     is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
-    exact: Bytes,
-    scratch: Floats,
-    queue: Ints,
+    state: State,
     is_changed: Bools,
 ) -> None:
     """Take antecedents as true or false without a degree, and write again what hangs on them.
@@ -633,6 +572,8 @@ def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
     An implication is worth its consequent then at the rows at which its antecedent held, and
     nothing at the others; so the least of them is the margin that people read.
     """
+    nodes, decided = tables.nodes, tables.decided
+    bounds, truth, start, exact = state.bounds, state.truth, state.start, state.exact
     is_changed[:] = False
     for place in range(decided.shape[0]):
         node = decided[place]
@@ -649,16 +590,17 @@ def fill_decided(  # noqa: PLR0913, PLR0917 - a kernel
         if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
             is_changed[node] = True
             if needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, rows, bounds, truth, exact, scratch, queue)
+                fill_operator(node, nodes, known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, last, is_cut, bounds, truth, start)
+                fill_start(node, nodes, last, is_cut, state)
 
 
 @compiled
-def is_vacuous(
-    implied: Ints, antecedents: Ints, known: int, last: int, truth: Bytes, start: Floats
-) -> bool:
+def is_vacuous(tables: Tables, known: int, last: int, state: State) -> bool:
     """Tell whether a top-level implication was never exercised."""
+    implied, antecedents, truth, start = (
+        tables.implied, tables.antecedents, state.truth, state.start,
+    )  # fmt: skip
     for item in range(implied.shape[0]):
         begin, end = implied[item, 0], implied[item, 0] + implied[item, 1]
         is_held = False
@@ -677,3 +619,103 @@ def is_vacuous(
         if not is_held:
             return True
     return False
+
+
+# --- Compiled: at which rows parts of a formula are asked for, and where antecedents held there --
+#
+# From the formula down: a part is asked for at the rows that what encloses it looks at. A
+# consequent is asked for only where its antecedent held, what stands left of ``until`` only before
+# the row that fulfils it.
+
+
+@compiled
+def find_held(  # noqa: PLR0912, C901 - one branch for each operator
+    tables: Tables, known: int, last: int, state: State, scope: Bytes, held: Bytes
+) -> None:
+    """Tell of each nested implication whether its antecedent held where it was asked for.
+
+    Args:
+        tables: The formula.
+        known: Rows of the run.
+        last: Last known row at which an outermost obligation starts.
+        state: Of its conditions.
+        scope: (N, T) scratch: whether a condition is asked for at a row.
+        held: (J,) out.
+    """
+    nodes, nested, truth, start = tables.nodes, tables.nested, state.truth, state.start
+    scope[:] = 0
+    scope[nodes.shape[0] - 1, 0] = 1
+    for node in range(nodes.shape[0] - 1, -1, -1):
+        kind = nodes[node, KIND]
+        if kind <= WORD:
+            continue
+        first, second = nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+        if kind in (NOT, AND, OR, IMPLIES):
+            for k in range(known):
+                if scope[node, k]:
+                    scope[first, k] = 1
+                    if kind != IMPLIES or _part_holds(first, k, nodes[node], truth, start):
+                        scope[second, k] = 1
+        elif kind in (RISE, FALL, PREVIOUS):
+            for k in range(1, known):
+                if scope[node, k]:
+                    scope[first, k - 1] = 1
+                    if kind != PREVIOUS:
+                        scope[first, k] = 1
+        else:
+            _ask_over_time(node, nodes[node], known, last, truth, scope)
+    for place in range(nested.shape[0]):
+        node, held[place] = nested[place], 0
+        for k in range(known):
+            antecedent = nodes[node, FIRST_PART]
+            if scope[node, k] and _part_holds(antecedent, k, nodes[node], truth, start):
+                held[place] = 1
+                break
+
+
+@compiled
+def _part_holds(part: int, row: int, above: Ints, truth: Bytes, start: Floats) -> bool:
+    """Tell whether a part of a connective holds, which at the top has no rows."""
+    if above[IS_START]:
+        return bool(start[part, 2] > 0.0)
+    return bool(truth[part, 0, row] > 0)
+
+
+@compiled
+def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
+    node: int, what: Ints, known: int, last: int, truth: Bytes, scope: Bytes
+) -> None:
+    """Mark the rows that the parts of a temporal operator are asked for at."""
+    kind, first, second = what[KIND], what[FIRST_PART], what[SECOND_PART]
+    done = 0
+    for k in range(known):
+        if not scope[node, k]:
+            continue
+        near, far = 0, known
+        if what[HAS_WINDOW]:
+            near, far = what[FROM_ROW], what[TO_ROW]
+        if kind in (EVENTUALLY, ALWAYS, UNTIL):
+            begin, end = k + near, min(k + far, known - 1)
+            if is_open_ended(what):
+                end = last
+        else:
+            begin, end = max(k - far, 0), k - near
+        if kind == UNTIL:
+            for j in range(k, end + 1):
+                if j >= begin:
+                    scope[second, j] = 1
+                    if truth[second, 0, j] > 0:
+                        break
+                scope[first, j] = 1
+        elif kind == SINCE:
+            for j in range(k, begin - 1, -1):
+                if j <= end:
+                    scope[second, j] = 1
+                    if truth[second, 0, j] > 0:
+                        break
+                scope[first, j] = 1
+        else:
+            # Windows move on with the row: what is marked stays so.
+            for j in range(max(begin, done), end + 1):
+                scope[first, j] = 1
+            done = max(done, end + 1)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NoReturn, TypeAlias, cast
 
@@ -278,32 +278,27 @@ class _Parser:
     def _quote(self, node: Node) -> str:
         return self._text[slice(*node.span)]
 
-    def _implication(self) -> Node:
+    def _deeper(self) -> None:
         self._depth += 1
         if self._depth > MAX_DEPTH:
             self._refuse(f"nested more than {MAX_DEPTH} deep", "Split the formula into FSRs.")
+
+    def _implication(self) -> Node:
+        self._deeper()
         first = self._token.span[0]
-        node = self._disjunction()
+        node = self._joined("or", lambda: self._joined("and", self._until))
         if self._accept("implies"):
             left, right = self._condition(node), self._condition(self._implication())
             node = Connective(self._span(first), "implies", left, right)
         self._depth -= 1
         return node
 
-    def _disjunction(self) -> Node:
+    def _joined(self, word: Literal["or", "and"], part: Callable[[], Node]) -> Node:
         first = self._token.span[0]
-        node = self._conjunction()
-        while self._accept("or"):
-            left, right = self._condition(node), self._condition(self._conjunction())
-            node = Connective(self._span(first), "or", left, right)
-        return node
-
-    def _conjunction(self) -> Node:
-        first = self._token.span[0]
-        node = self._until()
-        while self._accept("and"):
-            left, right = self._condition(node), self._condition(self._until())
-            node = Connective(self._span(first), "and", left, right)
+        node = part()
+        while self._accept(word):
+            left, right = self._condition(node), self._condition(part())
+            node = Connective(self._span(first), word, left, right)
         return node
 
     def _until(self) -> Node:
@@ -332,9 +327,7 @@ class _Parser:
         return self._comparison()
 
     def _nested_unary(self) -> Condition:
-        self._depth += 1
-        if self._depth > MAX_DEPTH:
-            self._refuse(f"nested more than {MAX_DEPTH} deep", "Split the formula into FSRs.")
+        self._deeper()
         operand = self._condition(self._unary())
         self._depth -= 1
         return operand
@@ -436,17 +429,13 @@ class _Parser:
         return Equality(span, *terms, is_negated=operator.text == "!=")
 
     def _sum(self) -> Node:
-        first = self._token.span[0]
-        node = self._product()
-        while (operator := self._accept("+", "-")) is not None:
-            node = self._apply(operator, node, self._product(), first)
-        return node
+        return self._calculation(("+", "-"), lambda: self._calculation(("*", "/"), self._sign))
 
-    def _product(self) -> Node:
+    def _calculation(self, signs: tuple[str, str], part: Callable[[], Node]) -> Node:
         first = self._token.span[0]
-        node = self._sign()
-        while (operator := self._accept("*", "/")) is not None:
-            node = self._apply(operator, node, self._sign(), first)
+        node = part()
+        while (operator := self._accept(*signs)) is not None:
+            node = self._apply(operator, node, part(), first)
         return node
 
     def _apply(self, operator: Token, left: Node, right: Node, first: int) -> Term:

@@ -7,7 +7,7 @@ not depend on a sample (scales, caps, units, texts) is settled here.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -21,20 +21,15 @@ from adeye.judge.stl.syntax import (
     Condition,
     Connective,
     Constant,
-    Edge,
     Equality,
     Not,
     Operator,
-    Past,
     Predicate,
-    Previous,
     Signal,
-    Since,
-    Temporal,
     Term,
-    Until,
     children,
     find_implications,
+    head_of,
     label_of,
     names_in,
     nested_implications,
@@ -47,7 +42,8 @@ if TYPE_CHECKING:
 
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.series import Series
-    from adeye.signals import Floats, Ints
+    from adeye.signals import Bytes, Floats, Ints
+
 
 SIGNAL, CONSTANT, ADD, SUBTRACT, LEAST, GREATEST, MULTIPLY, DIVIDE, NEGATE, SIZE = range(10)
 """Operations of a term."""
@@ -69,8 +65,11 @@ _OPERATIONS: Final = {
     "+": ADD, "-": SUBTRACT, "min": LEAST, "max": GREATEST, "*": MULTIPLY, "/": DIVIDE,
 }  # fmt: skip
 _KINDS: Final = {"number": NUMBER, "boolean": BOOLEAN, "enumeration": ENUMERATION}
-_CONNECTIVES: Final = {"and": AND, "or": OR, "implies": IMPLIES}
-_OTHERS: Final[dict[type, int]] = {Not: NOT, Until: UNTIL, Previous: PREVIOUS, Since: SINCE}
+_CONDITIONS: Final = {
+    "not": NOT, "and": AND, "or": OR, "implies": IMPLIES, "rise": RISE, "fall": FALL,
+    "eventually": EVENTUALLY, "always": ALWAYS, "until": UNTIL, "previous": PREVIOUS, "once": ONCE,
+    "historically": HISTORICALLY, "since": SINCE,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,12 +97,10 @@ class Words:
     is_threshold_shown: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
-    """A formula for given signals and a given step.
+class Tables(NamedTuple):
+    """A formula as compiled code reads it.
 
     Attributes:
-        names: S signals in the order of ``signals``.
         signals: (S, 3) whether a cap is declared, kind, number of labels.
         terms: (K, 3) operation, operands (of a signal its index).
         constants: (K,) value of a constant.
@@ -115,10 +112,8 @@ class Program:
         decided: Those of them that the margin takes as true or false, without a degree: they say
             at which rows the consequent counts.
         nested: (J,) implications below the top level, by their conditions.
-        words: N, what people see.
     """
 
-    names: tuple[str, ...]
     signals: Ints
     terms: Ints
     constants: Floats
@@ -128,6 +123,44 @@ class Program:
     antecedents: Ints
     decided: Ints
     nested: Ints
+
+
+class State(NamedTuple):
+    """What is known of the parts of a formula at the T rows of one run, and room to find it.
+
+    Attributes:
+        values: (K, T) of the terms.
+        flags: (K, T) of the terms.
+        bounds: (N, 2, T) of the robustness of the conditions.
+        truth: (N, 2, T) of their truth.
+        start: (N, 4) both of them as whole formulas.
+        exact: (N,) what is known of a condition at every row before the last, see ``measures``.
+        scratch: (3, T).
+        queue: (T,) scratch.
+    """
+
+    values: Floats
+    flags: Bytes
+    bounds: Floats
+    truth: Bytes
+    start: Floats
+    exact: Bytes
+    scratch: Floats
+    queue: Ints
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A formula for given signals and a given step.
+
+    Attributes:
+        names: S signals in the order of ``Tables.signals``.
+        tables: Its parts in numbers.
+        words: N, what people see.
+    """
+
+    names: tuple[str, ...]
+    tables: Tables
     words: tuple[Words, ...]
 
 
@@ -196,19 +229,18 @@ class _Compiler:
             (int(series.cap is not None), _KINDS[series.kind], len(series.labels))
             for series in self.inputs.values()
         ]
-        return Program(
-            tuple(self.inputs),
-            np.array(signals, dtype=np.int64).reshape(-1, 3),
-            np.array(self.terms, dtype=np.int64).reshape(-1, 3),
-            np.array(self.constants, dtype=np.float64),
-            np.array(self.nodes, dtype=np.int64),
-            np.array(self.limits, dtype=np.float64),
-            np.array(implied, dtype=np.int64).reshape(-1, 5),
-            np.array(antecedents, dtype=np.int64),
-            np.array(decided, dtype=np.int64),
-            np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
-            tuple(self.words),
+        tables = Tables(
+            signals=np.array(signals, dtype=np.int64).reshape(-1, 3),
+            terms=np.array(self.terms, dtype=np.int64).reshape(-1, 3),
+            constants=np.array(self.constants, dtype=np.float64),
+            nodes=np.array(self.nodes, dtype=np.int64),
+            limits=np.array(self.limits, dtype=np.float64),
+            implied=np.array(implied, dtype=np.int64).reshape(-1, 5),
+            antecedents=np.array(antecedents, dtype=np.int64),
+            decided=np.array(decided, dtype=np.int64),
+            nested=np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
         )
+        return Program(tuple(self.inputs), tables, tuple(self.words))
 
     def _implied(self) -> tuple[list[tuple[int, ...]], list[int], list[int]]:
         implied: list[tuple[int, ...]] = []
@@ -236,7 +268,7 @@ class _Compiler:
             goes_on = is_start and isinstance(node, Not | Connective)
             parts = [self._condition(child, is_start=goes_on) for child in _conditions(node)]
             row[FIRST_PART], row[SECOND_PART] = parts[0], parts[-1]
-            row[KIND] = _kind(node)
+            row[KIND] = _CONDITIONS[head_of(node)]
             window = window_of(node)
             if window is not None:
                 row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s, self.row_slack)
@@ -340,15 +372,3 @@ class _Compiler:
 
 def _conditions(node: Operator) -> list[Condition]:
     return [part for part in children(node) if not isinstance(part, Constant | Signal | Arithmetic)]
-
-
-def _kind(node: Operator) -> int:
-    if isinstance(node, Connective):
-        return _CONNECTIVES[node.operator]
-    if isinstance(node, Edge):
-        return RISE if node.operator == "rise" else FALL
-    if isinstance(node, Temporal):
-        return ALWAYS if node.operator == "always" else EVENTUALLY
-    if isinstance(node, Past):
-        return ONCE if node.operator == "once" else HISTORICALLY
-    return _OTHERS[type(node)]

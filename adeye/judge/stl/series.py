@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
+
+    from adeye.signals import SignalType
 
 # --- What a formula reads: the samples of one signal for B runs, with their status ----------------
 
@@ -114,6 +116,26 @@ class Series:
             if part is not None and part.shape != self.values.shape:
                 msg = f"shape {part.shape} differs from the values' {self.values.shape}"
                 raise ValueError(msg)
+
+
+def declared_series(
+    declared: SignalType,
+    values: NDArray[Any],
+    status: NDArray[np.int8],
+    actor: NDArray[np.integer[Any]] | None = None,
+) -> Series:
+    """Make a series of samples (B, T) of what is declared of their signal."""
+    return Series(
+        values,
+        declared.scale,
+        declared.unit,
+        cast("Kind", declared.kind),
+        declared.labels,
+        status=status,
+        cap=declared.cap,
+        actor=actor,
+        slack=declared.slack,
+    )
 
 
 class SignalSource(Protocol):

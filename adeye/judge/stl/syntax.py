@@ -511,35 +511,16 @@ def canonical(node: Node) -> str:
         case Signal(name=name) | Assertion(name=name):
             return name
     window = window_of(node)
-    words = [_head(node)]
+    words = [head_of(node)]
     if window is not None:
         words.append(f"[{window.first_s + 0.0!r},{window.last_s + 0.0!r}]")
     words += [canonical(child) for child in children(node)]
     return f"({' '.join(words)})"
 
 
-def _head(node: Node) -> str:
-    """Name what a node does with its parts."""
-    match node:
-        case Equality(is_negated=is_negated):
-            return "!=" if is_negated else "=="
-        case Not():
-            return "not"
-        case Previous():
-            return "previous"
-        case Until():
-            return "until"
-        case Since():
-            return "since"
-        case (
-            Arithmetic(operator=operator)
-            | Comparison(operator=operator)
-            | Connective(operator=operator)
-            | Edge(operator=operator)
-            | Temporal(operator=operator)
-            | Past(operator=operator)
-        ):
-            return operator
-        case _:
-            msg = f"{type(node).__name__} has no parts"
-            raise TypeError(msg)
+def head_of(node: Node) -> str:
+    """Name what a node with parts does with them."""
+    if isinstance(node, Equality):
+        return "!=" if node.is_negated else "=="
+    word: str = getattr(node, "operator", type(node).__name__.lower())
+    return word

@@ -587,26 +587,15 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
     formula = parse_formula(text, parameters=parameters)
     _check_names(formula, table, parameters)
     horizon, row = _horizon(reading.horizon, (step, row_slack), len(times))
-    length, complete = np.array([len(times)]), np.array([row < len(times)])
-    result = evaluate_columns(
-        formula,
-        signals,
-        step_s=step,
-        row_slack=row_slack,
-        length=length,
-        horizon=np.array([row]),
-        complete=complete,
-        chosen=np.array([True]),
-    )
-    low, high = evaluate_rows(
-        formula,
-        signals,
-        step_s=step,
-        row_slack=row_slack,
-        length=length,
-        horizon=np.array([row]),
-        complete=complete,
-    )
+    asked: dict[str, Any] = {
+        "step_s": step,
+        "row_slack": row_slack,
+        "length": np.array([len(times)]),
+        "horizon": np.array([row]),
+        "complete": np.array([row < len(times)]),
+    }
+    result = evaluate_columns(formula, signals, **asked, chosen=np.array([True]))
+    low, high = evaluate_rows(formula, signals, **asked)
     frame = Frame(step, (), np.array([False]), (None,))
     judgement = frame.judge_formula(result, text).of_run(0)
     assert judgement is not None

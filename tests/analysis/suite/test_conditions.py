@@ -1,8 +1,21 @@
-"""Conditions by default and from the attributes of an ODD."""
+"""The conditions of an analysis, and what a suite must see."""
+
+from __future__ import annotations
 
 from typing import Any
 
-from adeye.analysis.suite.conditions import CLEAR_AIR, DEFAULTS, DRY, WET, conditions_of
+from adeye.analysis.suite.conditions import (
+    CASES,
+    CLEAR_AIR,
+    DEFAULTS,
+    DRY,
+    TARGETS,
+    WET,
+    conditions_of,
+    target,
+)
+from adeye.analysis.suite.geometry import zones_of
+from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.odd import EnvironmentalConditions
 from adeye.spec.quantity import SI
@@ -86,3 +99,21 @@ def test_low_sun_comes_with_rain_where_it_is_always_day() -> None:
 def test_nobody_looks_into_the_sun_of_an_odd_without_day() -> None:
     found = conditions_of(environment(sun_elevation={"min": 0.1}, illumination=["night"]))
     assert [item.sun_elevation_rad for item in found] == [None]
+
+
+def test_target_has_the_default_size_and_surface_of_its_class() -> None:
+    car = target("car")
+    assert (car.length_m, car.width_m, car.height_m) == DEFAULT_SIZES["car"]
+    assert car.reflectivity == DEFAULT_REFLECTIVITY["car"]
+
+
+def test_pedestrian_is_the_harder_one_to_see() -> None:
+    car, person = TARGETS["car"], TARGETS["pedestrian"]
+    assert person.cross_section_m2 < car.cross_section_m2
+    assert person.contrast < car.contrast
+    assert person.reflectivity < car.reflectivity
+
+
+def test_cases_and_zones_name_targets() -> None:
+    assert {case.target for case in CASES} <= set(TARGETS)
+    assert {zone.target for zone in zones_of(5.0, 2.0)} <= set(TARGETS)

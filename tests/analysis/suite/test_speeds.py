@@ -1,4 +1,6 @@
-"""Highest speeds against the solved quadratic, crossing pedestrians against their bearing."""
+"""How fast a suite lets the ego go: waits, needed ranges, the table of UN R157."""
+
+from __future__ import annotations
 
 import math
 from typing import Any
@@ -8,21 +10,28 @@ import pytest
 
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, Condition
 from adeye.analysis.suite.geometry import Reach, view_of
-from adeye.analysis.suite.records import SpeedRange
+from adeye.analysis.suite.records import Chain, SpeedRange
 from adeye.analysis.suite.speeds import (
     MARGIN,
+    SAFETY_HITS,
     SPEEDS,
+    TABLE,
     Path,
     braking_of,
     chains_of,
     forward_range,
     last_run,
+    least_forward_range,
+    needed_ranges_of,
     slack_at,
     slacks_at,
+    speed_by_range,
     speed_range,
     supported,
 )
+from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.detection_range import speed_within
+from adeye.kernel.motion import GRAVITY
 from tests.analysis.suite.rigs import BUMPER, FRONT, architecture, radar
 
 DRY, WET, NIGHT = DEFAULTS
@@ -169,3 +178,122 @@ def test_sensor_that_looks_aside_has_no_forward_range() -> None:
     assert (found.range_m, found.sensor, found.speed_mps) == (0.0, "", None)
     short = path(1.0, mount={"x": -2.0, "y": 0.0, "z": 2.0})
     assert forward_range([short], DRY, FRONT, None).range_m == 0.0
+
+
+DRY_OF_CHAIN = DEFAULTS[0]
+
+
+def chain(sensor: dict[str, Any] | None = None, **changes: Any) -> Chain:
+    (found,) = chains_of(architecture({"eye": sensor or radar()}, **changes))
+    return found
+
+
+def channel(**content: Any) -> dict[str, Any]:
+    return {"nominal": {"kind": "nominal", "links": ["eye"], "rate": 20.0, **content}}
+
+
+def test_waits_of_the_built_in_nominal_channel() -> None:
+    found = chain(radar(rate=10.0, latency=0.1, jitter=0.02))
+    assert found.sense_s == pytest.approx(0.1 + 0.1 + 0.02)
+    assert found.confirm_s == pytest.approx(2 * 0.1)
+    assert found.decide_s == pytest.approx(0.05 + 0.05)
+    assert found.act_s == pytest.approx(0.15)
+    assert found.total_s == pytest.approx(0.67)
+    assert not found.is_assumed
+
+
+def test_first_hit_confirms_where_one_is_enough() -> None:
+    found = chain(channels=channel(parameters={"confirm_hits": 1}))
+    assert found.confirm_s == 0.0
+
+
+def test_brakes_are_as_weak_as_the_weakest_of_channel_vehicle_and_grip() -> None:
+    strong = chain(channels=channel(parameters={"emergency_deceleration": 20.0}))
+    weak = chain(channels=channel(parameters={"emergency_deceleration": 3.0}))
+    ice = Condition("ice", 0.0, 1e4, "day", 0.2)
+    assert braking_of(strong, Condition("track", 0.0, 1e4, "day", 2.0)) == 9.0
+    assert braking_of(weak, DRY_OF_CHAIN) == 3.0
+    assert braking_of(strong, ice) == pytest.approx(0.2 * GRAVITY)
+
+
+def test_safety_channel_waits_for_its_monitor_and_for_the_switch() -> None:
+    found = chain(
+        channels={
+            "nominal": {"kind": "nominal", "links": [], "rate": 20.0},
+            "safety": {
+                "kind": "safety",
+                "links": ["eye"],
+                "rate": 10.0,
+                "parameters": {"confirm": 0.2, "emergency_deceleration": 7.0},
+            },
+        },
+        switch={
+            "policy": "fixed_priority",
+            "priority": ["safety", "nominal"],
+            "default": "nominal",
+            "debounce": 0.3,
+            "handover": 0.1,
+        },
+    )
+    assert found.confirm_s == pytest.approx((SAFETY_HITS - 1) * 0.05 + 0.2)
+    assert found.decide_s == pytest.approx(0.1 + 0.3 + 0.1)
+    assert found.deceleration_mps2 == 7.0
+
+
+def test_plug_in_channel_is_assumed_to_be_like_the_built_in_unless_it_tells() -> None:
+    plugin = {"own": {"kind": "./own.py:Own", "links": ["eye"], "rate": 20.0}}
+    switch = {"policy": "fixed_priority", "priority": ["own"], "default": "own"}
+    silent = chain(channels=plugin, switch=switch)
+    assert silent.is_assumed
+    assert [silent.confirm_s, silent.deceleration_mps2] == pytest.approx([0.1, 8.0])
+    told = {"confirm_hits": 5, "emergency_deceleration": 6.0, "name": "x", "is_fast": True}
+    plugin["own"]["parameters"] = told
+    found = chain(channels=plugin, switch=switch)
+    assert not found.is_assumed
+    assert [found.confirm_s, found.deceleration_mps2] == pytest.approx([0.2, 6.0])
+
+
+def test_sensor_without_a_link_has_no_chain() -> None:
+    built = architecture({"eye": radar()}, channels=channel(links=[]))
+    assert list(chains_of(built)) == []
+
+
+def test_needed_range_is_the_stopping_distance_and_the_margin() -> None:
+    found = chain()
+    speeds = np.array([-3.0, 10.0, 30.0])
+    need = needed_ranges_of(found, DRY_OF_CHAIN, speeds)
+    braking = braking_of(found, DRY_OF_CHAIN)
+    assert need[0] == MARGIN
+    for speed, value in zip(speeds[1:], need[1:], strict=True):
+        assert value == stopping_distance(speed, found.total_s, braking) + MARGIN
+
+
+GIVEN = {60: 46, 70: 50, 80: 60, 90: 75, 100: 90, 110: 110, 120: 130, 130: 150}
+
+
+def test_table_is_that_of_the_regulation() -> None:
+    assert {round(speed * 3.6): distance for speed, distance in TABLE} == GIVEN
+
+
+@pytest.mark.parametrize("speed", GIVEN)
+def test_range_and_speed_are_inverse_in_the_table(speed: int) -> None:
+    found = least_forward_range(speed / 3.6)
+    assert found == pytest.approx(GIVEN[speed])
+    assert speed_by_range(GIVEN[speed]) == pytest.approx(speed / 3.6)
+
+
+@pytest.mark.parametrize("speed", [90, 100, 110, 120, 130])
+def test_table_is_about_half_a_second_and_five_metres_per_second_squared(speed: int) -> None:
+    assert stopping_distance(speed / 3.6, 0.5, 5.0) == pytest.approx(GIVEN[speed], abs=2.5)
+
+
+def test_between_two_rows_is_interpolated() -> None:
+    assert least_forward_range(125.0 / 3.6) == pytest.approx(140.0)
+    assert speed_by_range(140.0) == pytest.approx(125.0 / 3.6)
+
+
+def test_below_the_table_its_least_range_holds_and_above_there_is_none() -> None:
+    assert least_forward_range(5.0) == 46.0
+    assert least_forward_range(131.0 / 3.6) is None
+    assert speed_by_range(45.9) is None
+    assert speed_by_range(1000.0) == pytest.approx(130.0 / 3.6)

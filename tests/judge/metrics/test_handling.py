@@ -1,18 +1,21 @@
-"""From a fault to the handover and to the safe state, over hand-made runs."""
+"""From a fault to the handover, to the safe state and to the place where the ego stands."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import judge
 from adeye.judge.metrics import METRICS
+from adeye.judge.metrics.handling import decided_rows, default_channel, handled
 from adeye.judge.requirements import compile_requirement
 from adeye.judge.timeline import timeline
 from adeye.signals import REASON_STALENESS
-from adeye.spec.concept import MetricBound, Requirement
+from adeye.spec.channels import SafetyChannel, SafetyParameters
+from adeye.spec.concept import MetricBound
+from tests.judge.conftest import fsr, judge, rate_run
 
 
 def measure(made: Any, column: str) -> Any:
@@ -238,29 +241,19 @@ def test_bound_is_kept_only_by_a_fault_that_is_handled_in_time(
         "fast": mastered(hand_made).set("command", -4.0, rows=slice(8, None), at=0),
     }[status]
     bound = MetricBound(metric="fault_handling_time_s", at_most=0.4)
-    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    [[judged]] = judge(
+        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
+    ).judgements
     assert judged.verdict == verdict
 
 
 def test_contact_does_not_reopen_a_handling_time_that_is_there(hand_made: Any) -> None:
     made = mastered(hand_made).touch(12, "lead")
     bound = MetricBound(metric="fault_handling_time_s", at_most=0.6)
-    [[judged]] = judge(made.trace(), [compiled(bound)], np.array([True])).judgements
+    [[judged]] = judge(
+        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
+    ).judgements
     assert judged.verdict == "PASS"
-
-
-def compiled(bound: MetricBound) -> Any:
-    return compile_requirement(
-        Requirement(
-            id="FSR-1",
-            goals=("SG-1",),
-            text="Faults are handled in time.",
-            bound=bound,
-            threshold_source="test",
-            asil="B",
-            allocation=("safety",),
-        )
-    )
 
 
 def test_availability_is_the_share_of_time_of_the_default_channel(hand_made: Any) -> None:
@@ -323,3 +316,126 @@ def test_way_through_an_unknown_place_is_an_error(hand_made: Any) -> None:
     made = faulty(stopping(hand_made(), 14))
     made.columns["ego"][0, 8, 0] = np.nan
     assert measure(made, "distance_to_safe_state_m")[1] == "error"
+
+
+def test_rows_of_a_run_whose_fault_is_handled(hand_made: Any) -> None:
+    made = hand_made(runs=2).ego(1, speed=np.where(np.arange(21) < 15, 8.0, 0.0))
+    made.columns["fault_active"][1, 5:, 0] = True
+    made.columns["monitors"][1, 7:, 0, 1] = True
+    made.columns["authority"][1, 8:] = 1
+    made.columns["command"][1, 10:, 0] = -4.0
+    found = handled(made.trace())
+    assert (found.fault.tolist(), found.detect.tolist()) == ([-1, 5], [-1, 7])
+    assert (found.emergency.tolist(), found.safe.tolist()) == ([-1, 10], [-1, 15])
+    assert not found.is_unknown.any()
+    assert np.isnan(found.intervals.fhti[0])
+
+
+def test_ego_that_stands_already_is_safe_from_the_fault_on(hand_made: Any) -> None:
+    made = hand_made().ego(speed=0.0).set("fault_active", value=True, rows=slice(5, None), at=0)
+    assert handled(made.trace()).safe.tolist() == [5]
+
+
+def test_last_row_of_a_run_decides_nothing(hand_made: Any) -> None:
+    trace = hand_made().trace()
+    assert decided_rows(trace)[0].tolist() == [True] * 20 + [False]
+    assert default_channel(trace) == 0
+
+
+SLOW, MIDDLE = 1.75, 5.25
+BOTH = ("stop_rating", "stop_regret")
+
+
+def stopped(make: Any, d: float = SLOW, *, fault: bool = True, **arguments: Any) -> Any:
+    """Let the ego stop with 4 m/s² from 20 m/s after 1 s, where the fault begins."""
+    made = make(rows=91, **arguments).object("lead", d=8.75)
+    braking = np.clip(made.time - 1.0, 0.0, 5.0)
+    way = 20.0 * np.minimum(made.time, 1.0) + 20.0 * braking - 2.0 * braking * braking
+    made.ego(s=way, speed=20.0 - 4.0 * braking, d=d)
+    return made.set("fault_active", value=True, rows=slice(10, 90)) if fault else made
+
+
+def with_shoulder(made: Any, width: float) -> Any:
+    trace = made.trace()
+    trace.layout.context.road.shoulder[:] = width
+    return trace
+
+
+def measured(trace: Any, run: int = 0) -> list[tuple[str, float]]:
+    found = [METRICS[name].compute(trace) for name in BOTH]
+    return [(column.status[run], float(column.value[run])) for column in found]
+
+
+def statuses_of_stop(trace: Any) -> list[str]:
+    return [status for status, _ in measured(trace)]
+
+
+def test_stop_in_the_slow_lane_beside_a_free_shoulder_is_regretted(hand_made: Any) -> None:
+    assert measured(with_shoulder(stopped(hand_made), 2.5)) == [("value", 3.0), ("value", 2.0)]
+    assert measured(with_shoulder(stopped(hand_made), 0.0)) == [("value", 3.0), ("value", 0.0)]
+
+
+def test_who_drives_on_has_no_place(hand_made: Any) -> None:
+    made = hand_made().set("fault_active", value=True, rows=slice(5, 20))
+    assert statuses_of_stop(made.trace()) == ["not_applicable", "not_applicable"]
+
+
+def test_who_creeps_no_faster_than_standstill_stands(hand_made: Any) -> None:
+    made = stopped(hand_made)
+    made.columns["ego"][0, 90, 3] = 0.04
+    assert statuses_of_stop(made.trace()) == ["value", "value"]
+    made.columns["ego"][0, 90, 3] = 0.06
+    assert statuses_of_stop(made.trace()) == ["not_applicable", "not_applicable"]
+
+
+def test_without_a_fault_nothing_is_regretted(hand_made: Any) -> None:
+    assert statuses_of_stop(stopped(hand_made, fault=False).trace()) == ["value", "not_applicable"]
+
+
+def test_contact_is_rated_worst_with_its_time_and_actor(hand_made: Any) -> None:
+    trace = with_shoulder(stopped(hand_made).touch(40, "lead"), 2.5)
+    assert measured(trace) == [("value", 8.0), ("value", 7.0)]
+    for name in BOTH:
+        column = METRICS[name].compute(trace)
+        assert (column.time[0], column.actor[0]) == (pytest.approx(4.0), 0)
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "expected"),
+    [
+        ("ego", 90, ["error", "error"]),
+        ("ego_place", 90, ["error", "error"]),
+        ("ego", 10, ["value", "error"]),
+        ("objects", 30, ["value", "error"]),
+        ("object_places", 10, ["value", "error"]),
+        ("objects", 5, ["value", "value"]),
+    ],
+)
+def test_what_is_not_finite_is_never_a_good_place(
+    hand_made: Any, column: str, row: int, expected: list[str]
+) -> None:
+    made = stopped(hand_made)
+    made.columns[column][0, row] = np.nan
+    assert statuses_of_stop(made.trace()) == expected
+
+
+def test_each_run_is_rated_by_its_own_architecture_and_as_by_itself(hand_made: Any) -> None:
+    made = stopped(hand_made, runs=3)
+    made.columns["ego"][1, 90, 3] = 5.0
+    trace = with_shoulder(made, 2.5)
+    ratings = {"stop": "planned", "ratings": {"slow_lane_in_sight": 0, "hard_shoulder": 2}}
+    parameters = SafetyParameters.model_validate(ratings)
+    channel = SafetyChannel(
+        kind="safety", links=("channels.nominal",), rate="20 Hz", parameters=parameters
+    )
+    first = trace.layout.architecture
+    other = first.model_copy(update={"channels": {"safety": channel}})
+    mixed = replace(trace, layout=replace(trace.layout, architectures=(first, first, other)))
+    rows = [measured(mixed, run) for run in range(3)]
+    assert rows[0] == [("value", 3.0), ("value", 2.0)]
+    assert [status for status, _ in rows[1]] == ["not_applicable"] * 2
+    assert rows[2] == [("value", 0.0), ("value", 0.0)]
+    for run in (0, 2):
+        assert measured(mixed.select([run])) == rows[run]
+        quality = rate_run(mixed, run)
+        assert [quality.achieved, quality.regret] == [value for _, value in rows[run]]

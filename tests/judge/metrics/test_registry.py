@@ -1,4 +1,4 @@
-"""The registry of metrics, and what happens to a metric that misbehaves."""
+"""The registry of metrics, what happens to a metric that misbehaves, and columns of statuses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from adeye.errors import UsageError
 from adeye.judge.metrics import METRICS, compute_metrics, register_metric
-from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.metrics.registry import CODES, STATUSES, StatusColumn, status_codes
 from adeye.judge.stl.formula import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
@@ -225,3 +225,22 @@ def test_wrong_number_of_values_is_an_error(hand_made: Any) -> None:
             return MetricColumn(np.zeros(0), (), np.zeros(0), ())
 
     assert computed(Short, hand_made(runs=2)).status == ("error", "error")
+
+
+def test_column_reads_as_its_words() -> None:
+    column = StatusColumn(np.array([0, 5, 2]))
+    assert tuple(column) == ("value", "error", "not_applicable")
+    assert (column[1], tuple(column[1:]), len(column)) == ("error", tuple(column)[1:], 3)
+    assert column == ("value", "error", "not_applicable")
+    assert column != ("value", "error", "error")
+    assert hash(column) == hash(tuple(column))
+    assert repr(column) == repr(tuple(column))
+
+
+@pytest.mark.parametrize("words", [STATUSES, StatusColumn(np.arange(6))])
+def test_codes_are_those_of_the_words(words: tuple[str, ...]) -> None:
+    assert status_codes(words).tolist() == [CODES[word] for word in STATUSES] == list(range(6))
+
+
+def test_other_words_have_no_code() -> None:
+    assert status_codes(("fine", "value")).tolist() == [-1, 0]

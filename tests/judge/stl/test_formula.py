@@ -1,4 +1,4 @@
-"""A parsed formula as others use it."""
+"""A parsed formula as others use it, and its check against the dictionary."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl.batch import evaluate_rows
-from adeye.judge.stl.formula import parse_formula
-from adeye.signals import SignalType
+from adeye.judge.stl.formula import check_condition, parse_formula, unit_exponents
+from adeye.judge.stl.parser import parse_text
+from adeye.signals import SignalType, architecture_signals, scene_signals
 from tests.judge.stl.batch import Signals, numbers
 
 DICTIONARY = {
@@ -34,14 +35,6 @@ def test_equal_texts_give_equal_formulas() -> None:
 def test_a_quote_is_on_one_line() -> None:
     formula = parse_formula("always (gap\n   > 2 m)")
     assert formula.quote(formula.root) == "always (gap > 2 m)"
-
-
-def test_the_tail_holds_the_windows_of_the_last_obligation() -> None:
-    assert parse_formula("always (a implies eventually[0, 2] gap > 1 m)").needed_tail_s(20.0) == 2.0
-    assert parse_formula("always[0 s, 5 s] a").needed_tail_s(20.0) == 0.0
-    assert parse_formula("always (a implies eventually gap > 1 m)").needed_tail_s(20.0) == float(
-        "inf"
-    )
 
 
 def test_check_passes_or_refuses_with_the_place() -> None:
@@ -75,3 +68,87 @@ def test_formulas_with_other_values_of_a_parameter_are_not_taken_for_one_another
         return float(low[0, 0])
 
     assert (judged(1.0), judged(3.0)) == (3.0, 1.0)
+
+
+DICTIONARY_OF_CHECK = {
+    **scene_signals(("cutter",), 3),
+    **architecture_signals(("camera",), ("nominal", "safety"), ("aeb",), ("out",), ("cutter",)),
+    "ttc": SignalType("s", 1.0, "number", "time to collision", cap=10.0),
+    "tit": SignalType("s²", 1.0, "number", "time integrated"),
+    "force": SignalType("kN", 1.0, "number", "of an unknown unit"),
+}
+
+
+def check(text: str) -> None:
+    check_condition(parse_text(text), DICTIONARY_OF_CHECK, text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "always (contact == false and not in_odd)",
+        "always (channel.nominal.status == silent implies eventually[0 s, 0.5 s] authority.safety)",
+        "switch.reason != staleness",
+        "channel.nominal.status == channel.safety.status",
+        "authority.safety == authority.nominal",
+        "actor.cutter.gap > ego.speed * 2 s",
+        "actor.cutter.gap / ego.speed > 1.5 s",
+        "abs(ego.acceleration) <= 4 m/s^2",
+        "min(ttc, 5 s) >= 36 km/h / ego.acceleration",
+        "ttc * ttc > tit",
+        "ego.lane == actor.cutter.lane and ego.lane != 2",
+        "ego.heading < 3 deg and ego.lane_offset > 0",
+        "max(0, ego.x, ego.y) > 0",
+        "0 * ego.x + 1 > 0",
+        "-ego.speed + 0 < 0",
+        "rise(fault.out.active) implies eventually[0, 1] monitor.aeb.confirmed",
+        "sensor.camera.detects.cutter until ttc < 2 s",
+    ],
+)
+def test_what_fits_the_dictionary_passes(text: str) -> None:
+    check(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "what", "remedy"),
+    [
+        ("always ego.sped > 1 m/s", 8, "no signal 'ego.sped'", "Did you mean ego.speed"),
+        ("always zzzzzz", 8, "no signal 'zzzzzz'", "adeye signals"),
+        ("always ego.speed", 8, "not a truth value", "Compare"),
+        ("switch.reason", 1, "not a truth value", "Compare"),
+        ("ego.speed > 2", 1, "'2' is a plain number", "its unit"),
+        ("ego.speed > 2 s", 1, "'2 s' is a time", "like with like"),
+        ("ego.speed + ego.x > 0", 1, "'ego.x' is a length", "like"),
+        ("min(0, ego.speed, ego.x) > 0", 1, "'ego.x' is a length", "like"),
+        ("ego.speed * ego.x > 2 m", 1, "another dimension", "like"),
+        ("contact > 0", 1, "'contact' is not a number", "=="),
+        ("force > 2", 1, "unknown unit 'kN'", "another signal"),
+        ("switch.reason == stale", 18, "'stale' is not a value", "staleness"),
+        ("contact == maybe", 12, "'maybe' is not a value", "false, true"),
+        ("contact == 1", 12, "'1' cannot be compared", "false, true"),
+        ("contact == switch.reason", 12, "cannot be compared", "false, true"),
+        ("contact == ego.lane", 12, "cannot be compared", "false, true"),
+        ("contact == authority.safely", 12, "no signal 'authority.safely'", "authority.safety"),
+        ("ego.lane == left", 13, "'left' is not a number", "on the left"),
+        ("ego.speed == 2 m/s", 1, "for equality", "tolerance"),
+        ("ego.lane == authority.safety", 13, "not a number", "=="),
+        ("nothing == true", 1, "no signal 'nothing'", ""),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_a_suggestion(
+    text: str, column: int, what: str, remedy: str
+) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        check(text)
+    assert f"character {column}: " in caught.value.message
+    assert what in caught.value.message
+    assert remedy in caught.value.remedy
+
+
+def test_units_of_signals_are_read_with_their_powers() -> None:
+    assert unit_exponents("m/s²") == (1, -2, 0)
+    assert unit_exponents("s²") == unit_exponents("s^2") == (0, 2, 0)
+    assert unit_exponents("m³") == (3, 0, 0)
+    assert unit_exponents("") == unit_exponents("1") == (0, 0, 0)
+    assert unit_exponents("kg") is None
+    assert unit_exponents("kg²") is None

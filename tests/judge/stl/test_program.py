@@ -49,12 +49,12 @@ def compiled(text: str, step_s: float = 0.5) -> Program:
 
 def test_parts_come_before_what_uses_them() -> None:
     program = compiled("always (contact implies eventually[0 s, 1 s] gap - 2 * gap > abs(gap) * 3)")
-    for node, row in enumerate(program.nodes):
+    for node, row in enumerate(program.tables.nodes):
         if row[KIND] > WORD:
             assert max(row[FIRST_PART], row[SECOND_PART]) < node
         else:
-            assert max(row[FIRST_PART], row[SECOND_PART]) < len(program.terms)
-    for term, (operation, first, second) in enumerate(program.terms):
+            assert max(row[FIRST_PART], row[SECOND_PART]) < len(program.tables.terms)
+    for term, (operation, first, second) in enumerate(program.tables.terms):
         if operation == SIGNAL:
             assert first < len(program.names)
         else:
@@ -63,23 +63,23 @@ def test_parts_come_before_what_uses_them() -> None:
 
 def test_the_last_condition_is_the_formula() -> None:
     program = compiled("always (contact implies gap > 2 m)")
-    assert program.nodes[-1, KIND] == ALWAYS
+    assert program.tables.nodes[-1, KIND] == ALWAYS
     assert program.words[-1].text == "always (contact implies gap > 2 m)"
-    assert program.nodes[-2, KIND] == IMPLIES
+    assert program.tables.nodes[-2, KIND] == IMPLIES
 
 
 def test_a_window_is_counted_in_rows() -> None:
     program = compiled("eventually[1 s, 2.5 s] contact")
-    row = program.nodes[-1]
+    row = program.tables.nodes[-1]
     assert (row[HAS_WINDOW], row[FROM_ROW], row[TO_ROW]) == (1, 2, 5)
-    assert compiled("eventually contact").nodes[-1, HAS_WINDOW] == 0
+    assert compiled("eventually contact").tables.nodes[-1, HAS_WINDOW] == 0
 
 
 def test_connectives_outside_temporal_operators_are_judged_as_whole_formulas() -> None:
     program = compiled("(eventually contact) and not (always gap > 2 m)")
     starts = {
         seen.text: bool(row[IS_START])
-        for seen, row in zip(program.words, program.nodes, strict=True)
+        for seen, row in zip(program.words, program.tables.nodes, strict=True)
     }
     assert starts["eventually contact"]
     assert not starts["contact"]
@@ -87,14 +87,14 @@ def test_connectives_outside_temporal_operators_are_judged_as_whole_formulas() -
 
 
 def test_a_predicate_has_the_scale_and_caps_of_its_difference() -> None:
-    (limits,) = compiled("gap > 2 m").limits
+    (limits,) = compiled("gap > 2 m").tables.limits
     assert limits[SCALE] == 10.0
     assert (limits[LOWER_CAP], limits[UPPER_CAP]) == (-np.inf, 200.0)
-    (limits,) = compiled("gap < 2 m").limits
+    (limits,) = compiled("gap < 2 m").tables.limits
     assert (limits[LOWER_CAP], limits[UPPER_CAP]) == (-200.0, np.inf)
-    (limits,) = compiled("3 * gap > 2 m").limits
+    (limits,) = compiled("3 * gap > 2 m").tables.limits
     assert (limits[SCALE], limits[UPPER_CAP]) == (30.0, 600.0)
-    (limits,) = compiled("speed * 0 > 0 m/s").limits
+    (limits,) = compiled("speed * 0 > 0 m/s").tables.limits
     assert limits[SCALE] == 1.0
 
 
@@ -113,11 +113,11 @@ def test_every_implication_at_the_top_has_its_antecedents() -> None:
     program = compiled("always[0.5 s, 1 s] ((contact implies speed > 1) and (contact implies "
                        "(gap > 2 m implies speed > 2)))".replace("> 1)", "> 1 m/s)")
                        .replace("> 2))", "> 2 m/s))"))  # fmt: skip
-    assert program.implied.tolist() == [[0, 1, 1, 1, 2], [1, 2, 1, 1, 2]]
-    texts = [program.words[node].text for node in program.antecedents]
+    assert program.tables.implied.tolist() == [[0, 1, 1, 1, 2], [1, 2, 1, 1, 2]]
+    texts = [program.words[node].text for node in program.tables.antecedents]
     assert texts == ["contact", "contact", "gap > 2 m"]
-    assert compiled("contact implies gap > 2 m").implied.tolist() == [[0, 1, 0, 0, -1]]
-    assert compiled("contact or gap > 2 m").implied.shape == (0, 5)
+    assert compiled("contact implies gap > 2 m").tables.implied.tolist() == [[0, 1, 0, 0, -1]]
+    assert compiled("contact or gap > 2 m").tables.implied.shape == (0, 5)
 
 
 def test_the_same_formula_is_numbered_once_for_each_step() -> None:
@@ -130,8 +130,8 @@ def test_another_declaration_is_another_program() -> None:
     formula = parse_formula("gap > 2 m")
     one = compile_formula(formula, {"gap": numbers([0.0], unit="m")}, 0.5)
     other = compile_formula(formula, {"gap": numbers([0.0], unit="m", scale=2.0)}, 0.5)
-    assert (one.limits[0, SCALE], other.limits[0, SCALE]) == (1.0, 2.0)
-    assert one.nodes[0, KIND] == COMPARE
+    assert (one.tables.limits[0, SCALE], other.tables.limits[0, SCALE]) == (1.0, 2.0)
+    assert one.tables.nodes[0, KIND] == COMPARE
 
 
 def test_a_unit_that_does_not_fit_is_refused() -> None:

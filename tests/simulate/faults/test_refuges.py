@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.judge.safe_stop import rate_run
 from adeye.judge.timeline import violation_s
 from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import EGO_SPEED, PLACE_D, PLACE_S
 from adeye.simulate import engine
+from tests.judge.conftest import rate_run
 from tests.project import CANDIDATE, MINI, Project
 
 if TYPE_CHECKING:

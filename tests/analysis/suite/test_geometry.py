@@ -1,20 +1,186 @@
-"""Reaches of every kind and fidelity against their closed forms."""
+"""Zones, views and reaches of mounted sensors."""
 
+from __future__ import annotations
+
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition
-from adeye.analysis.suite.geometry import Reach, reach_of
+from adeye.analysis.suite.geometry import (
+    Reach,
+    View,
+    Zone,
+    cells_of,
+    distance,
+    free_way,
+    looks_at,
+    reach_of,
+    sees,
+    within,
+    zones_of,
+)
 from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
 from adeye.signals import ILLUMINANCE
 from adeye.simulate.sensors.ranging import reach_in_glare
 from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.sensors import Sensor
-from tests.analysis.suite.rigs import architecture
+from tests.analysis.suite.rigs import BUMPER, FRONT, LENGTH, ROOF, WIDTH, architecture, view
+
+ZONES = {zone.id: zone for zone in zones_of(LENGTH, WIDTH)}
+
+
+def test_area_of_a_rectangle_is_exact() -> None:
+    assert cells_of(ZONES["front_near"], LENGTH, WIDTH).area == pytest.approx(46.0 * 3.5)
+    assert cells_of(ZONES["rear_left"], LENGTH, WIDTH).area == pytest.approx(55.0 * 3.5)
+
+
+def test_near_field_is_a_ring_around_the_body() -> None:
+    cells = cells_of(ZONES["near_field"], LENGTH, WIDTH)
+    ring = (LENGTH + 4.0) * (WIDTH + 4.0) - LENGTH * WIDTH
+    assert cells.area == pytest.approx(ring, rel=0.02)
+    x, y = cells.points
+    assert not ((np.abs(x) < 0.5 * LENGTH) & (np.abs(y) < 0.5 * WIDTH)).any()
+
+
+def test_area_of_a_triangle_is_half_of_its_box() -> None:
+    triangle = Zone("t", "t", "car", ((10.0, 0.0), (40.0, 0.0), (10.0, 20.0)))
+    assert cells_of(triangle, LENGTH, WIDTH).area == pytest.approx(300.0, rel=0.02)
+
+
+def test_lanes_do_not_overlap() -> None:
+    lanes = [zone for name, zone in ZONES.items() if name != "near_field"]
+    for one, other in itertools.combinations(lanes, 2):
+        x, y = cells_of(one, LENGTH, WIDTH).points
+        assert not within(np.array(other.outline_m), x, y).any(), (one.id, other.id)
+
+
+def test_zones_ahead_end_at_the_ranges_of_the_regulation() -> None:
+    ends = [max(x for x, _ in ZONES[f"front_{name}"].outline_m) for name in ("near", "mid", "far")]
+    assert [end - FRONT for end in ends] == pytest.approx([46.0, 90.0, 150.0])
+
+
+def test_left_and_right_mirror_each_other() -> None:
+    for name, zone in ZONES.items():
+        if name.endswith("_left"):
+            other = ZONES[name.replace("_left", "_right")]
+            assert {(x, -y) for x, y in zone.outline_m} == set(other.outline_m)
+
+
+TURN = 2.0 * math.pi
+
+
+def looks(eye: View, x: float, y: float) -> bool:
+    return bool(looks_at(eye, np.array([x]), np.array([y]))[0])
+
+
+def mount(x: float, y: float, z: float, yaw: float = 0.0) -> dict[str, float]:
+    return {"x": x, "y": y, "z": z, "yaw": yaw}
+
+
+def test_edge_of_the_field_of_view_is_half_of_it_to_each_side() -> None:
+    eye = view(field_of_view=math.radians(40.0))
+    for side in (1.0, -1.0):
+        for degrees, expected in ((19.9, True), (20.1, False)):
+            angle = side * math.radians(degrees)
+            x, y = FRONT + 50.0 * math.cos(angle), 50.0 * math.sin(angle)
+            assert looks(eye, x, y) is expected
+
+
+def test_yaw_turns_the_field_of_view() -> None:
+    eye = view(field_of_view=0.2, mount=mount(0.0, 0.0, 2.0, math.pi / 2.0))
+    assert looks(eye, 0.0, 30.0)
+    assert not looks(eye, 30.0, 0.0)
+
+
+def test_sensor_on_the_roof_sees_all_around() -> None:
+    eye = view(field_of_view=TURN, mount=ROOF)
+    assert eye.body is None
+    for x, y in ((30.0, 0.0), (-30.0, 0.0), (0.0, 3.0), (0.0, -3.0), (-2.5, 0.0)):
+        assert looks(eye, x, y)
+
+
+def test_sensor_at_the_front_sees_ahead_of_the_front_only() -> None:
+    eye = view(field_of_view=TURN, mount=BUMPER)
+    assert looks(eye, FRONT + 0.1, 50.0)
+    assert looks(eye, FRONT + 0.1, -50.0)
+    assert not looks(eye, FRONT - 0.1, 3.0)
+    assert not looks(eye, -30.0, 0.0)
+
+
+def test_sensor_a_hand_behind_the_bumper_looks_out_over_it_alike() -> None:
+    eye = view(field_of_view=TURN, mount=mount(FRONT - 0.15, 0.0, 0.5))
+    assert looks(eye, FRONT + 0.1, 20.0)
+    assert not looks(eye, -30.0, 0.0)
+
+
+def test_sensor_at_a_corner_sees_three_quarters_around() -> None:
+    eye = view(field_of_view=TURN, mount=mount(FRONT, 0.5 * WIDTH, 0.5))
+    assert looks(eye, 30.0, 0.0)
+    assert looks(eye, -30.0, 0.5 * WIDTH + 0.1)
+    assert looks(eye, FRONT + 0.1, -30.0)
+    assert not looks(eye, 0.0, -30.0)
+    assert not looks(eye, -30.0, -5.0)
+
+
+def test_camera_behind_the_windscreen_looks_out_ahead_only() -> None:
+    eye = view(field_of_view=math.radians(170.0), mount=mount(1.5, 0.0, 1.3))
+    assert looks(eye, 50.0, 0.0)
+    assert looks(eye, 5.0, 10.0)
+    behind = view(field_of_view=TURN, mount=mount(1.5, 0.0, 1.3))
+    assert not looks(behind, -30.0, 0.0)
+    assert not looks(behind, 1.0, 5.0)
+
+
+def test_camera_behind_the_rear_window_looks_out_behind() -> None:
+    eye = view(field_of_view=1.5, mount=mount(-1.5, 0.0, 1.3, math.pi))
+    assert looks(eye, -30.0, 0.0)
+    assert not looks(eye, 30.0, 0.0)
+
+
+def test_mirror_outside_of_the_body_does_not_see_through_it() -> None:
+    eye = view(field_of_view=TURN, mount=mount(0.5, 0.5 * WIDTH + 0.5, 1.0))
+    assert looks(eye, -30.0, 2.0)
+    assert looks(eye, 0.5, 10.0)
+    assert not looks(eye, 0.5, -10.0)
+    assert looks(eye, 30.0, -1.0)
+
+
+@given(
+    x=st.floats(-2.4, 2.4), y=st.floats(-0.9, 0.9), yaw=st.floats(-3.1, 3.1),
+    angle=st.floats(-3.1, 3.1),
+)  # fmt: skip
+def test_who_is_seen_from_afar_is_seen_from_the_edge_on(
+    x: float, y: float, yaw: float, angle: float
+) -> None:
+    """A ray that has left the body does not come back: hidden is a matter of bearing alone."""
+    eye = view(field_of_view=TURN, mount=mount(x, y, 0.5, yaw))
+    ways = np.array([8.0, 20.0, 100.0])
+    seen = looks_at(eye, x + ways * math.cos(angle), y + ways * math.sin(angle))
+    assert seen.all() or not seen.any()
+
+
+def test_free_way_ends_at_the_body() -> None:
+    eye = view(field_of_view=TURN, mount=mount(0.0, 3.0, 1.0))
+    found = free_way(eye, np.array([0.0, 0.0, 1.0]), np.array([-1.0, 1.0, 0.0]))
+    assert found[0] == pytest.approx(3.0 - 0.5 * WIDTH)
+    assert found[1:].tolist() == [math.inf, math.inf]
+
+
+def test_range_is_measured_from_the_mount() -> None:
+    eye = view(mount=BUMPER)
+    x, y = np.array([FRONT + 50.0, FRONT + 50.1]), np.zeros(2)
+    assert distance(eye, x, y) == pytest.approx([50.0, 50.1])
+    assert sees(eye, Reach(0.0, 50.0), x, y).tolist() == [True, False]
+    assert sees(eye, Reach(50.05, 60.0), x, y).tolist() == [False, True]
+    assert sees(eye, Reach(0.0, 0.0), np.array([FRONT]), np.zeros(1)).tolist() == [False]
+
 
 CLEAR = Condition("clear", 0.0, 1e12, "day", 0.9)
 CONDITIONS = (
@@ -23,7 +189,7 @@ CONDITIONS = (
     Condition("fog", 0.0, 60.0, "day", 0.9),
     Condition("night", 0.0, CLEAR_AIR, "night", 0.9),
 )
-ROOF = {"x": 0.0, "y": 0.0, "z": 2.0}
+ROOF_OF_REACH = {"x": 0.0, "y": 0.0, "z": 2.0}
 LOW = {"x": 2.4, "y": 0.0, "z": 0.5}
 
 
@@ -33,7 +199,13 @@ def sensor(**content: Any) -> Sensor:
 
 def camera(**changes: Any) -> Sensor:
     return sensor(
-        **{"kind": "camera", "mount": ROOF, "field_of_view": 0.8, "range": 100.0, **changes}
+        **{
+            "kind": "camera",
+            "mount": ROOF_OF_REACH,
+            "field_of_view": 0.8,
+            "range": 100.0,
+            **changes,
+        }
     )
 
 
@@ -42,7 +214,7 @@ def physical_camera(**changes: Any) -> Sensor:
         **{
             "kind": "camera",
             "fidelity": "physical",
-            "mount": {**ROOF, "z": 1.3},
+            "mount": {**ROOF_OF_REACH, "z": 1.3},
             "field_of_view": math.pi / 2.0,
             "columns": 160,
             "rows": 60,
@@ -85,7 +257,7 @@ def test_camera_that_keeps_nothing_at_night_is_blind() -> None:
 
 
 def test_object_lidar_reaches_as_its_sensor_model() -> None:
-    eye = sensor(kind="lidar", mount=ROOF, field_of_view=6.0, range=150.0)
+    eye = sensor(kind="lidar", mount=ROOF_OF_REACH, field_of_view=6.0, range=150.0)
     rain = CONDITIONS[1]
     for target in TARGETS.values():
         expected = lidar_range(150.0, target.reflectivity, 0.9, rain.rain_mps, rain.visibility_m)
@@ -151,7 +323,7 @@ def test_level_layer_above_the_car_never_hits_it_but_a_taller_thing() -> None:
 
 def test_roof_lidar_sees_a_car_from_where_its_lowest_layer_meets_the_roof() -> None:
     eye = physical_lidar(
-        mount={**ROOF, "z": 2.0}, layers=64, vertical_field_of_view=0.4, beams=4096
+        mount={**ROOF_OF_REACH, "z": 2.0}, layers=64, vertical_field_of_view=0.4, beams=4096
     )
     reach = reach_of(eye, TARGETS["car"], CLEAR)
     assert reach is not None
@@ -239,7 +411,7 @@ def test_contrast_that_a_low_sun_veils_is_missing_in_the_image() -> None:
 @pytest.mark.parametrize("make", [camera, physical_camera])
 def test_camera_loses_more_the_nearer_it_looks_to_the_sun(make: Callable[..., Sensor]) -> None:
     def left(yaw: float, elevation: float) -> float:
-        eye = make(mount={**ROOF, "z": 1.3, "yaw": yaw}, field_of_view=0.8)
+        eye = make(mount={**ROOF_OF_REACH, "z": 1.3, "yaw": yaw}, field_of_view=0.8)
         return far(eye, condition=low_sun(elevation, 200.0))
 
     lower = [left(0.0, math.radians(angle)) for angle in (40.0, 20.0, 10.0, 5.0, 2.0)]
@@ -249,7 +421,7 @@ def test_camera_loses_more_the_nearer_it_looks_to_the_sun(make: Callable[..., Se
     assert aside == sorted(aside)
     # Within the field of view it does not matter where the axis points.
     assert left(0.3, 0.05) == pytest.approx(left(0.0, 0.05), rel=0.05)
-    behind = make(mount={**ROOF, "z": 1.3, "yaw": math.pi}, field_of_view=0.8)
+    behind = make(mount={**ROOF_OF_REACH, "z": 1.3, "yaw": math.pi}, field_of_view=0.8)
     assert left(math.pi, 0.05) == left(-math.pi, 0.05) == far(behind, condition=fog(200.0))
 
 
