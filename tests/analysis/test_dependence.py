@@ -354,7 +354,7 @@ def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is(
     assert unlisted == BESIDE & unlisted
 
 
-TRAJECTORY = ("candidates", "planner")
+TRAJECTORY = ("planner",)
 
 
 def test_hooked_channels_are_those_that_offer_the_hooks() -> None:

@@ -21,6 +21,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_X,
     POSE_Y,
 )
+from adeye.simulate.channels.perception.step import NOTE_END
 from adeye.simulate.channels.perception.tracks import (
     TRACK_BRAKING,
     TRACK_HITS,
@@ -36,6 +37,7 @@ from adeye.simulate.channels.perception.tracks import (
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
+    from adeye.simulate.channels.perception.step import Seen
 
 # Columns of a view of the path.
 (
@@ -68,32 +70,20 @@ would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m s
 
 
 @inlined
-def view_path(  # noqa: PLR0913, PLR0917 - a kernel
-    tracks: Floats,
-    end: int,
-    pose: Floats,
-    segments: Floats,
-    path_d: float,
-    ego_length: float,
-    ego_width: float,
-    margin: float,
-    confirm_hits: float,
-    path: Floats,
-) -> None:
+def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
     """Find the nearest object in the path, and the greatest deceleration that any requires.
 
     Args:
-        tracks: (K, TRACK_STATE).
-        end: Rows of tracks from here on are free places.
-        pose: (POSE_WIDTH,).
-        segments: (K, 5) reference line of the road.
+        seen: What the channel has perceived; its records have ``length`` and ``width`` of the ego
+            [m], ``lateral_margin``: how much nearer than touching an object's side must come to
+            count [m], and ``confirm_hits``: detections that confirm a track.
+        run: Which row is meant.
         path_d: Lateral place of the path: the centre of the ego's lane [m].
-        ego_length: [m].
-        ego_width: [m].
-        margin: How much nearer than touching an object's side must come to count [m].
-        confirm_hits: Detections that confirm a track.
         path: (PATH_WIDTH,) out.
     """
+    record, pose, tracks = seen.records[run], seen.pose[run], seen.tracks[run]
+    ego_length, ego_width = record["length"], record["width"]
+    confirm_hits = record["confirm_hits"]
     path[PATH_GAP] = math.inf
     path[PATH_SPEED] = 0.0
     path[PATH_REQUIRED] = 0.0
@@ -105,13 +95,13 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
     turn = pose[POSE_ALIGN]
     turn_sine, turn_cosine = sin_cos(turn) if turn != ego_heading else (sine, cosine)
     speed = pose[POSE_SPEED] * turn_cosine
-    for row in range(end):
+    for row in range(int(seen.notes[run, NOTE_END])):
         if tracks[row, TRACK_HITS] < confirm_hits or tracks[row, TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
         track = tracks[row]
         x = ego_x + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = ego_y + sine * track[TRACK_X] + cosine * track[TRACK_Y]
-        s, d, heading, _ = local(segments, x, y)
+        s, d, heading, _ = local(seen.segments[run], x, y)
         if s <= ego_s:
             continue
         apart = lane_way(ego_s, road, ego_d, s, heading)
@@ -122,7 +112,7 @@ def view_path(  # noqa: PLR0913, PLR0917 - a kernel
             turn_sine, turn_cosine = sin_cos(turn)
         forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
         sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
-        half = 0.5 * (ego_width + track[TRACK_WIDTH]) + margin
+        half = 0.5 * (ego_width + track[TRACK_WIDTH]) + record["lateral_margin"]
         offset = offset_from_corridor(d, path_d, ego_d)
         length = ego_length + track[TRACK_LENGTH]
         # Towards the corridor, as far as the track is sure of it.

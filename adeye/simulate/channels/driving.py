@@ -22,6 +22,8 @@ from adeye.simulate.channels.perception.tracks import BEHIND
 from adeye.spec.channels import BESIDE_NUMBERS, NominalParameters, SafetyParameters
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from adeye.ports import ChannelContext
@@ -85,6 +87,14 @@ def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[
     """
     unset = dict.fromkeys(_FIELDS, math.nan) | {"behind": BEHIND}
     return parameter_record(unset | fields | vehicle_fields(context))
+
+
+def parameter_columns(context: ChannelContext, names: Iterable[str]) -> dict[str, Any]:
+    """Return some numbers of the parameters of each run as columns."""
+    listed = tuple(names)
+    return spec_columns(
+        context.parameters, lambda item: {name: float(getattr(item, name)) for name in listed}
+    )
 
 
 @inlined

@@ -62,7 +62,7 @@ class Failures:
 
     def add(
         self,
-        runs: Bools,
+        runs: Bools | int,
         outcome: str,
         time: float,
         detail: str,
@@ -72,17 +72,18 @@ class Failures:
         """Record a failure in the runs (B,) that have none yet.
 
         Args:
-            runs: (B,) where it happened.
+            runs: (B,) where it happened, or the number of the run.
             outcome: ``channel_error``, ``channel_invalid_output``, ``channel_killed`` or
                 ``channel_timeout``.
             time: [s].
             detail: What was wrong.
             is_machine_dependent: Whether it may be the machine's speed or load that it shows.
         """
+        where: Bools = np.arange(self.silent.shape[0]) == runs if isinstance(runs, int) else runs
         event = ChannelEvent(outcome, self.channel, time, detail[:MAX_DETAIL], is_machine_dependent)
-        for run in np.flatnonzero(runs & ~self.silent):
+        for run in np.flatnonzero(where & ~self.silent):
             self.events[run] = event
-        self.silent |= runs
+        self.silent |= where
 
     def hold(self, command: ControlCommand, previous: ControlCommand) -> ControlCommand:
         """Return the command with the failed runs silent: no new values, stamp frozen.

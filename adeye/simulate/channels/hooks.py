@@ -1,18 +1,22 @@
-"""Faults inside the built-in channels: objects forgotten, the map shifted, parts frozen."""
+"""What built-in channels have in common, and the faults inside them.
+
+Those are objects forgotten, the map shifted, parts frozen.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from adeye.kernel.road import position
-from adeye.signals import OK, Bools, ControlCommand, Floats
+from adeye.signals import FAULT, OK, Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_STAMP, POSE_X, POSE_Y
+from adeye.simulate.channels.perception.step import Perception, Seen
 from adeye.simulate.channels.perception.tracks import TRACK_HITS
 
 if TYPE_CHECKING:
-    from adeye.simulate.channels.perception.step import Perception
+    from adeye.ports import ChannelContext
 
 TRACKS_LOST: Final = "tracks_lost"
 PLANNER_FROZEN: Final = "planner_frozen"
@@ -24,9 +28,24 @@ SAFETY_HOOKS: Final = (*HOOKS, MONITORS_FROZEN)
 
 
 class Hooks:
-    """The faults inside one channel, and where they are present; nowhere at first."""
+    """The faults inside one channel, and where they are present; nowhere at first.
 
-    def __init__(self) -> None:
+    The monitors and the planner of a safety channel fail apart from each other. While the planner
+    is frozen, the monitors go on, and with them status and requests; while the monitors are, the
+    planner goes on.
+
+    Attributes:
+        monitors_frozen: (B,) where the monitors stay as they were; (1,) while that is nowhere.
+    """
+
+    def __init__(self, *, has_monitors: bool = False) -> None:
+        """Begin without a fault.
+
+        Args:
+            has_monitors: Whether the status of the channel is that of its monitors.
+        """
+        self._has_monitors = has_monitors
+        self.monitors_frozen: Bools = np.zeros(1, dtype=np.bool_)
         self._active: dict[str, Bools] = {}
         self._offset: Floats = np.zeros(0)
         self._pose: Floats | None = None
@@ -37,14 +56,16 @@ class Hooks:
         self._active[hook] = active.copy()
         if hook == MAP_SHIFTED:
             self._offset = size.copy()
+        elif hook == MONITORS_FROZEN:
+            self.monitors_frozen = self._active[hook]
 
-    def before(self, seen: Perception) -> None:
+    def before(self, seen: Seen) -> None:
         """Give the pose back what it is without the shift, so that the filter goes on with it."""
         if self._pose is not None:
             seen.pose[:] = self._pose
             self._pose = None
 
-    def after(self, seen: Perception) -> None:
+    def after(self, seen: Seen) -> None:
         """Disturb what the channel has perceived at this tick, before it decides."""
         lost = self._active.get(TRACKS_LOST)
         if lost is not None and lost.any():
@@ -72,7 +93,8 @@ class Hooks:
             last = self._last
             command.acceleration[frozen] = 0.0 if last is None else last.acceleration[frozen]
             command.steering_angle[frozen] = 0.0 if last is None else last.steering_angle[frozen]
-            self._set_status(command, frozen)
+            if not self._has_monitors:
+                command.status[frozen] = OK
             for name in ("plan", "candidates", "candidate_costs", "chosen"):
                 rows, before = getattr(command, name), getattr(last, name, None)
                 if rows is not None:
@@ -81,34 +103,86 @@ class Hooks:
         self._last = command
         return command
 
-    def _set_status(self, command: ControlCommand, frozen: Bools) -> None:
-        command.status[frozen] = OK
 
-
-class SafetyHooks(Hooks):
-    """The faults inside a safety channel: its monitors and its planner fail apart from each other.
-
-    While the planner is frozen, the monitors go on, and with them status and requests; while the
-    monitors are, the planner goes on.
+class Shown(NamedTuple):
+    """What a channel weighed up, for pictures; empty where nobody looks.
 
     Attributes:
-        monitors_frozen: (B,) where the monitors stay as they were.
+        candidates: (B, N, POINTS, 2) places in the map, NaN for what cannot be had.
+        costs: (B, N).
+        chosen: (B,) which of them it takes, -1 for none.
     """
 
-    def __init__(self, runs: int) -> None:
-        """Begin without a fault.
+    candidates: Floats
+    costs: Floats
+    chosen: Ints
+
+
+POINTS: Final = 5
+"""Places of a candidate that are shown, the first that of the ego."""
+
+
+def nothing_shown(context: ChannelContext, count: int) -> Shown:
+    """Return the room for so many candidates, in all runs if somebody looks."""
+    runs = context.runs if context.shows_candidates and count else 0
+    return Shown(
+        np.full((runs, count, POINTS, 2), np.nan),
+        np.full((runs, count), np.nan),
+        np.full(runs, -1, dtype=np.int64),
+    )
+
+
+class PerceivingChannel:
+    """A built-in channel: it perceives, decides and answers, with the faults of its hooks."""
+
+    monitor_ids: tuple[str, ...] = ()
+    hooks: tuple[str, ...] = HOOKS
+
+    def _prepare(self, context: ChannelContext, records: Any, candidates: int = 0) -> None:
+        """Prepare for the runs of a batch.
 
         Args:
-            runs: B.
+            context: Of the channel.
+            records: (B,) see ``driving.channel_records``.
+            candidates: How many it weighs up.
         """
-        super().__init__()
-        self.monitors_frozen: Bools = np.zeros(runs, dtype=np.bool_)
+        self._channel_id = context.channel_id
+        self._hooks = Hooks(has_monitors=MONITORS_FROZEN in self.hooks)
+        self._perception = Perception(context, records)
+        self._seen = self._perception.seen
+        self._command = np.zeros((context.runs, 2))
+        self._status = np.full(context.runs, FAULT, dtype=np.int64)
+        self._shown = nothing_shown(context, candidates)
 
     def inject(self, hook: str, active: Bools, size: Floats) -> None:
-        """Take in where a fault is present from now on, see ``ports.HookedChannel``."""
-        super().inject(hook, active, size)
-        if hook == MONITORS_FROZEN:
-            self.monitors_frozen = active.copy()
+        """Take in where a fault inside the channel is present from now on."""
+        self._hooks.inject(hook, active, size)
 
-    def _set_status(self, command: ControlCommand, frozen: Bools) -> None:
-        """Leave the status: it is that of the monitors."""
+    def act(self, observation: Observation) -> ControlCommand:
+        """Answer one observation with one command per run."""
+        self._hooks.before(self._seen)
+        self._read(observation)
+        self._hooks.after(self._seen)
+        self._decide(observation.time)
+        return self._hooks.answer(self._command_at(observation.time))
+
+    def _read(self, observation: Observation) -> None:
+        self._perception.update(observation)
+
+    def _decide(self, time: float) -> None:
+        raise NotImplementedError
+
+    def _command_at(self, time: float) -> ControlCommand:
+        command = ControlCommand(
+            self._channel_id,
+            self._command[:, 0].copy(),
+            self._command[:, 1].copy(),
+            np.full(self._status.shape, time),
+            self._status.copy(),
+            tracks=self._seen.shown.copy(),
+        )
+        if self._shown.chosen.size:
+            command.candidates = self._shown.candidates.copy()
+            command.candidate_costs = self._shown.costs.copy()
+            command.chosen = self._shown.chosen.copy()
+        return command

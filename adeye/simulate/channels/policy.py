@@ -25,8 +25,8 @@ from adeye.errors import SpecError
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import lane_center, offset_curvature
 from adeye.plugins import Part, load_part
-from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation, spec_columns
-from adeye.simulate.channels.driving import channel_records, lane_at
+from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation
+from adeye.simulate.channels.driving import channel_records, lane_at, parameter_columns
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
 from adeye.simulate.channels.perception.pose import (
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
     from adeye.signals import Bools
+    from adeye.simulate.channels.perception.step import Seen
     from adeye.spec.architecture import Vehicle
     from adeye.spec.channels import PolicyParameters
     from adeye.trace import ChannelEvent
@@ -181,24 +182,13 @@ class Kinematics:
         self._ego = np.zeros((runs, len(EGO_FEATURES)))
         self._objects = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
         self.is_known: Bools = np.zeros(runs, dtype=np.bool_)
-        self.degraded: Bools = self._perception.degraded
-        self.tracks: Floats = self._perception.shown
+        self.degraded: Bools = self._perception.seen.degraded
+        self.tracks: Floats = self._perception.seen.shown
 
     def update(self, observation: Observation) -> None:
         """Take in the measurements of a tick."""
-        seen = self._perception
-        seen.update(observation)
-        _describe(
-            seen.records,
-            observation.time,
-            seen.running,
-            seen.pose,
-            seen.tracks,
-            seen.notes,
-            self.is_known,
-            self._ego,
-            self._objects,
-        )
+        self._perception.update(observation)
+        _describe(self._perception.seen, observation.time, self.is_known, self._ego, self._objects)
 
     def shown(self, runs: Any, parameters: PolicyParameters) -> Mapping[str, Any] | Any:
         """Return the observation of some runs, of ``observation_space``, B of them.
@@ -218,23 +208,13 @@ class Kinematics:
 
 
 @compiled
-def _describe(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    time: float,
-    running: Bools,
-    pose: Floats,
-    tracks: Floats,
-    notes: Floats,
-    is_known: Bools,
-    ego: Floats,
-    objects: Floats,
-) -> None:
-    for run in range(records.shape[0]):
-        if running[run]:
-            record, end = records[run], int(notes[run, NOTE_END])
-            is_known[run] = has_pose(pose[run], time)
-            _describe_ego(record, pose[run], ego[run])
-            _describe_objects(record, pose[run], tracks[run], end, objects[run])
+def _describe(seen: Seen, time: float, is_known: Bools, ego: Floats, objects: Floats) -> None:
+    for run in range(seen.records.shape[0]):
+        if seen.running[run]:
+            record, end = seen.records[run], int(seen.notes[run, NOTE_END])
+            is_known[run] = has_pose(seen.pose[run], time)
+            _describe_ego(record, seen.pose[run], ego[run])
+            _describe_objects(record, seen.pose[run], seen.tracks[run], end, objects[run])
 
 
 @inlined
@@ -283,8 +263,6 @@ def _is_nearer(x: float, y: float, row: Floats) -> bool:
 
 
 # --- Any ``policy(observation) -> action`` as a channel on the batch ------------------------------
-
-_PERCEPTION = tuple(TrackingParameters.model_fields)
 
 
 def load_policy(name: str, base_dir: Path) -> Part:
@@ -344,10 +322,7 @@ class PolicyChannel:
         runs = context.runs
         self._failures = Failures(context.channel_id, runs)
         self._previous = no_command(context.channel_id, runs)
-        fields = spec_columns(
-            context.parameters,
-            lambda item: {name: float(getattr(item, name)) for name in _PERCEPTION},
-        )
+        fields = parameter_columns(context, TrackingParameters.model_fields)
         self._seen = Kinematics(context, channel_records(context, fields))
         self._asked: list[_Asked] = []
         for parameters in dict.fromkeys(context.parameters):
@@ -398,11 +373,9 @@ class PolicyChannel:
             command.status[run] = DEGRADED if self._seen.degraded[run] else OK
 
     def _fail(self, run: int, time: float, error: BaseException) -> None:
-        runs = np.zeros(self._failures.silent.shape[0], dtype=np.bool_)
-        runs[run] = True
         outcome = INVALID_OUTPUT if isinstance(error, _WrongAnswerError) else ERROR
         detail = str(error) if outcome == INVALID_OUTPUT else describe(error)
-        self._failures.add(runs, outcome, time, detail)
+        self._failures.add(run, outcome, time, detail)
 
 
 class _WrongAnswerError(ValueError):

@@ -7,7 +7,7 @@ noise and latency they are exact but for half a period, which is taken into acco
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from adeye.kernel.reference_drivers.parameters import (
     OTHER_ACCELERATION,
     OTHER_SPEED,
     OVERLAP,
-    PARAMETER_SIZE,
     STATE_SIZE,
     VIEW_SIZE,
     parameters_of,
@@ -52,7 +51,6 @@ from adeye.signals import (
     Floats,
     Ints,
     Observation,
-    spec_columns,
 )
 from adeye.simulate.channels.driving import (
     HOLD_DECELERATION,
@@ -61,6 +59,7 @@ from adeye.simulate.channels.driving import (
     allowed_speed,
     channel_records,
     is_number,
+    parameter_columns,
     path_of_lane,
     steer,
 )
@@ -71,11 +70,11 @@ from adeye.simulate.channels.perception.pose import (
     POSE_REAR,
     POSE_S,
     POSE_SPEED,
-    POSE_WIDTH,
     POSE_X,
     POSE_Y,
     POSE_YAW_RATE,
     clear_pose,
+    first_poses,
     has_pose,
     update_pose,
 )
@@ -367,133 +366,127 @@ class ReferenceChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        fields = spec_columns(
-            context.parameters,
-            lambda item: {name: float(getattr(item, name)) for name in _NUMBERS},
-        )
+        fields = parameter_columns(context, _NUMBERS)
         self._channel_id = context.channel_id
         self._sight = Sight(context)
-        self._records = channel_records(context, fields)
-        self._segments: Floats = np.ascontiguousarray(context.road.segments)
         specs: list[ReferenceParameters] = list(context.parameters)
-        self._models: Ints = np.array([MODELS[item.model] for item in specs], dtype=np.int64)
-        self._parameters: Floats = np.zeros((runs, PARAMETER_SIZE))
-        for run, item in enumerate(specs):
-            found = parameters_of(item.model, item.edition, item.variant)
-            self._parameters[run] = vector(found)
-        self._pose: Floats = np.zeros((runs, POSE_WIDTH))
-        self._pose[:, POSE_REAR] = [0.5 * vehicle.wheelbase for vehicle in context.vehicles]
-        self._things: Floats = np.zeros((runs, THINGS, THING_SIZE))
-        self._memory: Floats = np.full((runs, MEMORY_WIDTH), np.nan)
-        self._command: Floats = np.zeros((runs, 2))
-        self._status: Ints = np.full(runs, FAULT, dtype=np.int64)
-        self._view: Floats = np.zeros(VIEW_SIZE)
+        found = [parameters_of(item.model, item.edition, item.variant) for item in specs]
+        self._drivers = Drivers(
+            records=channel_records(context, fields),
+            models=np.array([MODELS[item.model] for item in specs], dtype=np.int64),
+            parameters=np.array([vector(item) for item in found]),
+            segments=np.ascontiguousarray(context.road.segments),
+            running=np.zeros(runs, dtype=np.bool_),
+            pose=first_poses(context.vehicles),
+            things=np.zeros((runs, THINGS, THING_SIZE)),
+            memory=np.full((runs, MEMORY_WIDTH), np.nan),
+            command=np.zeros((runs, 2)),
+            status=np.full(runs, FAULT, dtype=np.int64),
+            scene=np.zeros(VIEW_SIZE),
+        )
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
+        samples = self._sight.take(observation.measurements, observation.time)
+        drivers = self._drivers
+        drivers.running[:] = observation.running
         _act(
-            self._records,
-            self._models,
-            self._parameters,
+            drivers,
             observation.time,
-            observation.running.copy(),
-            self._segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.masks[0],
-            sight.detections[0],
-            self._pose,
-            self._things,
-            self._memory,
-            self._command,
-            self._status,
-            self._view,
+            samples.estimate,
+            samples.estimate_stamp,
+            samples.masks[0],
+            samples.detections[0],
         )
         return ControlCommand(
             self._channel_id,
-            self._command[:, 0].copy(),
-            self._command[:, 1].copy(),
-            np.full(self._status.shape, observation.time),
-            self._status.copy(),
+            drivers.command[:, 0].copy(),
+            drivers.command[:, 1].copy(),
+            np.full(drivers.status.shape, observation.time),
+            drivers.status.copy(),
         )
 
 
+class Drivers(NamedTuple):
+    """What a tick of the channel reads and writes, run by run.
+
+    Attributes:
+        records: (B,) see ``driving.channel_records``.
+        models: (B,) of the drivers.
+        parameters: (B, PARAMETER_SIZE) of these.
+        segments: (B, K, 5) reference line of the road.
+        running: (B,) runs that have not ended; the others are left alone.
+        pose: (B, POSE_WIDTH).
+        things: (B, THINGS, THING_SIZE) objects; in and out.
+        memory: (B, MEMORY_WIDTH) in and out.
+        command: (B, 2) acceleration [m/s²] and steering angle [rad]; in and out.
+        status: (B,) out.
+        scene: (VIEW_SIZE,) what the driver sees of one object, scratch.
+    """
+
+    records: Any
+    models: Ints
+    parameters: Floats
+    segments: Floats
+    running: Bools
+    pose: Floats
+    things: Floats
+    memory: Floats
+    command: Floats
+    status: Ints
+    scene: Floats
+
+
 @compiled
-def _act(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    models: Ints,
-    parameters: Floats,
+def _act(
+    drivers: Drivers,
     time: float,
-    running: Bools,
-    segments: Floats,
     estimate: Floats,
     stamp: Floats,
     masks: Bools,
     detections: Floats,
-    pose: Floats,
-    things: Floats,
-    memory: Floats,
-    command: Floats,
-    status: Ints,
-    view: Floats,
 ) -> None:
-    for run in range(records.shape[0]):
-        if not running[run]:
+    for run in range(drivers.records.shape[0]):
+        if not drivers.running[run]:
             continue
-        record = records[run]
+        record, segments = drivers.records[run], drivers.segments[run]
+        pose, memory, command = drivers.pose[run], drivers.memory[run], drivers.command[run]
         # The filter of the pose takes noise out, and here is none.
-        clear_pose(pose[run])
+        clear_pose(pose)
         if time - stamp[run] <= _LATE:
-            update_pose(pose[run], segments[run], estimate[run], stamp[run], time, record["period"])
-        status[run] = FAULT
-        if not has_pose(pose[run], time):
-            command[run, 0] = 0.0
-            memory[run, MEMORY_SPEED] = math.nan
+            update_pose(pose, segments, estimate[run], stamp[run], time, record["period"])
+        drivers.status[run] = FAULT
+        if not has_pose(pose, time):
+            command[0] = 0.0
+            memory[MEMORY_SPEED] = math.nan
             continue
-        if math.isnan(memory[run, MEMORY_PATH]):
-            memory[run, MEMORY_PATH] = path_of_lane(record, pose[run, POSE_D])
-        path_d = memory[run, MEMORY_PATH]
+        if math.isnan(memory[MEMORY_PATH]):
+            memory[MEMORY_PATH] = path_of_lane(record, pose[POSE_D])
+        path_d = memory[MEMORY_PATH]
         update_things(
-            things[run],
-            pose[run],
-            segments[run],
+            drivers.things[run],
+            pose,
+            segments,
             path_d,
             masks[run],
             detections[run],
             record["period"],
         )
-        acceleration = _longitudinal(
-            record,
-            models[run],
-            parameters[run],
-            segments[run],
-            pose[run],
-            things[run],
-            memory[run],
-            view,
-        )
-        steering = steer(record, pose[run], path_d)
-        command[run, 0] = 0.0
+        acceleration = _longitudinal(drivers, run)
+        steering = steer(record, pose, path_d)
+        command[0] = 0.0
         if is_number(acceleration, steering):
-            command[run, 0] = acceleration
-            command[run, 1] = steering
-            status[run] = OK
+            command[0] = acceleration
+            command[1] = steering
+            drivers.status[run] = OK
 
 
 @inlined
-def _longitudinal(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    model: int,
-    parameters: Floats,
-    segments: Floats,
-    pose: Floats,
-    things: Floats,
-    memory: Floats,
-    view: Floats,
-) -> float:
+def _longitudinal(drivers: Drivers, run: int) -> float:
     """Return the acceleration of the driver [m/s²], NaN if something is no number."""
+    record, model, parameters = drivers.records[run], drivers.models[run], drivers.parameters[run]
+    pose, things, memory = drivers.pose[run], drivers.things[run], drivers.memory[run]
+    view = drivers.scene
     speed, path_d = pose[POSE_SPEED], memory[MEMORY_PATH]
     before = memory[MEMORY_SPEED]
     memory[MEMORY_SPEED] = speed
@@ -520,7 +513,7 @@ def _longitudinal(  # noqa: PLR0913, PLR0917 - a kernel
         speed,
         nearest,
         things[lead, THING_FORWARD] if lead >= 0 else 0.0,
-        allowed_speed(record, segments, pose, path_d),
+        allowed_speed(record, drivers.segments[run], pose, path_d),
         max(room, 0.0) / max(speed, 1.0),
         record["standstill_gap"],
         record["max_acceleration"],

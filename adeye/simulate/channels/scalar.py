@@ -69,7 +69,7 @@ class ScalarChannel:
             except BaseException as error:
                 if is_asked(error):
                     raise
-                self._fail(run, ERROR, 0.0, describe(error))
+                self._failures.add(run, ERROR, 0.0, describe(error))
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the object of every run that has not ended."""
@@ -96,16 +96,11 @@ class ScalarChannel:
         except BaseException as error:
             if is_asked(error):
                 raise
-            self._fail(run, ERROR, observation.time, describe(error))
+            self._failures.add(run, ERROR, observation.time, describe(error))
             return None
         if command is None:
-            self._fail(run, INVALID_OUTPUT, observation.time, wrong)
+            self._failures.add(run, INVALID_OUTPUT, observation.time, wrong)
         return command
-
-    def _fail(self, run: int, outcome: str, time: float, detail: str) -> None:
-        runs = np.zeros(self._failures.silent.shape[0], dtype=np.bool_)
-        runs[run] = True
-        self._failures.add(runs, outcome, time, detail)
 
 
 def _command(answer: Any) -> tuple[ScalarCommand | None, str]:

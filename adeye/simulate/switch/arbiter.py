@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from adeye.simulate.switch.policy import (
     START,
     STEERING,
     WORDS,
+    Bench,
     decide,
 )
 
@@ -81,26 +82,28 @@ class Arbiter:
     def __init__(self, context: SwitchContext) -> None:
         specs, ids = context.specs, context.channels
         runs, count = len(specs), len(ids)
-        self._order = np.full((runs, count), -1, dtype=np.int64)
-        self._voters = np.zeros((runs, count), dtype=np.bool_)
+        self._bench = Bench(
+            records=parameter_record(
+                spec_columns(specs, lambda spec: _numbers(spec, ids, context.step))
+            ),
+            order=np.full((runs, count), -1, dtype=np.int64),
+            voters=np.zeros((runs, count), dtype=np.bool_),
+            numbers=np.zeros((runs, count, 3)),
+            status=np.zeros((runs, count), dtype=np.int64),
+            since=np.full((runs, count), np.nan),
+            words=np.zeros((runs, WORDS), dtype=np.int64),
+            memory=np.zeros((runs, NUMBERS)),
+            usable=np.zeros(count, dtype=np.bool_),
+            group=np.zeros(count, dtype=np.bool_),
+        )
+        self._bench.words[:, [HOLDER, PENDING]] = NO_CHANNEL
+        self._bench.words[:, [CONNECTED, SOURCE]] = START
+        self._bench.memory[:, QUIET] = np.nan
         for run, spec in enumerate(specs):
             ranked = [ids.index(name) for name in spec.priority]
-            self._order[run, : len(ranked)] = ranked
+            self._bench.order[run, : len(ranked)] = ranked
             if spec.policy == "voting":
-                self._voters[run, [ids.index(name) for name in spec.voters or ()]] = True
-        self._records = parameter_record(
-            spec_columns(specs, lambda spec: _numbers(spec, ids, context.step))
-        )
-        self._since = np.full((runs, count), np.nan)
-        self._words = np.zeros((runs, WORDS), dtype=np.int64)
-        self._words[:, [HOLDER, PENDING]] = NO_CHANNEL
-        self._words[:, [CONNECTED, SOURCE]] = START
-        self._memory = np.zeros((runs, NUMBERS))
-        self._memory[:, QUIET] = np.nan
-        self._usable = np.zeros(count, dtype=np.bool_)
-        self._group = np.zeros(count, dtype=np.bool_)
-        self._numbers = np.zeros((runs, count, 3))
-        self._status = np.zeros((runs, count), dtype=np.int64)
+                self._bench.voters[run, [ids.index(name) for name in spec.voters or ()]] = True
         self._sound = SwitchFaults.none(runs)
 
     def arbitrate(
@@ -116,32 +119,17 @@ class Arbiter:
             proposals: Newest command of every channel, in the architecture's order.
             faults: What is wrong with the switch itself at this tick; None for nothing.
         """
+        bench = self._bench
         for index, proposal in enumerate(proposals):
-            self._numbers[:, index, 0] = proposal.acceleration
-            self._numbers[:, index, 1] = proposal.steering_angle
-            self._numbers[:, index, 2] = proposal.stamp
-            self._status[:, index] = proposal.status
+            bench.numbers[:, index, 0] = proposal.acceleration
+            bench.numbers[:, index, 1] = proposal.steering_angle
+            bench.numbers[:, index, 2] = proposal.stamp
+            bench.status[:, index] = proposal.status
         wrong = self._sound if faults is None else faults
-        runs = self._words.shape[0]
+        runs = bench.words.shape[0]
         command = np.zeros((runs, 2))
         decision = np.zeros((runs, 2), dtype=np.int64)
-        _arbitrate(
-            self._records,
-            self._order,
-            self._voters,
-            time,
-            self._numbers,
-            self._status,
-            wrong.stuck,
-            wrong.delay,
-            self._since,
-            self._words,
-            self._memory,
-            self._usable,
-            self._group,
-            command,
-            decision,
-        )
+        _arbitrate(bench, time, wrong.stuck, wrong.delay, command, decision)
         return command, Authority(decision[:, 0].copy(), decision[:, 1].copy())
 
 
@@ -170,50 +158,14 @@ def _numbers(spec: Switch, ids: tuple[str, ...], step: float) -> dict[str, float
 
 
 @compiled
-def _arbitrate(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    order: Ints,
-    voters: Bools,
-    time: float,
-    numbers: Floats,
-    status: Ints,
-    stuck: Bools,
-    delay: Floats,
-    since: Floats,
-    words: Ints,
-    memory: Floats,
-    usable: Bools,
-    group: Bools,
-    command: Floats,
-    decision: Ints,
+def _arbitrate(
+    bench: Bench, time: float, stuck: Bools, delay: Floats, command: Floats, decision: Ints
 ) -> None:
-    for run in range(records.shape[0]):
-        chosen, why = decide(
-            records[run],
-            order[run],
-            voters[run],
-            time,
-            numbers[run],
-            status[run],
-            since[run],
-            words[run],
-            memory[run],
-            usable,
-            group,
-        )
-        acting, reason = connect(
-            records[run],
-            time,
-            chosen,
-            why,
-            stuck[run],
-            delay[run],
-            usable,
-            words[run],
-            memory[run],
-        )
-        blend(records[run], acting, usable, numbers[run], words[run], memory[run])
+    for run in range(bench.records.shape[0]):
+        chosen, why = decide(bench, run, time)
+        acting, reason = connect(bench, run, time, chosen, why, stuck[run], delay[run])
+        blend(bench, run, acting)
         decision[run, 0] = acting
         decision[run, 1] = reason
-        command[run, 0] = memory[run, ACCELERATION]
-        command[run, 1] = memory[run, STEERING]
+        command[run, 0] = bench.memory[run, ACCELERATION]
+        command[run, 1] = bench.memory[run, STEERING]

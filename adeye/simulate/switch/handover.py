@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from adeye.kernel.jit import inlined
-from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_STUCK, Bools, Floats, Ints
+from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_STUCK
 from adeye.simulate.switch.policy import (
     ACCELERATION,
     BLENDING,
@@ -19,18 +19,19 @@ from adeye.simulate.switch.policy import (
     TIME_TOLERANCE,
 )
 
+if TYPE_CHECKING:
+    from adeye.simulate.switch.policy import Bench
+
 
 @inlined
 def connect(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
+    bench: Bench,
+    run: int,
     time: float,
     chosen: int,
     reason: int,
     is_stuck: bool,  # noqa: FBT001 - a kernel
     delay: float,
-    usable: Bools,
-    words: Ints,
-    memory: Floats,
 ) -> tuple[int, int]:
     """Give authority as was decided, after the latency of a handover.
 
@@ -38,20 +39,19 @@ def connect(  # noqa: PLR0913, PLR0917 - a kernel
     takes effect is withdrawn, and the latency of the new one begins.
 
     Args:
-        record: The switch's parameters.
+        bench: What is read and written.
+        run: Which row is meant.
         time: [s].
         chosen: Channel that shall act, -1 for none.
         reason: Why.
         is_stuck: Whether a fault keeps the switch where it lies.
         delay: How much later a change takes effect by a fault, if decided now [s].
-        usable: (C,) which channels can act.
-        words: (WORDS,) see ``columns``; updated.
-        memory: (NUMBERS,) see ``columns``; updated.
 
     Returns:
         The channel that has authority and why; during a handover the old one, or nobody where it is
         not usable or is to coast meanwhile.
     """
+    record, words, memory = bench.records[run], bench.words[run], bench.memory[run]
     if is_stuck:
         if words[CONNECTED] == START:
             words[CONNECTED] = int(record["default"])
@@ -73,34 +73,25 @@ def connect(  # noqa: PLR0913, PLR0917 - a kernel
         words[CONNECTED] = chosen
         words[PENDING] = NO_CHANNEL
         return chosen, int(words[PENDING_REASON])
-    if record["coasts"] > 0.0 or not usable[connected]:
+    if record["coasts"] > 0.0 or not bench.usable[connected]:
         return NO_CHANNEL, REASON_HANDOVER
     return connected, REASON_HANDOVER
 
 
 @inlined
-def blend(
-    record: Any,
-    acting: int,
-    usable: Bools,
-    numbers: Floats,
-    words: Ints,
-    memory: Floats,
-) -> None:
+def blend(bench: Bench, run: int, acting: int) -> None:
     """Write the acting command into the memory, with limited rates after a change of channel.
 
     Nobody acts where the channel with authority is not usable: then the ego coasts at once, with
     the steering as it was.
 
     Args:
-        record: The switch's parameters.
+        bench: What is read and written.
+        run: Which row is meant.
         acting: Channel with authority, -1 for none.
-        usable: (C,) which channels can act.
-        numbers: (C, 3) acceleration [m/s²], steering angle [rad], stamp [s].
-        words: (WORDS,) see ``columns``; updated.
-        memory: (NUMBERS,) see ``columns``; updated.
     """
-    if acting == NO_CHANNEL or not usable[acting]:
+    record, words, memory = bench.records[run], bench.words[run], bench.memory[run]
+    if acting == NO_CHANNEL or not bench.usable[acting]:
         memory[ACCELERATION] = 0.0
         if words[SOURCE] != START:
             words[SOURCE] = NO_CHANNEL
@@ -108,7 +99,7 @@ def blend(
     if words[SOURCE] != acting:
         words[BLENDING] = words[SOURCE] != START and record["is_bumpless"] > 0.0
         words[SOURCE] = acting
-    acceleration, steering = numbers[acting, 0], numbers[acting, 1]
+    acceleration, steering = bench.numbers[run, acting, 0], bench.numbers[run, acting, 1]
     if words[BLENDING]:
         memory[ACCELERATION] = _towards(memory[ACCELERATION], acceleration, record["most_jerk"])
         memory[STEERING] = _towards(memory[STEERING], steering, record["most_steering"])

@@ -7,7 +7,7 @@ five, at fault in any way, it is within the tolerance of the command of a sound 
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -32,50 +32,103 @@ from adeye.signals import (
     Ints,
 )
 
+# --- What the switch remembers of a run, and the policies, by number: shared by its compiled
+# parts.
+
+TIME_TOLERANCE: Final = 1e-9
+"""Slack of comparisons of times [s]: multiples of the step are not exact."""
+
+POLICIES: Final = ("fixed_priority", "hysteresis", "voting", "stuck")
+FIXED_PRIORITY, HYSTERESIS, VOTING, STUCK = range(4)
+
+START: Final = -2
+"""Stands for a channel before the first one has acted."""
+
+# What is remembered in whole numbers.
+(
+    HOLDER,  # channel that keeps the authority that it took, -1 for none
+    HEARD,  # whether the default, or a majority, has been usable
+    CONNECTED,  # channel that the switch lies at, START before the first
+    PENDING,  # channel that it is being handed over to, -1 for none
+    PENDING_REASON,  # why
+    SOURCE,  # channel whose command acted last, -1 for nobody, START before the first
+    BLENDING,  # whether the acting command is still on its way to that of its channel
+) = range(7)
+WORDS: Final = 7
+
+# What is remembered in real numbers.
+(
+    QUIET,  # since when the default is healthy and nobody requests [s], NaN if it is not so
+    DUE,  # when the pending handover takes effect [s]
+    ACCELERATION,  # acting acceleration of the tick before [m/s²]
+    STEERING,  # acting steering angle of the tick before [rad]
+) = range(4)
+NUMBERS: Final = 4
+
+
+class Bench(NamedTuple):
+    """What a tick of the switch reads and writes, run by run.
+
+    Attributes:
+        records: (B,) the switch's parameters.
+        order: (B, C) channels, highest priority first; -1 from where the list ends.
+        voters: (B, C) channels that vote: their commands count, their requests do not.
+        numbers: (B, C, 3) acceleration [m/s²], steering angle [rad], stamp [s]; where the median is
+            to act, it takes the place of the command of the voter that acts.
+        status: (B, C).
+        since: (B, C) since when each requests without a break [s], NaN if it does not; updated.
+        words: (B, WORDS) updated.
+        memory: (B, NUMBERS) updated.
+        usable: (C,) which channels can act, out; what is not usable agrees with nobody.
+        group: (C,) scratch: who agrees.
+    """
+
+    records: Any
+    order: Ints
+    voters: Bools
+    numbers: Floats
+    status: Ints
+    since: Floats
+    words: Ints
+    memory: Floats
+    usable: Bools
+    group: Bools
+
+
 # --- Compiled: the majority among channels that vote with their commands --------------------------
 
 
 @inlined
-def majority(
-    record: Any, order: Ints, voters: Bools, numbers: Floats, usable: Bools, group: Bools
-) -> int:
+def majority(bench: Bench, run: int) -> int:
     """Find the voter that acts: the default, else the first in order that a majority agrees with.
-
-    Args:
-        record: The switch's parameters.
-        order: (C,) channels, highest priority first; -1 from where the list ends.
-        voters: (C,) channels that vote.
-        numbers: (C, 3) acceleration [m/s²], steering angle [rad], stamp [s]; where the median is
-            to act, it takes the place of the command of the voter that is returned.
-        usable: (C,) what is not usable agrees with nobody.
-        group: (C,) scratch: who agrees.
 
     Returns:
         The channel, -1 without a majority.
     """
+    record, numbers, group = bench.records[run], bench.numbers[run], bench.group
     winner = NO_CHANNEL
     default = int(record["default"])
-    if _agree_with(record, voters, numbers, usable, default, group) >= record["quorum"]:
+    if _agree_with(bench, run, default) >= record["quorum"]:
         winner = default
-    for channel in order:
+    for channel in bench.order[run]:
         if (
             winner == NO_CHANNEL
             and channel >= 0
-            and (_agree_with(record, voters, numbers, usable, channel, group) >= record["quorum"])
+            and _agree_with(bench, run, channel) >= record["quorum"]
         ):
             winner = int(channel)
     if winner != NO_CHANNEL and record["median"] > 0.0:
-        _agree_with(record, voters, numbers, usable, winner, group)
+        _agree_with(bench, run, winner)
         acceleration, steering = _median(numbers[:, 0], group), _median(numbers[:, 1], group)
         numbers[winner, 0], numbers[winner, 1] = acceleration, steering
     return winner
 
 
 @inlined
-def _agree_with(
-    record: Any, voters: Bools, numbers: Floats, usable: Bools, channel: int, group: Bools
-) -> int:
+def _agree_with(bench: Bench, run: int, channel: int) -> int:
     """Mark and count the voters that agree with one, itself among them; none if it is no voter."""
+    record, numbers, voters = bench.records[run], bench.numbers[run], bench.voters[run]
+    usable, group = bench.usable, bench.group
     count = 0
     for other in range(group.shape[0]):
         # What is not finite was not usable, so the differences are numbers or infinite.
@@ -114,107 +167,44 @@ def _ranked(values: Floats, group: Bools, rank: int) -> float:
     return np.nan
 
 
-# --- What the switch remembers of a run, and the policies, by number: shared by its compiled
-# parts.
-
-TIME_TOLERANCE: Final = 1e-9
-"""Slack of comparisons of times [s]: multiples of the step are not exact."""
-
-POLICIES: Final = ("fixed_priority", "hysteresis", "voting", "stuck")
-FIXED_PRIORITY, HYSTERESIS, VOTING, STUCK = range(4)
-
-START: Final = -2
-"""Stands for a channel before the first one has acted."""
-
-# What is remembered in whole numbers.
-(
-    HOLDER,  # channel that keeps the authority that it took, -1 for none
-    HEARD,  # whether the default, or a majority, has been usable
-    CONNECTED,  # channel that the switch lies at, START before the first
-    PENDING,  # channel that it is being handed over to, -1 for none
-    PENDING_REASON,  # why
-    SOURCE,  # channel whose command acted last, -1 for nobody, START before the first
-    BLENDING,  # whether the acting command is still on its way to that of its channel
-) = range(7)
-WORDS: Final = 7
-
-# What is remembered in real numbers.
-(
-    QUIET,  # since when the default is healthy and nobody requests [s], NaN if it is not so
-    DUE,  # when the pending handover takes effect [s]
-    ACCELERATION,  # acting acceleration of the tick before [m/s²]
-    STEERING,  # acting steering angle of the tick before [rad]
-) = range(4)
-NUMBERS: Final = 4
-
-
 # --- Compiled: who shall act in one run at one tick, by each policy, and why ----------------------
 
 
 @inlined
-def decide(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    order: Ints,
-    voters: Bools,
-    time: float,
-    numbers: Floats,
-    status: Ints,
-    since: Floats,
-    words: Ints,
-    memory: Floats,
-    usable: Bools,
-    group: Bools,
-) -> tuple[int, int]:
+def decide(bench: Bench, run: int, time: float) -> tuple[int, int]:
     """Decide one run at one tick.
-
-    Args:
-        record: The switch's parameters.
-        order: (C,) channels, highest priority first; -1 from where the list ends.
-        voters: (C,) channels that vote: their commands count, their requests do not.
-        time: [s].
-        numbers: (C, 3) acceleration [m/s²], steering angle [rad], stamp [s]; the median takes the
-            place of the command of the voter that acts.
-        status: (C,).
-        since: (C,) since when each requests without a break [s], NaN if it does not; updated.
-        words: (WORDS,) see ``columns``; updated.
-        memory: (NUMBERS,) see ``columns``; updated.
-        usable: (C,) out.
-        group: (C,) scratch.
 
     Returns:
         The channel that shall act and why.
     """
+    record, status = bench.records[run], bench.status[run]
+    since, usable = bench.since[run], bench.usable
     for channel in range(status.shape[0]):
-        usable[channel] = _is_usable(record, time, numbers[channel], status[channel])
-        if not usable[channel] or status[channel] != REQUESTS_AUTHORITY or voters[channel]:
+        usable[channel] = _is_usable(record, time, bench.numbers[run, channel], status[channel])
+        asks = status[channel] == REQUESTS_AUTHORITY and not bench.voters[run, channel]
+        if not usable[channel] or not asks:
             since[channel] = np.nan
         elif np.isnan(since[channel]):
             since[channel] = time
     default = int(record["default"])
     policy = int(record["policy"])
     if policy == VOTING:
-        return _by_vote(record, order, voters, time, numbers, since, words, usable, group)
+        return _by_vote(bench, run, time)
     if usable[default]:
-        words[HEARD] = 1
+        bench.words[run, HEARD] = 1
     if policy == STUCK:
         return default, REASON_STUCK
-    returns = policy == HYSTERESIS and _returns(record, order, time, status, words, memory, usable)
-    return _by_priority(record, order, time, since, words, usable, returns)
+    returns = policy == HYSTERESIS and _returns(bench, run, time)
+    return _by_priority(bench, run, time, returns)
 
 
 @inlined
-def _by_priority(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    order: Ints,
-    time: float,
-    since: Floats,
-    words: Ints,
-    usable: Bools,
-    returns: bool,  # noqa: FBT001 - a kernel
-) -> tuple[int, int]:
+def _by_priority(bench: Bench, run: int, time: float, returns: bool) -> tuple[int, int]:  # noqa: FBT001 - a kernel
     """Decide by requests and priority; ``returns`` says that the default acts again."""
+    record, order, words = bench.records[run], bench.order[run], bench.words[run]
+    since, usable = bench.since[run], bench.usable
     default = int(record["default"])
-    holder = _latched_or_requesting(record, order, time, since, words)
+    holder = _latched_or_requesting(bench, run, time)
     wanted = default if holder == NO_CHANNEL else holder
     if usable[wanted]:
         chosen = wanted
@@ -237,23 +227,15 @@ def _by_priority(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _by_vote(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    order: Ints,
-    voters: Bools,
-    time: float,
-    numbers: Floats,
-    since: Floats,
-    words: Ints,
-    usable: Bools,
-    group: Bools,
-) -> tuple[int, int]:
+def _by_vote(bench: Bench, run: int, time: float) -> tuple[int, int]:
     """Decide by requests of those that do not vote, else by the majority of those that do."""
+    record, order, words = bench.records[run], bench.order[run], bench.words[run]
+    since, usable = bench.since[run], bench.usable
     default = int(record["default"])
-    winner = majority(record, order, voters, numbers, usable, group)
+    winner = majority(bench, run)
     if winner != NO_CHANNEL:
         words[HEARD] = 1
-    holder = _latched_or_requesting(record, order, time, since, words)
+    holder = _latched_or_requesting(bench, run, time)
     if holder != NO_CHANNEL and usable[holder]:
         if record["latch"] > 0.0 and _precedes(order, holder, default):
             words[HOLDER] = holder
@@ -266,29 +248,27 @@ def _by_vote(  # noqa: PLR0913, PLR0917 - a kernel
     fallback = int(record["fallback"])
     if fallback == NO_CHANNEL or not usable[fallback]:
         return NO_CHANNEL, REASON_NO_MAJORITY
-    if record["latch"] > 0.0 and not voters[fallback] and _precedes(order, fallback, default):
+    if (
+        record["latch"] > 0.0
+        and not bench.voters[run, fallback]
+        and _precedes(order, fallback, default)
+    ):
         words[HOLDER] = fallback
     return fallback, REASON_NO_MAJORITY
 
 
 @inlined
-def _returns(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    order: Ints,
-    time: float,
-    status: Ints,
-    words: Ints,
-    memory: Floats,
-    usable: Bools,
-) -> bool:
+def _returns(bench: Bench, run: int, time: float) -> bool:
     """Tell whether authority that was taken goes back to the default at this tick."""
+    record, status, words = bench.records[run], bench.status[run], bench.words[run]
+    memory, usable = bench.memory[run], bench.usable
     default = int(record["default"])
     is_quiet = (
         usable[default]
         and status[default] != SILENT
         and (status[default] != DEGRADED or record["return_degraded"] > 0.0)
     )
-    for channel in order:
+    for channel in bench.order[run]:
         # Also a request that does not stand long enough to be granted is no quiet.
         if (
             channel >= 0
@@ -328,16 +308,15 @@ def _is_usable(record: Any, time: float, numbers: Floats, status: int) -> bool:
 
 
 @inlined
-def _latched_or_requesting(
-    record: Any, order: Ints, time: float, since: Floats, words: Ints
-) -> int:
+def _latched_or_requesting(bench: Bench, run: int, time: float) -> int:
     """Return the first in order of priority that holds authority or was granted it."""
-    for channel in order:
+    debounce = bench.records[run]["debounce"]
+    for channel in bench.order[run]:
         if channel < 0:
             break
-        if channel == words[HOLDER]:
+        if channel == bench.words[run, HOLDER]:
             return int(channel)
-        if time - since[channel] >= record["debounce"] - TIME_TOLERANCE:
+        if time - bench.since[run, channel] >= debounce - TIME_TOLERANCE:
             return int(channel)
     return NO_CHANNEL
 

@@ -1,6 +1,6 @@
 """Who shall act: the return of hysteresis, and what holds under every policy."""
 
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given, settings
@@ -19,6 +19,8 @@ from adeye.signals import (
     REQUESTS_AUTHORITY,
     SILENT,
 )
+from adeye.simulate.switch import policy as columns
+from adeye.spec.switch import Switch
 from tests.simulate.switch.rig import IDS, NOMINAL, SAFETY, THIRD, holders, spec, switch, ticks
 
 ASKED = (OK, REQUESTS_AUTHORITY)
@@ -182,3 +184,16 @@ def test_hysteresis_returns_after_quiet_alone_and_then_always(
         if channel != NO_CHANNEL:
             # A holder that failed for a while is not the one before, but it has its claim.
             before = channel
+
+
+# Numbers that the compiled parts of the switch share fit what the file says.
+
+
+def test_policies_are_those_of_the_file_in_its_order() -> None:
+    assert get_args(Switch.model_fields["policy"].annotation) == columns.POLICIES
+    numbers = (columns.FIXED_PRIORITY, columns.HYSTERESIS, columns.VOTING, columns.STUCK)
+    assert numbers == tuple(range(len(columns.POLICIES)))
+
+
+def test_before_the_first_channel_is_neither_a_channel_nor_nobody() -> None:
+    assert {columns.START, NO_CHANNEL} == {-2, -1}

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -258,17 +258,18 @@ class Clustering:
             objects: How many there are; behind which one a cluster is, is for the recorder only.
         """
         runs, size = len(specs), specs[0].beams * specs[0].layers
-        self._beams = specs[0].beams
         self._parameters = parameter_record(spec_columns(specs, _numbers))
         self._mask: Bools = np.zeros((runs, SLOTS), dtype=np.bool_)
         self._detections: Floats = np.zeros((runs, SLOTS, len(DETECTION_COLUMNS)))
         self._source: Ints = np.full((runs, SLOTS), -1, dtype=np.int64)
         self._stamp: Floats = np.full(runs, -1.0)
         self._alive: Bools = np.ones(runs, dtype=np.bool_)
-        self._places: Floats = np.zeros((3, size))
-        self._lists: Ints = np.zeros((6, size), dtype=np.int64)
-        self._below: Ints = np.zeros(self._beams, dtype=np.int64)
-        self._votes: Ints = np.zeros(objects, dtype=np.int64)
+        self._room = Room(
+            np.zeros((3, size)),
+            np.zeros((6, size), dtype=np.int64),
+            np.zeros(specs[0].beams, dtype=np.int64),
+            np.zeros(objects, dtype=np.int64),
+        )
 
     def detect(self, reading: Measurement) -> Measurement:
         """Return a reading with the detections in its returns; those of old returns stay.
@@ -285,13 +286,9 @@ class Clustering:
             _cluster_batch(
                 todo,
                 self._parameters,
-                self._beams,
                 reading.points,
                 reading.hits,
-                self._places,
-                self._lists,
-                self._below,
-                self._votes,
+                self._room,
                 self._mask,
                 self._detections,
                 self._source,
@@ -313,17 +310,29 @@ def _numbers(spec: PhysicalLidar) -> dict[str, float]:
     }
 
 
+class Room(NamedTuple):
+    """Scratch of a sample.
+
+    Attributes:
+        places: (3, P) see ``_X``.
+        lists: (6, P) see ``_LABEL``.
+        below: (beams,) of a layer.
+        votes: (M,) by object, zero before and after.
+    """
+
+    places: Floats
+    lists: Ints
+    below: Ints
+    votes: Ints
+
+
 @compiled
 def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
     todo: Bools,
     parameters: Any,
-    beams: int,
     points: Floats,
     hits: Ints,
-    places: Floats,
-    lists: Ints,
-    below: Ints,
-    votes: Ints,
+    room: Room,
     mask: Bools,
     detections: Floats,
     source: Ints,
@@ -333,23 +342,20 @@ def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         todo: (B,) which runs; the others are left as they are.
         parameters: (B,) records of the lidar.
-        beams: In a layer.
         points: (B, P, 3) returns.
         hits: (B, P) object behind each.
-        places: (3, P) scratch.
-        lists: (6, P) scratch.
-        below: (beams,) scratch.
-        votes: (M,) scratch, zero before and after.
+        room: Scratch.
         mask: (B, SLOTS) out.
         detections: (B, SLOTS, 7) out.
         source: (B, SLOTS) out.
     """
+    places, lists, beams = room.places, room.lists, room.below.shape[0]
     for run in range(todo.shape[0]):
         if not todo[run]:
             continue
         record = parameters[run]
         count = _keep_returns(record, points[run], places, lists[_BEAM])
-        labels = _link(record, beams, count, places, lists, below)
+        labels = _link(record, count, room)
         _gather(count, labels, lists)
         found = 0
         for label in range(labels):
@@ -364,7 +370,7 @@ def _cluster_batch(  # noqa: PLR0913, PLR0917 - a kernel
                     places[_Y],
                     _cut(record, beams, lists[_HEAD, label], lists),
                 )
-                thing = _behind(lists[_HEAD, label], lists, hits[run], votes)
+                thing = _behind(lists[_HEAD, label], lists, hits[run], room.votes)
                 found = insert_box(found, row, thing, detections[run], source[run])
         for slot in range(found, SLOTS):
             if mask[run, slot]:
@@ -402,12 +408,14 @@ def _keep_returns(record: Any, points: Floats, places: Floats, kept: Ints) -> in
 
 
 @inlined
-def _link(record: Any, beams: int, count: int, places: Floats, lists: Ints, below: Ints) -> int:
+def _link(record: Any, count: int, room: Room) -> int:
     """Label the returns so that those that belong together have labels of one root.
 
     Returns:
         Number of labels.
     """
+    places, lists, below = room.places, room.lists, room.below
+    beams = below.shape[0]
     if record["layers"] > 1.0:
         for beam in range(beams):
             below[beam] = -1
@@ -510,7 +518,7 @@ def _gather(count: int, labels: int, lists: Ints) -> None:
 
 @inlined
 def _cut(record: Any, beams: int, head: int, lists: Ints) -> float:
-    """Tell where the field of view ends on a cluster, see ``boxes.fit_box``."""
+    """Tell where the field of view ends on a cluster, see ``fit_box``."""
     if record["is_closed"] > 0.0:
         return 0.0
     left = right = 0.0

@@ -34,7 +34,7 @@ A sample of the inertial unit is the mean of the time before it, and moves the f
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 import numpy as np
 
@@ -417,17 +417,32 @@ def is_number(values: Floats) -> bool:
     return total == 0.0
 
 
+class Filter(NamedTuple):
+    """The filter of one run, and what is kept beside it.
+
+    Attributes:
+        record: What ``predict`` and ``correct`` read, and more.
+        segments: (K, 5) reference line of the road.
+        state: (STATES,) at its time; in and out.
+        covariance: (STATES, STATES) in and out.
+        row: What is kept beside them; in and out.
+        queue: (N, 3) samples since its time; in and out.
+        scratch: (SCRATCH,).
+    """
+
+    record: Any
+    segments: Floats
+    state: Floats
+    covariance: Floats
+    row: Floats
+    queue: Floats
+    scratch: Floats
+
+
 @inlined
-def add_sample(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    state: Floats,
-    covariance: Floats,
-    row: Floats,
-    queue: Floats,
-    sample: Floats,
-    time: float,
-) -> None:
+def add_sample(of: Filter, sample: Floats, time: float) -> None:
     """Put a sample into the queue and carry the estimate on to it."""
+    record, row, queue = of.record, of.row, of.queue
     rate = sample[IMU_YAW_RATE]
     # From the mount to the rear axle. What a faster turn adds at the side sums up to a change of
     # speed, so its noise does not sum up.
@@ -438,12 +453,12 @@ def add_sample(  # noqa: PLR0913, PLR0917 - a kernel
         acceleration += record["unit_y"] * (rate - row[SEEN_RATE]) / (time - row[SEEN])
     row[SEEN], row[SEEN_RATE] = time, rate
     if row[TIME] >= 0.0:
-        _carry_now(state, row, time, acceleration, rate)
+        _carry_now(of.state, row, time, acceleration, rate)
     if row[COUNT] > 0.0:
         oldest = queue[int(row[FIRST]), SAMPLE_TIME]
         if row[COUNT] >= queue.shape[0] or time - oldest > LATEST_FIX:
             # No fix comes for that time any more.
-            _advance(record, state, covariance, row, queue, oldest)
+            _advance(of, oldest)
     place = (int(row[FIRST]) + int(row[COUNT])) % queue.shape[0]
     queue[place, SAMPLE_TIME] = time
     queue[place, SAMPLE_ACCELERATION], queue[place, SAMPLE_RATE] = acceleration, rate
@@ -474,36 +489,22 @@ def _carry_now(state: Floats, row: Floats, time: float, acceleration: float, rat
 
 
 @compiled
-def _advance(
-    record: Any, state: Floats, covariance: Floats, row: Floats, queue: Floats, until: float
-) -> None:
+def _advance(of: Filter, until: float) -> None:
     """Move the filter on along the queue to a time [s], not after its last sample."""
+    row, queue = of.row, of.queue
     while row[COUNT] > 0.0:
         sample = queue[int(row[FIRST])]
         time = sample[SAMPLE_TIME]
         acceleration, rate = sample[SAMPLE_ACCELERATION], sample[SAMPLE_RATE]
-        _step(record, state, covariance, row, min(time, until), acceleration, rate)
+        if row[TIME] >= 0.0:
+            passed = min(time, until) - row[TIME]
+            predict(of.record, of.state, of.covariance, acceleration, rate, passed)
+            row[TIME] = min(time, until)
+        row[ACCELERATION], row[RATE] = acceleration, rate
         if time > until:
             return
         row[FIRST] = (int(row[FIRST]) + 1) % queue.shape[0]
         row[COUNT] -= 1.0
-
-
-@inlined
-def _step(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    state: Floats,
-    covariance: Floats,
-    row: Floats,
-    time: float,
-    acceleration: float,
-    rate: float,
-) -> None:
-    """Move the filter on by a sample to a time [s]; before it has begun it only learns that."""
-    if row[TIME] >= 0.0:
-        predict(record, state, covariance, acceleration, rate, time - row[TIME])
-        row[TIME] = time
-    row[ACCELERATION], row[RATE] = acceleration, rate
 
 
 @inlined
@@ -517,26 +518,20 @@ def add_fix(row: Floats, fix: Floats, time: float) -> None:
 
 
 @inlined
-def use_fix(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    segments: Floats,
-    state: Floats,
-    covariance: Floats,
-    row: Floats,
-    queue: Floats,
-    scratch: Floats,
-) -> None:
+def use_fix(of: Filter) -> None:
     """Use the fix that waits: the filter at its time is corrected, the estimate goes on from there.
 
     Without a fix in it, the filter is only moved on to its time.
     """
+    record, state, covariance = of.record, of.state, of.covariance
+    row, queue = of.row, of.queue
     time, fix = row[WAITING], row[WAITING_FIX : WAITING_FIX + 4]
     row[WAITING] = -1.0
     if row[TIME] > time:
         # Older than all samples in the queue.
         return
     if row[TIME] >= 0.0:
-        _advance(record, state, covariance, row, queue, time)
+        _advance(of, time)
     if not is_number(fix):
         _carry_on(state, row, queue)
         return
@@ -546,10 +541,10 @@ def use_fix(  # noqa: PLR0913, PLR0917 - a kernel
         if row[COUNT] > 0.0:
             # The time of the fix lies between that of the sample before and that of the next one.
             rate = 0.5 * (rate + queue[int(row[FIRST]), SAMPLE_RATE])
-        row[INNOVATION] = correct(record, state, covariance, fix, rate, scratch)
+        row[INNOVATION] = correct(record, state, covariance, fix, rate, of.scratch)
     else:
         _begin_in_queue(row, queue, time)
-        begin(record, segments, state, covariance, fix, row[RATE])
+        begin(record, of.segments, state, covariance, fix, row[RATE])
     _carry_on(state, row, queue)
 
 
@@ -618,7 +613,7 @@ class Localiser:
         stamp: (B,) its time [s], -1 before the first.
         states: (B, STATES) of the filters, at their time.
         covariances: (B, STATES, STATES) of these.
-        rows: (B, 21) what is kept beside them, see ``fixes``.
+        rows: (B, 21) what is kept beside them.
     """
 
     def __init__(self, context: ChannelContext, gnss: str, imu: str | None) -> None:
@@ -668,15 +663,8 @@ class Localiser:
         _update(
             self._records,
             self._segments,
-            fix,
-            fix_stamp,
-            sample,
-            sample_stamp,
-            self.states,
-            self.covariances,
-            self.rows,
-            self._queue,
-            self._scratch,
+            (fix, fix_stamp, sample, sample_stamp),
+            (self.states, self.covariances, self.rows, self._queue, self._scratch),
             self.estimate,
             self.stamp,
         )
@@ -728,30 +716,26 @@ def _records(context: ChannelContext, gnss: str, imu: str | None) -> Any:
 
 
 @compiled
-def _update(  # noqa: PLR0913, PLR0917 - a kernel
+def _update(
     records: Any,
     segments: Floats,
-    fix: Floats,
-    fix_stamp: Floats,
-    sample: Floats,
-    sample_stamp: Floats,
-    states: Floats,
-    covariances: Floats,
-    rows: Floats,
-    queue: Floats,
-    scratch: Floats,
+    newest: tuple[Floats, Floats, Floats, Floats],
+    filters: tuple[Floats, Floats, Floats, Floats, Floats],
     estimate: Floats,
     stamp: Floats,
 ) -> None:
+    fix, fix_stamp, sample, sample_stamp = newest
+    states, covariances, rows, queue, scratch = filters
     for run in range(rows.shape[0]):
         record, state, covariance = records[run], states[run], covariances[run]
-        row, samples = rows[run], queue[run]
+        row = rows[run]
+        of = Filter(record, segments[run], state, covariance, row, queue[run], scratch)
         if sample_stamp[run] > row[SEEN] and is_number(sample[run]):
-            add_sample(record, state, covariance, row, samples, sample[run], sample_stamp[run])
+            add_sample(of, sample[run], sample_stamp[run])
         if fix_stamp[run] > row[FIX_TIME]:
             add_fix(row, fix[run], fix_stamp[run])
         if 0.0 <= row[WAITING] <= row[SEEN]:
-            use_fix(record, segments[run], state, covariance, row, samples, scratch)
+            use_fix(of)
         if row[TIME] >= 0.0 and row[NOW_TIME] > stamp[run]:
             age = row[NOW_TIME] - row[TIME]
             variance = lateral_variance(state, covariance, record["rear"], age)

@@ -6,7 +6,9 @@ and a fixed-gain filter in road coordinates takes the noise out of lateral place
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
@@ -26,6 +28,11 @@ from adeye.signals import (
     PLACE_S,
     Floats,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.spec.architecture import Vehicle
 
 # Columns of an ego pose row.
 (
@@ -70,6 +77,14 @@ def clear_pose(pose: Floats) -> None:
     pose[:] = 0.0
     pose[POSE_REAR] = rear
     pose[POSE_STAMP] = -1.0
+
+
+def first_poses(vehicles: Sequence[Vehicle]) -> Floats:
+    """Return the poses (B, POSE_WIDTH) of vehicles before the first sample."""
+    poses = np.zeros((len(vehicles), POSE_WIDTH))
+    poses[:, POSE_REAR] = [0.5 * vehicle.wheelbase for vehicle in vehicles]
+    poses[:, POSE_STAMP] = -1.0
+    return poses
 
 
 @inlined

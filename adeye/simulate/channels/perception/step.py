@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -21,13 +21,12 @@ from adeye.signals import (
 )
 from adeye.simulate.channels.perception.localisation import Localiser
 from adeye.simulate.channels.perception.pose import (
-    POSE_REAR,
-    POSE_WIDTH,
-    clear_pose,
+    first_poses,
     has_pose,
     update_pose,
 )
 from adeye.simulate.channels.perception.tracking import (
+    Sample,
     assumed_accuracy,
     drop_tentative,
     predict_tracks,
@@ -47,7 +46,7 @@ from adeye.simulate.channels.perception.tracks import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -65,8 +64,8 @@ _FLOAT: Final = np.dtype(np.float64)
 _BOOL: Final = np.dtype(np.bool_)
 
 
-class Sight:
-    """Shows the newest samples of the linked sensors, where they lie: nothing is copied.
+class Samples(NamedTuple):
+    """The newest samples of the linked sensors, where they lie: nothing is copied.
 
     They are looked at during the tick only, because a sensor may write to its arrays at the next.
 
@@ -86,6 +85,21 @@ class Sight:
         owner: (M,) scratch of the step.
     """
 
+    accuracy: Floats
+    mounts: Floats
+    stamps: tuple[Floats, ...]
+    masks: tuple[Bools, ...]
+    detections: tuple[Floats, ...]
+    alive: tuple[Bools, ...]
+    estimate: Floats
+    estimate_stamp: Floats
+    places: Floats
+    owner: Ints
+
+
+class Sight:
+    """Shows the newest samples of the linked sensors."""
+
     def __init__(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch.
 
@@ -104,58 +118,62 @@ class Sight:
         self._slots = LEAST_SLOTS
         while self._slots < len(self._ids):
             self._slots *= 2
+        self._no_stamp: Floats = np.full(runs, -1.0)
         self._nothing = (
-            np.full(runs, -1.0),
+            self._no_stamp,
             np.zeros((runs, 0), dtype=np.bool_),
             np.zeros((runs, 0, len(DETECTION_COLUMNS))),
         )
         self._all_alive: Bools = np.ones(runs, dtype=np.bool_)
-        self.stamps: tuple[Floats, ...] = ()
-        self.masks: tuple[Bools, ...] = ()
-        self.detections: tuple[Floats, ...] = ()
-        self.alive: tuple[Bools, ...] = ()
-        self.places: Floats = np.zeros((0, 2))
-        self.owner: Ints = np.zeros(0, dtype=np.int64)
-        self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
-        self.estimate_stamp: Floats = np.full(runs, -1.0)
+        self._places: Floats = np.zeros((0, 2))
+        self._owner: Ints = np.zeros(0, dtype=np.int64)
+        self._no_estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
         self.localiser = Localiser.of(context)
         self._no_motion: Floats = np.zeros((runs, len(IMU_COLUMNS)))
 
-    def take(self, measurements: Mapping[str, Measurement], time: float = math.nan) -> None:
+    def take(self, measurements: Mapping[str, Measurement], time: float = math.nan) -> Samples:
         """Look at the measurements of a tick.
 
         Args:
             measurements: By sensor id.
             time: Of the tick [s]; a channel with a receiver and no inertial unit needs it.
         """
-        stamp, mask, detections = self._nothing
         seen = [measurements[name] for name in self._seeing]
-        spare = self._slots - len(seen)
-        self.stamps = (*(_plain(item.stamp, _FLOAT) for item in seen), *[stamp] * spare)
-        self.masks = (*(_plain(item.mask, _BOOL) for item in seen), *[mask] * spare)
-        self.detections = (
-            *(_plain(item.detections, _FLOAT) for item in seen),
-            *[detections] * spare,
+        rows = [
+            (_plain(item.stamp, _FLOAT), _plain(item.mask, _BOOL), _plain(item.detections, _FLOAT))
+            for item in seen
+        ]
+        stamps, masks, detections = zip(
+            *rows, *[self._nothing] * (self._slots - len(seen)), strict=True
         )
         items = [measurements[name] for name in self._ids]
-        self.alive = (
-            *(_plain(item.alive, _BOOL) for item in items),
-            *[self._all_alive] * (self._slots - len(items)),
+        alive = [_plain(item.alive, _BOOL) for item in items]
+        size = max(mask.shape[1] for mask in masks)
+        if size > self._owner.shape[0]:
+            self._places, self._owner = np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
+        estimate, estimate_stamp = self._estimate(items, measurements, time)
+        return Samples(
+            self.accuracy,
+            self.mounts,
+            stamps,
+            masks,
+            detections,
+            (*alive, *[self._all_alive] * (self._slots - len(items))),
+            estimate,
+            estimate_stamp,
+            self._places,
+            self._owner,
         )
-        size = max(rows.shape[1] for rows in self.masks)
-        if size > self.owner.shape[0]:
-            self.places, self.owner = np.zeros((size, 2)), np.zeros(size, dtype=np.int64)
+
+    def _estimate(
+        self, items: Sequence[Measurement], measurements: Mapping[str, Measurement], time: float
+    ) -> tuple[Floats, Floats]:
         for item in items:
             if item.estimate is not None:
-                self.estimate = _plain(item.estimate, _FLOAT)
-                self.estimate_stamp = _plain(item.stamp, _FLOAT)
-                return
-        if self.localiser is not None:
-            self._localise(self.localiser, measurements, time)
-
-    def _localise(
-        self, localiser: Localiser, measurements: Mapping[str, Measurement], time: float
-    ) -> None:
+                return _plain(item.estimate, _FLOAT), _plain(item.stamp, _FLOAT)
+        localiser = self.localiser
+        if localiser is None:
+            return self._no_estimate, self._no_stamp
         fix = measurements[localiser.gnss]
         if localiser.imu is None:
             sample, stamp = self._no_motion, np.full(self._no_motion.shape[0], time)
@@ -163,7 +181,7 @@ class Sight:
             unit = measurements[localiser.imu]
             sample, stamp = _plain(unit.values, _FLOAT), _plain(unit.stamp, _FLOAT)
         localiser.update(_plain(fix.values, _FLOAT), _plain(fix.stamp, _FLOAT), sample, stamp)
-        self.estimate, self.estimate_stamp = localiser.estimate, localiser.stamp
+        return localiser.estimate, localiser.stamp
 
 
 def _plain(array: Any, kind: Any) -> Any:
@@ -189,13 +207,13 @@ block has touched is still near when the next stage wants it."""
 NOTE_WIDTH: Final = 6
 
 
-class Perception:
-    """What a channel knows of the ego and of the objects around it, from its linked sensors.
+class Seen(NamedTuple):
+    """What a channel knows of the ego and of the objects around it, run by run.
 
     Attributes:
         records: (B,) parameters, vehicle and road, see ``driving.channel_records``.
         segments: (B, R, 5) reference line of the road.
-        running: (B,) runs that had not ended at the newest tick.
+        running: (B,) runs that had not ended at the newest tick; the others are left alone.
         pose: (B, POSE_WIDTH).
         tracks: (B, K, TRACK_STATE).
         notes: (B, NOTE_WIDTH), of which decisions read ``NOTE_END``.
@@ -203,131 +221,70 @@ class Perception:
         shown: (B, K, 6) confirmed tracks, see ``signals.TRACK_COLUMNS``; NaN rows are empty.
     """
 
+    records: Any
+    segments: Floats
+    running: Bools
+    pose: Floats
+    tracks: Floats
+    notes: Floats
+    degraded: Bools
+    shown: Floats
+
+
+class Perception:
+    """Makes what a channel knows from its linked sensors.
+
+    Attributes:
+        seen: What it knows; the arrays stay the same.
+    """
+
     def __init__(self, context: ChannelContext, records: NDArray[np.void]) -> None:
         """Prepare for the runs of a batch.
 
         Args:
             context: Of the channel.
-            records: (B,) see above; ``_perceive_block`` says what is read of them.
+            records: (B,) see ``driving.channel_records``, with ``period``: since the previous call
+                [s], ``coast``: how long a confirmed track lives without a detection [s], ``gate``:
+                largest distance between a track and its detection [m], ``behind``: how far behind
+                the ego a track may begin [m], ``confirm_hits``: detections that confirm a track,
+                ``confirm_window``: samples among which these must be, 0 for any.
         """
         runs = context.runs
         self._sight = Sight(context)
         self._used = np.full(self._sight.mounts.shape[:2], -1.0)
-        self.records = records
-        self.segments: Floats = np.ascontiguousarray(context.road.segments)
-        self.running: Bools = np.zeros(runs, dtype=np.bool_)
-        self.pose: Floats = np.zeros((runs, POSE_WIDTH))
-        self.pose[:, POSE_REAR] = [0.5 * vehicle.wheelbase for vehicle in context.vehicles]
-        for row in self.pose:
-            clear_pose(row)
-        self.tracks: Floats = np.zeros((runs, TRACKS, TRACK_STATE))
-        self.notes: Floats = np.zeros((runs, NOTE_WIDTH))
-        self.degraded: Bools = np.zeros(runs, dtype=np.bool_)
-        self.shown: Floats = np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan)
+        self.seen = Seen(
+            records=records,
+            segments=np.ascontiguousarray(context.road.segments),
+            running=np.zeros(runs, dtype=np.bool_),
+            pose=first_poses(context.vehicles),
+            tracks=np.zeros((runs, TRACKS, TRACK_STATE)),
+            notes=np.zeros((runs, NOTE_WIDTH)),
+            degraded=np.zeros(runs, dtype=np.bool_),
+            shown=np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan),
+        )
 
     def update(self, observation: Observation) -> None:
         """Take in the measurements of a tick of the channel."""
-        sight = self._sight
-        sight.take(observation.measurements, observation.time)
-        # A copy, because plug-ins are shown arrays that the compiler takes for another type.
-        self.running = observation.running.copy()
-        _perceive(
-            self.records,
-            observation.time,
-            self.running,
-            self.segments,
-            sight.estimate,
-            sight.estimate_stamp,
-            sight.accuracy,
-            sight.mounts,
-            sight.stamps,
-            sight.alive,
-            sight.masks,
-            sight.detections,
-            self.pose,
-            self.tracks,
-            self._used,
-            self.notes,
-            self.degraded,
-            self.shown,
-            sight.places,
-            sight.owner,
-        )
+        samples = self._sight.take(observation.measurements, observation.time)
+        # A copy, because a channel keeps what it was shown, whatever becomes of the array.
+        self.seen.running[:] = observation.running
+        _perceive(self.seen, samples, self._used, observation.time)
 
 
 @compiled
-def _perceive(  # noqa: PLR0913, PLR0917 - a kernel
-    records: Any,
-    time: float,
-    running: Bools,
-    segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    alive: tuple[Bools, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
-    pose: Floats,
-    tracks: Floats,
-    used: Floats,
-    notes: Floats,
-    degraded: Bools,
-    shown: Floats,
-    places: Floats,
-    owner: Ints,
-) -> None:
-    for begin in range(0, records.shape[0], BLOCK):
-        stop = min(begin + BLOCK, records.shape[0])
-        _perceive_block(
-            begin,
-            stop,
-            records,
-            time,
-            running,
-            segments,
-            estimate,
-            estimate_stamp,
-            accuracy,
-            mounts,
-            stamps,
-            masks,
-            detections,
-            pose,
-            tracks,
-            used,
-            notes,
-            places,
-            owner,
-        )
+def _perceive(seen: Seen, samples: Samples, used: Floats, time: float) -> None:
+    for begin in range(0, seen.records.shape[0], BLOCK):
+        stop = min(begin + BLOCK, seen.records.shape[0])
+        _perceive_block(begin, stop, seen, samples, used, time)
         for run in range(begin, stop):
-            if running[run]:
-                degraded[run] = _is_degraded(alive, run)
-                _show_tracks(tracks[run], records[run]["confirm_hits"], shown[run])
+            if seen.running[run]:
+                seen.degraded[run] = _is_degraded(samples.alive, run)
+                _show_tracks(seen.tracks[run], seen.records[run]["confirm_hits"], seen.shown[run])
 
 
 @inlined
-def _perceive_block(  # noqa: PLR0913, PLR0917 - a kernel
-    begin: int,
-    stop: int,
-    records: Any,
-    time: float,
-    running: Bools,
-    segments: Floats,
-    estimate: Floats,
-    estimate_stamp: Floats,
-    accuracy: Floats,
-    mounts: Floats,
-    stamps: tuple[Floats, ...],
-    masks: tuple[Bools, ...],
-    detections: tuple[Floats, ...],
-    pose: Floats,
-    tracks: Floats,
-    used: Floats,
-    notes: Floats,
-    places: Floats,
-    owner: Ints,
+def _perceive_block(
+    begin: int, stop: int, seen: Seen, samples: Samples, used: Floats, time: float
 ) -> None:
     """Bring pose and tracks of a block of runs to the present tick, stage by stage.
 
@@ -336,61 +293,43 @@ def _perceive_block(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         begin: First run.
         stop: Run behind the last.
-        records: (B,) with ``period``: since the previous call [s], ``coast``: how long a confirmed
-            track lives without a detection [s], ``gate``: largest distance between a track and its
-            detection [m], ``behind``: how far behind the ego a track may begin [m],
-            ``confirm_hits``: detections that confirm a track, ``confirm_window``: samples among
-            which these must be, 0 for any.
-        time: [s].
-        running: (B,) runs that have not ended; the others are left alone.
-        segments: (B, K, 5) reference line of the road.
-        estimate: (B, 13) newest ego estimate.
-        estimate_stamp: (B,) its time [s], -1 before the first.
-        accuracy: (B, S, ACCURACY_WIDTH) what is assumed of each sensor.
-        mounts: (B, S, 2) x, y [m].
-        stamps: Time of each sensor's newest sample (B,) [s], see ``sight.Sight``.
-        masks: Which detections are in it (B, M).
-        detections: (B, M, 7).
-        pose: (B, POSE_WIDTH) in and out.
-        tracks: (B, K, TRACK_STATE) in and out.
+        seen: In and out.
+        samples: Newest ones.
         used: (B, S) stamp of each sensor's newest sample that was used [s]; in and out.
-        notes: (B, NOTE_WIDTH) out.
-        places: (M, 2) scratch.
-        owner: (M,) scratch.
+        time: [s].
     """
+    records, running, pose = seen.records, seen.running, seen.pose
+    tracks, notes = seen.tracks, seen.notes
     for run in range(begin, stop):
         if running[run]:
             update_pose(
                 pose[run],
-                segments[run],
-                estimate[run],
-                estimate_stamp[run],
+                seen.segments[run],
+                samples.estimate[run],
+                samples.estimate_stamp[run],
                 time,
                 records[run]["period"],
             )
     for run in range(begin, stop):
         if running[run]:
             _predict(records[run], time, pose[run], tracks[run], notes[run])
-    for sensor in range(mounts.shape[1]):
-        stamp, mask, rows = stamps[sensor], masks[sensor], detections[sensor]
+    for sensor in range(samples.mounts.shape[1]):
+        stamp = samples.stamps[sensor]
+        mask, rows = samples.masks[sensor], samples.detections[sensor]
         for run in range(begin, stop):
             if running[run] and notes[run, NOTE_END] >= 0.0 and stamp[run] > used[run, sensor]:
                 used[run, sensor] = stamp[run]
-                _update(
-                    records[run],
-                    time,
-                    sensor,
-                    accuracy[run, sensor],
-                    mounts[run, sensor],
+                sample = Sample(
+                    samples.accuracy[run, sensor],
+                    samples.mounts[run, sensor],
                     stamp[run],
+                    time - stamp[run],
                     mask[run],
                     rows[run],
-                    pose[run],
-                    tracks[run],
-                    notes[run],
-                    places,
-                    owner,
+                    samples.places,
+                    samples.owner,
                 )
+                _update(records[run], sensor, sample, pose[run], tracks[run], notes[run])
     for run in range(begin, stop):
         if running[run]:
             end = int(notes[run, NOTE_END])
@@ -420,26 +359,13 @@ def _note_motion(note: Floats, age: float, motion: tuple[float, float, float, fl
 
 
 @inlined
-def _update(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    time: float,
-    sensor: int,
-    accuracy: Floats,
-    mount: Floats,
-    stamp: float,
-    mask: Bools,
-    detections: Floats,
-    pose: Floats,
-    tracks: Floats,
-    note: Floats,
-    places: Floats,
-    owner: Ints,
+def _update(
+    record: Any, sensor: int, sample: Sample, pose: Floats, tracks: Floats, note: Floats
 ) -> None:
     """Update the tracks of one run with a new sample of one sensor."""
-    age = time - stamp
     # Many a sensor is as late as the one before, so the way since then is the same.
-    if age != note[NOTE_AGE]:
-        _note_motion(note, age, carried_by(pose, age))
+    if sample.age != note[NOTE_AGE]:
+        _note_motion(note, sample.age, carried_by(pose, sample.age))
     note[NOTE_END] = update_tracks(
         tracks,
         int(note[NOTE_END]),
@@ -450,17 +376,9 @@ def _update(  # noqa: PLR0913, PLR0917 - a kernel
             note[NOTE_MOTION + 2],
             note[NOTE_MOTION + 3],
         ),
-        accuracy,
-        mount[0],
-        mount[1],
-        mask,
-        detections,
-        stamp,
-        age,
+        sample,
         record["gate"],
         (record["confirm_hits"], record["confirm_window"], float(sensor)),
-        places,
-        owner,
         record["behind"],
     )
 
@@ -470,7 +388,7 @@ def _is_degraded(alive: tuple[Bools, ...], run: int) -> bool:
     """Tell whether a linked sensor does not deliver.
 
     Args:
-        alive: Whether each delivers (B,), see ``sight.Sight``.
+        alive: Whether each delivers (B,), see ``Samples``.
         run: Which row is meant.
     """
     for sensor in range(len(alive)):  # noqa: SIM110 - a kernel

@@ -1,7 +1,7 @@
 """From detections of several sensors to tracks: association, filter, confirmation, coasting.
 
 Tracks live in the vehicle frame of the channel's tick, with velocities relative to the ground. Each
-has a filter, see ``filtering``; that the frame turns is left out of its covariances, because new
+has a filter, see ``tracks``; that the frame turns is left out of its covariances, because new
 samples come sooner than a turn matters. A sample is old when it arrives: a track is compared
 with it at the sample's time, from where the ego has been carried on since.
 
@@ -12,7 +12,7 @@ nor a fault. Where a sweep changes a noise it changes the data sheet, and with i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -336,23 +336,39 @@ def drop_tentative(tracks: Floats, end: int, time: float, confirm_hits: float) -
             tracks[row, TRACK_HITS] = 0.0
 
 
+class Sample(NamedTuple):
+    """A new sample of one sensor.
+
+    Attributes:
+        accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
+        mount: (2,) x, y of the sensor in the vehicle frame [m].
+        stamp: Its time [s].
+        age: Time since then [s].
+        mask: (M,) which detections are there.
+        detections: (M, 7) in the vehicle frame of the sample's time.
+        places: (M, 2) scratch.
+        owner: (M,) scratch.
+    """
+
+    accuracy: Floats
+    mount: Floats
+    stamp: float
+    age: float
+    mask: Bools
+    detections: Floats
+    places: Floats
+    owner: Ints
+
+
 @inlined
 def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     tracks: Floats,
     end: int,
     pose: Floats,
     motion: tuple[float, float, float, float],
-    accuracy: Floats,
-    mount_x: float,
-    mount_y: float,
-    mask: Bools,
-    detections: Floats,
-    stamp: float,
-    age: float,
+    sample: Sample,
     gate: float,
     confirm: tuple[float, float, float],
-    places: Floats,
-    owner: Ints,
     behind: float = BEHIND,
 ) -> int:
     """Update tracks with one new sample of one sensor, and begin tracks for what fits none.
@@ -362,26 +378,20 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         end: Of the tracks.
         pose: (POSE_WIDTH,) of the ego now.
         motion: Of the vehicle frame since the sample, see ``tracks.carried_by``.
-        accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
-        mount_x: Of the sensor in the vehicle frame [m].
-        mount_y: [m].
-        mask: (M,) which detections are there.
-        detections: (M, 7) in the vehicle frame of the sample's time.
-        stamp: Time of the sample [s].
-        age: Time since the sample [s].
+        sample: The sample.
         gate: Largest distance between a track and its detection [m].
-        confirm: What confirms a track, see ``confirmation.CONFIRM_HITS``.
-        places: (M, 2) scratch.
-        owner: (M,) scratch.
+        confirm: What confirms a track, see ``tracks.CONFIRM_HITS``.
         behind: How far behind the ego a track may begin [m].
 
     Returns:
         The end of the tracks.
     """
+    detections, age = sample.detections, sample.age
+    places, owner = sample.places, sample.owner
     count = 0
-    for row in range(mask.shape[0]):
+    for row in range(sample.mask.shape[0]):
         owner[row] = BLOCKED
-        if mask[row]:
+        if sample.mask[row]:
             owner[row] = FREE
             count = row + 1
             places[row, 0], places[row, 1] = carry_by(
@@ -391,8 +401,10 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
         count_misses(tracks, end, confirm)
         return end
     speed = max(0.0, pose[POSE_SPEED] - pose[POSE_ACCELERATION] * age)
-    forward, aside = point_velocity(speed, pose[POSE_YAW_RATE], mount_x + pose[POSE_REAR], mount_y)
-    mount_x, mount_y = carry_by(motion, mount_x, mount_y)
+    forward, aside = point_velocity(
+        speed, pose[POSE_YAW_RATE], sample.mount[0] + pose[POSE_REAR], sample.mount[1]
+    )
+    mount_x, mount_y = carry_by(motion, sample.mount[0], sample.mount[1])
     sine, cosine = motion[2], motion[3]
     origin = (
         mount_x, mount_y, cosine * forward + sine * aside, cosine * aside - sine * forward
@@ -419,9 +431,9 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             tracks[place, TRACK_BEGUN_BY] = confirm[CONFIRM_SENSOR]
         is_known = False
         track = tracks[place]
-        _correct(track, detections[row], x, y, origin, accuracy, age)
+        _correct(track, detections[row], x, y, origin, sample.accuracy, age)
         # When it arrived, not when it was made: a late sensor has not lost the object.
-        track[TRACK_SEEN] = stamp + age
+        track[TRACK_SEEN] = sample.stamp + age
         count_hit(track, confirm)
     count_misses(tracks, end, confirm)
     return end

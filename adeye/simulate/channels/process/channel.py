@@ -14,8 +14,6 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from adeye.errors import SpecError
 from adeye.plugins import locate_file
 from adeye.signals import SILENT, ControlCommand, Observation
@@ -207,10 +205,8 @@ class ProcessChannel:
         return answers
 
     def _fail(self, run: int, time: float, broken: Broken) -> None:
-        runs = np.zeros(self._failures.silent.shape[0], dtype=np.bool_)
-        runs[run] = True
         self._failures.add(
-            runs,
+            run,
             broken.outcome,
             time,
             # What is stored with results must not depend on where a project lies.

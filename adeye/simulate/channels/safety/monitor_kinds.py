@@ -8,13 +8,13 @@ old.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from adeye.kernel.criticality import rss_longitudinal_distance
 from adeye.kernel.elementary import sin_cos, tan
-from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.jit import inlined
 from adeye.kernel.road import lane_way, local, right_edge
 from adeye.signals import FAULT
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
@@ -29,6 +29,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_Y,
     POSE_YAW_RATE,
 )
+from adeye.simulate.channels.perception.step import NOTE_END
 from adeye.simulate.channels.perception.tracks import (
     TRACK_HITS,
     TRACK_LENGTH,
@@ -36,7 +37,7 @@ from adeye.simulate.channels.perception.tracks import (
     TRACK_X,
     TRACK_Y,
 )
-from adeye.simulate.channels.safety.monitors import (
+from adeye.simulate.channels.safety.in_lane import (
     MEMORY_PATH,
     MEMORY_STOPPING,
     SEEN_D,
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
 """Kinds, in the order of ``spec.supervisor.KINDS``."""
 
 # Columns of a rule: what a monitor is, and from RULE_FIRST on its thresholds in the order of
-# ``supervised.THRESHOLDS``.
+# ``supervisor.THRESHOLDS``.
 (
     RULE_KIND,
     RULE_LEVEL,
@@ -101,7 +102,7 @@ assert len(KINDS) == LAST_SAFE_STOP + 1
 
 
 class Watch(NamedTuple):
-    """What the monitors of a batch look at beside ``supervision.Batch``.
+    """What the monitors of a batch look at beside ``in_lane.Batch``.
 
     Attributes:
         rules: (B, Q, RULE_ROW).
@@ -179,7 +180,11 @@ def channel_implausible(batch: Batch, watch: Watch, run: int, channel: int, rule
     """Fire when a command is no number, out of range, too quick, or no turn that is driven."""
     if not batch.heard[run, channel]:
         return False
-    record, pose, change = batch.records[run], batch.pose[run], watch.changes[run, channel]
+    record, pose, change = (
+        batch.seen.records[run],
+        batch.seen.pose[run],
+        watch.changes[run, channel],
+    )
     acceleration, steering = batch.numbers[run, channel, 0], batch.numbers[run, channel, 1]
     if not (
         abs(acceleration) <= rule[RULE_FIRST]
@@ -210,7 +215,7 @@ def channel_stuck(batch: Batch, watch: Watch, run: int, channel: int, rule: Floa
     held = change[CHANGE_STAMP] - change[CHANGE_SINCE]
     is_alive = held < rule[RULE_FIRST] - _TIME_TOLERANCE
     is_number = not math.isnan(change[CHANGE_ACCELERATION] + change[CHANGE_STEERING])
-    return not (is_number and (is_alive or batch.pose[run, POSE_SPEED] < rule[RULE_FIRST + 1]))
+    return not (is_number and (is_alive or batch.seen.pose[run, POSE_SPEED] < rule[RULE_FIRST + 1]))
 
 
 @inlined
@@ -226,7 +231,7 @@ def sensor_silent(watch: Watch, run: int, sensor: int, time: float, rule: Floats
 @inlined
 def off_road(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
     """Fire when the centre of the ego is where nothing carries a vehicle."""
-    record, pose = batch.records[run], batch.pose[run]
+    record, pose = batch.seen.records[run], batch.seen.pose[run]
     right = right_edge(refuges, pose[POSE_S], record["shoulder"], record["verge"])
     left = record["lanes"] * record["lane_width"]
     return not right - rule[RULE_FIRST] <= pose[POSE_D] <= left + rule[RULE_FIRST]
@@ -235,7 +240,7 @@ def off_road(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
 @inlined
 def lane_departure(batch: Batch, run: int, rule: Floats) -> bool:
     """Fire when the ego is too far from its lane or from the stop that is driven."""
-    record, seen = batch.records[run], batch.evidence
+    record, seen = batch.seen.records[run], batch.evidence
     is_near = abs(seen[SEEN_OFFSET]) <= rule[RULE_FIRST]
     return not (is_near and 0.0 <= seen[SEEN_D] <= record["lanes"] * record["lane_width"])
 
@@ -246,46 +251,35 @@ def object_danger(batch: Batch, rule: Floats) -> bool:
     return not batch.evidence[SEEN_REQUIRED] < rule[RULE_FIRST]
 
 
-@compiled
-def is_occupied(  # noqa: PLR0913, PLR0917 - a kernel
-    tracks: Floats,
-    end: int,
-    pose: Floats,
-    segments: Floats,
-    center: float,
-    record: Any,
-    time: float,
-    width_factor: float,
-) -> bool:
-    """Tell whether an object is in the strip that the ego is about to drive over.
+@inlined
+def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
+    """Fire when an object is in the strip that the ego is about to drive over.
 
     The strip lies along the road, about the line from the ego to the centre of its path, from the
     rear of the ego on.
 
     Args:
-        tracks: (K, TRACK_STATE).
-        end: Rows of tracks from here on are free places.
-        pose: (POSE_WIDTH,).
-        segments: (K, 5) reference line of the road.
-        center: Lateral place of the path [m].
-        record: Has ``length``, ``width`` of the ego [m] and ``confirm_hits``.
-        time: Its length is that of the ego and what it drives in this time [s].
-        width_factor: Its width, in widths of the ego.
+        batch: What is read.
+        run: Which row is meant.
+        rule: Its length is that of the ego and what it drives in a time [s], and its width is given
+            in widths of the ego.
     """
+    record, pose, tracks = batch.seen.records[run], batch.seen.pose[run], batch.seen.tracks[run]
+    time, width_factor = rule[RULE_FIRST], rule[RULE_FIRST + 1]
     sine, cosine = sin_cos(pose[POSE_HEADING])
     road = pose[POSE_HEADING] - pose[POSE_ALIGN]
     behind = -0.5 * record["length"]
     ahead = 0.5 * record["length"] + pose[POSE_SPEED] * time
     half = 0.5 * width_factor * record["width"]
-    for row in range(end):
+    for row in range(int(batch.seen.notes[run, NOTE_END])):
         track = tracks[row]
         if track[TRACK_HITS] < record["confirm_hits"]:
             continue
         x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
-        s, d, heading, _ = local(segments, x, y)
+        s, d, heading, _ = local(batch.seen.segments[run], x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
-        aside = abs(offset_from_corridor(d, center, pose[POSE_D]))
+        aside = abs(offset_from_corridor(d, batch.memory[run, MEMORY_PATH], pose[POSE_D]))
         long, wide = 0.5 * track[TRACK_LENGTH], 0.5 * track[TRACK_WIDTH]
         is_clear = way - long >= ahead or way + long <= behind or aside - wide >= half
         if not is_clear:
@@ -294,25 +288,10 @@ def is_occupied(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def critical_area(batch: Batch, run: int, end: int, rule: Floats) -> bool:
-    """Fire when an object is in the strip along the path."""
-    return is_occupied(
-        batch.tracks[run],
-        end,
-        batch.pose[run],
-        batch.segments[run],
-        batch.memory[run, MEMORY_PATH],
-        batch.records[run],
-        rule[RULE_FIRST],
-        rule[RULE_FIRST + 1],
-    )
-
-
-@inlined
 def rss_danger(batch: Batch, run: int, rule: Floats) -> bool:
     """Fire when the object ahead is nearer than the longitudinal safe distance of RSS."""
     safe = rss_longitudinal_distance(
-        batch.pose[run, POSE_SPEED],
+        batch.seen.pose[run, POSE_SPEED],
         batch.path[PATH_SPEED],
         rule[RULE_FIRST],
         rule[RULE_FIRST + 1],
@@ -325,7 +304,7 @@ def rss_danger(batch: Batch, run: int, rule: Floats) -> bool:
 @inlined
 def odd_exit(batch: Batch, run: int, rule: Floats) -> bool:
     """Fire when the ego leaves a speed or a part of the road."""
-    pose = batch.pose[run]
+    pose = batch.seen.pose[run]
     is_inside = (
         pose[POSE_SPEED] <= rule[RULE_FIRST]
         and rule[RULE_FIRST + 1] <= pose[POSE_S] <= rule[RULE_FIRST + 2]
@@ -357,7 +336,7 @@ def of_watched(batch: Batch, watch: Watch, run: int, monitor: int, time: float) 
 
 
 @inlined
-def of_scene(batch: Batch, refuges: Floats, run: int, end: int, rule: Floats) -> bool:
+def of_scene(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
     """Tell whether a monitor of the scene fires; the ego knows where it is."""
     kind = int(rule[RULE_KIND])
     if kind == OFF_ROAD:
@@ -367,7 +346,7 @@ def of_scene(batch: Batch, refuges: Floats, run: int, end: int, rule: Floats) ->
     if kind == OBJECT_DANGER:
         return object_danger(batch, rule)
     if kind == CRITICAL_AREA:
-        return critical_area(batch, run, end, rule)
+        return critical_area(batch, run, rule)
     if kind == RSS_DANGER:
         return rss_danger(batch, run, rule)
     return odd_exit(batch, run, rule)

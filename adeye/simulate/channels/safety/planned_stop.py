@@ -1,4 +1,10 @@
-"""The safety channel with a planner of safe stops."""
+"""The safety channel with a planner of safe stops, which judges every stop of the library.
+
+A stop is feasible if it keeps to its lateral limits and the road, meets no predicted object and
+cuts up nobody. Of the feasible ones that with the best rating of its end is taken; if there is
+none, the one that does least harm. Who drives behind the ego in its own lane is not asked: to brake
+is right whoever follows, and how hard is in the order of the decelerations.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +13,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from adeye.kernel.elementary import tan
+from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import (
+    OBJECT_BEHIND,
+    OBJECT_GROWTH,
     OBJECT_ROW,
     PATH_EXISTS,
+    PATH_LENGTH,
     PATH_ROW,
     PATH_START,
     PATH_TARGET,
@@ -19,34 +28,56 @@ from adeye.kernel.profiles import (
     PROFILE_ROW,
     PROFILE_S,
     PROFILE_SPEED,
+    WAY_D,
     WAY_ROW,
+    WAY_S,
+    WAY_SPEED,
     at_path,
+    margin_at,
 )
-from adeye.kernel.road import position
+from adeye.kernel.road import NO_REFUGE, REST_AREA, position
 from adeye.kernel.stops import (
     ANYWHERE,
+    IN_LANE,
     LAID_PATHS,
     LAID_PROFILES,
+    ONLY_REST_AREA,
     REFUGE,
+    RIGHT_LANE,
+    ROADSIDE,
     RULE_NAMES,
+    SHOULDER,
     STOP_INTERVAL,
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
     STRAIGHT,
+    fill_stop,
+    fits_limits,
+    lay_refuge_stops,
+    lay_stops,
     path_of,
     profile_of,
+    rate_stop,
+    refuge_of,
+    stands_at,
     stop_jerk,
     stop_level,
 )
-from adeye.signals import FAULT, ControlCommand, Floats, Ints, spec_columns
+from adeye.signals import FAULT, Floats, spec_columns
 from adeye.simulate.channels.corridor import PATH_REQUIRED
-from adeye.simulate.channels.driving import MAX_LATERAL
-from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_D, POSE_S, POSE_SPEED
-from adeye.simulate.channels.perception.step import NOTE_END
+from adeye.simulate.channels.driving import MAX_LATERAL, parameter_columns
+from adeye.simulate.channels.hooks import POINTS, Shown
+from adeye.simulate.channels.perception.pose import (
+    POSE_ACCELERATION,
+    POSE_ALIGN,
+    POSE_CURVATURE,
+    POSE_D,
+    POSE_S,
+    POSE_SPEED,
+)
 from adeye.simulate.channels.perception.tracks import TRACKS
-from adeye.simulate.channels.safety.in_lane import SafetyChannel
-from adeye.simulate.channels.safety.monitors import (
+from adeye.simulate.channels.safety.in_lane import (
     MEMORY_BRAKING,
     MEMORY_PATH,
     MEMORY_STOPPING,
@@ -55,6 +86,7 @@ from adeye.simulate.channels.safety.monitors import (
     SEEN_D,
     SEEN_OFFSET,
     Batch,
+    SafetyChannel,
     answer,
     brake,
     coast,
@@ -65,28 +97,341 @@ from adeye.simulate.channels.safety.monitors import (
     tell,
     update_stopping,
 )
-from adeye.simulate.channels.safety.stop_planner import (
-    FOUND_COST,
-    FOUND_FEASIBLE,
-    FOUND_ROW,
-    NO_STOP,
-    plan_stop,
-)
-from adeye.simulate.channels.trajectory.cost import predict_objects
-from adeye.simulate.channels.trajectory.planner import steer_along
+from adeye.simulate.channels.trajectory.cost import Others, is_cut_up, overlap, predict_objects
+from adeye.simulate.channels.trajectory.planner import LOST, steer_along
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
+    from adeye.signals import Floats
+    from adeye.simulate.channels.perception.step import Seen
     from adeye.spec.architecture import Vehicle
     from adeye.spec.channels import SafetyParameters
+
+# --- Whether a safe stop cuts up somebody in a lane that it enters or crosses ---------------------
+
+
+class StopTask(NamedTuple):
+    """What the planner reads and writes for one run.
+
+    Attributes:
+        record: Parameters, see ``PlannedSafetyChannel``.
+        rules: (RULES,) rating of each kind of place.
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        pose: (POSE_WIDTH,).
+        center: Centre of the ego's lane [m].
+        others: The predicted objects, with STOP_SAMPLES each.
+        driven: (PATH_ROW,) path of the stop that is being driven; in and out.
+        paths: (LAID_PATHS, PATH_ROW) out.
+        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out.
+        line: (STOP_SAMPLES, 2) scratch.
+        found: (STOPS, FOUND_ROW) what is found of the stops, out.
+    """
+
+    record: Any
+    rules: Floats
+    segments: Floats
+    refuges: Floats
+    pose: Floats
+    center: float
+    others: Others
+    driven: Floats
+    paths: Floats
+    profiles: Floats
+    line: Floats
+    found: Floats
+
+
+@inlined
+def cuts_up(task: StopTask, row: int, path: Floats, begun: float, profile: Floats) -> bool:
+    """Tell whether a path to the right cuts up somebody in a lane that it enters or crosses.
+
+    Args:
+        task: What is read.
+        row: Which of the paths it is.
+        path: (PATH_ROW,).
+        begun: Way along the path that is behind the ego [m].
+        profile: (STOP_SAMPLES, PROFILE_ROW).
+    """
+    record, d, others = task.record, task.pose[POSE_D], task.others
+    target, width = path[PATH_TARGET], record["lane_width"]
+    speed = 0.0
+    if np.isnan(target) or target < 0.0:
+        # Only those who come before the ego has left the lane count.
+        for sample in range(STOP_SAMPLES):
+            way = begun + profile[sample, PROFILE_S]
+            is_out = way >= path[PATH_LENGTH]
+            if row == REFUGE:
+                is_out = at_path(path, way)[0] <= -0.5 * record["width"]
+            if is_out:
+                speed = profile[sample, PROFILE_SPEED]
+                break
+        if is_cut_up(record, target, False, d, 0.0, others):  # noqa: FBT003 - a kernel
+            return True
+    lane = 0.5 * width
+    while lane < d - 0.5 * width:
+        is_entered = lane >= target - 0.01
+        if is_entered and is_cut_up(record, lane, True, d, speed, others):  # noqa: FBT003
+            return True
+        lane += width
+    return False
+
+
+@inlined
+def strays(task: StopTask, path: Floats, begun: float, profile: Floats) -> bool:
+    """Tell whether straight on leads into a lane in which it cuts up somebody.
+
+    Args:
+        task: What is read.
+        path: (PATH_ROW,).
+        begun: Way along the path that is behind the ego [m].
+        profile: (STOP_SAMPLES, PROFILE_ROW).
+    """
+    record, center = task.record, task.center
+    end = at_path(path, begun + profile[STOP_SAMPLES - 1, PROFILE_S])[0]
+    width = record["lane_width"]
+    beside = 0.5 * (width + record["width"])
+    for row in range(int(record["lanes"])):
+        lane = (row + 0.5) * width
+        # Beyond its own lane as far as the one in which it ends up, if only with its side. Whoever
+        # is over the edge of its lane already can still come back, so that is asked, too.
+        is_left = center + 0.5 * width < lane < end + beside
+        is_right = end - beside < lane < center - 0.5 * width
+        is_entered = is_left or is_right
+        if is_entered and is_cut_up(record, lane, True, center, 0.0, task.others):  # noqa: FBT003
+            return True
+    return False
+
+
+# --- The planner of safe stops: judge every stop of the library, and choose -----------------------
+
+# Columns of what is found of a stop.
+(
+    FOUND_FEASIBLE,
+    FOUND_RATING,  # of the place where it ends
+    FOUND_IMPACT,  # speed at which it meets an object [m/s], inf for one that cannot be driven
+    FOUND_COST,  # rating, and below one what orders stops of one rating
+    FOUND_PLACE,  # the most that can be asked of the place and is had: ROADSIDE and so on
+) = range(5)
+FOUND_ROW: Final = 5
+
+NO_STOP: Final = -1
+"""Number of the stop while none has been chosen."""
+
+_LEVEL_COSTS: Final = (0.1, 0.0, 0.3, 0.6)
+_PATH_COSTS: Final = (0.0, 0.05, 0.1, 0.0, 0.0)
+"""What orders stops of one rating: the stop deceleration before a gentle one before harder ones,
+the lane before straight on. Their sums are below one, so the rating comes first. Our choice."""
+
+_GROWS: Final = 4.0
+"""Time of the prediction from which its distance grows no more [s]: at 16 s, nothing would be free
+beside anybody. Our choice."""
+
+_SAME_IMPACT: Final = 0.5
+"""Difference in impact speed for which a choice is not changed [m/s]. Our choice."""
+
+
+@compiled
+def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: bool) -> int:  # noqa: FBT001 - a kernel
+    """Choose a safe stop that begins after a while.
+
+    Args:
+        task: What is read and written.
+        places: Where the ego may stop: ``ANYWHERE``, ``ROADSIDE`` or ``ONLY_REST_AREA``.
+        wait: Time before it begins [s].
+        kept: Stop that is being driven, ``NO_STOP`` for none.
+        any_will_do: Whether the first feasible stop is the answer, because nothing but its being
+            there is asked; ``found`` is filled no further then.
+
+    Returns:
+        The stop that is chosen; ``NO_STOP`` if places are asked for and none can be had.
+    """
+    record, pose, driven, found = task.record, task.pose, task.driven, task.found
+    paths, profiles = task.paths, task.profiles
+    s, d, slope, bend = _start(pose, wait, kept, driven)
+    speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
+    lay_stops(record, s, d, slope, bend, speed, task.center, curvature, driven, paths)
+    for stop in range(STOPS):
+        row, level = stop // STOP_LEVELS, stop % STOP_LEVELS
+        # What is laid out as it is needed costs nothing where the first stop will do.
+        if row == 0:
+            fill_stop(
+                speed,
+                pose[POSE_ACCELERATION],
+                stop_level(record, level),
+                stop_jerk(level),
+                # The brakes answer to the command with their lag.
+                wait + record["acceleration_lag"],
+                profiles[level],
+            )
+        if stop == REFUGE * STOP_LEVELS:
+            lay_refuge_stops(
+                record,
+                task.refuges,
+                places,
+                (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
+                (s, d, slope, bend),
+                wait,
+                task.center,
+                kept % STOP_LEVELS if kept // STOP_LEVELS == REFUGE else NO_STOP,
+                driven,
+                paths,
+                profiles,
+            )
+        _judge(task, row, paths[path_of(stop)], profiles[profile_of(stop)], found[stop])
+        if any_will_do and found[stop, FOUND_FEASIBLE] > 0.0:
+            return stop
+        found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
+    if kept // STOP_LEVELS == REFUGE and driven[PATH_START] > pose[POSE_S]:
+        # On the way to a refuge nothing has been begun: what has come within reach may be milder.
+        kept = NO_STOP
+    return choose_stop(found, kept, places)
+
+
+@inlined
+def _start(
+    pose: Floats, wait: float, kept: int, driven: Floats
+) -> tuple[float, float, float, float]:
+    """Return where the paths begin: s, d, slope and bend; on the path that is being driven."""
+    if kept != NO_STOP:
+        d, slope, bend = at_path(driven, pose[POSE_S] - driven[PATH_START])
+        if abs(d - pose[POSE_D]) < LOST:
+            return pose[POSE_S], d, slope, bend
+    driven[PATH_TARGET] = math.nan
+    speed = pose[POSE_SPEED]
+    later = max(0.0, speed + pose[POSE_ACCELERATION] * wait)
+    way = 0.5 * (speed + later) * wait
+    slope = sin_cos(pose[POSE_ALIGN])[0]
+    return pose[POSE_S] + way, pose[POSE_D] + slope * way, slope, 0.0
+
+
+@compiled
+def _judge(task: StopTask, row: int, path: Floats, profile: Floats, found: Floats) -> None:
+    """Find whether a stop is feasible, what it meets and how its end is rated."""
+    record, refuges, pose = task.record, task.refuges, task.pose
+    found[FOUND_FEASIBLE], found[FOUND_RATING] = 0.0, math.inf
+    found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, ANYWHERE
+    if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
+        return
+    begun = pose[POSE_S] - path[PATH_START]
+    fits = fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
+    # To stay in the lane is to be had in any case.
+    if not fits and row != IN_LANE:
+        return
+    if row == SHOULDER:
+        found[FOUND_PLACE] = ROADSIDE
+    elif row == REFUGE:
+        kind = refuge_of(record, refuges, pose[POSE_S], path, profile)
+        if kind == NO_REFUGE:
+            return
+        found[FOUND_PLACE] = ONLY_REST_AREA if kind == REST_AREA else ROADSIDE
+    if row in (RIGHT_LANE, SHOULDER, REFUGE) and cuts_up(task, row, path, begun, profile):
+        return
+    if row == STRAIGHT and strays(task, path, begun, profile):
+        return
+    found[FOUND_RATING] = rate_stop(
+        record, task.rules, task.segments, refuges, pose[POSE_S], path, profile
+    )
+    is_near, impact = meet_objects(record, path, begun, profile, task.others, task.line)
+    found[FOUND_FEASIBLE] = 0.0 if is_near or not fits else 1.0
+    found[FOUND_IMPACT] = impact
+
+
+@compiled
+def meet_objects(
+    record: Any, path: Floats, begun: float, profile: Floats, others: Others, line: Floats
+) -> tuple[bool, float]:
+    """Drive a stop among the predicted objects until it stands.
+
+    Args:
+        record: Has the ego's body, ``lateral_margin`` and ``uncertainty_growth``.
+        path: (PATH_ROW,).
+        begun: Way along the path that is behind the ego [m].
+        profile: (STOP_SAMPLES, PROFILE_ROW).
+        others: The predicted objects, with STOP_SAMPLES each.
+        line: (STOP_SAMPLES, 2) scratch.
+
+    Returns:
+        Whether it comes too near to any, and the speed against the first one that it touches [m/s],
+        0 for none.
+    """
+    end = min(stands_at(profile) + 1, STOP_SAMPLES)
+    for sample in range(end):
+        line[sample, 0], line[sample, 1], _ = at_path(path, begun + profile[sample, PROFILE_S])
+    is_near, impact, first = False, 0.0, end
+    for row in range(others.objects.shape[0]):
+        body, way = others.objects[row], others.ways[row]
+        if body[OBJECT_BEHIND] > 0.0:
+            continue
+        for sample in range(min(first + 1, end)):
+            closing = abs(profile[sample, PROFILE_SPEED] - way[sample, WAY_SPEED])
+            time = min(_GROWS, (sample + 1) * STOP_INTERVAL)
+            depth = overlap(
+                record,
+                way[sample, WAY_S] - profile[sample, PROFILE_S],
+                way[sample, WAY_D] - line[sample, 0],
+                line[sample, 1],
+                body,
+                closing * STOP_INTERVAL,
+                margin_at(
+                    record["lateral_margin"],
+                    record["uncertainty_growth"],
+                    body[OBJECT_GROWTH],
+                    time,
+                ),
+            )
+            is_near = is_near or depth > 0.0
+            if depth >= 1.0:
+                impact = closing if sample < first else max(impact, closing)
+                first = sample
+                break
+    return is_near, impact
+
+
+@inlined
+def choose_stop(found: Floats, kept: int, places: int) -> int:
+    """Choose a stop, and keep the choice unless it is infeasible now or clearly worse.
+
+    Args:
+        found: (STOPS, FOUND_ROW).
+        kept: Stop that is being driven, ``NO_STOP`` for none.
+        places: Where the ego may stop: ``ANYWHERE``, ``ROADSIDE`` or ``ONLY_REST_AREA``.
+
+    Returns:
+        The feasible stop that costs least. Without any, ``NO_STOP`` unless it may stop anywhere:
+        then that with the lowest impact speed, and of
+        several with the lowest rating. Clearly worse is a rating worse than another's, or without a
+        feasible one an impact that is noticeably harder.
+    """
+    best, least = NO_STOP, math.inf
+    for stop in range(STOPS):
+        is_allowed = found[stop, FOUND_FEASIBLE] > 0.0 and found[stop, FOUND_PLACE] >= places
+        if is_allowed and found[stop, FOUND_COST] < least:
+            best, least = stop, found[stop, FOUND_COST]
+    if best != NO_STOP:
+        is_kept = kept != NO_STOP and found[kept, FOUND_PLACE] >= places
+        if is_kept and found[kept, FOUND_FEASIBLE] > 0.0:
+            return kept if found[kept, FOUND_RATING] <= found[best, FOUND_RATING] else best
+        return best
+    if places != ANYWHERE:
+        return NO_STOP
+    best = IN_LANE * STOP_LEVELS + STOP_LEVELS - 1
+    for stop in range(STOPS):
+        softer = found[stop, FOUND_IMPACT] - found[best, FOUND_IMPACT]
+        if softer < 0.0 or (
+            found[stop, FOUND_IMPACT] == found[best, FOUND_IMPACT]
+            and found[stop, FOUND_COST] < found[best, FOUND_COST]
+        ):
+            best = stop
+    if kept != NO_STOP and found[kept, FOUND_IMPACT] <= found[best, FOUND_IMPACT] + _SAME_IMPACT:
+        return kept
+    return best
+
 
 # --- The planned stop at one tick: supervise, plan, and the command that it would give ------------
 
 LAST_SAFE_STOP: Final = len(MONITOR_IDS)
 """Column of the monitor that the planner adds."""
-
-POINTS: Final = 5
-"""Places of a stop that are shown, the first that of the ego."""
 
 # Columns of what is kept of the choice.
 (
@@ -97,15 +442,14 @@ KEPT_ROW: Final = 2
 
 
 class Plans(NamedTuple):
-    """What a tick of the planner reads and writes beside ``supervision.Batch``.
+    """What a tick of the planner reads and writes beside ``in_lane.Batch``.
 
     Attributes:
         rules: (B, RULES) rating of each kind of place.
         refuges: (B, R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
         kept: (B, KEPT_ROW) choice so far; in and out.
         driven: (B, PATH_ROW) its path; in and out.
-        objects: (K, OBJECT_ROW) scratch, as all that follows.
-        ways: (K, STOP_SAMPLES, WAY_ROW).
+        others: Room for the predicted objects; scratch, as all that follows.
         paths: (LAID_PATHS, PATH_ROW).
         profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
         line: (STOP_SAMPLES, 2).
@@ -116,8 +460,7 @@ class Plans(NamedTuple):
     refuges: Floats
     kept: Floats
     driven: Floats
-    objects: Floats
-    ways: Floats
+    others: Others
     paths: Floats
     profiles: Floats
     line: Floats
@@ -126,7 +469,7 @@ class Plans(NamedTuple):
 
 @inlined
 def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool) -> int:  # noqa: FBT001 - a kernel
-    """Decide one run at one tick; as ``supervision.safety_step``, with a planned stop.
+    """Decide one run at one tick; as ``in_lane.safety_step``, with a planned stop.
 
     Args:
         batch: What it reads and writes.
@@ -138,26 +481,26 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
     Returns:
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate.
     """
-    record, shown, kept = batch.records[run], batch.monitors[run], plans.kept[run]
+    record, shown, kept = batch.seen.records[run], batch.monitors[run], plans.kept[run]
     knows_pose = perceive(batch, run, time)
-    count = 0
+    others = Others(plans.others.objects[:0], plans.others.ways[:0])
     shown[LAST_SAFE_STOP, 0] = False
     if knows_pose:
-        count = foresee(batch, plans, run)
+        others = foresee(batch, plans, run)
         # One tick more, and those in which the monitor is confirmed.
         wait = (record["confirm_ticks"] + 1.0) * record["period"]
-        shown[LAST_SAFE_STOP, 0] = is_last_stop(batch, plans, run, count, wait)
+        shown[LAST_SAFE_STOP, 0] = is_last_stop(batch, plans, run, others, wait)
     confirmed = run_monitors(record, batch.evidence, batch.states[run], shown)
     if not knows_pose:
         kept[KEPT_STOP] = NO_STOP
         return coast(batch, run)
     memory = batch.memory[run]
-    update_stopping(memory, confirmed, batch.reason[run], batch.pose[run, POSE_ACCELERATION])
+    update_stopping(memory, confirmed, batch.reason[run], batch.seen.pose[run, POSE_ACCELERATION])
     is_stopping = memory[MEMORY_STOPPING] > 0.0
     if not is_stopping:
         kept[KEPT_STOP] = NO_STOP
     if is_stopping or shows:
-        stop = ask_for_stop(batch, plans, run, count, ANYWHERE, 0.0, int(kept[KEPT_STOP]))
+        stop = ask_for_stop(batch, plans, run, others, ANYWHERE, 0.0, int(kept[KEPT_STOP]))
         if is_stopping:
             take_stop(plans, run, stop)
     if not is_stopping:
@@ -166,24 +509,11 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
 
 
 @inlined
-def foresee(batch: Batch, plans: Plans, run: int) -> int:
-    """Predict the objects, take the stop that is driven for the lane; return how many there are."""
-    record, pose = batch.records[run], batch.pose[run]
+def foresee(batch: Batch, plans: Plans, run: int) -> Others:
+    """Predict the objects, and take the stop that is driven for the lane."""
     if _is_driven(batch.memory[run], plans.kept[run]):
-        _look_along(pose, batch.memory[run], plans.driven[run], batch.evidence)
-    return predict_objects(
-        batch.tracks[run],
-        int(batch.notes[run, NOTE_END]),
-        pose,
-        batch.segments[run],
-        record["length"],
-        record["lane_width"],
-        int(record["lanes"]),
-        record["confirm_hits"],
-        STOP_INTERVAL,
-        plans.objects,
-        plans.ways,
-    )
+        _look_along(batch.seen.pose[run], batch.memory[run], plans.driven[run], batch.evidence)
+    return predict_objects(batch.seen, run, STOP_INTERVAL, plans.others)
 
 
 @inlined
@@ -191,33 +521,28 @@ def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
     batch: Batch,
     plans: Plans,
     run: int,
-    count: int,
+    others: Others,
     places: int,
     wait: float,
     kept: int,
     any_will_do: bool = False,  # noqa: FBT001, FBT002 - a kernel
 ) -> int:
-    """Choose a stop in some places that begins after a while [s], see ``planner.plan_stop``."""
-    return plan_stop(
-        batch.records[run],
+    """Choose a stop in some places that begins after a while [s], see ``plan_stop``."""
+    task = StopTask(
+        batch.seen.records[run],
         plans.rules[run],
-        batch.segments[run],
+        batch.seen.segments[run],
         plans.refuges[run],
-        places,
-        any_will_do,
-        batch.pose[run],
-        wait,
+        batch.seen.pose[run],
         batch.memory[run, MEMORY_PATH],
-        count,
-        plans.objects,
-        plans.ways,
-        kept,
+        others,
         plans.driven[run],
         plans.paths,
         plans.profiles,
         plans.line,
         plans.found,
     )
+    return plan_stop(task, places, wait, kept, any_will_do)
 
 
 @inlined
@@ -240,7 +565,7 @@ def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: 
         requests: Whether authority is wanted.
         is_danger: Whether an object ahead is a confirmed danger.
     """
-    record, pose = batch.records[run], batch.pose[run]
+    record, pose = batch.seen.records[run], batch.seen.pose[run]
     stop, memory = int(plans.kept[run, KEPT_STOP]), batch.memory[run]
     if _drives_on(plans, stop):
         # On the way to a refuge nothing makes the ego faster.
@@ -275,11 +600,11 @@ def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> N
 
 
 @inlined
-def is_last_stop(batch: Batch, plans: Plans, run: int, count: int, wait: float) -> bool:
+def is_last_stop(batch: Batch, plans: Plans, run: int, others: Others, wait: float) -> bool:
     """Tell whether no safe stop is left, after a while [s] or in the stop that the ego is in."""
     if _is_driven(batch.memory[run], plans.kept[run]):
         return bool(plans.kept[run, KEPT_FEASIBLE] <= 0.0)
-    stop = ask_for_stop(batch, plans, run, count, ANYWHERE, wait, NO_STOP, True)  # noqa: FBT003
+    stop = ask_for_stop(batch, plans, run, others, ANYWHERE, wait, NO_STOP, True)  # noqa: FBT003
     return bool(plans.found[stop, FOUND_FEASIBLE] <= 0.0)
 
 
@@ -308,15 +633,7 @@ def _stop(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def show_plan(  # noqa: PLR0913, PLR0917 - a kernel
-    batch: Batch,
-    plans: Plans,
-    run: int,
-    state: int,
-    candidates: Floats,
-    costs: Floats,
-    chosen: Ints,
-) -> None:
+def show_plan(batch: Batch, plans: Plans, run: int, state: int, shown: Shown) -> None:
     """Write the stops of a run and the choice, for pictures.
 
     Args:
@@ -324,47 +641,25 @@ def show_plan(  # noqa: PLR0913, PLR0917 - a kernel
         plans: And of the stops.
         run: Which row is meant.
         state: Of the channel; in FAULT it has no stops.
-        candidates: (B, STOPS, POINTS, 2) out.
-        costs: (B, STOPS) out.
-        chosen: (B,) out.
+        shown: Out, of the run.
     """
-    chosen[run] = NO_STOP
-    candidates[run] = np.nan
-    costs[run] = np.nan
+    shown.chosen[run] = NO_STOP
+    shown.candidates[run] = np.nan
+    shown.costs[run] = np.nan
     if state != FAULT:
-        chosen[run] = int(plans.kept[run, KEPT_STOP])
-        show_stops(
-            batch.pose[run],
-            batch.segments[run],
-            plans.paths,
-            plans.profiles,
-            plans.found,
-            candidates[run],
-            costs[run],
-        )
+        shown.chosen[run] = int(plans.kept[run, KEPT_STOP])
+        show_stops(batch.seen, plans, run, shown)
 
 
 @compiled
-def show_stops(  # noqa: PLR0913, PLR0917 - a kernel
-    pose: Floats,
-    segments: Floats,
-    paths: Floats,
-    profiles: Floats,
-    found: Floats,
-    places: Floats,
-    costs: Floats,
-) -> None:
+def show_stops(seen: Seen, plans: Plans, run: int, shown: Shown) -> None:
     """Write the places of all stops in the map, and what they cost.
 
-    Args:
-        pose: (POSE_WIDTH,).
-        segments: (R, 5) reference line of the road.
-        paths: (LAID_PATHS, PATH_ROW).
-        profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
-        found: (STOPS, FOUND_ROW).
-        places: (STOPS, POINTS, 2) out, NaN for stops that do not exist.
-        costs: (STOPS,) out, infinity for stops that are not feasible.
+    Stops that do not exist stay NaN; what is not feasible costs infinity.
     """
+    pose, segments = seen.pose[run], seen.segments[run]
+    paths, profiles, found = plans.paths, plans.profiles, plans.found
+    places, costs = shown.candidates[run], shown.costs[run]
     for stop in range(STOPS):
         path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
         if path[PATH_EXISTS] == 0.0:
@@ -399,58 +694,36 @@ class PlannedSafetyChannel(SafetyChannel):
     """
 
     monitor_ids: tuple[str, ...] = (*MONITOR_IDS, "last_safe_stop")
+    _candidates = STOPS
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         super().reset(context)
         runs = context.runs
         rules = spec_columns(context.parameters, _rules)
-        self._rules = np.stack([rules[name] for name in RULE_NAMES], axis=1)
-        self._refuges = np.ascontiguousarray(context.road.refuges)
-        self._kept = np.zeros((runs, KEPT_ROW))
-        self._kept[:, KEPT_STOP] = NO_STOP
-        self._driven = np.zeros((runs, PATH_ROW))
-        self._driven[:, PATH_TARGET] = np.nan
-        self._shows = context.shows_candidates
-        shown = runs if self._shows else 0
-        self._candidates = np.full((shown, STOPS, POINTS, 2), np.nan)
-        self._costs = np.full((shown, STOPS), np.nan)
-        self._chosen = np.full(shown, NO_STOP, dtype=np.int64)
-        self._scratch = (
-            np.zeros((TRACKS, OBJECT_ROW)),
-            np.zeros((TRACKS, STOP_SAMPLES, WAY_ROW)),
-            np.zeros((LAID_PATHS, PATH_ROW)),
-            np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
-            np.zeros((STOP_SAMPLES, 2)),
-            np.zeros((STOPS, FOUND_ROW)),
+        self._plans = Plans(
+            rules=np.stack([rules[name] for name in RULE_NAMES], axis=1),
+            refuges=np.ascontiguousarray(context.road.refuges),
+            kept=np.zeros((runs, KEPT_ROW)),
+            driven=np.zeros((runs, PATH_ROW)),
+            others=Others(
+                np.zeros((TRACKS, OBJECT_ROW)), np.zeros((TRACKS, STOP_SAMPLES, WAY_ROW))
+            ),
+            paths=np.zeros((LAID_PATHS, PATH_ROW)),
+            profiles=np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
+            line=np.zeros((STOP_SAMPLES, 2)),
+            found=np.zeros((STOPS, FOUND_ROW)),
         )
+        self._plans.kept[:, KEPT_STOP] = NO_STOP
+        self._plans.driven[:, PATH_TARGET] = np.nan
 
     def _fields(self, context: ChannelContext) -> dict[str, Any]:
-        rear = spec_columns(context.parameters, lambda item: {"rear_sight": float(item.rear_sight)})
+        rear = parameter_columns(context, ["rear_sight"])
         limits = spec_columns(context.vehicles, _limits)
         return super()._fields(context) | rear | limits | PLANNING
 
-    def _decide(self, time: float) -> None:
-        _act(
-            self._batch(),
-            self._plans(),
-            time,
-            self._shows,
-            self._candidates,
-            self._costs,
-            self._chosen,
-        )
-
-    def _plans(self) -> Plans:
-        return Plans(self._rules, self._refuges, self._kept, self._driven, *self._scratch)
-
-    def _command_at(self, time: float) -> ControlCommand:
-        command = super()._command_at(time)
-        if self._shows:
-            command.candidates = self._candidates.copy()
-            command.candidate_costs = self._costs.copy()
-            command.chosen = self._chosen.copy()
-        return command
+    def _step(self, time: float) -> None:
+        _act(self._batch, self._plans, time, self._shown)
 
 
 def _rules(item: SafetyParameters) -> dict[str, float]:
@@ -466,19 +739,11 @@ def _limits(vehicle: Vehicle) -> dict[str, float]:
 
 
 @compiled
-def _act(  # noqa: PLR0913, PLR0917 - a kernel
-    batch: Batch,
-    plans: Plans,
-    time: float,
-    shows: bool,  # noqa: FBT001 - a kernel
-    candidates: Floats,
-    costs: Floats,
-    chosen: Ints,
-) -> None:
-    for run in range(batch.records.shape[0]):
-        if not batch.running[run]:
-            continue
-        state = planned_step(batch, plans, run, time, shows)
-        tell(batch, run, state)
-        if shows:
-            show_plan(batch, plans, run, state, candidates, costs, chosen)
+def _act(batch: Batch, plans: Plans, time: float, shown: Shown) -> None:
+    shows = shown.chosen.shape[0] > 0
+    for run in range(batch.seen.records.shape[0]):
+        if batch.seen.running[run]:
+            state = planned_step(batch, plans, run, time, shows)
+            tell(batch, run, state)
+            if shows:
+                show_plan(batch, plans, run, state, shown)

@@ -13,7 +13,19 @@ from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
 from adeye.simulate.channels.links import linked_channels
 from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_S
-from adeye.simulate.channels.perception.step import NOTE_END
+from adeye.simulate.channels.safety.in_lane import (
+    MEMORY_STOPPING,
+    STATE_CONFIRMED,
+    STATE_FROZEN,
+    STATE_RAW,
+    Batch,
+    coast,
+    perceive,
+    shadow,
+    stop_in_lane,
+    tell,
+    update_stopping,
+)
 from adeye.simulate.channels.safety.monitor_kinds import (
     CHANGE_ROW,
     CHANGE_STAMP,
@@ -37,21 +49,11 @@ from adeye.simulate.channels.safety.monitor_kinds import (
     remember,
     steps_to_confirm,
 )
-from adeye.simulate.channels.safety.monitors import (
-    MEMORY_STOPPING,
-    STATE_CONFIRMED,
-    STATE_FROZEN,
-    STATE_RAW,
-    Batch,
-    coast,
-    perceive,
-    shadow,
-    stop_in_lane,
-    tell,
-    update_stopping,
-)
 from adeye.simulate.channels.safety.planned_stop import (
+    FOUND_FEASIBLE,
+    FOUND_PLACE,
     KEPT_STOP,
+    NO_STOP,
     PlannedSafetyChannel,
     Plans,
     ask_for_stop,
@@ -61,7 +63,7 @@ from adeye.simulate.channels.safety.planned_stop import (
     show_plan,
     take_stop,
 )
-from adeye.simulate.channels.safety.stop_planner import FOUND_FEASIBLE, FOUND_PLACE, NO_STOP
+from adeye.simulate.channels.trajectory.cost import Others
 from adeye.spec.architecture import HEALTH
 from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS, MANOEUVRES, Monitor
 
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
     from adeye.signals import Bools, Observation
+    from adeye.simulate.channels.hooks import Shown
     from adeye.spec.channels import SafetyParameters
     from adeye.spec.supervisor import Supervisor
 
@@ -225,18 +228,22 @@ def supervised_step(  # noqa: PLR0913, PLR0917 - a kernel
     """
     state, memory, kept = force.state[run], batch.memory[run], plans.kept[run]
     knows_pose = perceive(batch, run, time)
-    objects = foresee(batch, plans, run) if knows_pose and planned else 0
+    others = Others(plans.others.objects[:0], plans.others.ways[:0])
+    if knows_pose and planned:
+        others = foresee(batch, plans, run)
     remember(batch, watch, run, time, knows_pose)
     if state[FORCE_LEFT] <= 0.0:
         state[FORCE_LEFT] = force.settings[run, SET_EVERY]
-        _ask_monitors(batch, plans, watch, force, run, time, objects, knows_pose)
+        _ask_monitors(batch, plans, watch, force, run, time, others, knows_pose)
     state[FORCE_LEFT] -= 1.0
-    ask(state, force.settings[run], memory[MEMORY_STOPPING] > 0.0, batch.records[run]["period"])
+    ask(
+        state, force.settings[run], memory[MEMORY_STOPPING] > 0.0, batch.seen.records[run]["period"]
+    )
     if not knows_pose:
         kept[KEPT_STOP] = NO_STOP
         show_manoeuvre(state, batch.monitors[run, watch.rules.shape[1] :])
         return coast(batch, run)
-    _choose(batch, plans, force, run, objects, planned, shows)
+    _choose(batch, plans, force, run, others, planned, shows)
     show_manoeuvre(state, batch.monitors[run, watch.rules.shape[1] :])
     if memory[MEMORY_STOPPING] <= 0.0:
         told = shadow(batch, run, False)  # noqa: FBT003 - a kernel
@@ -258,12 +265,12 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
     force: Force,
     run: int,
     time: float,
-    objects: int,
+    others: Others,
     knows_pose: bool,  # noqa: FBT001 - a kernel
 ) -> None:
     """Ask every monitor, count, and find the highest level among the confirmed ones."""
-    end, level = int(batch.notes[run, NOTE_END]), 0.0
-    period = batch.records[run]["period"]
+    level = 0.0
+    period = batch.seen.records[run]["period"]
     for monitor in range(watch.rules.shape[1]):
         rule = watch.rules[run, monitor]
         kind = int(rule[RULE_KIND])
@@ -274,9 +281,9 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
         elif knows_pose and kind == LAST_SAFE_STOP:
             # One tick more, and the evaluations in which the monitor is confirmed.
             wait = (steps_to_confirm(rule) * force.settings[run, SET_EVERY] + 1.0) * period
-            fires = is_last_stop(batch, plans, run, objects, wait)
+            fires = is_last_stop(batch, plans, run, others, wait)
         elif knows_pose:
-            fires = of_scene(batch, plans.refuges[run], run, end, rule)
+            fires = of_scene(batch, plans.refuges[run], run, rule)
         counted = batch.states[run, monitor]
         if counted[STATE_FROZEN]:
             fires = counted[STATE_RAW] > 0
@@ -298,7 +305,7 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
     plans: Plans,
     force: Force,
     run: int,
-    objects: int,
+    others: Others,
     planned: bool,  # noqa: FBT001 - a kernel
     shows: bool,  # noqa: FBT001 - a kernel
 ) -> None:
@@ -306,8 +313,8 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
     state, memory, kept = force.state[run], batch.memory[run], plans.kept[run]
     was_stopping = memory[MEMORY_STOPPING] > 0.0
     if not was_stopping:
-        record, settings = batch.records[run], force.settings[run]
-        shown = look_ahead(settings, plans.refuges[run], batch.pose[run, POSE_S])
+        record, settings = batch.seen.records[run], force.settings[run]
+        shown = look_ahead(settings, plans.refuges[run], batch.seen.pose[run, POSE_S])
         has_parking = shown > ANYWHERE or record["shoulder"] >= record["width"]
         give_way(state, settings, planned and shown == ONLY_REST_AREA, planned and has_parking)
     held = int(state[FORCE_HELD])
@@ -315,28 +322,28 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
         takes = state[FORCE_ASKED] >= REST_AREA
     elif held in (REST_AREA, ROADSIDE_PARKING):
         # Nothing hurries it, so a stop that brakes harder than the usual one is waited out.
-        stop = _stop_of(batch, plans, run, objects, held)
+        stop = _stop_of(batch, plans, run, others, held)
         takes = stop != NO_STOP and stop % STOP_LEVELS <= _UNHURRIED
     else:
         takes = held == STOP
-    update_stopping(memory, takes, batch.reason[run], batch.pose[run, POSE_ACCELERATION])
+    update_stopping(memory, takes, batch.reason[run], batch.seen.pose[run, POSE_ACCELERATION])
     if memory[MEMORY_STOPPING] <= 0.0:
         kept[KEPT_STOP] = NO_STOP
         if was_stopping:
             state[FORCE_HELD] = state[FORCE_ASKED]
-        if shows and planned:
-            ask_for_stop(batch, plans, run, objects, ANYWHERE, 0.0, NO_STOP)
+        if shows:
+            ask_for_stop(batch, plans, run, others, ANYWHERE, 0.0, NO_STOP)
     elif planned:
-        stop = _stop_of(batch, plans, run, objects, held)
+        stop = _stop_of(batch, plans, run, others, held)
         if stop == NO_STOP:
             # What was begun can be had no more.
             state[FORCE_HELD] = STOP
-            stop = _stop_of(batch, plans, run, objects, STOP)
+            stop = _stop_of(batch, plans, run, others, STOP)
         take_stop(plans, run, stop)
 
 
 @inlined
-def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int) -> int:
+def _stop_of(batch: Batch, plans: Plans, run: int, others: Others, manoeuvre: int) -> int:
     """Choose a stop that a manoeuvre allows, ``NO_STOP`` if none is feasible."""
     places = ANYWHERE
     if manoeuvre == REST_AREA:
@@ -344,7 +351,7 @@ def _stop_of(batch: Batch, plans: Plans, run: int, objects: int, manoeuvre: int)
     elif manoeuvre == ROADSIDE_PARKING:
         places = ROADSIDE
     kept = int(plans.kept[run, KEPT_STOP])
-    stop = ask_for_stop(batch, plans, run, objects, places, 0.0, kept)
+    stop = ask_for_stop(batch, plans, run, others, places, 0.0, kept)
     is_hurried = stop != NO_STOP and stop % STOP_LEVELS > _UNHURRIED
     if places != ANYWHERE and kept != NO_STOP and is_hurried:
         # A better place is not worth a harder braking.
@@ -438,7 +445,7 @@ class SupervisedSafetyChannel(PlannedSafetyChannel):
         settings[:, SET_EVERY] = np.round(1.0 / (settings[:, SET_EVERY] * context.period))
         for row in range(count):
             # A monitor begins healed.
-            self._states[:, row, 0] = rules[:, row, RULE_FIRST - 1].astype(np.int64)
+            self._batch.states[:, row, 0] = rules[:, row, RULE_FIRST - 1].astype(np.int64)
         self._sensors, watched = self._wire(context)
         sensors, channels = len(self._sensors), len(linked_channels(context.links))
         known = np.zeros((runs, sensors, SENSOR_ROW))
@@ -491,18 +498,15 @@ class SupervisedSafetyChannel(PlannedSafetyChannel):
             self._watch.stamps[:, row] = measurement.stamp
             self._watch.alive[:, row] = measurement.alive
 
-    def _decide(self, time: float) -> None:
+    def _step(self, time: float) -> None:
         _act(
-            self._batch(),
-            self._plans(),
+            self._batch,
+            self._plans,
             self._watch,
             self._force,
             time,
             self._is_planned,
-            self._shows,
-            self._candidates,
-            self._costs,
-            self._chosen,
+            self._shown,
         )
 
 
@@ -512,7 +516,7 @@ def _of(parameters: Any) -> Supervisor:
 
 
 def _rule(supervisor: Supervisor, name: str, monitor: Monitor) -> list[float]:
-    """List the columns of a rule, see ``kinds.RULE_KIND``."""
+    """List the columns of a rule, see ``monitor_kinds.RULE_KIND``."""
     counter = supervisor.counter_of(name)
     values = [KINDS.index(monitor.kind), monitor.level, counter.increment, counter.decrement]
     values += [counter.fault, counter.heal]
@@ -531,15 +535,12 @@ def _act(  # noqa: PLR0913, PLR0917 - a kernel
     force: Force,
     time: float,
     planned: bool,  # noqa: FBT001 - a kernel
-    shows: bool,  # noqa: FBT001 - a kernel
-    candidates: Floats,
-    costs: Floats,
-    chosen: Ints,
+    shown: Shown,
 ) -> None:
-    for run in range(batch.records.shape[0]):
-        if not batch.running[run]:
-            continue
-        state = supervised_step(batch, plans, watch, force, run, time, planned, shows)
-        tell(batch, run, state)
-        if shows and planned:
-            show_plan(batch, plans, run, state, candidates, costs, chosen)
+    shows = planned and shown.chosen.shape[0] > 0
+    for run in range(batch.seen.records.shape[0]):
+        if batch.seen.running[run]:
+            state = supervised_step(batch, plans, watch, force, run, time, planned, shows)
+            tell(batch, run, state)
+            if shows:
+                show_plan(batch, plans, run, state, shown)

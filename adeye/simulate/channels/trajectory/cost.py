@@ -10,7 +10,7 @@ best so far. The terms and their weights are our choice; what they are made of i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,7 @@ from adeye.kernel.road import local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
 from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
+from adeye.simulate.channels.perception.step import NOTE_END
 from adeye.simulate.channels.perception.tracks import (
     TRACK_BRAKING,
     TRACK_CLASS,
@@ -60,6 +61,7 @@ from adeye.simulate.channels.perception.tracks import (
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
+    from adeye.simulate.channels.perception.step import Seen
 
 # --- Where the tracks will be: in road coordinates, at the sample times of the candidates ---------
 
@@ -67,47 +69,43 @@ SAMPLES: Final = 16
 """Times at which candidates and predictions are compared, evenly over the horizon."""
 
 
+class Others(NamedTuple):
+    """The predicted objects.
+
+    Attributes:
+        objects: (K, OBJECT_ROW).
+        ways: (K, N, WAY_ROW), N samples.
+    """
+
+    objects: Floats
+    ways: Floats
+
+
 @compiled
-def predict_objects(  # noqa: PLR0913, PLR0917 - a kernel
-    tracks: Floats,
-    end: int,
-    pose: Floats,
-    segments: Floats,
-    ego_length: float,
-    lane_width: float,
-    lanes: int,
-    confirm_hits: float,
-    interval: float,
-    objects: Floats,
-    ways: Floats,
-) -> int:
+def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Others:
     """Predict the confirmed tracks.
 
     Args:
-        tracks: (K, TRACK_STATE).
-        end: Rows of tracks from here on are free places.
-        pose: (POSE_WIDTH,).
-        segments: (R, 5) reference line of the road.
-        ego_length: [m].
-        lane_width: [m].
-        lanes: How many there are.
-        confirm_hits: Detections that confirm a track.
+        seen: What the channel has perceived.
+        run: Which row is meant.
         interval: Time between two samples [s]; the first is one interval ahead.
-        objects: (K, OBJECT_ROW) out.
-        ways: (K, N, WAY_ROW) out, N samples.
+        room: Where they are written.
 
     Returns:
-        How many objects there are.
+        As many of it as there are objects.
     """
+    record, pose = seen.records[run], seen.pose[run]
+    objects, ways = room.objects, room.ways
     count = 0
     sine, cosine = sin_cos(pose[POSE_HEADING])
-    for row in range(end):
-        track = tracks[row]
-        if track[TRACK_HITS] < confirm_hits or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+    for row in range(int(seen.notes[run, NOTE_END])):
+        track = seen.tracks[run, row]
+        is_confirmed = track[TRACK_HITS] >= record["confirm_hits"]
+        if not is_confirmed or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
         x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
         y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
-        s, d, heading, _ = local(segments, x, y)
+        s, d, heading, _ = local(seen.segments[run], x, y)
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
         forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
         sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
@@ -117,17 +115,24 @@ def predict_objects(  # noqa: PLR0913, PLR0917 - a kernel
         body[OBJECT_LENGTH], body[OBJECT_WIDTH] = track[TRACK_LENGTH], track[TRACK_WIDTH]
         body[OBJECT_S], body[OBJECT_D] = s - pose[POSE_S], d
         body[OBJECT_SPEED] = forward
-        reach = 0.5 * (ego_length + track[TRACK_LENGTH])
+        reach = 0.5 * (record["length"] + track[TRACK_LENGTH])
         body[OBJECT_BEHIND] = 1.0 if body[OBJECT_S] <= -reach else 0.0
         is_free = FIRST_FREE <= track[TRACK_CLASS] <= LAST_FREE
         is_sure = abs(sideways) - math.sqrt(track[TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
         if not is_free and not is_sure:
             sideways = 0.0
         predict_body(
-            body, sideways, is_free, track[TRACK_BRAKING], lane_width, lanes, interval, ways[count]
+            body,
+            sideways,
+            is_free,
+            track[TRACK_BRAKING],
+            record["lane_width"],
+            int(record["lanes"]),
+            interval,
+            ways[count],
         )
         count += 1
-    return count
+    return Others(objects[:count], ways[:count])
 
 
 # --- What a candidate costs by itself: progress, comfort, limits of vehicle and road --------------
@@ -269,27 +274,18 @@ def desired_gap(record: Any, speed: float) -> float:
 
 
 @compiled
-def mark_interest(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    profile: Floats,
-    objects: Floats,
-    ways: Floats,
-    count: int,
-    interval: float,
-    window: Ints,
-) -> None:
+def mark_interest(record: Any, profile: Floats, others: Others, window: Ints) -> None:
     """Find at which samples a speed profile comes near each object along the road, on any path.
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
         profile: (SAMPLES, PROFILE_ROW).
-        objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
-        count: How many objects there are.
-        interval: Between two samples [s].
+        others: With SAMPLES each.
         window: (K, 2) first sample and the one behind the last, out.
     """
-    for row in range(count):
+    objects, ways = others.objects, others.ways
+    interval = record["horizon"] / SAMPLES
+    for row in range(objects.shape[0]):
         first, last = SAMPLES, 0
         if objects[row, OBJECT_BEHIND] == 0.0:
             reach = 0.5 * (record["length"] + objects[row, OBJECT_LENGTH])
@@ -322,7 +318,6 @@ def object_cost(  # noqa: PLR0913, PLR0917 - a kernel
     body: Floats,
     way: Floats,
     window: Ints,
-    interval: float,
     is_leaving: bool,  # noqa: FBT001 - a kernel
 ) -> float:
     """Return what an object costs a candidate: a collision, too little distance, braking to come.
@@ -336,10 +331,10 @@ def object_cost(  # noqa: PLR0913, PLR0917 - a kernel
         body: (OBJECT_ROW,).
         way: (SAMPLES, WAY_ROW).
         window: (2,) see ``mark_interest``.
-        interval: Between two samples [s].
         is_leaving: Whether the candidate leaves the lane.
     """
     headway = worst = 0.0
+    interval = record["horizon"] / SAMPLES
     for sample in range(window[0], window[1]):
         time = (sample + 1) * interval
         speed = profile[sample, PROFILE_SPEED]
@@ -436,15 +431,13 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
+def is_cut_up(
     record: Any,
     target: float,
     is_lane: bool,  # noqa: FBT001 - a kernel
     d: float,
     ego_speed: float,
-    objects: Floats,
-    ways: Floats,
-    count: int,
+    others: Others,
 ) -> bool:
     """Tell whether a lane change would cut up somebody who comes from behind, seen or not.
 
@@ -458,9 +451,7 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
         is_lane: False for the shoulder, where nobody is taken to drive who is not seen.
         d: Of the ego now [m].
         ego_speed: Its lowest speed over the horizon [m/s].
-        objects: (K, OBJECT_ROW).
-        ways: (K, N, WAY_ROW).
-        count: How many objects there are.
+        others: The predicted objects.
 
     Source:
         UN R79, 5.6.4.7: the critical distance at the beginning of a lane change.
@@ -470,10 +461,10 @@ def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     unseen = record["rear_sight"] - 0.5 * record["length"]
     if is_lane and unseen < critical_distance(record, record["speed_limit"], ego_speed):
         return True
-    for row in range(count):
-        body = objects[row]
+    for row in range(others.objects.shape[0]):
+        body = others.objects[row]
         side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
-        last = ways[row, ways.shape[1] - 1, WAY_D]
+        last = others.ways[row, others.ways.shape[1] - 1, WAY_D]
         if body[OBJECT_BEHIND] == 0.0 or (
             abs(body[OBJECT_D] - target) > side and abs(last - target) > side
         ):
@@ -502,14 +493,8 @@ def critical_distance(record: Any, rear_speed: float, ego_speed: float) -> float
 
 
 @inlined
-def lane_speed_cost(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    target: float,
-    speed: float,
-    allowed: float,
-    objects: Floats,
-    ways: Floats,
-    count: int,
+def lane_speed_cost(
+    record: Any, target: float, speed: float, allowed: float, others: Others
 ) -> float:
     """Return what the speed of the traffic in a lane costs beyond the horizon.
 
@@ -518,17 +503,15 @@ def lane_speed_cost(  # noqa: PLR0913, PLR0917 - a kernel
         target: Lateral place of the path [m].
         speed: Of the ego [m/s].
         allowed: Speed that desire, limit and curves allow [m/s].
-        objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
-        count: How many objects there are.
+        others: The predicted objects.
     """
     slowest = allowed
-    for row in range(count):
-        body = objects[row]
+    for row in range(others.objects.shape[0]):
+        body = others.objects[row]
         side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
         ahead = body[OBJECT_S]
         is_near = 0.0 < ahead < _LONG_RUN * desired_gap(record, speed)
-        if is_near and abs(ways[row, SAMPLES - 1, WAY_D] - target) < side:
+        if is_near and abs(others.ways[row, SAMPLES - 1, WAY_D] - target) < side:
             slowest = min(slowest, max(0.0, body[OBJECT_SPEED]))
     missing = rounded_square(allowed - slowest, PROGRESS_KNEE)
     return float(_LONG_RUN * record["weight_progress"] * missing)

@@ -1,36 +1,47 @@
-"""One tick of the planner: lay the fan, take the candidate that costs least, refine its speed."""
+"""One tick of the planner: lay the fan, take the candidate that costs least, refine its speed.
+
+A path of the fan gives the lateral place over the way along the road, so it can be driven at any
+speed, also to standstill. A profile gives way and speed over time. Every profile can be driven on
+every path. Path: Werling, Ziegler, Kammel, Thrun (2010), "Optimal trajectory generation for dynamic
+street scenarios in a Frenet frame", section IV, with the way as argument, as there for low speeds.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.control import lane_keeping_steering
-from adeye.kernel.elementary import atan
+from adeye.kernel.elementary import atan, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
 from adeye.kernel.profiles import (
     PATH_COST,
     PATH_EXISTS,
     PATH_LANE,
+    PATH_LENGTH,
     PATH_ROW,
     PATH_START,
     PATH_TARGET,
+    PEAK,
     PROFILE_S,
     PROFILE_SPEED,
     at_path,
     fill_profile,
+    lay_path,
 )
-from adeye.kernel.road import offset_curvature, position
+from adeye.kernel.road import lane_center, offset_curvature, position
 from adeye.simulate.channels.driving import (
     HOLD_DECELERATION,
     LEAST_PREVIEW,
     PREVIEW_TIME,
     STANDSTILL,
+    lane_at,
 )
+from adeye.simulate.channels.hooks import POINTS
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_CURVATURE,
@@ -38,25 +49,11 @@ from adeye.simulate.channels.perception.pose import (
     POSE_S,
     POSE_SPEED,
 )
-from adeye.simulate.channels.trajectory.candidates import (
-    CANDIDATES,
-    CHANGE_LEFT,
-    KEEP,
-    LEVEL_COST,
-    LEVEL_WANTED,
-    MEMORY_COMMAND,
-    MEMORY_LANE,
-    MEMORY_WANTED,
-    PATHS,
-    PROFILES,
-    lay_paths,
-    path_cost,
-    set_accelerations,
-)
 from adeye.simulate.channels.trajectory.cost import (
     LINE_D,
     LINE_SLOPE,
     SAMPLES,
+    Others,
     drive_line,
     is_cut_up,
     lane_speed_cost,
@@ -68,6 +65,222 @@ from adeye.simulate.channels.trajectory.cost import (
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
 
+# --- The fan of candidates: lateral paths along the road, and speed profiles along them -----------
+
+# Lateral paths. Every one may be missing, except the first.
+(
+    KEEP,  # centre of the lane
+    NUDGE_LEFT,  # a little beside it
+    NUDGE_RIGHT,
+    CHANGE_LEFT,  # lane to the left, without haste
+    DODGE_LEFT,  # the same, as quickly as the assumed limits allow
+    CHANGE_RIGHT,  # lane to the right, or the shoulder beside the rightmost
+    DODGE_RIGHT,
+) = range(7)
+PATHS: Final = 7
+
+PROFILES: Final = 7
+"""Speed profiles, from the emergency deceleration to the largest acceleration."""
+
+CANDIDATES: Final = PATHS * PROFILES
+
+# Columns of the level of a profile.
+(
+    LEVEL_WANTED,  # acceleration that it leads to [m/s²]
+    LEVEL_COST,  # what it costs on any path
+) = range(2)
+LEVEL_ROW: Final = 2
+
+_SHARE: Final = 0.85
+"""Share of the largest lateral acceleration that a quick path is laid out for. Our choice."""
+
+_SETTLING: Final = 2.0
+"""Least time of a path within the lane [s]. Our choice."""
+
+
+@inlined
+def set_accelerations(record: Any, levels: Floats) -> None:
+    """Write the accelerations that the profiles lead to, in rising order.
+
+    Args:
+        record: Has ``comfort_deceleration``, ``emergency_deceleration`` and ``max_acceleration``.
+        levels: (PROFILES + 1, LEVEL_ROW) out, but for the last row.
+    """
+    comfort, largest = record["comfort_deceleration"], record["max_acceleration"]
+    emergency = max(comfort, record["emergency_deceleration"])
+    levels[0, LEVEL_WANTED] = -emergency
+    levels[1, LEVEL_WANTED] = -0.5 * (comfort + emergency)
+    levels[2, LEVEL_WANTED] = -comfort
+    levels[3, LEVEL_WANTED] = -0.4 * comfort
+    levels[4, LEVEL_WANTED] = 0.0
+    levels[5, LEVEL_WANTED] = 0.5 * largest
+    levels[6, LEVEL_WANTED] = largest
+
+
+@inlined
+def quick_length(record: Any, speed: float, height: float) -> float:
+    """Return the length of the shortest path that the assumed limits allow [m].
+
+    Args:
+        record: Has ``max_lateral_acceleration`` and ``max_curvature``.
+        speed: [m/s].
+        height: How far aside it leads [m].
+    """
+    largest = _SHARE * record["max_lateral_acceleration"]
+    bend = _SHARE * record["max_curvature"]
+    wide = PEAK * abs(height)
+    return max(speed * math.sqrt(wide / largest), math.sqrt(wide / bend))
+
+
+@inlined
+def inside_length(record: Any, speed: float, height: float) -> float:
+    """Return the length of a path within the lane, which has time [m]."""
+    return max(_SETTLING * speed, quick_length(record, speed, height))
+
+
+@inlined
+def calm_length(record: Any, speed: float, height: float) -> float:
+    """Return the length of a lane change without haste [m]."""
+    return float(max(record["lane_change_time"] * speed, quick_length(record, speed, height)))
+
+
+# --- The lateral paths of the fan at one tick, and what their targets cost ------------------------
+
+# Columns of what the planner remembers.
+(
+    MEMORY_LANE,  # centre of the lane that it drives in or changes to [m], NaN before it drives
+    MEMORY_WANTED,  # acceleration that it chose [m/s²]
+    MEMORY_COMMAND,  # acceleration that it commanded on the way there [m/s²]
+) = range(3)
+MEMORY_WIDTH: Final = 3
+
+LOST: Final = 0.6
+"""Lateral distance from its own path from which the planner begins anew [m]: somebody else has
+driven. Our choice."""
+
+_ONE_PLACE: Final = 0.01
+"""Lateral places nearer than this are one target [m]."""
+
+
+@inlined
+def start_of_paths(
+    record: Any, pose: Floats, memory: Floats, path: Floats
+) -> tuple[float, float, float]:
+    """Return the lateral state that the paths begin with: that of the path being driven.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        pose: (POSE_WIDTH,).
+        memory: (MEMORY_WIDTH,) in and out.
+        path: (PATH_ROW,) that is being driven.
+
+    Returns:
+        Lateral place [m], slope and bend [1/m].
+    """
+    if not np.isnan(memory[MEMORY_LANE]):
+        d, slope, bend = at_path(path, pose[POSE_S] - path[PATH_START])
+        if abs(d - pose[POSE_D]) < LOST:
+            return d, slope, bend
+    lane = lane_at(pose[POSE_D], record["lane_width"], int(record["lanes"]))
+    memory[MEMORY_LANE] = lane_center(lane, record["lane_width"])
+    # No target is this one, so no path counts as gone on with.
+    path[PATH_TARGET] = math.nan
+    return pose[POSE_D], sin_cos(pose[POSE_ALIGN])[0], 0.0
+
+
+@compiled
+def lay_paths(
+    record: Any,
+    pose: Floats,
+    memory: Floats,
+    driven: Floats,
+    paths: Floats,
+) -> None:
+    """Lay the lateral paths of the fan.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        pose: (POSE_WIDTH,).
+        memory: (MEMORY_WIDTH,) in and out.
+        driven: (PATH_ROW,) path that is being driven.
+        paths: (PATHS, PATH_ROW) out.
+    """
+    d, slope, bend = start_of_paths(record, pose, memory, driven)
+    center = memory[MEMORY_LANE]
+    width = record["lane_width"]
+    room = 0.5 * (width - record["width"])
+    nudge = min(record["nudge"], max(0.0, room))
+    for row in range(PATHS):
+        target, lane = center, center
+        if row == NUDGE_LEFT:
+            target = center + nudge
+        elif row == NUDGE_RIGHT:
+            target = center - nudge
+        elif row in (CHANGE_LEFT, DODGE_LEFT):
+            target = lane = center + width
+        elif row in (CHANGE_RIGHT, DODGE_RIGHT):
+            target = lane = center - width
+        if target < 0.0:
+            # Beside the rightmost lane: the middle of the shoulder.
+            target, lane = -0.5 * record["shoulder"], math.nan
+        paths[row, PATH_EXISTS] = 1.0 if _is_on_road(record, row, target, d) else 0.0
+        paths[row, PATH_LANE] = lane
+        length = _length(record, row, pose[POSE_SPEED], target - d)
+        if abs(target - driven[PATH_TARGET]) < _ONE_PLACE:
+            # What has been begun is finished as it was begun.
+            left = driven[PATH_START] + driven[PATH_LENGTH] - pose[POSE_S]
+            length = min(length, left)
+        lay_path(paths[row], pose[POSE_S], d, slope, bend, target, length)
+
+
+@inlined
+def _is_on_road(record: Any, row: int, target: float, d: float) -> bool:
+    """Tell whether a target can be had: on lanes or shoulder, and no more than a lane away."""
+    if row == KEEP:
+        return True
+    half = 0.5 * record["width"]
+    if row in (NUDGE_LEFT, NUDGE_RIGHT) and record["nudge"] <= 0.0:
+        return False
+    if target < 0.0 and record["shoulder"] < record["width"]:
+        return False
+    highest = record["lanes"] * record["lane_width"] - half
+    return bool(target <= highest and abs(target - d) <= 1.6 * record["lane_width"])
+
+
+@inlined
+def _length(record: Any, row: int, speed: float, height: float) -> float:
+    if row in (DODGE_LEFT, DODGE_RIGHT):
+        return quick_length(record, speed, height)
+    if row in (CHANGE_LEFT, CHANGE_RIGHT):
+        return calm_length(record, speed, height)
+    return inside_length(record, speed, height)
+
+
+@compiled
+def path_cost(record: Any, path: Floats, row: int, memory: Floats, driven: Floats) -> float:
+    """Return what the target of a path costs at any speed.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        path: (PATH_ROW,).
+        row: Which path of the fan it is.
+        memory: (MEMORY_WIDTH,).
+        driven: (PATH_ROW,) path that is being driven.
+    """
+    cost = 0.0
+    if np.isnan(path[PATH_LANE]):
+        cost += record["weight_shoulder"]
+    else:
+        beside = path[PATH_TARGET] - path[PATH_LANE]
+        cost += record["weight_offset"] * beside * beside
+        if abs(path[PATH_LANE] - memory[MEMORY_LANE]) > _ONE_PLACE:
+            cost += record["weight_lane_change"]
+    is_kept = abs(path[PATH_TARGET] - driven[PATH_TARGET]) < _ONE_PLACE
+    if not is_kept and row != KEEP:
+        cost += record["weight_change"]
+    return float(cost)
+
+
 # --- One tick of the planner: lay the fan, take the candidate that costs least, refine its speed --
 
 UNKNOWN: Final = -1
@@ -77,76 +290,76 @@ ROUNDS: Final = 4
 """How often the step between two accelerations is halved around the best: to a sixteenth."""
 
 
-@compiled
-def add_profile(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    allowed: float,
-    memory: Floats,
-    level: Floats,
-    profile: Floats,
-    window: Ints,
-) -> None:
-    """Drive a speed profile and note what it costs on any path.
+class Fan(NamedTuple):
+    """What the planner reads and writes at one tick of one run.
 
-    Args:
+    Attributes:
         record: Parameters, see ``channel.TrajectoryChannel``.
         pose: (POSE_WIDTH,).
         allowed: Speed that desire, limit and curves allow [m/s].
-        memory: (MEMORY_WIDTH,).
-        level: (LEVEL_ROW,) acceleration that it leads to, in; its cost, out.
-        profile: (SAMPLES, PROFILE_ROW) out.
-        window: (K, 2) out; nothing is known of the objects yet.
+        others: The predicted objects.
+        memory: (MEMORY_WIDTH,) in; the acceleration that is chosen and its lane, out.
+        driven: (PATH_ROW,) path that is being driven, in and out.
+        paths: (PATHS, PATH_ROW) out; scratch, as all that follows.
+        profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) the last one is that chosen.
+        windows: (PROFILES + 1, K, 2) see ``mark_interest``.
+        line: (SAMPLES, LINE_ROW) lateral samples, in the end of the choice.
+        levels: (PROFILES + 1, LEVEL_ROW) accelerations that they lead to, and their costs.
+        costs: (CANDIDATES,) exact of all candidates only if they are shown.
     """
-    speed, wanted = pose[POSE_SPEED], level[LEVEL_WANTED]
-    interval = record["horizon"] / SAMPLES
-    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, 0.0, profile)
-    level[LEVEL_COST] = profile_cost(record, profile, wanted, memory[MEMORY_WANTED], speed, allowed)
-    window[0, 0] = UNKNOWN
+
+    record: Any
+    pose: Floats
+    allowed: float
+    others: Others
+    memory: Floats
+    driven: Floats
+    paths: Floats
+    profiles: Floats
+    windows: Ints
+    line: Floats
+    levels: Floats
+    costs: Floats
 
 
 @compiled
-def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    row: int,
-    path: Floats,
-    level: Floats,
-    profile: Floats,
-    window: Ints,
-    count: int,
-    objects: Floats,
-    ways: Floats,
-    line: Floats,
-    limit: float,
-) -> float:
+def add_profile(fan: Fan, column: int) -> None:
+    """Drive a speed profile and note what it costs on any path."""
+    record, memory, level = fan.record, fan.memory, fan.levels[column]
+    profile = fan.profiles[column]
+    speed, wanted = fan.pose[POSE_SPEED], level[LEVEL_WANTED]
+    interval = record["horizon"] / SAMPLES
+    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, 0.0, profile)
+    level[LEVEL_COST] = profile_cost(
+        record, profile, wanted, memory[MEMORY_WANTED], speed, fan.allowed
+    )
+    # Nothing is known of the objects yet.
+    fan.windows[column, 0, 0] = UNKNOWN
+
+
+@compiled
+def candidate_cost(fan: Fan, row: int, column: int, limit: float) -> float:
     """Return what a candidate costs; from a limit on some lower bound of it.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
-        pose: (POSE_WIDTH,).
-        row: Which path of the fan it is.
-        path: (PATH_ROW,).
-        level: (LEVEL_ROW,) of its profile.
-        profile: (SAMPLES, PROFILE_ROW).
-        window: (K, 2) see ``mark_interest``, in and out.
-        count: How many objects there are.
-        objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
-        line: (SAMPLES, LINE_ROW) scratch.
+        fan: What is read and written.
+        row: Its path.
+        column: Its profile.
         limit: Cost from which nobody needs to know more.
     """
-    cost = path[PATH_COST] + level[LEVEL_COST]
+    record, path, profile = fan.record, fan.paths[row], fan.profiles[column]
+    window, others = fan.windows[column], fan.others
+    cost = path[PATH_COST] + fan.levels[column, LEVEL_COST]
     if cost >= limit:
         return float(cost)
-    slowest = min(pose[POSE_SPEED], profile[SAMPLES - 1, PROFILE_SPEED])
-    is_lane, target = not np.isnan(path[PATH_LANE]), path[PATH_TARGET]
-    if is_cut_up(record, target, is_lane, pose[POSE_D], slowest, objects, ways, count):
+    slowest = min(fan.pose[POSE_SPEED], profile[SAMPLES - 1, PROFILE_SPEED])
+    is_lane = not np.isnan(path[PATH_LANE])
+    if is_cut_up(record, path[PATH_TARGET], is_lane, fan.pose[POSE_D], slowest, others):
         return math.inf
-    cost += drive_path(record, pose, path, profile, row == KEEP, line)
-    interval = record["horizon"] / SAMPLES
+    cost += drive_path(fan, path, profile, row == KEEP)
+    count = others.objects.shape[0]
     if count > 0 and window[0, 0] == UNKNOWN:
-        mark_interest(record, profile, objects, ways, count, interval, window)
+        mark_interest(record, profile, others, window)
     for item in range(count):
         if cost >= limit:
             return float(cost)
@@ -154,35 +367,26 @@ def candidate_cost(  # noqa: PLR0913, PLR0917 - a kernel
             cost += object_cost(
                 record,
                 profile,
-                line,
-                objects[item],
-                ways[item],
+                fan.line,
+                others.objects[item],
+                others.ways[item],
                 window[item],
-                interval,
                 row >= CHANGE_LEFT,
             )
     return float(cost)
 
 
 @compiled
-def drive_path(
-    record: Any,
-    pose: Floats,
-    path: Floats,
-    profile: Floats,
-    is_last_resort: bool,  # noqa: FBT001 - a kernel
-    line: Floats,
-) -> float:
-    """Return what driving a path at a speed costs, see ``scoring.drive_line``.
+def drive_path(fan: Fan, path: Floats, profile: Floats, is_last_resort: bool) -> float:  # noqa: FBT001 - a kernel
+    """Return what driving a path at a speed costs, see ``cost.drive_line``.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
-        pose: (POSE_WIDTH,).
+        fan: What is read and written.
         path: (PATH_ROW,).
         profile: (SAMPLES, PROFILE_ROW).
         is_last_resort: Whether it is to be had in any case.
-        line: (SAMPLES, LINE_ROW) out.
     """
+    record, pose = fan.record, fan.pose
     half = 0.5 * record["width"]
     # Who is beyond an edge already may come back.
     lowest = min(half - record["shoulder"], pose[POSE_D])
@@ -196,123 +400,54 @@ def drive_path(
         lowest,
         highest,
         is_last_resort,
-        line,
+        fan.line,
     )
 
 
 @compiled
-def choose_candidate(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    allowed: float,
-    count: int,
-    objects: Floats,
-    ways: Floats,
-    memory: Floats,
-    driven: Floats,
-    paths: Floats,
-    profiles: Floats,
-    windows: Ints,
-    line: Floats,
-    levels: Floats,
-    costs: Floats,
-    is_shown: bool,  # noqa: FBT001 - a kernel
-) -> int:
+def choose_candidate(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kernel
     """Return the candidate of the fan that costs least; the first of several.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
-        pose: (POSE_WIDTH,).
-        allowed: Speed that desire, limit and curves allow [m/s].
-        count: How many objects there are.
-        objects: (K, OBJECT_ROW) see ``prediction``.
-        ways: (K, SAMPLES, WAY_ROW).
-        memory: (MEMORY_WIDTH,).
-        driven: (PATH_ROW,) path that is being driven.
-        paths: (PATHS, PATH_ROW) of the fan; their costs, out.
-        profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) out, but for the last.
-        windows: (PROFILES + 1, K, 2) out, but for the last.
-        line: (SAMPLES, LINE_ROW) scratch.
-        levels: (PROFILES + 1, LEVEL_ROW) of the profiles, out, but for the last.
-        costs: (CANDIDATES,) out; exact of all candidates only if they are shown.
+        fan: What is read and written.
         is_shown: Whether somebody looks at the costs.
     """
-    set_accelerations(record, levels)
+    set_accelerations(fan.record, fan.levels)
     for column in range(PROFILES):
-        add_profile(
-            record, pose, allowed, memory, levels[column], profiles[column], windows[column]
-        )
+        add_profile(fan, column)
     best, least = KEEP * PROFILES, math.inf
     for row in range(PATHS):
-        paths[row, PATH_COST] = path_cost(
-            record, paths[row], row, memory, driven
+        path = fan.paths[row]
+        path[PATH_COST] = path_cost(
+            fan.record, path, row, fan.memory, fan.driven
         ) + lane_speed_cost(
-            record, paths[row, PATH_TARGET], pose[POSE_SPEED], allowed, objects, ways, count
+            fan.record, path[PATH_TARGET], fan.pose[POSE_SPEED], fan.allowed, fan.others
         )
         for column in range(PROFILES):
             place = row * PROFILES + column
-            costs[place] = math.inf
-            if paths[row, PATH_EXISTS] == 0.0:
+            fan.costs[place] = math.inf
+            if path[PATH_EXISTS] == 0.0:
                 continue
-            costs[place] = candidate_cost(
-                record,
-                pose,
-                row,
-                paths[row],
-                levels[column],
-                profiles[column],
-                windows[column],
-                count,
-                objects,
-                ways,
-                line,
-                math.inf if is_shown else least,
-            )
-            if costs[place] < least:
-                best, least = place, costs[place]
+            limit = math.inf if is_shown else least
+            fan.costs[place] = candidate_cost(fan, row, column, limit)
+            if fan.costs[place] < least:
+                best, least = place, fan.costs[place]
     return best
 
 
 @compiled
-def refine(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    allowed: float,
-    count: int,
-    objects: Floats,
-    ways: Floats,
-    memory: Floats,
-    best: int,
-    path: Floats,
-    profiles: Floats,
-    windows: Ints,
-    line: Floats,
-    levels: Floats,
-    costs: Floats,
-) -> None:
+def refine(fan: Fan, best: int) -> None:
     """Look for a better acceleration between those of the fan, on the same path.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
-        pose: (POSE_WIDTH,).
-        allowed: Speed that desire, limit and curves allow [m/s].
-        count: How many objects there are.
-        objects: (K, OBJECT_ROW).
-        ways: (K, SAMPLES, WAY_ROW).
-        memory: (MEMORY_WIDTH,) in; the acceleration that is chosen, out.
+        fan: What is read and written.
         best: Candidate of the fan that costs least.
-        path: (PATH_ROW,) its path.
-        profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW); the last is the chosen profile, out.
-        windows: (PROFILES + 1, K, 2); the last is scratch.
-        line: (SAMPLES, LINE_ROW) lateral samples of the choice, out.
-        levels: (PROFILES + 1, LEVEL_ROW); the last is that chosen, out.
-        costs: (CANDIDATES,).
     """
     row, column = best // PROFILES, best % PROFILES
-    chosen, least = levels[column, LEVEL_WANTED], costs[best]
+    levels = fan.levels
+    chosen, least = levels[column, LEVEL_WANTED], fan.costs[best]
     lower = chosen - levels[max(column - 1, 0), LEVEL_WANTED]
     upper = levels[min(column + 1, PROFILES - 1), LEVEL_WANTED] - chosen
-    level, profile, window = levels[PROFILES], profiles[PROFILES], windows[PROFILES]
     middle = chosen
     for step in range(2 * ROUNDS):
         if step % 2 == 0:
@@ -320,98 +455,36 @@ def refine(  # noqa: PLR0913, PLR0917 - a kernel
         trial = middle - lower if step % 2 == 0 else middle + upper
         if trial == middle:
             continue
-        level[LEVEL_WANTED] = trial
-        add_profile(record, pose, allowed, memory, level, profile, window)
-        cost = candidate_cost(
-            record, pose, row, path, level, profile, window, count, objects, ways, line, least
-        )
+        levels[PROFILES, LEVEL_WANTED] = trial
+        add_profile(fan, PROFILES)
+        cost = candidate_cost(fan, row, PROFILES, least)
         if cost < least:
             chosen, least = trial, cost
-    level[LEVEL_WANTED] = chosen
-    add_profile(record, pose, allowed, memory, level, profile, window)
-    drive_path(record, pose, path, profile, True, line)  # noqa: FBT003 - a kernel
-    memory[MEMORY_WANTED] = chosen
+    levels[PROFILES, LEVEL_WANTED] = chosen
+    add_profile(fan, PROFILES)
+    drive_path(fan, fan.paths[row], fan.profiles[PROFILES], True)  # noqa: FBT003 - a kernel
+    fan.memory[MEMORY_WANTED] = chosen
 
 
 @compiled
-def plan_step(  # noqa: PLR0913, PLR0917 - a kernel
-    record: Any,
-    pose: Floats,
-    allowed: float,
-    count: int,
-    objects: Floats,
-    ways: Floats,
-    memory: Floats,
-    driven: Floats,
-    paths: Floats,
-    profiles: Floats,
-    windows: Ints,
-    line: Floats,
-    levels: Floats,
-    costs: Floats,
-    is_shown: bool,  # noqa: FBT001 - a kernel
-) -> int:
+def plan_step(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kernel
     """Choose path and acceleration of one run at one tick.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
-        pose: (POSE_WIDTH,).
-        allowed: Speed that desire, limit and curves allow [m/s].
-        count: How many objects there are.
-        objects: (K, OBJECT_ROW) see ``prediction``.
-        ways: (K, SAMPLES, WAY_ROW).
-        memory: (MEMORY_WIDTH,) in and out.
-        driven: (PATH_ROW,) path that is being driven, in and out.
-        paths: (PATHS, PATH_ROW) out.
-        profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW) out; the last one is that chosen.
-        windows: (PROFILES + 1, K, 2) scratch.
-        line: (SAMPLES, LINE_ROW) lateral samples of the choice, out.
-        levels: (PROFILES + 1, LEVEL_ROW) scratch.
-        costs: (CANDIDATES,) out; exact of all candidates only if they are shown.
+        fan: What is read and written.
         is_shown: Whether somebody looks at the costs.
 
     Returns:
         The candidate of the fan that cost least.
     """
-    lay_paths(record, pose, memory, driven, paths)
-    best = choose_candidate(
-        record,
-        pose,
-        allowed,
-        count,
-        objects,
-        ways,
-        memory,
-        driven,
-        paths,
-        profiles,
-        windows,
-        line,
-        levels,
-        costs,
-        is_shown,
-    )
-    row = best // PROFILES
-    refine(
-        record,
-        pose,
-        allowed,
-        count,
-        objects,
-        ways,
-        memory,
-        best,
-        paths[row],
-        profiles,
-        windows,
-        line,
-        levels,
-        costs,
-    )
-    if not np.isnan(paths[row, PATH_LANE]):
-        memory[MEMORY_LANE] = paths[row, PATH_LANE]
+    lay_paths(fan.record, fan.pose, fan.memory, fan.driven, fan.paths)
+    best = choose_candidate(fan, is_shown)
+    refine(fan, best)
+    path = fan.paths[best // PROFILES]
+    if not np.isnan(path[PATH_LANE]):
+        fan.memory[MEMORY_LANE] = path[PATH_LANE]
     for item in range(PATH_ROW):
-        driven[item] = paths[row, item]
+        fan.driven[item] = path[item]
     return best
 
 
@@ -423,8 +496,6 @@ PLAN_ROW: Final = 4
 
 SHOWN: Final = (3, 7, 11, 15)
 """Samples of a candidate that are shown, behind the place of the ego itself."""
-
-POINTS: Final = len(SHOWN) + 1
 
 _STARTING: Final = 0.2
 """Acceleration below which a standing ego stays [m/s²], so that it does not creep."""

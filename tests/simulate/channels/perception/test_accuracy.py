@@ -33,6 +33,7 @@ from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet
 from adeye.spec.sensors import Sensor, model_name
 from adeye.testing.scenes import channel_context
+from tests.simulate.channels.perceived import sample_of
 from tests.simulate.sensors.scenes import architecture, scene, scene_context, sensor_context
 
 DEGREE = math.pi / 180.0
@@ -264,17 +265,9 @@ def _update(
         1 if tracks[0, TRACK_HITS] > 0.0 else 0,
         pose,
         (0.0, 0.0, 0.0, 1.0),
-        accuracy,
-        0.0,
-        0.0,
-        mask,
-        rows,
-        time,
-        0.0,
+        sample_of(accuracy, rows, time, mask=mask),
         30.0,
         (3.0, 0.0, 0.0),
-        np.zeros((1, 2)),
-        np.zeros(1, dtype=np.int64),
     )
 
 

@@ -20,8 +20,37 @@ from adeye.signals import (
     ESTIMATE_PLACE,
     STATUS_LABELS,
     Floats,
+    parameter_record,
 )
-from adeye.simulate.channels.perception.localisation import MOST_DEVIATION, Localiser
+from adeye.simulate.channels.perception.localisation import (
+    ACCELERATION_BIAS,
+    COUNT,
+    COURSE,
+    FIX_TIME,
+    HEADING,
+    INNOVATION,
+    LATEST_FIX,
+    MAP_HEADING,
+    MOST_DEVIATION,
+    NOTHING,
+    NOW_TIME,
+    SCRATCH,
+    SEEN,
+    SPEED,
+    STATES,
+    TIME,
+    WAITING,
+    YAW_RATE_BIAS,
+    Localiser,
+    X,
+    Y,
+    begin,
+    carry,
+    correct,
+    is_number,
+    lateral_variance,
+    predict,
+)
 from adeye.simulate.engine import run
 from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.architecture import Architecture
@@ -284,3 +313,289 @@ def test_channel_without_its_inertial_unit_has_no_pose_after_half_a_second() -> 
     found = statuses("sensors.imu")
     assert found[60:69] == ["degraded"] * 9
     assert found[70:] == ["fault"] * 230
+
+
+# Fixes that come late, early, between two samples or not at all.
+
+NOISY_FIXES = {"position_noise": "0.2 m", "speed_noise": "0.1 m/s"}
+SHAKY_FIXES = {"yaw_rate_noise": "0.3 deg/s", "acceleration_noise": "0.1 m/s^2"}
+WINDING_FIXES = drive(200, 20.0, lambda time: (math.sin(time), 0.02 * math.sin(2.0 * time)))
+
+
+def errors_fixes(found: Estimated, states: Floats, column: int) -> Floats:
+    """Return the errors_fixes (N, B) of the estimates after 5 s, each at its own time."""
+    ticks = np.round(found.stamps[100:] / STEP).astype(int)
+    made: Floats = found.estimates[100:, :, column] - states[ticks][:, :, column]
+    return made
+
+
+def test_nothing_is_known_before_the_first_sample() -> None:
+    times = (TIME, NOW_TIME, SEEN, FIX_TIME, WAITING)
+    assert [NOTHING[column] for column in times] == [-1.0] * 5
+    assert NOTHING[COUNT] == 0.0
+    assert math.isnan(NOTHING[INNOVATION])
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_row_with_one_that_is_no_number_is_none(wrong: float) -> None:
+    assert is_number(np.array([1.0, 2.0]))
+    assert not is_number(np.array([1.0, wrong]))
+
+
+def test_late_fix_gives_the_state_that_a_fix_without_latency_gives() -> None:
+    # With the antenna over the rear axle: elsewhere the late fix knows the turn better.
+    over_axle = {"x": f"{-0.5 * CAR.wheelbase} m"}
+    receiver, unit = gnss(rate="4 Hz", mount=over_axle, **NOISY_FIXES), imu(**SHAKY_FIXES)
+    early = estimate(WINDING_FIXES, receiver, unit, latency=0.0)
+    late = estimate(WINDING_FIXES, receiver, unit, latency=0.2)
+    # After the fix of tick k the one without latency stands there; the other one four ticks later.
+    for tick in range(5, 190, 5):
+        assert np.array_equal(early.states[tick], late.states[tick + 4])
+        assert np.array_equal(early.innovations[tick], late.innovations[tick + 4], equal_nan=True)
+
+
+def test_estimate_is_of_the_newest_sample_however_late_the_fix() -> None:
+    found = estimate(WINDING_FIXES, gnss(), imu(), latency=0.3)
+    assert found.stamps[20:, 0] == pytest.approx(np.arange(20, 200) * STEP)
+
+
+def test_fix_that_is_older_than_the_queue_is_not_used() -> None:
+    # Once begun, the filter has gone on beyond its time.
+    found = estimate(WINDING_FIXES, gnss(**NOISY_FIXES), imu(), latency=LATEST_FIX + 0.2)
+    used = found.innovations[np.isfinite(found.innovations)]
+    assert used.size == 0
+    assert (found.stamps[20:] > 0.0).all()
+
+
+def test_fix_between_two_samples_is_used_at_its_time() -> None:
+    # The unit samples every fourth tick, the receiver every second.
+    found = estimate(WINDING_FIXES, gnss(), imu(rate="5 Hz"), latency=0.1)
+    for column, bound in ((EGO_X, 0.05), (EGO_Y, 0.05), (EGO_HEADING, 0.01), (EGO_SPEED, 0.1)):
+        assert np.abs(errors_fixes(found, WINDING_FIXES, column)).max() < bound
+
+
+def test_fix_that_is_newer_than_all_samples_waits_for_the_unit() -> None:
+    found = estimate(WINDING_FIXES, gnss(rate="20 Hz"), imu(), latency=0.0, unit_latency=0.15)
+    # The estimate is as old as the newest sample.
+    assert found.stamps[50:, 0] == pytest.approx(np.arange(47, 197) * STEP)
+    for column, bound in ((EGO_X, 0.01), (EGO_Y, 0.01), (EGO_HEADING, 0.002), (EGO_SPEED, 0.02)):
+        assert np.abs(errors_fixes(found, WINDING_FIXES, column)).max() < bound
+
+
+def test_one_of_several_fixes_that_come_before_their_sample_is_used() -> None:
+    found = estimate(
+        WINDING_FIXES, gnss(rate="20 Hz", **NOISY_FIXES), imu(), latency=0.0, unit_latency=0.15
+    )
+    used = np.diff(found.innovations[60:180, 0]) != 0.0
+    # One waits for three ticks, and the next one is that of the tick after: one in four.
+    assert used.sum() == pytest.approx(30, abs=1)
+
+
+def test_dead_unit_stops_the_estimate_and_it_begins_anew_with_it() -> None:
+    found = estimate(WINDING_FIXES, gnss(), imu(), blind={1: (100, 140)})
+    stamps = found.stamps[:, 0]
+    assert stamps[139] == pytest.approx(99 * STEP)
+    # The first fix that is newer than the unit's return comes 0.1 s later.
+    assert stamps[145] == pytest.approx(145 * STEP)
+    assert np.abs(found.estimates[145:, 0, EGO_Y] - WINDING_FIXES[145:, EGO_Y]).max() < 0.05
+
+
+def test_dead_receiver_leaves_the_samples_to_go_by() -> None:
+    found = estimate(WINDING_FIXES, gnss(), imu(), blind={0: (100, 200)})
+    assert found.stamps[100:, 0] == pytest.approx(np.arange(100, 200) * STEP)
+    # Without noise the samples alone are nearly enough.
+    assert np.abs(errors_fixes(found, WINDING_FIXES, EGO_Y)).max() < 0.1
+    assert (np.diff(found.deviations[115:, 0]) > 0.0).all()
+
+
+# The filter's steps: derivatives, the matrix form of a correction, the first fix.
+
+STATE = np.array([10.0, -4.0, 0.6, 18.0, 0.2, -0.03])
+TIME_INERTIAL = 0.05
+
+
+def record(**changes: float) -> Any:
+    fields = {
+        "acceleration_density": 0.0,
+        "yaw_rate_density": 0.0,
+        "acceleration_bias": 0.0,
+        "yaw_rate_bias": 0.0,
+        "bias_time": 50.0,
+        "lever_x": 1.9,
+        "lever_y": 0.4,
+        "place_variance": 0.09,
+        "velocity_variance": 0.01,
+    }
+    return parameter_record({name: np.array([v]) for name, v in (fields | changes).items()})[0]
+
+
+def after(state: Floats) -> Floats:
+    moved = state.copy()
+    predict(record(), moved, np.zeros((STATES, STATES)), 1.5, 0.3, TIME_INERTIAL)
+    return moved
+
+
+def spread(seed: int = 0) -> Floats:
+    """Return a made-up covariance: symmetric and positive."""
+    root = np.array([[math.sin(seed + 1.7 * i + 0.9 * j * j) for j in range(6)] for i in range(6)])
+    scales = np.diag([1.0, 1.0, 0.05, 0.5, 0.1, 0.02])
+    made: Floats = scales @ (root @ root.T + np.eye(6)) @ scales
+    return 0.5 * (made + made.T)
+
+
+def jacobian(function: Any, count: int) -> Floats:
+    columns = []
+    for index in range(STATES):
+        nudge = np.zeros(STATES)
+        nudge[index] = 1e-5
+        columns.append((function(STATE + nudge) - function(STATE - nudge)) / 2e-5)
+    made: Floats = np.array(columns).T
+    assert made.shape == (count, STATES)
+    return made
+
+
+def fix_of(state: Floats, rate: float = 0.3) -> Floats:
+    """Return the fix without error of a state."""
+    c, s = math.cos(state[HEADING]), math.sin(state[HEADING])
+    turn = rate - state[YAW_RATE_BIAS]
+    arm_x, arm_y = c * 1.9 - s * 0.4, s * 1.9 + c * 0.4
+    return np.array(
+        [
+            state[X] + arm_x,
+            state[Y] + arm_y,
+            state[SPEED] * c - turn * arm_y,
+            state[SPEED] * s + turn * arm_x,
+        ]
+    )
+
+
+def test_straight_ahead_the_way_is_that_of_constant_acceleration() -> None:
+    x, y, heading, speed = carry(1.0, 2.0, 0.0, 10.0, 2.0, 0.0, 3.0)
+    assert (x, y, heading, speed) == pytest.approx((1.0 + 39.0, 2.0, 0.0, 16.0))
+
+
+def test_steady_turn_stays_on_its_circle() -> None:
+    # 10 m/s and 0.5 rad/s: a radius of 20 m.
+    x, y, heading, speed = 20.0, 0.0, 0.5 * math.pi, 10.0
+    for _ in range(200):
+        x, y, heading, speed = carry(x, y, heading, speed, 0.0, 0.5, 0.05)
+    assert math.hypot(x, y) == pytest.approx(20.0, abs=1e-4)
+
+
+def test_biases_are_taken_away_and_fade() -> None:
+    moved = after(STATE)
+    assert moved[SPEED] == pytest.approx(18.0 + (1.5 - 0.2) * TIME_INERTIAL)
+    assert moved[HEADING] == pytest.approx(0.6 + (0.3 + 0.03) * TIME_INERTIAL)
+    assert moved[ACCELERATION_BIAS] == pytest.approx(0.2 * math.exp(-TIME_INERTIAL / 50.0))
+
+
+def test_covariance_moves_with_the_derivatives_of_the_state() -> None:
+    slopes = jacobian(after, STATES)
+    covariance = spread()
+    expected = slopes @ covariance @ slopes.T
+    predict(record(), STATE.copy(), covariance, 1.5, 0.3, TIME_INERTIAL)
+    assert covariance == pytest.approx(expected, rel=1e-5, abs=1e-7)
+
+
+def test_noise_of_the_unit_adds_to_speed_and_heading_only() -> None:
+    covariance = np.zeros((STATES, STATES))
+    noisy = record(acceleration_density=0.04, yaw_rate_density=0.0003)
+    predict(noisy, STATE.copy(), covariance, 0.0, 0.0, TIME_INERTIAL)
+    expected = np.zeros(STATES)
+    expected[SPEED], expected[HEADING] = 0.04 * TIME_INERTIAL, 0.0003 * TIME_INERTIAL
+    assert covariance == pytest.approx(np.diag(expected))
+
+
+@pytest.mark.slow
+def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
+    covariance = np.zeros((STATES, STATES))
+    covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] = 0.02**2
+    for _ in range(40):
+        predict(
+            record(yaw_rate_bias=0.02, bias_time=3.0), STATE.copy(), covariance, 0, 0, TIME_INERTIAL
+        )
+    assert covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] == pytest.approx(0.02**2)
+
+
+@pytest.mark.slow
+def test_correction_is_that_of_the_matrix_form() -> None:
+    slopes = jacobian(fix_of, 4)
+    covariance, state = spread(3), STATE.copy()
+    rest = np.array([0.4, -0.3, 0.15, 0.2])
+    noise = np.diag([0.09, 0.09, 0.01, 0.01])
+    expected = slopes @ covariance @ slopes.T + noise
+    gain = covariance @ slopes.T @ np.linalg.inv(expected)
+    wanted_state = state + gain @ rest
+    wanted = covariance - gain @ slopes @ covariance
+    scratch = np.full(SCRATCH, 77.0)
+    total = correct(record(), state, covariance, fix_of(STATE) + rest, 0.3, scratch)
+    assert state == pytest.approx(wanted_state, rel=1e-6)
+    assert covariance == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+    assert np.array_equal(covariance, covariance.T)
+    assert total == pytest.approx(rest @ np.linalg.inv(expected) @ rest, rel=1e-6)
+
+
+def test_fix_that_is_as_expected_changes_no_state() -> None:
+    state, covariance = STATE.copy(), spread()
+    before = np.diag(covariance).copy()
+    assert correct(record(), state, covariance, fix_of(STATE), 0.3, np.zeros(SCRATCH)) < 1e-20
+    assert state == pytest.approx(STATE)
+    assert (np.diag(covariance) < before).all()
+
+
+def begun(fix: Floats, rate: float = 0.0, **changes: float) -> tuple[Floats, Floats]:
+    state, covariance = np.full(STATES, 9.0), np.full((STATES, STATES), 9.0)
+    begin(record(**changes), straight_road().segments[0], state, covariance, fix, rate)
+    return state, covariance
+
+
+def test_moving_ego_heads_where_it_moves_and_slips_with_the_turn() -> None:
+    wanted = np.array([3.0, 5.0, 0.4, 20.0, 0.0, 0.0])
+    state, covariance = begun(fix_of(wanted, 0.2), 0.2)
+    # The slip is taken as a small angle.
+    assert state == pytest.approx(wanted, abs=2e-3)
+    assert covariance[HEADING, HEADING] == pytest.approx(COURSE**2 + 0.01 / 20.0**2, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.0, 0.4])
+def test_standing_ego_heads_along_its_lane(speed: float) -> None:
+    # What little moves is noise, here to the left.
+    state, covariance = begun(np.array([50.0, 5.0, 0.0, speed]))
+    assert state[HEADING] == 0.0
+    assert state[SPEED] == 0.0
+    assert covariance[HEADING, HEADING] == pytest.approx(MAP_HEADING**2)
+
+
+def test_noise_that_looks_like_motion_gives_no_heading() -> None:
+    # 3 m/s of a receiver with 1 m/s of noise.
+    assert begun(np.array([50.0, 5.0, 0.0, 3.0]), velocity_variance=1.0)[0][HEADING] == 0.0
+
+
+@pytest.mark.slow
+def test_first_state_knows_the_antenna_as_well_as_the_fix_whatever_its_heading() -> None:
+    state, covariance = begun(np.array([50.0, 5.0, 0.0, 0.0]), bias=0.0)
+    slopes = np.zeros((2, STATES))
+    slopes[0, X] = slopes[1, Y] = 1.0
+    c, s = math.cos(state[HEADING]), math.sin(state[HEADING])
+    slopes[0, HEADING], slopes[1, HEADING] = -(s * 1.9 + c * 0.4), c * 1.9 - s * 0.4
+    assert slopes @ covariance @ slopes.T == pytest.approx(0.09 * np.eye(2))
+
+
+def test_lateral_deviation_is_that_across_the_heading() -> None:
+    covariance = np.diag([4.0, 0.25, 0.0, 0.0, 0.0, 0.0])
+    state = np.array([0.0, 0.0, 0.0, 20.0, 0.0, 0.0])
+    assert lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(0.25)
+    state[HEADING] = 0.5 * math.pi
+    assert lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(4.0)
+
+
+@pytest.mark.slow
+def test_lateral_deviation_is_what_it_is_after_the_way() -> None:
+    # Carried on for half a second, the covariance says the same as the shortcut.
+    state, covariance = np.array([0.0, 0.0, 0.7, 20.0, 0.0, 0.0]), spread(5)
+    covariance[YAW_RATE_BIAS] = covariance[:, YAW_RATE_BIAS] = 0.0
+    covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] = 0.01**2
+    ahead = lateral_variance(state, covariance, 0.0, 0.5)
+    predict(record(bias_time=1e6), state, covariance, 0.0, 0.0, 0.5)
+    assert lateral_variance(state, covariance, 0.0, 0.0) == pytest.approx(ahead, rel=1e-6)

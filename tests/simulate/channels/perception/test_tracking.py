@@ -23,6 +23,7 @@ from adeye.simulate.channels.perception.tracks import (
     TRACKS,
     carried_by,
 )
+from tests.simulate.channels.perceived import sample_of
 
 STEP = 0.05
 EGO_SPEED = 20.0
@@ -58,24 +59,8 @@ def update(
     age: float = 0.0,
 ) -> int:
     """Update with a sample of a sensor in the origin; return the end of the tracks."""
-    size = detections.shape[0]
-    return update_tracks(
-        tracks,
-        live_end(tracks),
-        pose,
-        carried_by(pose, age),
-        accuracy,
-        0.0,
-        0.0,
-        np.ones(size, dtype=np.bool_),
-        detections,
-        stamp,
-        age,
-        4.0,
-        CONFIRM,
-        np.zeros((size, 2)),
-        np.zeros(size, dtype=np.int64),
-    )
+    new = sample_of(accuracy, detections, stamp, age)
+    return update_tracks(tracks, live_end(tracks), pose, carried_by(pose, age), new, 4.0, CONFIRM)
 
 
 def live_end(tracks: Floats) -> int:
@@ -264,23 +249,8 @@ def test_nearer_objects_take_the_places_of_the_farthest() -> None:
 def test_row_without_a_detection_is_no_object() -> None:
     tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
     both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
-    end = update_tracks(
-        tracks,
-        0,
-        pose,
-        carried_by(pose, 0.0),
-        TRUTH,
-        0.0,
-        0.0,
-        np.array([False, True]),
-        both,
-        0.0,
-        0.0,
-        4.0,
-        CONFIRM,
-        np.zeros((2, 2)),
-        np.zeros(2, dtype=np.int64),
-    )
+    new = sample_of(TRUTH, both, 0.0, mask=np.array([False, True]))
+    end = update_tracks(tracks, 0, pose, carried_by(pose, 0.0), new, 4.0, CONFIRM)
     assert end == 1
     assert tracks[0, TRACK_X] == pytest.approx(60.0)
 

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,25 +15,38 @@ from adeye.simulate.channels.perception.pose import POSE_SPEED, POSE_WIDTH, POSE
 from adeye.simulate.channels.perception.tracks import (
     BLOCKED,
     FREE,
+    FREEDOM_X,
+    FREEDOM_Y,
+    TRACK_BEGUN_BY,
     TRACK_CLASS,
     TRACK_HITS,
     TRACK_LENGTH,
     TRACK_STATE,
     TRACK_VAR_VX,
+    TRACK_VAR_VY,
     TRACK_VAR_X,
     TRACK_VX,
+    TRACK_VY,
     TRACK_WIDTH,
     TRACK_X,
     TRACK_Y,
     TRACKS,
+    Belief,
     associate,
     behind_face,
     carried_by,
     carry_by,
+    count_hit,
+    count_misses,
+    forget_motion,
+    grow,
     is_part,
+    learn,
     may_begin,
+    read_belief,
     room_for_track,
     with_face_kept,
+    write_belief,
 )
 
 GATE = 4.0
@@ -237,3 +252,173 @@ def test_what_has_a_class_or_a_range_rate_or_stands_aside_is_one() -> None:
 
 def test_body_of_a_new_track_hides_nothing() -> None:
     assert not part_of_a_car(hits=3.0)
+
+
+# m of n: which detections confirm a track.
+
+
+def hits_after(pattern: str, *, hits: int = 3, window: int = 5, sensor: float = 0.0) -> float:
+    """Hits of a track after samples that show it (x) or not (.), all of one sensor."""
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    confirm = (float(hits), float(window), sensor)
+    for sample in pattern:
+        _sample(tracks, confirm, is_hit=sample == "x")
+    return float(tracks[0, TRACK_HITS])
+
+
+def _sample(tracks: Floats, confirm: tuple[float, float, float], *, is_hit: bool) -> None:
+    if is_hit:
+        count_hit(tracks[0], confirm)
+    count_misses(tracks, 1, confirm)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "confirmed"),
+    [
+        ("xxx", True),
+        ("x.x.x", True),
+        ("x..x.x", False),
+        ("x...xxx", True),
+        ("xx...x", False),
+        ("x.x..x.x", False),
+        ("xxx........", True),
+    ],
+)
+def test_three_of_five_confirm(pattern: str, *, confirmed: bool) -> None:
+    assert (hits_after(pattern) >= 3.0) is confirmed
+
+
+def test_without_a_window_every_detection_counts() -> None:
+    assert hits_after("x....................xx", window=0) == 3.0
+
+
+def test_track_is_free_when_its_last_hit_is_forgotten() -> None:
+    assert hits_after("x....") == 1.0
+    assert hits_after("x.....") == 0.0
+
+
+def test_hits_of_a_confirmed_track_go_on_counting() -> None:
+    assert hits_after("xxx..x") == 4.0
+
+
+def test_another_sensor_can_hit_a_track_but_not_miss_it() -> None:
+    tracks = np.zeros((TRACKS, TRACK_STATE))
+    tracks[0, TRACK_BEGUN_BY] = 1.0
+    first, other = (3.0, 3.0, 1.0), (3.0, 3.0, 0.0)
+    _sample(tracks, first, is_hit=True)
+    for _ in range(10):
+        _sample(tracks, other, is_hit=False)
+    assert tracks[0, TRACK_HITS] == 1.0
+    _sample(tracks, other, is_hit=True)
+    _sample(tracks, first, is_hit=True)
+    assert tracks[0, TRACK_HITS] == 3.0
+
+
+# The filter of a track against the textbook, written with matrices.
+
+WEIGHTS = (0.8, -0.16, 0.6, -0.12)
+GENERATOR = np.random.Generator(np.random.Philox(3))
+
+
+def belief_of(mean: Floats, p: Floats) -> Belief:
+    return (
+        tuple(mean),
+        tuple(np.diag(p)),
+        (p[0, 1], p[0, 2], p[0, 3]),
+        (p[1, 2], p[1, 3], p[2, 3]),
+    )
+
+
+def matrices(belief: Belief) -> tuple[Floats, Floats]:
+    """Return mean (4,) and covariance (4, 4) of x, vx, y, vy."""
+    p = np.diag(np.array(belief[1]))
+    p[0, 1:], p[1, 2:], p[2, 3:] = belief[2], belief[3][:2], belief[3][2]
+    return np.array(belief[0]), np.triu(p) + np.triu(p, 1).T
+
+
+def some_belief() -> Belief:
+    root = GENERATOR.standard_normal((4, 4))
+    return belief_of(10.0 * GENERATOR.standard_normal(4), root @ root.T + np.eye(4))
+
+
+def as_track(belief: Belief) -> Floats:
+    track = np.zeros(TRACK_STATE)
+    write_belief(track, belief)
+    return track
+
+
+def test_what_is_written_is_read() -> None:
+    belief = some_belief()
+    assert read_belief(as_track(belief)) == belief
+
+
+def test_number_is_taken_in_as_by_a_kalman_filter() -> None:
+    belief = some_belief()
+    mean, p = matrices(belief)
+    h = np.array(WEIGHTS)
+    gain = p @ h / (h @ p @ h + 0.3)
+    got_mean, got_p = matrices(learn(belief, WEIGHTS, 2.5, 0.3))
+    assert got_mean == pytest.approx(mean + gain * (2.5 - h @ mean))
+    assert got_p == pytest.approx(p - np.outer(gain, h @ p))
+
+
+def test_uncertainty_grows_by_white_acceleration() -> None:
+    belief, period = some_belief(), 0.05
+    _, p = matrices(belief)
+    axis = np.array([[1.0, period], [0.0, 1.0]])
+    noise = np.array([[period**3 / 3.0, period**2 / 2.0], [period**2 / 2.0, period]])
+    step = np.kron(np.eye(2), axis)
+    track = as_track(belief)
+    grow(track, period)
+    wanted = step @ p @ step.T + np.kron(np.diag([FREEDOM_X, FREEDOM_Y]), noise)
+    assert matrices(read_belief(track))[1] == pytest.approx(wanted)
+
+
+def test_order_of_two_numbers_does_not_matter() -> None:
+    belief, other = some_belief(), (0.0, 0.9, 0.0, -0.4)
+    one = learn(learn(belief, WEIGHTS, 1.0, 0.2), other, 3.0, 0.5)
+    two = learn(learn(belief, other, 3.0, 0.5), WEIGHTS, 1.0, 0.2)
+    for first, second in zip(matrices(one), matrices(two), strict=True):
+        assert first == pytest.approx(second)
+
+
+def test_no_number_makes_anything_less_sure() -> None:
+    belief: Any = some_belief()
+    after = learn(belief, WEIGHTS, 1.0, 0.2)
+    assert all(new <= old for new, old in zip(after[1], belief[1], strict=True))
+
+
+@pytest.mark.slow
+def test_covariance_stays_one_over_many_samples() -> None:
+    track = as_track(belief_of(np.zeros(4), np.diag([1e4, 225.0, 1e4, 25.0])))
+    for _ in range(2000):
+        grow(track, 0.05)
+        belief = read_belief(track)
+        for weights, noise in ((WEIGHTS, 4e-4), ((0.0, 0.8, 0.0, 0.6), 2.5e-3)):
+            belief = learn(belief, weights, 0.0, noise)
+        write_belief(track, belief)
+        assert np.linalg.eigvalsh(matrices(belief)[1]).min() > 0.0
+
+
+def test_range_rates_along_one_line_do_not_tell_the_speed_across_it() -> None:
+    # However many there are: an object that drives aside by 2 m/s on a line 11 degrees off.
+    line = np.array([0.98, -0.199])
+    belief = belief_of(np.array([15.0, 15.0, -3.0, 0.0]), np.diag([0.1, 100.0, 0.1, 4.0]))
+    for _ in range(500):
+        belief = learn(belief, (0.0, line[0], 0.0, line[1]), float(line @ [15.0, 2.0]), 0.01)
+    mean, p = matrices(belief)
+    across = np.array([0.0, -line[1], 0.0, line[0]])
+    error = across @ (mean - [15.0, 15.0, -3.0, 2.0])
+    assert abs(error) < 2.0 * np.sqrt(across @ p @ across)
+    assert p[3, 3] > 3.0
+
+
+def test_forgotten_motion_stands_with_one_uncertainty_and_ties_to_nothing() -> None:
+    track = as_track(some_belief())
+    place = track[TRACK_X]
+    forget_motion(track, 1.0)
+    mean, p = matrices(read_belief(track))
+    assert (mean[0], mean[1], track[TRACK_VY]) == (place, 0.0, 0.0)
+    assert (track[TRACK_VAR_VX], track[TRACK_VAR_VY]) == (1.0, 1.0)
+    p[np.ix_([0, 2], [0, 2])] = np.eye(2)
+    assert np.array_equal(p, np.eye(4))

@@ -1,5 +1,6 @@
 """Lines of the protocol: numbers keep every bit, and nonsense is told apart."""
 
+import io
 import json
 import math
 import re
@@ -12,13 +13,15 @@ from hypothesis import strategies as st
 from adeye.signals import REQUESTS_AUTHORITY, Authority, ControlCommand, Observation
 from adeye.simulate.channels.process.protocol import (
     PROTOCOL,
+    Witness,
+    WitnessedChannel,
     encode,
     hello,
     observation_shown,
     read_command,
     wrong_hello,
 )
-from adeye.testing import channel_context, straight_road
+from adeye.testing import ScriptedChannel, channel_context, straight_road
 from adeye.testing.scenes import object_measurement
 
 GOOD = '{"tick":3,"acceleration":-1.5,"steering_angle":0.01}'
@@ -116,3 +119,21 @@ def test_hello_of_another_version_is_told() -> None:
     assert "not 'adeye/channel@1'" in wrong_hello(b'{"hello":"adeye/channel@2"}')
     assert "no key" in wrong_hello(b'{"hello":"adeye/channel@1","name":"me"}')
     assert "no line of JSON" in wrong_hello(b"hello")
+
+
+# A witness takes down what a channel is shown, and nothing of it changes.
+
+
+def test_lines_are_those_of_the_protocol_while_the_run_goes_on() -> None:
+    stream = io.BytesIO()
+    witness = Witness("tested", stream)
+    channel = WitnessedChannel(ScriptedChannel([0.5, -1.0]), "nominal", witness)
+    channel.reset(channel_context(None, links=(), sensors={}))
+    answers = [
+        channel.act(Observation(0.05 * tick, {}, {}, None, np.array([tick < 2])))
+        for tick in range(3)
+    ]
+    lines = [json.loads(line) for line in stream.getvalue().splitlines()]
+    assert (lines[0]["hello"], lines[0]["kind"]) == ("adeye/channel@1", "nominal")
+    assert [(line["tick"], line["time"]) for line in lines[1:]] == [(0, 0.0), (1, 0.05)]
+    assert [answer.acceleration[0] for answer in answers] == [0.5, -1.0, -1.0]

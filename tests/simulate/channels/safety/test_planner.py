@@ -41,7 +41,7 @@ from adeye.kernel.stops import (
 )
 from adeye.signals import Floats, parameter_record
 from adeye.simulate.channels.perception.pose import POSE_ALIGN
-from adeye.simulate.channels.safety.stop_planner import (
+from adeye.simulate.channels.safety.planned_stop import (
     FOUND_COST,
     FOUND_FEASIBLE,
     FOUND_IMPACT,
@@ -49,10 +49,12 @@ from adeye.simulate.channels.safety.stop_planner import (
     FOUND_RATING,
     FOUND_ROW,
     NO_STOP,
+    StopTask,
     choose_stop,
     meet_objects,
     plan_stop,
 )
+from adeye.simulate.channels.trajectory.cost import Others
 from tests.simulate.channels.trajectory.record import pose
 
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25
@@ -81,7 +83,7 @@ Thing = tuple[float, float, float, float]
 """Place along and across [m], speed [m/s], acceleration until it stands [m/s²]."""
 
 
-def predict(things: list[Thing]) -> tuple[Floats, Floats]:
+def predict(things: list[Thing]) -> Others:
     objects = np.zeros((len(things), OBJECT_ROW))
     ways = np.zeros((len(things), STOP_SAMPLES, WAY_ROW))
     for row, (s, d, speed, braking) in enumerate(things):
@@ -92,7 +94,7 @@ def predict(things: list[Thing]) -> tuple[Floats, Floats]:
         rolling = np.minimum(TIMES, speed / -braking) if braking < 0.0 else TIMES
         way[:, WAY_S] = s + (speed + 0.5 * braking * rolling) * rolling
         way[:, WAY_D], way[:, WAY_SPEED] = d, np.maximum(0.0, speed + braking * rolling)
-    return objects, ways
+    return Others(objects, ways)
 
 
 def plan(
@@ -108,28 +110,22 @@ def plan(
     record = parameter_record(LIMITS | changes)[0]
     place = pose(d=d, speed=speed)
     place[POSE_ALIGN] = align
-    objects, ways = predict(things)
     found = np.zeros((STOPS, FOUND_ROW))
-    chosen = plan_stop(
+    task = StopTask(
         record,
         np.array(DEFAULT_RULES),
         ROAD,
         refuges,
-        places,
-        False,  # noqa: FBT003 - a kernel
         place,
-        0.0,
         3.5 * math.floor(d / 3.5) + 1.75,
-        len(things),
-        objects,
-        ways,
-        NO_STOP,
+        predict(things),
         np.full(PATH_ROW, np.nan),
         np.zeros((LAID_PATHS, PATH_ROW)),
         np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
         np.zeros((STOP_SAMPLES, 2)),
         found,
     )
+    chosen = plan_stop(task, places, 0.0, NO_STOP, False)  # noqa: FBT003 - a kernel
     return chosen, found
 
 
@@ -200,15 +196,18 @@ def test_impact_is_the_speed_against_the_first_object() -> None:
     path, profile = np.zeros(PATH_ROW), np.zeros((STOP_SAMPLES, PROFILE_ROW))
     lay_path(path, 0.0, SLOW, 0.0, 0.0, SLOW, 50.0)
     fill_stop(20.0, 0.0, 2.4, 100.0, 0.0, profile)
-    objects, ways = predict([(60.0, SLOW, 0.0, 0.0), (40.0, SLOW, 5.0, 0.0)])
     line = np.zeros((STOP_SAMPLES, 2))
-    near, both = meet_objects(record, path, 0.0, profile, 2, objects, ways, line)
-    _, first = meet_objects(record, path, 0.0, profile, 1, objects, ways, line)
-    _, second = meet_objects(record, path, 0.0, profile, 1, objects[1:], ways[1:], line)
+
+    def meet(*things: Thing) -> tuple[bool, float]:
+        return meet_objects(record, path, 0.0, profile, predict(list(things)), line)
+
+    far, slow = (60.0, SLOW, 0.0, 0.0), (40.0, SLOW, 5.0, 0.0)
+    near, both = meet(far, slow)
+    first, second = meet(far)[1], meet(slow)[1]
     assert near
     assert first == pytest.approx(math.sqrt(400.0 - 4.8 * 55.5), abs=0.6)
     assert both == pytest.approx(max(first, 0.0) if first == both else second)
-    assert meet_objects(record, path, 0.0, profile, 0, objects, ways, line) == (False, 0.0)
+    assert meet() == (False, 0.0)
 
 
 def found_of(*rows: tuple[float, float, float]) -> Floats:
@@ -294,3 +293,47 @@ def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> No
     assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // STOP_LEVELS == REFUGE
     taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, refuges=BAY, rear_sight=500.0)
     assert taken[0] == number(IN_LANE, 1)
+
+
+# A stop may enter or cross a lane only where nobody from behind is cut up.
+
+
+@pytest.mark.parametrize("place", [MIDDLE, MIDDLE + 1.2])
+def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
+    place: float,
+) -> None:
+    """From the middle lane towards the left one: also once the side is over the edge."""
+    # The gentle one leads off the road.
+    straight = slice(number(STRAIGHT, 1), number(STRAIGHT, 3) + 1)
+    _, blind = plan([], d=place, align=0.03)
+    assert not blind[straight, FOUND_FEASIBLE].any()
+    _, seen = plan([], d=place, align=0.03, rear_sight=500.0)
+    assert seen[straight, FOUND_FEASIBLE].all()
+    _, taken = plan([(-20.0, 8.75, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
+    assert not taken[straight, FOUND_FEASIBLE].any()
+    _, away = plan([(-20.0, SLOW, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
+    assert away[straight, FOUND_FEASIBLE].all()
+    _, along = plan([], d=MIDDLE)
+    assert along[straight, FOUND_FEASIBLE].all()
+
+
+def test_path_to_the_right_crosses_a_lane_only_where_that_is_seen_to_be_free() -> None:
+    across = number(SHOULDER, 1)
+    for things, rear_sight, is_free in (
+        ([], 0.0, 0.0),
+        ([], 500.0, 1.0),
+        ([(-20.0, SLOW, 33.0, 0.0)], 500.0, 0.0),
+        ([(-20.0, 8.75, 33.0, 0.0)], 500.0, 1.0),
+    ):
+        _, found = plan(things, d=MIDDLE, rear_sight=rear_sight)
+        assert found[across, FOUND_FEASIBLE] == is_free
+
+
+def test_shoulder_is_entered_only_where_nobody_comes_along_it() -> None:
+    aside = number(SHOULDER, 1)
+    for things, is_free in (
+        ([(-20.0, HARD_SHOULDER, 30.0, 0.0)], 0.0),
+        ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], 1.0),
+    ):
+        _, found = plan(things)
+        assert found[aside, FOUND_FEASIBLE] == is_free

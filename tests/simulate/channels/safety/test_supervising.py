@@ -1,16 +1,44 @@
 """The supervised step in closed loop: counters, levels, and manoeuvres that give way."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, RoadMap
+from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
+from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, Bools, Floats, RoadMap
+from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.safety import SupervisedSafetyChannel
-from adeye.spec.supervisor import MANOEUVRE_MONITORS
-from adeye.testing import World
-from adeye.testing.scenes import straight_road
+from adeye.simulate.channels.safety.supervisor import (
+    CONTINUE,
+    FORCE_ASKED,
+    FORCE_HELD,
+    FORCE_LEVEL,
+    FORCE_ROW,
+    FORCE_WAITED,
+    NONE,
+    REST_AREA,
+    ROADSIDE_PARKING,
+    SET_LEAST,
+    SET_OF_LEVEL,
+    SET_PATIENCE,
+    SET_ROW,
+    SET_SIGHT,
+    STOP,
+    THRESHOLDS,
+    ask,
+    give_way,
+    look_ahead,
+    show_manoeuvre,
+)
+from adeye.spec.channels import SafetyParameters
+from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
+from adeye.testing import World, channel_context, check_channel
+from adeye.testing.scenes import object_measurement, straight_road
 from tests.simulate.channels.safety.supervised import (
     NOMINAL,
     OTHER_SILENT,
@@ -263,3 +291,188 @@ def test_steering_in_degrees_is_found_at_once_and_a_brake_in_g_is_not() -> None:
 
     assert column(run(World(), item, 3.0, on_commands=changed(1.0, in_degrees)), item, "wrong")[-1]
     assert not column(run(World(), item, 3.0, on_commands=changed(1.0, in_g)), item, "wrong").any()
+
+
+# The supervised channel: contract, monitors, batches, and what it watches through health links.
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stop", ["in_lane", "planned"])
+@pytest.mark.parametrize("links", [("truth", "channels.nominal", "switch", "health.front")])
+def test_conforms(stop: str, links: tuple[str, ...]) -> None:
+    every = {
+        "silent": SILENT,
+        "wrong": {"kind": "channel_implausible", "watches": ["nominal"]},
+        "off": {"kind": "off_road", "level": 2},
+        "lane": {"kind": "lane_departure", "level": 3},
+        "danger": {"kind": "object_danger"},
+        "area": {"kind": "critical_area", "level": 1},
+        "rss": {"kind": "rss_danger", "level": 1},
+        "odd": {"kind": "odd_exit", "max_speed": "25 m/s", "level": 3},
+    } | ({"last": {"kind": "last_safe_stop"}} if stop == "planned" else {})
+    item = parameters(every, stop=stop)
+    check_channel(
+        lambda: SupervisedSafetyChannel(item),
+        item,
+        links=links[:3],
+        sensors={"truth": "ground_truth"},
+    )
+
+
+def test_parameters_say_which_channel_is_made() -> None:
+    item = parameters({"b": SILENT, "a": {"kind": "off_road"}})
+    made = make_channel("safety", Path(), item)
+    assert made.monitor_ids == ("a", "b", *MANOEUVRE_MONITORS)
+
+
+def test_every_kind_has_its_thresholds() -> None:
+    assert set(THRESHOLDS) == set(KINDS)
+
+
+FRONT = {"kind": "sensor_silent", "watches": ["front"]}
+
+
+def drive_batch(items: Sequence[SafetyParameters]) -> list[tuple[Floats, Bools]]:
+    channel, size = SupervisedSafetyChannel(items[0]), len(items)
+    links = ("truth", "health.front")
+    channel.reset(
+        channel_context(
+            list(items), links=links, sensors={"truth": "ground_truth"}, runs=size, step=0.05
+        )
+    )
+    road, answers = straight_road(size), []
+    running = np.ones(size, dtype=np.bool_)
+    for tick in range(60):
+        time = 0.05 * tick
+        ego = np.zeros((size, 7))
+        ego[:, 3], ego[:, 1], ego[:, 0] = 20.0, 1.75, 20.0 * time
+        objects = np.zeros((size, 1, 5))
+        objects[:, 0, 0], objects[:, 0, 1], objects[:, 0, 3] = 80.0 + 5.0 * time, 1.75, 5.0
+        truth = object_measurement(ego, objects, time, road=road)
+        front = object_measurement(ego, objects, min(time, 1.0))
+        readings = {"truth": truth, "front": front}
+        seen = observe(links, time, readings, {}, None, running, protect=False)
+        answer = channel.act(seen)
+        assert answer.monitors is not None
+        answers.append((np.stack([answer.acceleration, answer.steering_angle]), answer.monitors))
+    return answers
+
+
+def test_runs_of_a_batch_decide_as_they_do_alone_whatever_their_thresholds() -> None:
+    items = [
+        parameters(
+            {
+                "front": {
+                    "kind": "sensor_silent",
+                    "watches": ["front"],
+                    "timeout": f"{0.2 * at} s",
+                },
+                "rss": {"kind": "rss_danger", "level": at, "response_time": f"{at} s"},
+                "last": {"kind": "last_safe_stop"},
+            },
+            counter={"fault": at},
+            rate=("20 Hz", "10 Hz", "5 Hz")[at - 1],
+        )
+        for at in (1, 2, 3)
+    ]
+    together = drive_batch(items)
+    assert len({rows[1][run].tobytes() for run in range(3) for rows in together}) > 3
+    for number, item in enumerate(items):
+        for one, all_ in zip(drive_batch([item]), together, strict=True):
+            assert one[0][:, 0].tobytes() == all_[0][:, number].tobytes()
+            assert one[1][0].tobytes() == all_[1][number].tobytes()
+
+
+def test_sensor_is_silent_its_timeout_after_the_last_sample_that_the_health_link_showed() -> None:
+    item = parameters({"front": FRONT | {"timeout": "0.3 s"}}, rate="20 Hz")
+    shown = [bool(rows[1][0, 0, 0]) for rows in drive_batch([item])]
+    # The newest sample is of 1.0 s; the first evaluation that is more than 0.3 s later finds it.
+    assert shown.index(True) == round((1.0 + 0.3 + 0.05) / 0.05)
+    confirmed = [bool(rows[1][0, 0, 1]) for rows in drive_batch([item])]
+    assert confirmed.index(True) == shown.index(True) + 7
+
+
+# Which manoeuvre is in force, tick by tick.
+
+SETTINGS = np.zeros(SET_ROW)
+SETTINGS[SET_OF_LEVEL:] = CONTINUE, REST_AREA, ROADSIDE_PARKING, STOP
+SETTINGS[SET_PATIENCE] = 1.0
+SETTINGS[SET_LEAST], SETTINGS[SET_SIGHT] = 25.0, 1000.0
+GOING_ON = False
+
+
+def state(held: int = NONE, asked: int = NONE, level: int = 0, waited: float = 0.0) -> Floats:
+    row = np.zeros(FORCE_ROW)
+    row[FORCE_HELD], row[FORCE_ASKED], row[FORCE_LEVEL] = held, asked, level
+    row[FORCE_WAITED] = waited
+    return row
+
+
+@pytest.mark.parametrize("level", [0, 1, 2, 3, 4])
+def test_level_asks_for_its_manoeuvre(level: int) -> None:
+    row = state(level=level)
+    ask(row, SETTINGS, GOING_ON, 0.05)
+    assert row[FORCE_ASKED] == row[FORCE_HELD] == level
+
+
+def test_what_has_given_way_stays_so_while_the_level_is_the_same() -> None:
+    row = state(STOP, REST_AREA, 2)
+    ask(row, SETTINGS, GOING_ON, 0.05)
+    assert row[FORCE_HELD] == STOP
+
+
+def test_lower_level_begins_anew_unless_the_channel_has_taken_over() -> None:
+    for stopping, held in ((False, REST_AREA), (True, STOP)):
+        row = state(STOP, ROADSIDE_PARKING, 2, 0.5)
+        ask(row, SETTINGS, stopping, 0.05)
+        assert row[FORCE_HELD] == held
+        assert row[FORCE_WAITED] == (0.55 if stopping else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("held", "rest", "parking", "waited", "left"),
+    [
+        (REST_AREA, True, True, 1.0, REST_AREA),
+        (REST_AREA, True, True, 1.01, ROADSIDE_PARKING),
+        (REST_AREA, False, True, 0.0, ROADSIDE_PARKING),
+        (REST_AREA, False, False, 0.0, STOP),
+        (ROADSIDE_PARKING, True, True, 1.0, ROADSIDE_PARKING),
+        (ROADSIDE_PARKING, True, True, 1.01, STOP),
+        (ROADSIDE_PARKING, True, False, 0.0, STOP),
+        (CONTINUE, False, False, 9.0, CONTINUE),
+        (STOP, True, True, 9.0, STOP),
+    ],
+)
+def test_what_cannot_be_had_or_not_in_time_gives_way(
+    held: int, rest: float, parking: float, waited: float, left: int
+) -> None:
+    row = state(held, held, held, waited)
+    give_way(row, SETTINGS, bool(rest), bool(parking))
+    assert row[FORCE_HELD] == left
+
+
+def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
+    shown = np.zeros((3, 2), dtype=np.bool_)
+    show_manoeuvre(state(STOP, REST_AREA), shown)
+    assert shown.tolist() == [[True, False], [False, False], [False, True]]
+
+
+@pytest.mark.parametrize(
+    ("refuges", "best"),
+    [
+        ([], ANYWHERE),
+        ([(0, 100.0)], ROADSIDE),
+        ([(0, 100.0), (1, 500.0)], ONLY_REST_AREA),
+        ([(1, 25.0)], ANYWHERE),
+        ([(1, 25.1)], ONLY_REST_AREA),
+        ([(1, 1000.1), (0, 1000.0)], ROADSIDE),
+        ([(1, -50.0)], ANYWHERE),
+    ],
+)
+def test_map_shows_what_is_neither_too_near_nor_out_of_sight(
+    refuges: list[tuple[float, float]], best: int
+) -> None:
+    rows = np.zeros((len(refuges), 5))
+    for row, (kind, ahead) in zip(rows, refuges, strict=True):
+        row[:2] = kind, 300.0 + ahead
+    assert look_ahead(SETTINGS, rows, 300.0) == best
