@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
@@ -44,8 +44,6 @@ from adeye.supervision import guest
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from adeye.campaign.plan import CampaignPlan
     from adeye.judge.metrics.registry import Measure
     from adeye.judge.series import TraceSeries

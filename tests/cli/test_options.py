@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from adeye.cli.options import add, examples, help_of
+from adeye.cli.options import add, examples, texts_of
 from adeye.errors import IntegrityError
 from tests.project import Executed
 from tests.tampering import unguarded
@@ -20,15 +20,28 @@ def verb() -> None:
     is wrapped in the source.
 
     Exit codes: 0.
+
+    Parameters:
+        a: What it is: short.
+        b: Another, which is
+            long.
+
+    Examples:
+        adeye verb
+        adeye verb --a 1
+            --b 2
     """
 
 
-def test_paragraph_becomes_one_line() -> None:
-    assert help_of(verb).split("\n\n") == [
+def test_docstring_is_the_help() -> None:
+    texts = texts_of(verb)
+    assert texts.help.split("\n\n") == [
         "Do a thing.",
         "A long paragraph that is wrapped in the source.",
         "Exit codes: 0.",
     ]
+    assert texts.parameters == {"a": "What it is: short.", "b": "Another, which is long."}
+    assert texts.examples == ["adeye verb", "adeye verb --a 1 --b 2"]
 
 
 def test_examples_are_one_a_line() -> None:
@@ -42,7 +55,7 @@ def leaves() -> None:
 
 def test_process_that_is_asked_to_end_from_outside_did_not_succeed() -> None:
     app = typer.Typer()
-    add(app, leaves, "adeye leaves")
+    add(app, leaves)
     with pytest.raises(IntegrityError, match="asked to end the process with 0"):
         typer.main.get_command(app).main([], standalone_mode=False)
 
@@ -67,6 +80,6 @@ def test_verb_that_breaks_blames_an_altered_database(
     raw.commit()
     raw.close()
     app = typer.Typer()
-    add(app, breaks, "adeye breaks a.db")
+    add(app, breaks)
     with pytest.raises(blamed):
         typer.main.get_command(app).main([str(path)], standalone_mode=False)
