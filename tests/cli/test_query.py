@@ -1,9 +1,11 @@
-"""``query``: formats, saved queries by name, refusals."""
+"""``query`` and ``export``: what is asked, in which form, and what is refused."""
 
 import io
 import json
+import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
@@ -11,7 +13,12 @@ import pytest
 
 from adeye.cli import queries
 from adeye.cli.queries import SAVED
+from adeye.cli.query import FileFormat, Table
+from adeye.report.formats.tables import FORMATS
 from adeye.store import schema
+from adeye.store.read.export import TABLES
+
+# --- ``query``: formats, saved queries by name, refusals
 
 
 @pytest.fixture(autouse=True)
@@ -189,3 +196,88 @@ def test_missing_evidence_is_told_of_the_campaign_that_is_named(
     assert adeye("query", "contacts", *db).err == "note: no rows\n"
     monkeypatch.setitem(queries.SAVED, "contacts", replace(nothing, basis="SELECT 0"))
     assert "no run of this campaign has a result" in adeye("query", "contacts", *db).err
+
+
+# --- saved queries: names, and that each is one statement about one campaign
+
+
+def test_the_promised_ones_are_there() -> None:
+    assert SAVED.keys() >= {
+        "failing-fsrs",
+        "worst-runs",
+        "fault-coverage",
+        "architecture-pairs",
+        "metrics-by-architecture",
+        "least-slack",
+        "undetected-faults",
+        "unexercised",
+        "evidence-by-element",
+    }
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_query_is_one_complete_statement_with_a_plain_name(name: str) -> None:
+    query = SAVED[name]
+    assert query.name == name
+    assert re.fullmatch(r"[a-z-]+", name)
+    assert query.text
+    assert "$" not in query.sql
+    assert ";" not in query.sql
+    assert "ORDER BY" in query.sql
+
+
+@pytest.mark.parametrize("name", SAVED.keys() - {"campaigns"})
+def test_query_is_about_the_latest_campaign(name: str) -> None:
+    assert "(SELECT campaign FROM v_campaigns WHERE recency = 1)" in SAVED[name].sql
+
+
+# --- ``export``: options, messages, what is left to be told
+
+
+def test_choices_are_those_of_the_export() -> None:
+    assert [item.value for item in FileFormat] == list(FORMATS)
+    assert [item.value for item in Table] == list(TABLES)
+
+
+def test_folder_of_parquet_by_default(adeye: Any, mini: Any, folder: Path) -> None:
+    ended = adeye("export", "1", "--db", str(mini.db), "-o", "out")
+    assert (ended.code, ended.out) == (0, "")
+    assert "wrote out" in ended.err
+    assert "28 runs, " in ended.err
+    assert "note:" not in ended.err
+    assert {path.suffix for path in (folder / "out").iterdir()} == {".parquet", ".json"}
+
+
+def test_file_is_what_its_name_says(adeye: Any, mini: Any, folder: Path) -> None:
+    done = adeye("export", "--db", str(mini.db), "--table", "verdicts", "-o", "v.jsonl")
+    assert done.code == 0
+    first = json.loads((folder / "v.jsonl").read_text("utf-8").partition("\n")[0])
+    assert first["ordinal"] == 0
+
+
+def test_missing_results_are_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from adeye.report.formats import tables as exporting
+
+    written = exporting.Written("abc", 28, 20, {"runs": 20})
+    monkeypatch.setattr(exporting, "export_campaign", lambda *_, **__: written)
+    ended = adeye("export", "--db", str(mini.db), "-o", "out")
+    assert "note: 8 of 28 test cases have no result: they are NOT_RUN in verdicts" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ((), "--output"),
+        (("-o", "--table"), "stands where"),
+        (("-o", "x.csv", "--format", "parquet"), "promises csv"),
+        (("-o", "x", "--table", "tables"), "tables"),
+        (("99", "-o", "x"), "campaign '99'"),
+    ],
+)
+def test_wrong_use_is_refused(
+    adeye: Any, mini: Any, folder: Path, arguments: tuple[str, ...], part: str
+) -> None:
+    ended = adeye("export", "--db", str(mini.db), *arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert part in ended.err
+    assert list(folder.iterdir()) == []
