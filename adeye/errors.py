@@ -14,11 +14,12 @@ AdeyeError
 from __future__ import annotations
 
 import difflib
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,32 @@ class InputErrors(InputError):  # noqa: N818 - several errors
 
 def _rebuild_several(errors: tuple[InputError, ...], unlisted: int) -> InputErrors:
     return InputErrors(errors, unlisted=unlisted)
+
+
+@contextmanager
+def placed(
+    where: SourceLocation,
+    before: str = "",
+    *,
+    caught: type[InputError] = SpecError,
+    raised: type[InputError] = SpecError,
+    keeps_place: bool = False,
+) -> Iterator[None]:
+    """Say of an error that is raised in here where what it is about was written.
+
+    Args:
+        where: That place.
+        before: What stands before the message.
+        caught: Kind of errors that this is said of.
+        raised: Kind that they become.
+        keeps_place: Whether one that has a place stays as it is.
+    """
+    try:
+        yield
+    except caught as error:
+        if keeps_place and error.where is not None:
+            raise
+        raise raised(f"{before}{error.message}", where=where, remedy=error.remedy) from error
 
 
 class PlatformError(AdeyeError):

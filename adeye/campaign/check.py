@@ -13,7 +13,15 @@ import numpy as np
 from pydantic import BaseModel
 
 from adeye.campaign.parts import Parts, load_code, named_files
-from adeye.errors import ExpressionError, InputError, SourceLocation, SpecError, SweepError, suggest
+from adeye.errors import (
+    ExpressionError,
+    InputError,
+    SourceLocation,
+    SpecError,
+    SweepError,
+    placed,
+    suggest,
+)
 from adeye.identity import digest
 from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
@@ -460,13 +468,9 @@ def _check_onset(fault: Fault, scenario: LogicalScenario, name: str, where: Sour
             where=where,
             remedy=suggest(variable, known),
         )
-    try:
+    with placed(where, f"fault {fault.id}: ", caught=ExpressionError):
         require_dimension(condition, Dimension.NONE, dict(known))
         to_program(condition, {variable: at for at, variable in enumerate(known)})
-    except ExpressionError as error:
-        raise SpecError(
-            f"fault {fault.id}: {error.message}", where=where, remedy=error.remedy
-        ) from error
 
 
 def _misfits(fault: Fault, architecture: Architecture) -> list[tuple[Loc, str]]:
@@ -480,12 +484,9 @@ def _misfits(fault: Fault, architecture: Architecture) -> list[tuple[Loc, str]]:
 
 def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "") -> None:
     """Check that a late switch is late by whole ticks, as its handover is long."""
-    if not isinstance(fault, Late):
-        return
-    try:
-        ticks(fault.delay, step, f"fault {fault.id}: delay")
-    except SpecError as error:
-        raise SpecError(f"{said}{error.message}", where=where, remedy=error.remedy) from error
+    if isinstance(fault, Late):
+        with placed(where, said):
+            ticks(fault.delay, step, f"fault {fault.id}: delay")
 
 
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
@@ -503,7 +504,7 @@ def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
 
 
 def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> None:
-    try:
+    with placed(where, "with the swept values, ", caught=InputError):
         parts = load_code(replace(loaded, spec=shared.architecture))
         is_other = named_files(shared.architecture) != named_files(loaded.spec)
         if is_other or parts.digest != load_code(loaded).digest:
@@ -512,10 +513,6 @@ def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> 
                 "another plug-in, policy or file that it reads is named",
                 remedy="Write an architecture for each, with extends.",
             )
-    except InputError as error:
-        raise SpecError(
-            f"with the swept values, {error.message}", where=where, remedy=error.remedy
-        ) from error
 
 
 def _check_plausible(files: OddFiles, section: Section, shared: Shared, run: float) -> None:

@@ -16,7 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from adeye.errors import IntegrityError, SpecError, UsageError
+from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugins import (
     Loc,
@@ -112,7 +112,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
             plugins.append(part)
-            made = _placed(loaded, name, part)
+            made = _made(loaded, name, part)
         for monitor in made.monitor_ids:
             if re.fullmatch(IDENTIFIER, str(monitor)) is None:
                 raise SpecError(
@@ -156,11 +156,8 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         found: set[Path] = set()
         for loc, name in _named(loaded.spec, channel):
             where = loaded.locate(("channels", channel, *loc))
-            try:
+            with placed(where, f"channel {channel}: "):
                 file = read_file(f"channels.{channel}", name, loaded.path.parent)
-            except SpecError as error:
-                text = f"channel {channel}: {error.message}"
-                raise SpecError(text, where=where, remedy=error.remedy) from error
             if file.path in found:
                 raise SpecError(
                     f"channel {channel}: file {shown(name)} is listed twice",
@@ -171,31 +168,21 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             yield file
 
 
-def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
-    try:
+def _made(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
+    with placed(loaded.locate(("channels", name, "kind"))):
         return plugin_channel(part)
-    except SpecError as error:
-        where = loaded.locate(("channels", name, "kind"))
-        raise SpecError(error.message, where=where, remedy=error.remedy) from error
 
 
 def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Part:
     where = loaded.locate(("channels", name, "parameters", "policy"))
-    try:
+    with placed(where, keeps_place=True):
         return load_policy(spec.parameters.policy, loaded.path.parent)
-    except SpecError as error:
-        if error.where is not None:
-            raise
-        raise SpecError(error.message, where=where, remedy=error.remedy) from error
 
 
 def _check_program(loaded: Loaded[Architecture], name: str, spec: ProcessChannel) -> None:
-    try:
+    where = loaded.locate(("channels", name, "parameters", "command"))
+    with placed(where, f"channel {name}: "):
         find_program(spec.parameters.command, loaded.path.parent)
-    except SpecError as error:
-        where = loaded.locate(("channels", name, "parameters", "command"))
-        text = f"channel {name}: {error.message}"
-        raise SpecError(text, where=where, remedy=error.remedy) from error
 
 
 def _plugin(
@@ -205,15 +192,10 @@ def _plugin(
     kind: str,
     methods: tuple[str, ...],
 ) -> Part:
-    where = loaded.locate((*loc, "kind"))
-    try:
+    with placed(loaded.locate((*loc, "kind")), keeps_place=True):
         part = load_part(spec.kind, loaded.path.parent)
         require(part, kind, methods)
         checked = validate_parameters(part, spec.parameters)
-    except SpecError as error:
-        if error.where is not None:
-            raise
-        raise SpecError(error.message, where=where, remedy=error.remedy) from error
     for place, message in checked.errors:
         raise SpecError(
             f"{'.'.join((*loc, 'parameters', *map(str, place)))}: {message}",

@@ -28,7 +28,7 @@ from adeye.campaign.check import (
 )
 from adeye.campaign.parts import Parts, load_parts, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
-from adeye.errors import InputError, IntegrityError, SpecError
+from adeye.errors import InputError, IntegrityError, SpecError, placed
 from adeye.judge.requirements import CheckedRequirement, JudgedPlan, check_requirements
 from adeye.judge.uncertainty import judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
@@ -120,17 +120,12 @@ def check_half_step(files: OddFiles) -> None:
         SpecError: A time has too many ticks then.
     """
     half = files.odd.spec.step / 2.0
-    try:
+    said = f"uncertainty asks for runs with half the step, {half:g} s; "
+    with placed(files.odd.locate(("uncertainty",)), said):
         for architecture in files.architectures.values():
             check_rates(architecture.spec, half)
         for scenario in files.scenarios.values():
             check_times(scenario.spec, half)
-    except SpecError as error:
-        raise SpecError(
-            f"uncertainty asks for runs with half the step, {half:g} s; {error.message}",
-            where=files.odd.locate(("uncertainty",)),
-            remedy=error.remedy,
-        ) from error
 
 
 def judged_with(
@@ -669,12 +664,8 @@ def _load_metrics(files: OddFiles) -> tuple[Part, ...]:
     names = files.odd.spec.plugins
     for count in range(1, len(names) + 1):
         where = files.odd.locate(("plugins", count - 1))
-        try:
+        with placed(where, caught=InputError, keeps_place=True):
             use_plugin_metrics(names[:count], files.odd.path.parent)
-        except InputError as error:
-            if error.where is not None:
-                raise
-            raise SpecError(error.message, where=where, remedy=error.remedy) from error
     return use_plugin_metrics(names, files.odd.path.parent)
 
 

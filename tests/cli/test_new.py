@@ -38,9 +38,7 @@ def test_file_is_written_and_its_use_printed(adeye: Any, folder: Path, kind: str
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_is_overwritten(adeye: Any, folder: Path, kind: str) -> None:
     (folder / "mine.py").write_text("precious")
-    ended = adeye("new", kind, "mine")
-    assert ended.code == 2
-    assert "exists and is not overwritten" in ended.err
+    assert "exists and is not overwritten" in adeye("new", kind, "mine").refused
     assert (folder / "mine.py").read_text() == "precious"
 
 
@@ -214,9 +212,7 @@ def test_nothing_is_overwritten_and_then_nothing_is_written(
 ) -> None:
     (folder / name).parent.mkdir(parents=True)
     (folder / name).write_text("precious")
-    ended = adeye("init")
-    assert ended.code == 2
-    assert name in ended.err
+    assert name in adeye("init").refused
     assert [path for path in folder.rglob("*") if path.is_file()] == [folder / name]
     assert (folder / name).read_text() == "precious"
 

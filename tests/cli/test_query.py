@@ -1,11 +1,10 @@
-"""``query`` and ``export``: what is asked, in which form, and what is refused."""
+"""``query``: what is asked, in which form, what is refused; saved queries."""
 
 import io
 import json
 import re
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
@@ -13,19 +12,17 @@ import pytest
 
 from adeye.cli import queries
 from adeye.cli.queries import SAVED
-from adeye.cli.query import FileFormat, Table
-from adeye.report.formats.tables import FORMATS
 from adeye.store import schema
-from adeye.store.read.export import TABLES
 
 # --- ``query``: formats, saved queries by name, refusals
 
 
-@pytest.fixture(autouse=True)
-def database(folder: Any) -> None:
-    """Make an empty database."""
+@pytest.fixture
+def adeye(adeye: Any, folder: Any) -> Any:
+    """Call verbs beside an empty database."""
     assert folder.is_dir()
     schema.upgrade(".adeye/adeye.db")
+    return adeye
 
 
 def test_table(adeye: Any) -> None:
@@ -93,20 +90,14 @@ def test_list_as_json_and_csv(adeye: Any) -> None:
     assert adeye("query", "--list", "--format", "csv").out.startswith("name,text\n")
 
 
-@pytest.mark.parametrize("name", SAVED)
-def test_saved_query_fits_the_schema(adeye: Any, name: str) -> None:
-    ended = adeye("query", name, "--json")
-    assert ended.code == 0, ended.err
-    assert ended.document["columns"]
-    assert ended.document["rows"] == []
-
-
-@pytest.mark.parametrize("name", sorted(SAVED))
-def test_no_rows_for_want_of_evidence_are_no_answer(adeye: Any, name: str) -> None:
-    done = adeye("query", name)
-    assert done.code == 0
-    assert f"note: no rows, and that says nothing: {SAVED[name].lacking}" in done.err
-    assert "'adeye " in SAVED[name].lacking
+def test_every_saved_query_fits_the_schema_and_without_evidence_is_no_answer(adeye: Any) -> None:
+    for name, query in SAVED.items():
+        ended = adeye("query", name, "--json")
+        assert ended.code == 0, ended.err
+        assert ended.document["columns"], name
+        assert ended.document["rows"] == [], name
+        assert f"note: no rows, and that says nothing: {query.lacking}" in ended.err
+        assert "'adeye " in query.lacking
 
 
 def test_no_rows_although_there_is_evidence_are_an_answer(
@@ -215,69 +206,13 @@ def test_the_promised_ones_are_there() -> None:
     }
 
 
-@pytest.mark.parametrize("name", SAVED)
-def test_query_is_one_complete_statement_with_a_plain_name(name: str) -> None:
-    query = SAVED[name]
-    assert query.name == name
-    assert re.fullmatch(r"[a-z-]+", name)
-    assert query.text
-    assert "$" not in query.sql
-    assert ";" not in query.sql
-    assert "ORDER BY" in query.sql
-
-
-@pytest.mark.parametrize("name", SAVED.keys() - {"campaigns"})
-def test_query_is_about_the_latest_campaign(name: str) -> None:
-    assert "(SELECT campaign FROM v_campaigns WHERE recency = 1)" in SAVED[name].sql
-
-
-# --- ``export``: options, messages, what is left to be told
-
-
-def test_choices_are_those_of_the_export() -> None:
-    assert [item.value for item in FileFormat] == list(FORMATS)
-    assert [item.value for item in Table] == list(TABLES)
-
-
-def test_folder_of_parquet_by_default(adeye: Any, mini: Any, folder: Path) -> None:
-    ended = adeye("export", "1", "--db", str(mini.db), "-o", "out")
-    assert (ended.code, ended.out) == (0, "")
-    assert "wrote out" in ended.err
-    assert "28 runs, " in ended.err
-    assert "note:" not in ended.err
-    assert {path.suffix for path in (folder / "out").iterdir()} == {".parquet", ".json"}
-
-
-def test_file_is_what_its_name_says(adeye: Any, mini: Any, folder: Path) -> None:
-    done = adeye("export", "--db", str(mini.db), "--table", "verdicts", "-o", "v.jsonl")
-    assert done.code == 0
-    first = json.loads((folder / "v.jsonl").read_text("utf-8").partition("\n")[0])
-    assert first["ordinal"] == 0
-
-
-def test_missing_results_are_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    from adeye.report.formats import tables as exporting
-
-    written = exporting.Written("abc", 28, 20, {"runs": 20})
-    monkeypatch.setattr(exporting, "export_campaign", lambda *_, **__: written)
-    ended = adeye("export", "--db", str(mini.db), "-o", "out")
-    assert "note: 8 of 28 test cases have no result: they are NOT_RUN in verdicts" in ended.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        ((), "--output"),
-        (("-o", "--table"), "stands where"),
-        (("-o", "x.csv", "--format", "parquet"), "promises csv"),
-        (("-o", "x", "--table", "tables"), "tables"),
-        (("99", "-o", "x"), "campaign '99'"),
-    ],
-)
-def test_wrong_use_is_refused(
-    adeye: Any, mini: Any, folder: Path, arguments: tuple[str, ...], part: str
-) -> None:
-    ended = adeye("export", "--db", str(mini.db), *arguments)
-    assert (ended.code, ended.out) == (2, "")
-    assert part in ended.err
-    assert list(folder.iterdir()) == []
+def test_queries_are_complete_statements_about_the_latest_campaign() -> None:
+    for name, query in SAVED.items():
+        assert query.name == name
+        assert re.fullmatch(r"[a-z-]+", name)
+        assert query.text
+        assert "$" not in query.sql, name
+        assert ";" not in query.sql, name
+        assert "ORDER BY" in query.sql, name
+        is_about_one = "(SELECT campaign FROM v_campaigns WHERE recency = 1)" in query.sql
+        assert is_about_one == (name != "campaigns")

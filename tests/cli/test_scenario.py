@@ -60,9 +60,7 @@ def test_show_json_has_the_content(adeye: Any) -> None:
 
 
 def test_unknown_scenario_is_suggested(adeye: Any) -> None:
-    ended = adeye("scenario", "show", "cut_inn")
-    assert ended.code == 2
-    assert "Did you mean 'cut_in'?" in ended.err
+    assert "Did you mean 'cut_in'?" in adeye("scenario", "show", "cut_inn").refused
 
 
 @pytest.mark.slow

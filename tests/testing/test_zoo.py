@@ -31,6 +31,7 @@ from adeye.spec.quantity import SI
 from adeye.testing import channel_context, straight_road, zoo
 from adeye.testing.scenes import pose_measurement
 from adeye.testing.zoo import plugin as zoo_plugin
+from adeye.testing.zoo import program
 from tests.project import CANDIDATE, ROOT, Project
 
 if TYPE_CHECKING:
@@ -439,12 +440,13 @@ def asked(name: str, *lines: object) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_every_animal_is_a_function_of_the_program() -> None:
+def test_program_has_every_animal_and_no_other() -> None:
     tree = ast.parse(zoo.PROGRAM.read_text("utf-8"))
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    assert functions - {"_say", "_answer", "_is_open", "main"} == {
-        f"_{name}" for name in zoo.ANIMALS
-    }
+    acting = {name[1:] for name in functions - {"_say", "_answer", "_is_open", "main"}}
+    answering = set(program.ANSWERS)
+    assert acting | answering == set(zoo.ANIMALS)
+    assert not acting & answering
 
 
 def test_without_an_animal_it_answers_every_observation() -> None:
