@@ -313,11 +313,11 @@ _END: Final = "<!-- /capabilities -->\n"
 
 def readme() -> str:
     """Write the README with the status of every capability as the program tells it."""
-    from adeye.cli.doctor import CAPABILITIES
+    from adeye.cli.doctor import capabilities
 
     rows = [
         [item.id, item.text, item.status.value, NOTES[item.id], _proof(item.proof)]
-        for item in CAPABILITIES
+        for item in capabilities()
     ]
     made = table(["", "Capability", "Status", "What is there", "Proof"], rows)
     text = README.read_text("utf-8")

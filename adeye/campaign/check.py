@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel
 
-from adeye.campaign.parts import load_code, named_files
+from adeye.campaign.parts import Parts, load_code, named_files
 from adeye.errors import (
     ExpressionError,
     InputError,
@@ -26,38 +26,27 @@ from adeye.identity import digest
 from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.faults.schedule import TIME_TOLERANCE
-from adeye.simulate.world.check import check_scenario, check_worlds, parameters_used
+from adeye.simulate.world.check import Finding, check_scenario, check_worlds, parameters_used
 from adeye.simulate.world.storyboard import trigger_variables
 from adeye.spec.clock import ticks
-from adeye.spec.concept import budgets_of
+from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
-from adeye.spec.fault import Late
-from adeye.spec.load import load_architecture, shipped
-from adeye.spec.plausible import BOUNDS, implausible
-from adeye.spec.quantity import require_dimension
+from adeye.spec.fault import Fault, Late
+from adeye.spec.load import Loaded, OddFiles, load_architecture, shipped
+from adeye.spec.plausible import BOUNDS, Implausible, implausible
+from adeye.spec.quantity import Record, require_dimension
 from adeye.spec.sensor_faults import SensorFault
-from adeye.sweep.axes import AxisReader, default_values
+from adeye.sweep.axes import AxisReader, Kind, default_values
 from adeye.sweep.case import content_digest
-from adeye.sweep.expand import World
+from adeye.sweep.expand import Expansion, World
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from adeye.campaign.parts import Parts
     from adeye.signals import Floats
-    from adeye.simulate.world.check import Finding
     from adeye.spec.architecture import Architecture
-    from adeye.spec.concept import Concept
     from adeye.spec.document import Loc
-    from adeye.spec.fault import Fault
-    from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.odd import ScenarioUse
-    from adeye.spec.plausible import Implausible
-    from adeye.spec.quantity import Record
     from adeye.spec.scenario import LogicalScenario
-    from adeye.sweep.axes import Kind
-    from adeye.sweep.expand import Expansion
     from adeye.sweep.groups import Group, Section, Shared
 
 # --- Who wrote a value of a file that an ODD varies: the place in the ODD, if the ODD did ---------
@@ -495,10 +484,9 @@ def _misfits(fault: Fault, architecture: Architecture) -> list[tuple[Loc, str]]:
 
 def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "") -> None:
     """Check that a late switch is late by whole ticks, as its handover is long."""
-    if not isinstance(fault, Late):
-        return
-    with placed(where, said):
-        ticks(fault.delay, step, f"fault {fault.id}: delay")
+    if isinstance(fault, Late):
+        with placed(where, said):
+            ticks(fault.delay, step, f"fault {fault.id}: delay")
 
 
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:

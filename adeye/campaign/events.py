@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.judge.metrics.perception import measuring_sensors
-from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS, Bools
+from adeye.signals import (
+    NO_CHANNEL,
+    REASON_HANDOVER,
+    REASON_LABELS,
+    STATUS_LABELS,
+    Bools,
+    Floats,
+    Ints,
+)
 from adeye.store.block import EventBlock
 from adeye.store.encoding import Dictionary, Texts
 from adeye.store.records import EventRecord
@@ -18,7 +26,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.signals import Floats, Ints
     from adeye.trace import Trace
 
 _KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")

@@ -6,12 +6,13 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.plan import make_plan
-from adeye.errors import SpecError
+from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.errors import SourceLocation, SpecError
 from adeye.store.read.bulk import coverage_of_runs, executed_runs
 from adeye.store.read.checking import (
     EVIDENCE_RULES,
     PLAN_RULES,
+    CampaignViolations,
     Checked,
     CheckFinding,
     Violation,
@@ -28,12 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from adeye.campaign.plan import CampaignPlan
-    from adeye.errors import SourceLocation
     from adeye.spec.concept import Concept
     from adeye.spec.document import Loc
     from adeye.spec.load import OddFiles
-    from adeye.store.read.checking import CampaignViolations
     from adeye.sweep.expand import Expansion
 
 # --- Check a concept and its evidence: an ODD with what is stored of it, or a stored campaign -----

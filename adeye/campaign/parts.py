@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
@@ -44,8 +44,6 @@ from adeye.supervision import guest
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from adeye.campaign.plan import CampaignPlan
     from adeye.judge.metrics.registry import Measure
     from adeye.judge.series import TraceSeries
@@ -114,7 +112,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
             plugins.append(part)
-            made = _placed(loaded, name, part)
+            made = _made(loaded, name, part)
         for monitor in made.monitor_ids:
             if re.fullmatch(IDENTIFIER, str(monitor)) is None:
                 raise SpecError(
@@ -170,7 +168,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             yield file
 
 
-def _placed(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
+def _made(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
     with placed(loaded.locate(("channels", name, "kind"))):
         return plugin_channel(part)
 
@@ -182,7 +180,8 @@ def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Par
 
 
 def _check_program(loaded: Loaded[Architecture], name: str, spec: ProcessChannel) -> None:
-    with placed(loaded.locate(("channels", name, "parameters", "command")), f"channel {name}: "):
+    where = loaded.locate(("channels", name, "parameters", "command"))
+    with placed(where, f"channel {name}: "):
         find_program(spec.parameters.command, loaded.path.parent)
 
 

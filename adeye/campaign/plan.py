@@ -33,17 +33,17 @@ from adeye.judge.requirements import CheckedRequirement, JudgedPlan, check_requi
 from adeye.judge.uncertainty import judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
-from adeye.spec.fault import FAULT, idle_faults
+from adeye.spec.fault import FAULT, Injected, idle_faults
 from adeye.spec.load import OddFiles, load_odd
-from adeye.spec.odd import Attributes, Distribution
+from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.block import PlannedCases
-from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
+from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, StoredCase
 from adeye.store.write.content import FOLDER
 from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.case import AuthorityOverride, TestCase, structure_key
-from adeye.sweep.design import axis_words
+from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
 from adeye.sweep.groups import NO_FAULT, check_rates, check_times
@@ -55,10 +55,6 @@ if TYPE_CHECKING:
 
     from adeye.plugins import Part
     from adeye.signals import SignalType
-    from adeye.spec.fault import Injected
-    from adeye.spec.odd import Odd
-    from adeye.store.records import StoredCase
-    from adeye.sweep.design import Points
 
 # --- Which runs are executed with half the step, too, and which verdicts they are for -------------
 
@@ -124,8 +120,8 @@ def check_half_step(files: OddFiles) -> None:
         SpecError: A time has too many ticks then.
     """
     half = files.odd.spec.step / 2.0
-    asks = f"uncertainty asks for runs with half the step, {half:g} s; "
-    with placed(files.odd.locate(("uncertainty",)), asks):
+    said = f"uncertainty asks for runs with half the step, {half:g} s; "
+    with placed(files.odd.locate(("uncertainty",)), said):
         for architecture in files.architectures.values():
             check_rates(architecture.spec, half)
         for scenario in files.scenarios.values():

@@ -14,12 +14,12 @@ import numpy as np
 
 from adeye.campaign.traces import judge_kept
 from adeye.campaign.work import extremes_of, verdict_block
-from adeye.judge.evaluate import Frame
+from adeye.judge.evaluate import Frame, JudgementColumns
 from adeye.judge.extremes import evaluate_extremes, measure_of
 from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.registry import CODES, StatusColumn
 from adeye.judge.outcome import bars
-from adeye.judge.requirements import JUDGE_VERSION
+from adeye.judge.requirements import JUDGE_VERSION, CheckedRequirement
 from adeye.ports import MetricColumn
 from adeye.store.block import JudgedBlock
 from adeye.store.write.results import CHUNK
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.judge.evaluate import JudgementColumns
-    from adeye.judge.requirements import CheckedRequirement
     from adeye.judge.stl.batch import StlColumns
     from adeye.signals import Ints
     from adeye.store.read.rejudging import Again, Gap

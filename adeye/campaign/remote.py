@@ -27,7 +27,7 @@ import secrets
 import time
 import warnings
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -41,7 +41,7 @@ import numpy as np
 
 from adeye.campaign.executors import allow_children
 from adeye.campaign.parts import Source, Unchanged, sources
-from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.campaign.work import BatchResult, BatchTask, WorkContext, execute
 from adeye.errors import IntegrityError, PlatformError, SpecError, UnfitWorker, UsageError
 from adeye.notices import notice, waiting_for
 from adeye.plugins import load_part, source_digest
@@ -50,11 +50,9 @@ from adeye.store.encoding import Dictionary
 from adeye.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from hashlib import _Hash
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.work import WorkContext
 
 # --- Blocks on workers that may lack what is here: they refuse to execute other code than was
 # planned.

@@ -7,6 +7,7 @@ time, so memory does not grow with the campaign.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from itertools import takewhile
@@ -26,28 +27,23 @@ from adeye.simulate.channels.process.protocol import Witness
 from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
 from adeye.simulate.traffic import VARIANTS
-from adeye.spec.concept import Concept
+from adeye.spec.concept import Concept, Requirement
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.location import option
 from adeye.store.repository import Repository
 from adeye.sweep.axes import named_values
-from adeye.sweep.case import structure_key
-from adeye.trace import LINK_TICKS
+from adeye.sweep.case import TestCase, structure_key
+from adeye.trace import LINK_TICKS, Trace
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from adeye.judge.evaluate import Evaluation
     from adeye.judge.trace_signals import TraceSignals
     from adeye.judge.uncertainty import NumericUncertainty
-    from adeye.spec.concept import Requirement
     from adeye.store.records import CampaignInfo, RunRef, StoredCase, StoredRun
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-
-    Report = Callable[[Progress], None]
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
 
@@ -60,6 +56,9 @@ UNSTEADY: Final = (
     "randomness, and state that is kept from call to call"
 )
 """Why a run is not as stored that comes out in more than one way now."""
+
+
+Report = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)

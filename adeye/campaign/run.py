@@ -12,7 +12,7 @@ import threading
 import time
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
@@ -27,8 +27,8 @@ from adeye.campaign.rejudge import VERDICT, Rejudged, rejudge
 from adeye.campaign.selection import Choice
 from adeye.campaign.studies.half_step import HalfStepTasks, Halved
 from adeye.campaign.summary import CampaignSummary, summarise
-from adeye.campaign.traces import Keep
-from adeye.campaign.work import BatchResult, BatchTask, execute
+from adeye.campaign.traces import Keep, Wanted
+from adeye.campaign.work import BatchResult, BatchTask, WorkContext, execute
 from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
@@ -44,13 +44,10 @@ from adeye.store.write.queue import WantedBlocks
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.traces import Wanted
-    from adeye.campaign.work import WorkContext
     from adeye.ports import Executor
     from adeye.signals import Bools
     from adeye.spec.architecture import Architecture

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.judge.extremes import measure_of
 from adeye.judge.metrics import METRICS
 from adeye.judge.outcome import bars
-from adeye.judge.requirements import JUDGE_VERSION, measured, reads_odd
-from adeye.spec.concept import Concept
+from adeye.judge.requirements import JUDGE_VERSION, CheckedRequirement, measured, reads_odd
+from adeye.spec.concept import Concept, Requirement
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.encoding import json_text
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.judge.requirements import CheckedRequirement
-    from adeye.spec.concept import Requirement
     from adeye.store.read.rejudging import Again, StoredEvidence
     from adeye.store.records import CampaignInfo, EngineKey
     from adeye.store.repository import Repository

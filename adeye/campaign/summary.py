@@ -6,19 +6,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.plan import make_plan
+from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.errors import UsageError
-from adeye.judge.verdict import ExitCode, exercised_of
+from adeye.judge.verdict import ExitCode, Verdict, exercised_of
 from adeye.spec.load import load_odd
-from adeye.store.read.totals import channel_failures, gate_code, totals
+from adeye.store.read.totals import ChannelFailure, channel_failures, gate_code, totals
 from adeye.store.write.planning import identify
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from adeye.campaign.plan import CampaignPlan
-    from adeye.judge.verdict import Verdict
-    from adeye.store.read.totals import ChannelFailure
     from adeye.store.records import CampaignInfo, Plan
     from adeye.store.repository import Repository
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.judge.evaluate import ERROR as JUDGED_ERROR
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, evaluate_trace
+from adeye.judge.evaluate import FAIL, INCONCLUSIVE, Evaluation, JudgementColumns, evaluate_trace
 from adeye.judge.metrics import METRICS
 from adeye.judge.trace_signals import TraceSignals
 from adeye.outputs import BESIDE_DATABASE
@@ -36,7 +36,7 @@ from adeye.store.evidence.roots import (
     folders_of,
     kept_path,
 )
-from adeye.store.location import locate
+from adeye.store.location import Place, locate
 from adeye.store.records import Finding
 from adeye.store.repository import Repository
 from adeye.trace import COLUMNS, DRAWN, Trace
@@ -45,9 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.judge.evaluate import Evaluation, JudgementColumns
     from adeye.signals import Ints
-    from adeye.store.location import Place
     from adeye.store.read.rejudging import Again, Gap
     from adeye.store.write.merge import Copied
     from adeye.sweep.case import TestCase

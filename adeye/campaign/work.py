@@ -16,9 +16,9 @@ import numpy as np
 
 from adeye.campaign.events import happenings
 from adeye.campaign.parts import plugin_of, use_plugin_metrics
-from adeye.campaign.traces import keep_traces
+from adeye.campaign.traces import Keep, keep_traces
 from adeye.errors import AdeyeError, PluginError
-from adeye.judge.evaluate import Evaluation, evaluate_trace
+from adeye.judge.evaluate import Evaluation, JudgementColumns, evaluate_trace
 from adeye.judge.extremes import EXTREME, SAMPLES, Extremes
 from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.registry import status_codes
@@ -34,7 +34,7 @@ from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.simulate.engine import run as run_batch
 from adeye.simulate.recorder import Memory
-from adeye.spec.channels import SafetyChannel
+from adeye.spec.channels import Channel, SafetyChannel
 from adeye.spec.sensors import model_name
 from adeye.store.block import (
     BasisBlock,
@@ -53,11 +53,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from adeye.campaign.traces import Keep
-    from adeye.judge.evaluate import JudgementColumns
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.architecture import Architecture
-    from adeye.spec.channels import Channel
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
     from adeye.store.records import EngineKey

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from adeye.cli.confidence import What
-from adeye.cli.options import Db, Json, Quiet
+from adeye.cli.options import Db, Json, Quiet, option
 from adeye.cli.output import (
     clean,
     emit,
@@ -36,33 +36,12 @@ SHOWN: Final = 20
 
 _VIOLATED: Final = 4
 
-SampleSize = Annotated[
-    int,
-    typer.Option(
-        "--sample",
-        min=1,
-        metavar="N",
-        envvar="ADEYE_CERTIFY_SAMPLE",
-        help="Runs that are executed again, the same every time, from every combination of "
-        "scenario, architecture and fault entry in turn.",
-    ),
-]
-Masks = Annotated[
-    bool,
-    typer.Option(
-        "--masks",
-        envvar="ADEYE_MASKS",
-        help="Imitate lesser processors, too, in processes of their own; kernels are compiled "
-        "anew for the first of them, which takes minutes.",
-    ),
-]
-
 
 def certify(
     what: What = None,
     *,
-    sample: SampleSize = 1000,
-    masks: Masks = False,
+    sample: Annotated[int, option("N", env="CERTIFY_SAMPLE", min=1)] = 1000,
+    masks: bool = False,
     db: Db = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -75,6 +54,16 @@ def certify(
     differ.
 
     Exit codes: 0 certified, 2 input error, 4 a run differs, 5 a batch could not be executed.
+
+    Parameters:
+        sample: Runs that are executed again, the same every time, from every combination of
+            scenario, architecture and fault entry in turn.
+        masks: Imitate lesser processors, too, in processes of their own; kernels are compiled anew
+            for the first of them, which takes minutes.
+
+    Examples:
+        adeye certify odd/motorway_chauffeur.yaml
+        adeye certify 3 --sample 200 --masks --json
     """
     from adeye.campaign.studies.certify import certify as certify_campaign
 
@@ -151,30 +140,11 @@ REMARK: Final = (
     "assumption."
 )
 
-Quick = Annotated[
-    bool,
-    typer.Option(
-        "--quick", envvar="ADEYE_QUICK", help="One master of each group; nothing is kept."
-    ),
-]
-Only = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--only",
-        metavar="NAME",
-        envvar="ADEYE_ONLY",
-        help="This master only; may be given again. Nothing is kept.",
-    ),
-]
-List = Annotated[
-    bool, typer.Option("--list", envvar="ADEYE_LIST", help="List the masters, run none.")
-]
-
 
 def selftest(
-    quick: Quick = False,
-    only: Only = None,
-    listed: List = False,
+    quick: bool = False,
+    only: Annotated[list[str] | None, option("NAME")] = None,
+    listed: Annotated[bool, option("--list")] = False,
     db: Db = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -186,6 +156,15 @@ def selftest(
     complete self-test is kept as selftest.json beside the database, for the report.
 
     Exit codes: 0 all detected and no twin rejected, 2 there is no such master, 4 otherwise.
+
+    Parameters:
+        quick: One master of each group; nothing is kept.
+        only: This master only; may be given again. Nothing is kept.
+        listed: List the masters, run none.
+
+    Examples:
+        adeye selftest
+        adeye selftest --only never_brakes --only verdict_edited
     """
     from adeye.selftest.running import choose, conclude, examine
 

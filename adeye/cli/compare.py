@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import Db, Json, complete_campaigns, named_page, sizes_of
+from adeye.cli.options import Db, Json, complete_campaigns, named_page, option, sizes_of
 from adeye.cli.output import (
     NONE,
     clean,
@@ -30,72 +30,20 @@ if TYPE_CHECKING:
 
 _ALL: Final = "all"
 
-Names = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="[ODD|CAMPAIGN] [ARCHITECTURE]...",
-        help="An ODD's file or id, or a campaign by number or digest; default: the latest. "
-        "Then the architectures; default: all.",
-        autocompletion=complete_campaigns,
-    ),
-]
-Baseline = Annotated[
-    str | None,
-    typer.Option(
-        "--baseline",
-        metavar="NAME",
-        envvar="ADEYE_BASELINE",
-        help="Compare all others with this architecture, not every pair.",
-    ),
-]
-Confidence = Annotated[
-    float,
-    typer.Option(
-        "--confidence",
-        metavar="SHARE",
-        envvar="ADEYE_CONFIDENCE",
-        help="Coverage of intervals; only a random design has any.",
-    ),
-]
-Objectives = Annotated[
-    str,
-    typer.Option(
-        "--objectives",
-        metavar="NAMES",
-        envvar="ADEYE_OBJECTIVES",
-        help="What the Pareto front is made of: some of failures, margin, availability, cost; the "
-        "first decides between equals.",
-    ),
-]
-Epsilon = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--epsilon",
-        metavar="NAME=SIZE",
-        envvar="ADEYE_EPSILON",
-        help="Difference of an objective that does not count, such as cost=10; once for each.",
-    ),
-]
-HtmlFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--html",
-        metavar="FILE",
-        envvar="ADEYE_HTML",
-        callback=named_page,
-        help="Write the comparison as an HTML page.",
-    ),
-]
-
 
 def compare(
-    names: Names = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[ODD|CAMPAIGN] [ARCHITECTURE]...", autocompletion=complete_campaigns
+        ),
+    ] = None,
     *,
-    baseline: Baseline = None,
-    confidence: Confidence = 0.95,
-    objectives: Objectives = "failures,availability,cost",
-    epsilon: Epsilon = None,
-    html: HtmlFile = None,
+    baseline: Annotated[str | None, option("NAME")] = None,
+    confidence: Annotated[float, option("SHARE")] = 0.95,
+    objectives: Annotated[str, option("NAMES")] = "failures,availability,cost",
+    epsilon: Annotated[list[str] | None, option("NAME=SIZE")] = None,
+    html: Annotated[Path | None, option("FILE", callback=named_page)] = None,
     db: Db = None,
     json: Json = False,
 ) -> None:
@@ -104,6 +52,21 @@ def compare(
     Nothing is executed. Which suite holds, at what cost, where the others fail, what each FSR
     loses or gains, and which sensor saw the object first. Intervals and p-values are printed for a
     random design only; a grid gets counts and worst cases.
+
+    Parameters:
+        names: An ODD's file or id, or a campaign by number or digest; default: the latest. Then the
+            architectures; default: all.
+        baseline: Compare all others with this architecture, not every pair.
+        confidence: Coverage of intervals; only a random design has any.
+        objectives: What the Pareto front is made of: some of failures, margin, availability, cost;
+            the first decides between equals.
+        epsilon: Difference of an objective that does not count, such as cost=10; once for each.
+        html: Write the comparison as an HTML page.
+
+    Examples:
+        adeye compare
+        adeye compare odd/motorway_chauffeur.yaml --baseline legacy_camera
+        adeye compare 3 camera_radar legacy_camera --objectives failures,cost --epsilon cost=20
     """
     from adeye.report.comparison.records import CompareOptions
     from adeye.reporting import compare_campaign
@@ -331,39 +294,18 @@ def _print_sensors(comparison: Comparison) -> None:
 
 # --- ``matrix``: the traceability matrix, from hazards to verdicts and back -----------------------
 
-Campaign = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[CAMPAIGN|ODD]",
-        help="Number of the campaign, beginning of its digest, id or file of its ODD; default: the "
-        "latest.",
-        autocompletion=complete_campaigns,
-    ),
-]
-ByColumn = Annotated[
-    str,
-    typer.Option(
-        "--by",
-        metavar="COLUMN",
-        envvar="ADEYE_MATRIX_BY",
-        help="What it begins with: hazard, goal, fsr, element, measure, scenario or architecture.",
-    ),
-]
-Csv = Annotated[
-    bool,
-    typer.Option(
-        "--csv", envvar="ADEYE_CSV", help="Print every row of the chain as comma-separated values."
-    ),
-]
+
 _SHOWN_GAPS = 3
 
 
 def matrix(
-    campaign: Campaign = None,
+    campaign: Annotated[
+        str | None, typer.Argument(metavar="[CAMPAIGN|ODD]", autocompletion=complete_campaigns)
+    ] = None,
     *,
-    by: ByColumn = "hazard",
+    by: Annotated[str, option("COLUMN", env="MATRIX_BY")] = "hazard",
     db: Db = None,
-    csv: Csv = False,
+    csv: bool = False,
     json: Json = False,
 ) -> None:
     """Show what follows from what: hazardous event, goal, FSR, element, scenario, verdict.
@@ -372,6 +314,17 @@ def matrix(
     what something is there for. A gap is where the chain ends before a PASS: a hazard without a
     goal, a goal without an FSR, an element or scenario that nothing needs, and every verdict that
     is not PASS. --csv and --json have one row for each way through the chain.
+
+    Parameters:
+        campaign: Number of the campaign, beginning of its digest, id or file of its ODD; default:
+            the latest.
+        by: What it begins with: hazard, goal, fsr, element, measure, scenario or architecture.
+        csv: Print every row of the chain as comma-separated values.
+
+    Examples:
+        adeye matrix
+        adeye matrix --by scenario
+        adeye matrix 3 --csv > matrix.csv
     """
     from adeye.errors import UsageError, suggest
     from adeye.report.formats.matrix import BY, grouped, matrix_of, render_csv

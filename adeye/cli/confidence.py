@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adeye.cli.options import Db, Json, complete_campaigns
+from adeye.cli.options import Db, Json, complete_campaigns, option
 from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, plain, short
 
 if TYPE_CHECKING:
@@ -18,55 +18,16 @@ if TYPE_CHECKING:
 
 # --- ``confidence``: what a campaign allows to say about the probability of a violation -----------
 
-Name = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[ODD|CAMPAIGN]",
-        help="An ODD's file or id, or a campaign by number or digest; default: the latest.",
-        autocompletion=complete_campaigns,
-    ),
-]
-Level = Annotated[
-    float,
-    typer.Option(
-        "--level",
-        metavar="SHARE",
-        envvar="ADEYE_LEVEL",
-        help="Confidence of each statement.",
-    ),
-]
-WithMethod = Annotated[
-    str,
-    typer.Option(
-        "--method",
-        metavar="METHOD",
-        envvar="ADEYE_METHOD",
-        help="Of the two-sided interval: clopper-pearson (exact), wilson, jeffreys. The one-sided "
-        "bound is always exact.",
-    ),
-]
-Target = Annotated[
-    float | None,
-    typer.Option(
-        "--target",
-        metavar="SHARE",
-        envvar="ADEYE_TARGET",
-        help="Bound that is wanted; tells how many points without a failure it takes.",
-    ),
-]
-Joint = Annotated[
-    bool,
-    typer.Option("--joint", envvar="ADEYE_JOINT", help="Make all bounds hold at once."),
-]
-
 
 def confidence(
-    name: Name = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
+    ] = None,
     *,
-    level: Level = 0.95,
-    method: WithMethod = "clopper-pearson",
-    target: Target = None,
-    joint: Joint = False,
+    level: Annotated[float, option("SHARE")] = 0.95,
+    method: Annotated[str, option("METHOD")] = "clopper-pearson",
+    target: Annotated[float | None, option("SHARE")] = None,
+    joint: bool = False,
     db: Db = None,
     json: Json = False,
 ) -> None:
@@ -75,6 +36,18 @@ def confidence(
     Only points that were drawn at random from a declared distribution allow a probability; for
     every other design the reason is given. Ends with 3 if nothing may be said about a mandatory
     FSR of the gate.
+
+    Parameters:
+        name: An ODD's file or id, or a campaign by number or digest; default: the latest.
+        level: Confidence of each statement.
+        method: Of the two-sided interval: clopper-pearson (exact), wilson, jeffreys. The one-sided
+            bound is always exact.
+        target: Bound that is wanted; tells how many points without a failure it takes.
+        joint: Make all bounds hold at once.
+
+    Examples:
+        adeye confidence odd/motorway_chauffeur.yaml
+        adeye confidence 3 --level 0.99 --target 1e-3
     """
     from typing import cast
 
@@ -160,9 +133,9 @@ What = Annotated[
     str | None,
     typer.Argument(
         metavar="[CAMPAIGN|ODD]",
+        autocompletion=complete_campaigns,
         help="Number of the campaign or beginning of its digest, or an ODD's file or id, of which "
         "the newest campaign counts; default: the latest campaign.",
-        autocompletion=complete_campaigns,
     ),
 ]
 
@@ -175,6 +148,10 @@ def uncertainty(what: What = None, db: Db = None, json: Json = False) -> None:
     holds by less is INCONCLUSIVE. An ODD asks for it with `uncertainty: {situations: 20}`.
 
     Exit codes: 0 done, 2 the campaign did not ask for it, or has not come so far.
+
+    Examples:
+        adeye uncertainty
+        adeye uncertainty odd/motorway_chauffeur.yaml --json
     """
     from adeye.campaign.studies.half_step import uncertainty_table
 

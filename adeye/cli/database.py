@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew
+from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew, option
 from adeye.cli.output import (
     clean,
     emit,
@@ -26,17 +26,6 @@ if TYPE_CHECKING:
 
 # --- ``db metadata``: what datasette needs to show a database: titles, units, saved queries -------
 
-Output = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        envvar="ADEYE_OUTPUT",
-        callback=named,
-        help="File to write, such as metadata.json; default: standard output.",
-    ),
-]
 
 _VIEWS: Final = {
     "v_architecture_pairs": "two architectures in the same situation with the same fault",
@@ -62,10 +51,20 @@ _VIEWS: Final = {
 }
 
 
-def metadata(db: Db = None, *, output: Output = None) -> None:
+def metadata(
+    db: Db = None,
+    *,
+    output: Annotated[Path | None, option("--output -o FILE", callback=named)] = None,
+) -> None:
     """Write the metadata for datasette: what views are, units of columns, saved queries.
 
     Then 'datasette adeye.db --metadata metadata.json' shows the database in a browser.
+
+    Parameters:
+        output: File to write, such as metadata.json; default: standard output.
+
+    Examples:
+        adeye db metadata -o metadata.json
     """
     from adeye.outputs import write_atomically
 
@@ -148,7 +147,12 @@ database_app = typer.Typer(
 
 
 def upgrade(db: Db = None, json: Json = False) -> None:
-    """Create the database or bring it to the newest schema, wholly or not at all."""
+    """Create the database or bring it to the newest schema, wholly or not at all.
+
+    Examples:
+        adeye db upgrade
+        adeye db upgrade --db my.db
+    """
     from adeye.store import schema
     from adeye.store.location import locate
 
@@ -163,7 +167,12 @@ def upgrade(db: Db = None, json: Json = False) -> None:
 
 
 def info(db: Db = None, json: Json = False) -> None:
-    """Say what the database holds: schema, size, rows by table, campaigns."""
+    """Say what the database holds: schema, size, rows by table, campaigns.
+
+    Examples:
+        adeye db info
+        adeye db info --json
+    """
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
@@ -228,6 +237,9 @@ def verify(db: Db = None, json: Json = False) -> None:
     not the one that it had when it was complete.
 
     Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
+
+    Examples:
+        adeye db verify
     """
     from adeye.campaign.traces import altered_files, left_files
     from adeye.store.repository import Repository
@@ -258,21 +270,20 @@ def verify(db: Db = None, json: Json = False) -> None:
 
 def prove(
     run: RunId,
-    campaign: Annotated[
-        str | None,
-        typer.Option(
-            "--campaign",
-            metavar="CAMPAIGN",
-            envvar="ADEYE_CAMPAIGN",
-            help="Number or digest; default: latest.",
-        ),
-    ] = None,
+    campaign: Annotated[str | None, option("CAMPAIGN")] = None,
     db: Db = None,
     json: Json = False,
 ) -> None:
     """Prove that a run is evidence of a campaign, by its leaf and path in the Merkle tree.
 
     Whoever knows the campaign's root can check it without the database (RFC 6962, section 2.1).
+
+    Parameters:
+        campaign: Number or digest; default: latest.
+
+    Examples:
+        adeye db prove 3f9c2a
+        adeye db prove 3f9c2a --json
     """
     from adeye.store.repository import Repository
 
@@ -296,12 +307,8 @@ def prove(
 
 def withdraw(
     run: RunId,
-    author: Annotated[
-        str, typer.Option("--author", metavar="NAME", envvar="ADEYE_AUTHOR", help="Who says so.")
-    ],
-    reason: Annotated[
-        str, typer.Option("--reason", metavar="TEXT", envvar="ADEYE_REASON", help="Why.")
-    ],
+    author: Annotated[str, option("NAME")],
+    reason: Annotated[str, option("TEXT")],
     db: Db = None,
     json: Json = False,
 ) -> None:
@@ -309,6 +316,13 @@ def withdraw(
 
     Its verdicts count as NOT_RUN in every campaign, so that no gate is green with it. Another
     version of an engine executes its test case anew, which gives another result.
+
+    Parameters:
+        author: Who says so.
+        reason: Why.
+
+    Examples:
+        adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'
     """
     from adeye.store.repository import Repository
 
@@ -324,10 +338,8 @@ def withdraw(
 
 
 def merge(
-    into: Annotated[str, typer.Argument(metavar="INTO", help="Database that grows.")],
-    sources: Annotated[
-        list[str], typer.Argument(metavar="FROM...", help="Databases that are only read.")
-    ],
+    into: Annotated[str, typer.Argument(metavar="INTO")],
+    sources: Annotated[list[str], typer.Argument(metavar="FROM...")],
     json: Json = False,
 ) -> None:
     """Bring the results of other databases into one, such as those of the shards of a campaign.
@@ -337,6 +349,14 @@ def merge(
 
     Exit codes: 0 merged, 2 no such database, 4 a source was altered or contradicts what is there,
     5 database or disk.
+
+    Parameters:
+        into: Database that grows.
+        sources: Databases that are only read.
+
+    Examples:
+        adeye db merge all.db shard1.db shard2.db shard3.db
+        adeye db merge all.db shard1.db --json
     """
     from adeye.store.evidence.roots import folder_of
     from adeye.store.location import locate
@@ -371,21 +391,8 @@ def merge(
 
 
 def copy(
-    campaigns: Annotated[
-        list[str],
-        typer.Option(
-            "--campaign",
-            metavar="CAMPAIGN",
-            envvar="ADEYE_CAMPAIGNS",
-            help="Number or digest of one to copy; may be given several times.",
-        ),
-    ],
-    to: Annotated[
-        str,
-        typer.Option(
-            "--to", metavar="NEW", envvar="ADEYE_DB_TO", help="Database that is made for them."
-        ),
-    ],
+    campaigns: Annotated[list[str], option("--campaign CAMPAIGN", env="CAMPAIGNS")],
+    to: Annotated[str, option("NEW", env="DB_TO")],
     *,
     db: Db = None,
     json: Json = False,
@@ -398,6 +405,14 @@ def copy(
 
     Exit codes: 0 copied, 2 no such campaign, or the new database has some already, 4 something was
     altered or is missing, 5 database or disk.
+
+    Parameters:
+        campaigns: Number or digest of one to copy; may be given several times.
+        to: Database that is made for them.
+
+    Examples:
+        adeye db copy --campaign 3 --to keep.db
+        adeye db copy --campaign 3f9c2a --campaign 7 --to release.db --db team.db
     """
     from adeye.campaign.traces import copy_campaigns
     from adeye.store.location import locate
@@ -413,10 +428,7 @@ def copy(
 
 
 def grant(
-    role: Annotated[
-        str | None,
-        typer.Argument(metavar="[ROLE]", help="User of the server who shall be able to read."),
-    ] = None,
+    role: Annotated[str | None, typer.Argument(metavar="[ROLE]")] = None,
     *,
     db: Db = None,
 ) -> None:
@@ -425,6 +437,12 @@ def grant(
     Makes the role adeye_reader, as which 'adeye query' runs what people type; without it, 'adeye
     query' refuses users who may do more on the server. Takes the right to make temporary tables
     from everybody. To be run by the owner of the database.
+
+    Parameters:
+        role: User of the server who shall be able to read.
+
+    Examples:
+        adeye db grant alice --db postgresql://admin@db.example/adeye
     """
     from adeye.errors import UsageError
     from adeye.store.location import locate
@@ -442,29 +460,15 @@ def grant(
     emit(f"{READER} may read" + (f", and {clean(role)} is a member of it" if role else ""))
 
 
-add(database_app, upgrade, "adeye db upgrade", "adeye db upgrade --db my.db")
-add(database_app, info, "adeye db info", "adeye db info --json")
-add(database_app, verify, "adeye db verify")
-add(database_app, prove, "adeye db prove 3f9c2a", "adeye db prove 3f9c2a --json")
-add(
-    database_app,
-    withdraw,
-    "adeye db withdraw 3f9c2a --author 'J. Doe' --reason 'wrong map version'",
-)
-add(database_app, metadata, "adeye db metadata -o metadata.json")
-add(database_app, grant, "adeye db grant alice --db postgresql://admin@db.example/adeye")
-add(
-    database_app,
-    merge,
-    "adeye db merge all.db shard1.db shard2.db shard3.db",
-    "adeye db merge all.db shard1.db --json",
-)
-add(
-    database_app,
-    copy,
-    "adeye db copy --campaign 3 --to keep.db",
-    "adeye db copy --campaign 3f9c2a --campaign 7 --to release.db --db team.db",
-)
+add(database_app, upgrade)
+add(database_app, info)
+add(database_app, verify)
+add(database_app, prove)
+add(database_app, withdraw)
+add(database_app, metadata)
+add(database_app, grant)
+add(database_app, merge)
+add(database_app, copy)
 
 
 # --- ``manifest write|verify|keygen``: what a report rests on, with hashes and a signature --------
@@ -475,45 +479,28 @@ manifest_app = typer.Typer(
     help="Sign the evidence of a campaign, and check what was signed.", no_args_is_help=True
 )
 
-_Files = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--file",
-        metavar="FILE",
-        envvar="ADEYE_MANIFEST_FILE",
-        help="Report or other file to name; may be repeated.",
-    ),
-]
-_Manifest = Annotated[Path, typer.Argument(metavar="MANIFEST", help="File of the manifest.")]
-
 
 def write(
     campaign: CampaignId = None,
     output: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            envvar="ADEYE_MANIFEST_OUTPUT",
-            callback=named_anew,
-            help="The manifest.",
-        ),
+        Path, option("--output -o FILE", env="MANIFEST_OUTPUT", callback=named_anew)
     ] = Path("manifest.json"),
-    file: _Files = None,
-    sign: Annotated[
-        Path | None,
-        typer.Option(
-            "--sign",
-            metavar="KEYFILE",
-            envvar="ADEYE_SIGNING_KEY",
-            help="Private Ed25519 key in PEM; signs into FILE.sig.",
-        ),
-    ] = None,
+    file: Annotated[list[Path] | None, option("FILE", env="MANIFEST_FILE")] = None,
+    sign: Annotated[Path | None, option("KEYFILE", env="SIGNING_KEY")] = None,
     db: Db = None,
     json: Json = False,
 ) -> None:
-    """Write the manifest of a complete campaign: its Merkle root, and hashes of rows and files."""
+    """Write the manifest of a complete campaign: its Merkle root, and hashes of rows and files.
+
+    Parameters:
+        output: The manifest.
+        file: Report or other file to name; may be repeated.
+        sign: Private Ed25519 key in PEM; signs into FILE.sig.
+
+    Examples:
+        adeye manifest write --file report.html
+        adeye manifest write -o out/manifest.json --file out/report.html --sign signing.pem
+    """
     from adeye.outputs import guarded, write_atomically
     from adeye.report.formats.manifest import fingerprint, make_manifest
     from adeye.report.formats.manifest import sign as signed
@@ -541,36 +528,26 @@ def write(
 
 
 def verify_manifest(
-    manifest: _Manifest,
-    key: Annotated[
-        Path | None,
-        typer.Option(
-            "--key",
-            metavar="KEYFILE",
-            envvar="ADEYE_PUBLIC_KEY",
-            help="Public Ed25519 key of the signer, in PEM.",
-        ),
-    ] = None,
-    unsigned: Annotated[
-        bool,
-        typer.Option(
-            "--unsigned", envvar="ADEYE_UNSIGNED", help="Check the hashes without a signature."
-        ),
-    ] = False,
-    files_only: Annotated[
-        bool,
-        typer.Option(
-            "--files-only",
-            envvar="ADEYE_FILES_ONLY",
-            help="Look at the named files, not at a database.",
-        ),
-    ] = False,
+    manifest: Annotated[Path, typer.Argument(metavar="MANIFEST")],
+    key: Annotated[Path | None, option("KEYFILE", env="PUBLIC_KEY")] = None,
+    unsigned: bool = False,
+    files_only: bool = False,
     db: Db = None,
     json: Json = False,
 ) -> None:
     """Check that manifest, files, rows and traces are those that were signed.
 
     Exit codes: 0 they are, 4 something differs or the signature is not that of the key.
+
+    Parameters:
+        manifest: File of the manifest.
+        key: Public Ed25519 key of the signer, in PEM.
+        unsigned: Check the hashes without a signature.
+        files_only: Look at the named files, not at a database.
+
+    Examples:
+        adeye manifest verify manifest.json --key signing.pub.pem
+        adeye manifest verify manifest.json --unsigned --files-only
     """
     from contextlib import ExitStack
 
@@ -606,44 +583,27 @@ def verify_manifest(
 
 
 def keygen(
-    private: Annotated[
-        Path,
-        typer.Option(
-            "--private",
-            metavar="FILE",
-            envvar="ADEYE_KEYGEN_PRIVATE",
-            callback=named,
-            help="Private key.",
-        ),
-    ] = Path("adeye-signing.pem"),
-    public: Annotated[
-        Path,
-        typer.Option(
-            "--public",
-            metavar="FILE",
-            envvar="ADEYE_KEYGEN_PUBLIC",
-            callback=named,
-            help="Public key.",
-        ),
-    ] = Path("adeye-signing.pub.pem"),
+    private: Annotated[Path, option("FILE", env="KEYGEN_PRIVATE", callback=named)] = Path(
+        "adeye-signing.pem"
+    ),
+    public: Annotated[Path, option("FILE", env="KEYGEN_PUBLIC", callback=named)] = Path(
+        "adeye-signing.pub.pem"
+    ),
 ) -> None:
-    """Make a pair of Ed25519 keys in PEM; keep the private one away from the repository."""
+    """Make a pair of Ed25519 keys in PEM; keep the private one away from the repository.
+
+    Parameters:
+        private: Private key.
+        public: Public key.
+
+    Examples:
+        adeye manifest keygen --private signing.pem --public signing.pub.pem
+    """
     from adeye.report.formats.manifest import write_keys
 
     emit(clean(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}"))
 
 
-add(
-    manifest_app,
-    write,
-    "adeye manifest write --file report.html",
-    "adeye manifest write -o out/manifest.json --file out/report.html --sign signing.pem",
-)
-add(
-    manifest_app,
-    verify_manifest,
-    "adeye manifest verify manifest.json --key signing.pub.pem",
-    "adeye manifest verify manifest.json --unsigned --files-only",
-    name="verify",
-)
-add(manifest_app, keygen, "adeye manifest keygen --private signing.pem --public signing.pub.pem")
+add(manifest_app, write)
+add(manifest_app, verify_manifest, name="verify")
+add(manifest_app, keygen)

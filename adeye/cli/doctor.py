@@ -39,15 +39,6 @@ LIBRARIES: Final = (
 
 _ENVIRONMENT: Final = 5
 
-RequirementsFlag = Annotated[
-    bool,
-    typer.Option(
-        "--requirements",
-        envvar="ADEYE_REQUIREMENTS",
-        help="List the capabilities R1 to R23 with their status and proof instead.",
-    ),
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -64,12 +55,19 @@ class Check:
     text: str
 
 
-def doctor(requirements: RequirementsFlag = False, db: Db = None, json: Json = False) -> None:
+def doctor(requirements: bool = False, db: Db = None, json: Json = False) -> None:
     """Check the installation: versions, database, compiled code, self-test, processors, terminal.
 
     Whether it finds what is known to be bad is for adeye selftest to try; here is what that told.
 
     Exit codes: 0 everything can be worked with, 5 something cannot.
+
+    Parameters:
+        requirements: List the capabilities R1 to R23 with their status and proof instead.
+
+    Examples:
+        adeye doctor
+        adeye doctor --requirements
     """
     if requirements:
         _print_requirements(json)
@@ -180,10 +178,11 @@ def _terminal() -> Check:
 
 
 def _print_requirements(json: bool) -> None:
+    found = capabilities()
     if json:
-        emit_json("requirements", {"requirements": CAPABILITIES})
+        emit_json("requirements", {"requirements": found})
         return
-    rows = [[item.id, item.text, item.status.value, item.proof] for item in CAPABILITIES]
+    rows = [[item.id, item.text, item.status.value, item.proof] for item in found]
     emit_table(("Id", "Capability", "Status", "Proof"), rows)
 
 
@@ -211,160 +210,45 @@ class Capability:
 
     id: str
     text: str
-    status: Status = Status.NOT_YET
-    proof: str = ""
+    status: Status
+    proof: str
 
 
-PROOFS: Final = "tests/requirements"
+def capabilities() -> list[Capability]:
+    """Read all capabilities in order from ``capabilities.yaml``."""
+    from importlib import resources
 
-CAPABILITIES: Final = (
-    Capability("R1", "worlds and scenarios from several kinds of input"),
-    Capability(
-        "R2",
-        "test automation over many worlds and scenarios, resumable",
-        Status.PARTLY,
-        f"{PROOFS}/test_r02_automation_over_scenarios.py",
-    ),
-    Capability(
-        "R3",
-        "the same campaign from YAML, from the shell and from Python",
-        Status.PROVEN,
-        f"{PROOFS}/test_r03_yaml_shell_and_python.py",
-    ),
-    Capability(
-        "R4",
-        "open nominal and safety logic, readable and replaceable",
-        Status.PROVEN,
-        f"{PROOFS}/test_r04_open_control_logic.py",
-    ),
-    Capability(
-        "R5",
-        "a modular base: parts of third parties plug in without a change",
-        Status.PARTLY,
-        f"{PROOFS}/test_r05_third_party_parts.py",
-    ),
-    Capability(
-        "R6",
-        "physics-based worlds: tyre-road limit, actuators, occlusion, weather",
-        Status.PARTLY,
-        f"{PROOFS}/test_r06_physics.py",
-    ),
-    Capability(
-        "R7",
-        "every sensor parameter can be varied from YAML",
-        Status.PROVEN,
-        f"{PROOFS}/test_r07_modifiable_sensors.py",
-    ),
-    Capability(
-        "R8",
-        "radar, lidar, GNSS, IMU, camera and ultrasonic sensors",
-        Status.PROVEN,
-        f"{PROOFS}/test_r08_six_sensor_types.py",
-    ),
-    Capability(
-        "R9",
-        "ground truth at every tick, to the channels allowed it and to the trace",
-        Status.PARTLY,
-        f"{PROOFS}/test_r09_ground_truth.py",
-    ),
-    Capability(
-        "R10",
-        "a channel controls the ego in closed loop",
-        Status.PROVEN,
-        f"{PROOFS}/test_r10_channel_controls_ego.py",
-    ),
-    Capability(
-        "R11",
-        "vehicles, pedestrians and cyclists, scripted and reactive, together",
-        Status.PROVEN,
-        f"{PROOFS}/test_r11_several_actors.py",
-    ),
-    Capability(
-        "R12",
-        "several channels run and are recorded at every tick",
-        Status.PROVEN,
-        f"{PROOFS}/test_r12_shadow_commands.py",
-    ),
-    Capability(
-        "R13",
-        "control commands are prioritised by a declarative switch",
-        Status.PROVEN,
-        f"{PROOFS}/test_r13_prioritised_commands.py",
-    ),
-    Capability(
-        "R14",
-        "every channel gives commands of one specification",
-        Status.PROVEN,
-        f"{PROOFS}/test_r14_one_command_specification.py",
-    ),
-    Capability(
-        "R15",
-        "commands of different channels can be told apart everywhere",
-        Status.PROVEN,
-        f"{PROOFS}/test_r15_channels_told_apart.py",
-    ),
-    Capability(
-        "R16",
-        "several sensors of one type, by name",
-        Status.PROVEN,
-        f"{PROOFS}/test_r16_several_sensors_of_a_type.py",
-    ),
-    Capability(
-        "R17",
-        "worlds and scenarios made by hand, inherited and overridden",
-        Status.PROVEN,
-        f"{PROOFS}/test_r17_inherited_scenarios.py",
-    ),
-    Capability(
-        "R18",
-        "scenarios are independent of perception and control",
-        Status.PROVEN,
-        f"{PROOFS}/test_r18_scenarios_independent_of_control.py",
-    ),
-    Capability(
-        "R19",
-        "which sensor feeds which channel is configurable and swept",
-        Status.PROVEN,
-        f"{PROOFS}/test_r19_links.py",
-    ),
-    Capability(
-        "R20",
-        "faults injected at run time, by time or condition",
-        Status.PROVEN,
-        f"{PROOFS}/test_r20_run_time_faults.py",
-    ),
-    Capability(
-        "R21",
-        "faults scripted and swept in the file of the sweep",
-        Status.PROVEN,
-        f"{PROOFS}/test_r21_faults_beside_the_sweep.py",
-    ),
-    Capability("R22", "co-simulation standards such as FMI"),
-    Capability(
-        "R23",
-        "no tie to a hardware configuration: the same bits everywhere",
-        Status.PROVEN,
-        f"{PROOFS}/test_r23_any_hardware.py",
-    ),
-)
-"""All capabilities in order."""
+    import yaml
+
+    text = (resources.files("adeye.cli") / "capabilities.yaml").read_text("utf-8")
+    return [
+        Capability(
+            name,
+            item["text"],
+            Status(item.get("status", Status.NOT_YET)),
+            f"tests/requirements/{item['proof']}.py" if "proof" in item else "",
+        )
+        for name, item in yaml.safe_load(text).items()
+    ]
 
 
 # --- ``plugins``: parts from outside the package, offered and named; nothing is imported ----------
 
-OfOdd = Annotated[
-    Path | None,
-    typer.Argument(
-        metavar="[ODD]", help="Whose plug-ins to list; default: only what packages offer."
-    ),
-]
 
-
-def plugins(odd: OfOdd = None, json: Json = False) -> None:
+def plugins(
+    odd: Annotated[Path | None, typer.Argument(metavar="[ODD]")] = None, json: Json = False
+) -> None:
     """List plug-ins: what installed packages offer, and what an ODD names. None is imported.
 
     A plug-in is code with all rights of who runs it. It is loaded only when a file that is planned
     or a stored run that is executed again names it.
+
+    Parameters:
+        odd: Whose plug-ins to list; default: only what packages offer.
+
+    Examples:
+        adeye plugins
+        adeye plugins odd/first.yaml --json
     """
     from adeye.campaign.parts import named, offered
     from adeye.spec.load import load_odd

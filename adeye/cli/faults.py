@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Final
 
-import typer
-
-from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId
+from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId, option
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, plain, short, width
 from adeye.cli.progress import watching
 
@@ -21,41 +19,22 @@ if TYPE_CHECKING:
 SHOWN: Final = 20
 """Runs that are listed; JSON has all."""
 
-Start = Annotated[
-    str,
-    typer.Option(
-        "--from",
-        metavar="TICK|TIME",
-        envvar="ADEYE_FROM",
-        help="Tick, such as 40, or time, such as '2 s', from which the authority is another.",
-    ),
-]
-AuthorityId = Annotated[
-    str,
-    typer.Option(
-        "--authority",
-        metavar="CHANNEL",
-        envvar="ADEYE_AUTHORITY",
-        help="The channel that acts from there on, whatever the switch decides.",
-    ),
-]
+
 Sample = Annotated[
     int,
-    typer.Option(
-        "--sample",
-        min=0,
-        metavar="N",
-        envvar="ADEYE_SAMPLE",
+    option(
+        "N",
         help="Look at so many runs of the campaign, with and without faults, the same every "
         "time; 0 for all.",
+        min=0,
     ),
 ]
 
 
 def fork(
     run: RunId,
-    start: Start,
-    authority: AuthorityId,
+    start: Annotated[str, option("--from TICK|TIME")],
+    authority: Annotated[str, option("CHANNEL")],
     db: Db = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -66,6 +45,14 @@ def fork(
     nothing is kept. It is stored as a run of its own, which no campaign counts.
 
     Exit codes: 0 done, 4 the run or the beginning of its fork is not as it was recorded.
+
+    Parameters:
+        start: Tick, such as 40, or time, such as '2 s', from which the authority is another.
+        authority: The channel that acts from there on, whatever the switch decides.
+
+    Examples:
+        adeye fork 3f2a91c04b --from '2 s' --authority safety
+        adeye fork 3f2a --from 0 --authority nominal --json
     """
     from adeye.campaign.studies.forks import fork_run
 
@@ -128,6 +115,10 @@ def forks(
     Every run is forked with the other decision: a takeover with the default channel going on, a
     run without one with another channel from its fault on, or from the start. The forks are stored
     and count in no campaign. A run violates if the ego touches something or leaves the road.
+
+    Examples:
+        adeye forks
+        adeye forks 3 --sample 50 --json
     """
     from adeye.campaign.studies.forks import look_back
 
@@ -202,6 +193,10 @@ def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False
     violation is a contact, or leaving the road.
 
     Exit codes: 0 done, 4 the run is not as it was recorded.
+
+    Examples:
+        adeye timeline 3f2a91c04b
+        adeye timeline 3f2a --json
     """
     from adeye.campaign.studies.fault_timing import run_timeline
 
@@ -272,22 +267,10 @@ def _time(value: float | None) -> str:
     return "none" if value is None else f"{value:.2f}"
 
 
-By = Annotated[
-    str | None,
-    typer.Option(
-        "--by",
-        metavar="AXIS",
-        envvar="ADEYE_BY",
-        help="Hold trips without a fault against detection with one, for each value of a swept "
-        "axis, such as safety.parameters.confirm. Nothing is executed.",
-    ),
-]
-
-
 def faults(
     campaign: CampaignId = None,
     sample: Sample = 200,
-    by: By = None,
+    by: Annotated[str | None, option("AXIS")] = None,
     db: Db = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -298,6 +281,15 @@ def faults(
     not handled within the FTTI that was measured, or at all. The share that is detected has an
     interval only where the points of the scenario are a random sample. What is found is kept, and
     not executed again.
+
+    Parameters:
+        by: Hold trips without a fault against detection with one, for each value of a swept axis,
+            such as safety.parameters.confirm. Nothing is executed.
+
+    Examples:
+        adeye faults
+        adeye faults 3 --sample 0 --json
+        adeye faults --by safety.parameters.confirm
     """
     from adeye.campaign.studies.fault_timing import campaign_injections
 

@@ -17,6 +17,7 @@ from adeye.cli.options import (
     complete_campaigns,
     given,
     named,
+    option,
     sizes_of,
 )
 from adeye.cli.output import clean, emit, emit_json, emit_table, short, talk, wrote
@@ -31,59 +32,16 @@ if TYPE_CHECKING:
 
 # --- ``gate``: judge a stored campaign, alone or against a committed baseline ---------------------
 
-Campaign = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[ODD|CAMPAIGN]",
-        help="An ODD's file or id, or a campaign by number or digest; default: the latest.",
-        autocompletion=complete_campaigns,
-    ),
-]
-BaselineFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--baseline",
-        metavar="FILE",
-        envvar="ADEYE_GATE_BASELINE",
-        callback=given,
-        help="Compare with this file, such as reports/baselines/motorway_chauffeur.json.",
-    ),
-]
-Tolerance = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--tolerance",
-        metavar="NAME=SIZE",
-        envvar="ADEYE_TOLERANCE",
-        help="Loss of margin that does not count, for an FSR or for a unit, such as FSR-02=0.1 or "
-        "m=0.05; once for each.",
-    ),
-]
-Update = Annotated[
-    bool,
-    typer.Option(
-        "--update",
-        envvar="ADEYE_UPDATE_BASELINE",
-        help="Write the campaign as the baseline, and say what changed.",
-    ),
-]
-AcceptIncomplete = Annotated[
-    bool,
-    typer.Option(
-        "--accept-incomplete",
-        envvar="ADEYE_ACCEPT_INCOMPLETE",
-        help="With --update: write it also if evidence is incomplete.",
-    ),
-]
-
 
 def gate(
-    campaign: Campaign = None,
+    campaign: Annotated[
+        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
+    ] = None,
     *,
-    baseline: BaselineFile = None,
-    tolerance: Tolerance = None,
-    update: Update = False,
-    accept_incomplete: AcceptIncomplete = False,
+    baseline: Annotated[Path | None, option("FILE", env="GATE_BASELINE", callback=given)] = None,
+    tolerance: Annotated[list[str] | None, option("NAME=SIZE")] = None,
+    update: Annotated[bool, option(env="UPDATE_BASELINE")] = False,
+    accept_incomplete: bool = False,
     junit: JunitFile = None,
     db: Db = None,
     json: Json = False,
@@ -95,6 +53,19 @@ def gate(
 
     Exit codes: 0 all good, 1 an FSR failed or regressed, 2 input error, 3 evidence incomplete,
     4 integrity violated, 5 database or disk.
+
+    Parameters:
+        campaign: An ODD's file or id, or a campaign by number or digest; default: the latest.
+        baseline: Compare with this file, such as reports/baselines/motorway_chauffeur.json.
+        tolerance: Loss of margin that does not count, for an FSR or for a unit, such as FSR-02=0.1
+            or m=0.05; once for each.
+        update: Write the campaign as the baseline, and say what changed.
+        accept_incomplete: With --update: write it also if evidence is incomplete.
+
+    Examples:
+        adeye gate
+        adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05
+        adeye gate --baseline reports/baselines/motorway_chauffeur.json --update
     """
     from adeye.errors import UsageError
     from adeye.report.gate.changes import Tolerances
@@ -192,18 +163,9 @@ def _gate_document(result: GateResult) -> dict[str, object]:
 
 # --- ``stale``: which evidence no longer counts under the files as they are, and what restores it -
 
-Odd = Annotated[
-    Path | None,
-    typer.Argument(
-        metavar="[ODD]",
-        help="The ODD's file; default: that of the newest campaign.",
-        show_default=False,
-    ),
-]
-
 
 def stale(
-    odd: Odd = None,
+    odd: Annotated[Path | None, typer.Argument(metavar="[ODD]", show_default=False)] = None,
     *,
     db: Db = None,
     backend: Backend = "batch",
@@ -216,6 +178,13 @@ def stale(
     or the verdict depends: a scenario, the executable part of an architecture, a fault, a threshold
     or a formula, the attributes of the ODD, the code of a plug-in. Titles, texts and costs make
     nothing stale. Nothing is executed or saved.
+
+    Parameters:
+        odd: The ODD's file; default: that of the newest campaign.
+
+    Examples:
+        adeye stale
+        adeye stale odd/first.yaml --json
     """
     from adeye.campaign.plan import make_plan
     from adeye.campaign.stale import find_stale
@@ -309,29 +278,15 @@ def _print_stale(found: Staleness, odd: Path, db: str | None) -> None:
 _FOUND: Final = 1
 _NOTHING: Final = 3
 
-Subject = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[ODD|CAMPAIGN]",
-        help="An ODD's file; or number or beginning of the digest of a campaign, by default the "
-        "latest.",
-        autocompletion=complete_campaigns,
-    ),
-]
-SarifFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--sarif",
-        metavar="FILE",
-        envvar="ADEYE_SARIF",
-        callback=named,
-        help="Write the findings as SARIF, which code hosts show beside the lines.",
-    ),
-]
-
 
 def check(
-    subject: Subject = None, *, db: Db = None, sarif: SarifFile = None, json: Json = False
+    subject: Annotated[
+        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
+    ] = None,
+    *,
+    db: Db = None,
+    sarif: Annotated[Path | None, option("FILE", callback=named)] = None,
+    json: Json = False,
 ) -> None:
     """Check that concept, plan and evidence fit together. Nothing is executed.
 
@@ -342,6 +297,16 @@ def check(
     newest evidence of it in the database; of a campaign what is stored.
 
     Exit codes: 0 no findings, 1 findings, 2 input error, 3 nothing to check, 5 database or disk.
+
+    Parameters:
+        subject: An ODD's file; or number or beginning of the digest of a campaign, by default the
+            latest.
+        sarif: Write the findings as SARIF, which code hosts show beside the lines.
+
+    Examples:
+        adeye check odd/motorway_chauffeur.yaml
+        adeye check
+        adeye check 3 --json
     """
     from adeye.campaign.integrity import check_odd, check_stored
 

@@ -12,7 +12,7 @@ from typing import Annotated, Final
 
 import typer
 
-from adeye.cli.options import add
+from adeye.cli.options import add, option
 from adeye.cli.output import clean, emit, wrote
 
 # --- ``new channel|sensor|metric``: write a working example to start from -------------------------
@@ -28,27 +28,34 @@ PartName = Annotated[
 ]
 Folder = Annotated[
     Path | None,
-    typer.Option(
-        "--path",
-        metavar="DIR",
-        envvar="ADEYE_PATH",
-        help="Folder that it is put into, by default that of the files that name it.",
-    ),
+    option("DIR", help="Folder that it is put into, by default that of the files that name it."),
 ]
 
 
 def new_channel(name: PartName, path: Folder = None) -> None:
-    """Write a control channel: one Python object per run that answers what it observes."""
+    """Write a control channel: one Python object per run that answers what it observes.
+
+    Examples:
+        adeye new channel follower --path odd/architectures
+    """
     write_example("channel", name, path or usual_folder("channel"))
 
 
 def new_sensor(name: PartName, path: Folder = None) -> None:
-    """Write a sensor: ground truth in, measurements out, at a rate and a latency."""
+    """Write a sensor: ground truth in, measurements out, at a rate and a latency.
+
+    Examples:
+        adeye new sensor sonar --path odd/architectures
+    """
     write_example("sensor", name, path or usual_folder("sensor"))
 
 
 def new_metric(name: PartName, path: Folder = None) -> None:
-    """Write a metric: one number per run that requirements can bound."""
+    """Write a metric: one number per run that requirements can bound.
+
+    Examples:
+        adeye new metric top_speed --path odd
+    """
     write_example("metric", name, path or usual_folder("metric"))
 
 
@@ -110,9 +117,9 @@ def class_name(name: str) -> str:
     return "".join(part.capitalize() for part in name.split("_")) or "Part"
 
 
-add(new_app, new_channel, "adeye new channel follower --path odd/architectures", name="channel")
-add(new_app, new_sensor, "adeye new sensor sonar --path odd/architectures", name="sensor")
-add(new_app, new_metric, "adeye new metric top_speed --path odd", name="metric")
+add(new_app, new_channel, name="channel")
+add(new_app, new_sensor, name="sensor")
+add(new_app, new_metric, name="metric")
 
 
 # --- The examples that ``adeye new`` writes; each works as it stands ------------------------------
@@ -164,13 +171,18 @@ EXAMPLES: Final = {
 ARCHITECTURE: Final = "camera_radar"
 CONCEPT: Final = "motorway_chauffeur"
 
-ProjectFolder = Annotated[Path, typer.Argument(metavar="[DIR]", help="Folder of the project.")]
 
-
-def init(folder: ProjectFolder = Path()) -> None:
+def init(folder: Annotated[Path, typer.Argument(metavar="[DIR]")] = Path()) -> None:
     """Write a small project: an ODD, an architecture and a safety concept, ready to run.
 
     Nothing is overwritten. The scenarios come from the catalogue that adeye ships.
+
+    Parameters:
+        folder: Folder of the project.
+
+    Examples:
+        adeye init
+        adeye init my_project
     """
     for path in write_project(folder):
         wrote(path)

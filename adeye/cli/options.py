@@ -6,22 +6,32 @@ import functools
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from copy import copy
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, get_args, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Final,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import typer
 from typer.core import TyperCommand
+from typer.models import OptionInfo
 
 from adeye.cli.output import results_apart
 from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError, UsageError
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from adeye.campaign.run import Session
 
 # --- Files that verbs write: how they may be called, and that none of them is what a verb reads ---
@@ -208,166 +218,93 @@ _NUMBER: Final = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 MOST: Final = 10**12
 """Largest size that an option takes. Our choice."""
 
+
+def option(written: str = "", *, env: str = "", **settings: Any) -> Any:
+    """Declare of an option what the parameter of the verb does not say.
+
+    ``add`` calls it like the parameter, unless its flags are written here, sets it by the
+    environment variable of that name too, and takes its help from the docstring of the verb.
+
+    Args:
+        written: Flags, and what stands for the value, such as ``--output -o FILE``.
+        env: Environment variable without ``ADEYE_``, where it is not named after the long flag.
+        settings: What else ``typer.Option`` takes; ``help`` where several verbs share it.
+    """
+    flags = [word for word in written.split() if word.startswith("-")]
+    info = typer.Option(
+        metavar=" ".join(written.split()[len(flags) :]) or None,
+        envvar=f"ADEYE_{env}" if env else None,
+        **settings,
+    )
+    info.param_decls = tuple(flags)
+    return info
+
+
 OddFile = Annotated[
-    Path,
-    typer.Argument(metavar="ODD", help="The ODD's file, such as odd/motorway_chauffeur.yaml."),
+    Path, typer.Argument(metavar="ODD", help="The ODD's file, such as odd/motorway_chauffeur.yaml.")
 ]
 RunId = Annotated[
     str,
     typer.Argument(
         metavar="RUN",
-        help="Beginning of the run's digest, at least 4 characters.",
         autocompletion=complete_runs,
+        help="Beginning of the run's digest, at least 4 characters.",
     ),
 ]
 CampaignId = Annotated[
     str | None,
     typer.Argument(
         metavar="[CAMPAIGN]",
-        help="Number of the campaign or beginning of its digest; default: the latest.",
         autocompletion=complete_campaigns,
+        help="Number of the campaign or beginning of its digest; default: the latest.",
     ),
 ]
 Db = Annotated[
-    str | None,
-    typer.Option(
-        "--db",
-        metavar="PATH",
-        envvar="ADEYE_DB",
-        help="Database file or sqlite:///PATH; default: .adeye/adeye.db.",
-    ),
+    str | None, option("PATH", help="Database file or sqlite:///PATH; default: .adeye/adeye.db.")
 ]
-Json = Annotated[
-    bool,
-    typer.Option("--json", envvar="ADEYE_JSON", help="Print one JSON document, not tables."),
-]
+Json = Annotated[bool, option(help="Print one JSON document, not tables.")]
 Backend = Annotated[
     str,
-    typer.Option(
-        "--backend",
-        metavar="NAME",
-        envvar="ADEYE_BACKEND",
-        help="Simulated traffic: batch (compiled) or highway (the reference, slow).",
-    ),
+    option("NAME", help="Simulated traffic: batch (compiled) or highway (the reference, slow)."),
 ]
 Variant = Annotated[
     str | None,
-    typer.Option(
-        "--variant",
-        metavar="NAME",
-        envvar="ADEYE_VARIANT",
-        help="Arithmetic of batch: reference (default; as highway-env writes it) or fast.",
+    option(
+        "NAME", help="Arithmetic of batch: reference (default; as highway-env writes it) or fast."
     ),
 ]
 Threads = Annotated[
     int | None,
-    typer.Option(
-        "--threads",
-        min=1,
-        metavar="N",
-        envvar="ADEYE_THREADS",
+    option(
+        "N",
         help="Threads over blocks of runs; default: one per usable processor, unless a part is "
         "Python code or the traffic is highway. Results do not depend on it.",
+        min=1,
     ),
 ]
 Workers = Annotated[
     int | None,
-    typer.Option(
-        "--workers",
-        "-n",
-        min=1,
-        metavar="N",
-        envvar="ADEYE_WORKERS",
+    option(
+        "--workers -n N",
         help="Worker processes in place of threads: for parts in Python code, and for isolation "
         "from crashes. Results do not depend on it.",
+        min=1,
     ),
 ]
-ExecutorName = Annotated[
-    str | None,
-    typer.Option(
-        "--executor",
-        metavar="NAME|module:Class",
-        envvar="ADEYE_EXECUTOR",
-        help="Where blocks of runs are executed: threads, processes, dask, one of an installed "
-        "package, or a class; default: threads or processes, as the parts need. Results do not "
-        "depend on it.",
-    ),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler",
-        metavar="ADDRESS",
-        envvar="ADEYE_SCHEDULER",
-        help="Where the scheduler of the executor is, such as tcp://HOST:8786; dask without it "
-        "starts workers on this machine.",
-    ),
-]
-ReportFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--report",
-        metavar="FILE",
-        envvar="ADEYE_REPORT",
-        callback=named_page,
-        help="Write the report: one HTML page that needs no network.",
-    ),
-]
-OutputFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        envvar="ADEYE_REPORT",
-        callback=named_page,
-        help="The HTML page; default: report.html if no other file is asked for.",
-    ),
-]
-JunitFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--junit",
-        metavar="FILE",
-        envvar="ADEYE_JUNIT",
-        callback=named,
-        help="Write JUnit XML for CI.",
-    ),
-]
-ReportJsonFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--report-json",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_JSON",
-        callback=named,
-        help="Write the report as JSON.",
-    ),
-]
+JunitFile = Annotated[Path | None, option("FILE", help="Write JUnit XML for CI.", callback=named)]
 SarifReport = Annotated[
     Path | None,
-    typer.Option(
-        "--sarif",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_SARIF",
-        callback=named,
+    option(
+        "FILE",
         help="Write what does not pass as SARIF, which code hosts show beside the lines.",
+        env="REPORT_SARIF",
+        callback=named,
     ),
 ]
-Quiet = Annotated[
-    bool,
-    typer.Option(
-        "--quiet", "-q", envvar="ADEYE_QUIET", help="No progress and no notices, only the result."
-    ),
-]
+Quiet = Annotated[bool, option("--quiet -q", help="No progress and no notices, only the result.")]
 Catalogue = Annotated[
     Path | None,
-    typer.Option(
-        "--catalogue",
-        metavar="DIR",
-        envvar="ADEYE_CATALOGUE",
-        help="Folder of scenarios; default: scenarios_db here, and the shipped ones.",
-    ),
+    option("DIR", help="Folder of scenarios; default: scenarios_db here, and the shipped ones."),
 ]
 
 
@@ -376,10 +313,53 @@ def examples(*commands: str) -> str:
     return "\n  ".join(["Examples:", *commands])
 
 
-def help_of(verb: Callable[..., None]) -> str:
-    """Make a verb's help of its docstring: a paragraph is one line, which the terminal wraps."""
-    paragraphs = (inspect.getdoc(verb) or "").split("\n\n")
-    return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+@dataclass(frozen=True, slots=True)
+class Texts:
+    """What the docstring of a verb says to users.
+
+    Attributes:
+        help: Its paragraphs, each one line, which the terminal wraps.
+        parameters: Section of this name: the help of each argument and option that only it has.
+        examples: Section of this name: commands.
+    """
+
+    help: str
+    parameters: Mapping[str, str]
+    examples: Sequence[str]
+
+
+def texts_of(verb: Callable[..., None]) -> Texts:
+    """Read the docstring of a verb."""
+    paragraphs = []
+    sections: dict[str, list[str]] = {"Parameters:": [], "Examples:": []}
+    for paragraph in (inspect.getdoc(verb) or "").split("\n\n"):
+        title, _, rest = paragraph.partition("\n")
+        if title in sections:
+            # What is indented more goes on with the line before.
+            entries = re.split(r"\n {4}(?! )", f"\n{rest}")[1:]
+            sections[title] = [" ".join(entry.split()) for entry in entries]
+        else:
+            paragraphs.append(" ".join(paragraph.split()))
+    parameters = dict(entry.split(": ", 1) for entry in sections["Parameters:"])
+    return Texts("\n\n".join(paragraphs), parameters, sections["Examples:"])
+
+
+def _described(verb: Callable[..., None], texts: Mapping[str, str]) -> dict[str, Any]:
+    """Return the annotations of a verb, with all that they do not say of arguments and options."""
+    hints = get_type_hints(verb, include_extras=True)
+    for name, hint in hints.items():
+        kind, *declared = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        if not declared and name not in texts:
+            continue
+        info = copy(declared[0]) if declared else option()
+        info.help = info.help or texts[name]
+        if isinstance(info, OptionInfo):
+            info.param_decls = info.param_decls or (_option(name),)
+            long = next((flag for flag in info.param_decls if flag[:2] == "--"), "")
+            variable = (long or info.param_decls[0]).lstrip("-").replace("-", "_").upper()
+            info.envvar = info.envvar or f"ADEYE_{variable}"
+        hints[name] = Annotated[kind, info]
+    return hints
 
 
 class _Verb(TyperCommand):
@@ -456,29 +436,27 @@ def sizes_of(texts: Sequence[str], option: str, example: str) -> dict[str, float
     return sizes
 
 
-def add(
-    app: typer.Typer, verb: Callable[..., None], *commands: str, name: str = "", panel: str = ""
-) -> None:
+def add(app: typer.Typer, verb: Callable[..., None], *, name: str = "", panel: str = "") -> None:
     """Add a verb to an app.
 
     Args:
         app: The app.
-        verb: Function that parses, calls one function and prints.
-        commands: Examples.
+        verb: Function that parses, calls one function and prints; its docstring is the help.
         name: Name of the verb, if it is not the function's.
         panel: Heading that the help lists it under.
     """
+    texts = texts_of(verb)
     register = app.command(
         name or None,
-        help=help_of(verb),
-        epilog=examples(*commands),
+        help=texts.help,
+        epilog=examples(*texts.examples),
         rich_help_panel=panel or None,
         cls=type("Verb", (_Verb,), {"numbers": _numbers(verb)}),
     )
-    register(_apart(verb))
+    register(_apart(verb, _described(verb, texts.parameters)))
 
 
-def _apart(verb: Callable[..., None]) -> Callable[..., None]:
+def _apart(verb: Callable[..., None], hints: dict[str, Any]) -> Callable[..., None]:
     """Let a verb run with standard output kept for its results.
 
     Verbs end with ``typer.Exit``. Whoever else asks Python to end, such as a plug-in, does not say
@@ -499,6 +477,9 @@ def _apart(verb: Callable[..., None]) -> Callable[..., None]:
                     _blame_database(options["db"], error)
                 raise
 
+    taken = inspect.signature(verb)
+    parameters = [item.replace(annotation=hints[name]) for name, item in taken.parameters.items()]
+    setattr(run, "__signature__", taken.replace(parameters=parameters))  # noqa: B010 - for typer
     return run
 
 
@@ -519,66 +500,6 @@ def _blame_database(location: str | Path | None, error: Exception) -> None:
 
 # --- Options of ``run`` that tell how much of a campaign is executed now, and what ends it --------
 
-ShardOption = Annotated[
-    str | None,
-    typer.Option(
-        "--shard",
-        metavar="I/N",
-        envvar="ADEYE_SHARD",
-        help="Execute the I-th of N parts of the blocks, such as 2/3, the same on every machine; "
-        "'adeye db merge' brings the databases of the shards together.",
-    ),
-]
-KeywordOption = Annotated[
-    str | None,
-    typer.Option(
-        "-k",
-        metavar="EXPR",
-        envvar="ADEYE_K",
-        help="Execute only test cases whose scenario, architecture, fault or parameters have these "
-        "words, such as 'cut_in and not (legacy or gap=30)'; name=value is exact.",
-    ),
-]
-LastFailed = Annotated[
-    bool,
-    typer.Option(
-        "--last-failed",
-        "--lf",
-        envvar="ADEYE_LAST_FAILED",
-        help="Execute only test cases that failed a mandatory FSR the last time, in this campaign "
-        "or the ones before it, and those that never had a result.",
-    ),
-]
-Maxfail = Annotated[
-    int | None,
-    typer.Option(
-        "--maxfail",
-        min=1,
-        metavar="N",
-        envvar="ADEYE_MAXFAIL",
-        help="Begin no further block after N runs with a FAIL or an ERROR.",
-    ),
-]
-Budget = Annotated[
-    str | None,
-    typer.Option(
-        "--budget",
-        metavar="TIME",
-        envvar="ADEYE_BUDGET",
-        help="Begin no block that would not end in this time, such as 8h or 1h30m, judged by the "
-        "blocks before it; the same command goes on later.",
-    ),
-]
-Deadline = Annotated[
-    str | None,
-    typer.Option(
-        "--deadline",
-        metavar="TIME",
-        envvar="ADEYE_DEADLINE",
-        help="Kill a worker process that takes longer than this for one block, and try the block "
-        "again; default: 1h. Threads cannot be killed.",
-    ),
-]
 
 _SECONDS: Final = {"d": 86_400.0, "h": 3_600.0, "m": 60.0, "min": 60.0, "s": 1.0}
 _PART: Final = re.compile(r"\s*([0-9]{1,9}(?:\.[0-9]{1,9})?)\s*(d|h|min|m|s)(?![a-z])")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import Backend, Db, Json, OddFile, Variant
+from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option
 from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, short, talk
 
 if TYPE_CHECKING:
@@ -35,6 +35,10 @@ def plan(
 
     Test cases are points times fault entries times architectures times replicates. The fault-free
     entry 'none' is always among the fault entries.
+
+    Examples:
+        adeye plan odd/first.yaml
+        adeye plan odd/first.yaml --json
     """
     from adeye.campaign.plan import make_plan
 
@@ -242,6 +246,9 @@ def signals(odd: OddFile, json: Json = False) -> None:
 
     Scale is how much of the signal counts as one unit of robustness. A signal that only some
     architectures have makes an FSR that names it not applicable to the others.
+
+    Examples:
+        adeye signals odd/first.yaml
     """
     from adeye.campaign.plan import make_plan, signal_table
 
@@ -273,38 +280,32 @@ def _who(names: Sequence[str], everybody: set[str]) -> str:
 
 # --- ``coverage``: which attributes of an ODD, and which together, its test cases have ------------
 
-OddOrCampaign = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[ODD|CAMPAIGN]",
-        help="An ODD's file, or number of a campaign or beginning of its digest; default: the "
-        "latest campaign.",
-    ),
-]
-Strength = Annotated[
-    int,
-    typer.Option(
-        "--strength",
-        min=1,
-        max=3,
-        metavar="N",
-        envvar="ADEYE_STRENGTH",
-        help="Most attributes that are looked at together.",
-    ),
-]
+
 _LISTED: Final = 20
 """Uncovered combinations that are listed; all of them are in the JSON document."""
 _WORDS: Final = {1: "bins", 2: "pairs", 3: "triples"}
 
 
 def coverage(
-    of: OddOrCampaign = None, strength: Strength = 2, db: Db = None, json: Json = False
+    of: Annotated[str | None, typer.Argument(metavar="[ODD|CAMPAIGN]")] = None,
+    strength: Annotated[int, option("N", min=1, max=3)] = 2,
+    db: Db = None,
+    json: Json = False,
 ) -> None:
     """Count which attributes of an ODD its test cases have, one by one and together.
 
     Of an ODD's file the planned test cases count, of a campaign those that were executed. What no
     scenario of the ODD can have is not asked for, but counted. Coverage says what was looked at,
     not how it went and not how often it happens on the road.
+
+    Parameters:
+        of: An ODD's file, or number of a campaign or beginning of its digest; default: the latest
+            campaign.
+        strength: Most attributes that are looked at together.
+
+    Examples:
+        adeye coverage odd/first.yaml
+        adeye coverage 3 --strength 3 --json
     """
     from adeye.campaign.integrity import executed_coverage, planned_coverage
 
@@ -383,15 +384,7 @@ def _print_together(parts: Sequence[Combination], size: int) -> None:
 
 # --- ``dependencies``: what the channels of an architecture share, and could fail by together -----
 
-OfArchitecture = Annotated[
-    str | None,
-    typer.Option(
-        "--architecture",
-        metavar="ID",
-        envvar="ADEYE_ARCHITECTURE",
-        help="Only this architecture; default: all of the ODD.",
-    ),
-]
+
 _ABSENT: Final[tuple[Kind, ...]] = (
     "sensor",
     "ego_estimate",
@@ -403,12 +396,21 @@ _ABSENT: Final[tuple[Kind, ...]] = (
 """Kinds of which it is worth saying that there are none."""
 
 
-def dependencies(odd: OddFile, architecture: OfArchitecture = None, json: Json = False) -> None:
+def dependencies(
+    odd: OddFile, architecture: Annotated[str | None, option("ID")] = None, json: Json = False
+) -> None:
     """List what could make two channels of the switch fail together. Nothing is executed.
 
     Common sensors and ego estimate, the map, resources such as power of the elements that they
     realise, code, links from one to the other, switch and vehicle; and what a fault entry has to
     hit, all of it at once, to see what becomes of its failure.
+
+    Parameters:
+        architecture: Only this architecture; default: all of the ODD.
+
+    Examples:
+        adeye dependencies odd/motorway_chauffeur.yaml
+        adeye dependencies odd/motorway_chauffeur.yaml --architecture camera_radar --json
     """
     from adeye.errors import UsageError, suggest
     from adeye.spec.load import load_odd

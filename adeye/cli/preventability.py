@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import Db, Json, Quiet, named, write_rows
+from adeye.cli.options import Db, Json, Quiet, named, option, write_rows
 from adeye.cli.output import clean, emit, emit_json, emit_table, plain, short, talk, wrote
 from adeye.cli.progress import watching
 
@@ -22,70 +22,9 @@ if TYPE_CHECKING:
 
 # --- ``reference``: which scenes of a CSV file the reference drivers of UN R157 master ------------
 
-CasesFile = Annotated[
-    Path, typer.Argument(metavar="CASES", help="CSV file with a header and one scene per row.")
-]
-ReferenceModels = Annotated[
-    str,
-    typer.Option(
-        "--models",
-        metavar="NAMES",
-        envvar="ADEYE_MODELS",
-        help="Reference drivers, with commas between: cc, fsm, rss, reg157.",
-    ),
-]
+
 EditionName = Annotated[
-    str,
-    typer.Option(
-        "--edition",
-        metavar="NAME",
-        envvar="ADEYE_EDITION",
-        help="Rules: r157, r157-01, eu-2022-1426 or eu-2022-1426-standing.",
-    ),
-]
-VariantNames = Annotated[
-    str,
-    typer.Option(
-        "--variant",
-        metavar="NAMES",
-        envvar="ADEYE_REFERENCE_VARIANT",
-        help="Differences of code to the text, with commas between; jrc, esmini: all of one.",
-    ),
-]
-SceneName = Annotated[
-    str,
-    typer.Option(
-        "--scene",
-        metavar="KIND",
-        envvar="ADEYE_SCENE",
-        help="What the rows are: cut_in, cut_out or deceleration.",
-    ),
-]
-Step = Annotated[
-    float,
-    typer.Option(
-        "--step", metavar="SECONDS", envvar="ADEYE_STEP", help="Length of a tick, 0.001 to 0.1 s."
-    ),
-]
-Integrator = Annotated[
-    str,
-    typer.Option(
-        "--integrator",
-        metavar="NAME",
-        envvar="ADEYE_INTEGRATOR",
-        help="exact, or semi-implicit as in the published code.",
-    ),
-]
-OutputFile = Annotated[
-    Path | None,
-    typer.Option(
-        "-o",
-        "--output",
-        metavar="FILE",
-        envvar="ADEYE_OUTPUT",
-        callback=named,
-        help="Write one row per scene with contact and impact speed of each model.",
-    ),
+    str, option("NAME", help="Rules: r157, r157-01, eu-2022-1426 or eu-2022-1426-standing.")
 ]
 
 
@@ -100,15 +39,15 @@ class _Progress:
 
 
 def reference(
-    cases: CasesFile,
+    cases: Annotated[Path, typer.Argument(metavar="CASES")],
     *,
-    models: ReferenceModels = "cc,fsm,rss,reg157",
+    models: Annotated[str, option("NAMES")] = "cc,fsm,rss,reg157",
     edition: EditionName = "r157-01",
-    variant: VariantNames = "",
-    scene: SceneName = "cut_in",
-    step: Step = 0.01,
-    integrator: Integrator = "exact",
-    output: OutputFile = None,
+    variant: Annotated[str, option("NAMES", env="REFERENCE_VARIANT")] = "",
+    scene: Annotated[str, option("KIND")] = "cut_in",
+    step: Annotated[float, option("SECONDS")] = 0.01,
+    integrator: Annotated[str, option("NAME")] = "exact",
+    output: Annotated[Path | None, option("-o --output FILE", callback=named)] = None,
     json: Json = False,
 ) -> None:
     """Let the reference drivers of UN R157 drive scenes, without a campaign.
@@ -116,6 +55,20 @@ def reference(
     Cut-in, cut-out and braking lead, in closed form or tick by tick: for each scene and driver
     whether there is a contact, at what speed, and the least gap. A benchmark, not a proof: that a
     model avoids a contact does not tell that a driver would.
+
+    Parameters:
+        cases: CSV file with a header and one scene per row.
+        models: Reference drivers, with commas between: cc, fsm, rss, reg157.
+        variant: Differences of code to the text, with commas between; jrc, esmini: all of one.
+        scene: What the rows are: cut_in, cut_out or deceleration.
+        step: Length of a tick, 0.001 to 0.1 s.
+        integrator: exact, or semi-implicit as in the published code.
+        output: Write one row per scene with contact and impact speed of each model.
+
+    Examples:
+        adeye reference cases.csv
+        adeye reference cases.csv --models cc,fsm --edition r157-01 --variant jrc -o result.csv
+        adeye reference leads.csv --scene deceleration --step 0.1 --integrator semi-implicit
     """
     from adeye.analysis.reference_cases import (
         Question,
@@ -281,62 +234,15 @@ _WORDS: Final[Mapping[Cell, str]] = {
     "unknown": "Unknown",
 }
 
-Name = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="RUN|CAMPAIGN",
-        help="Campaign by id, its beginning or its number, or the beginning of a run's digest; "
-        "the newest campaign by default.",
-    ),
-]
-Models = Annotated[
-    str,
-    typer.Option(
-        "--model",
-        metavar="NAMES",
-        envvar="ADEYE_MODELS",
-        help="Reference drivers, with commas between: cc, fsm, rss, reg157.",
-    ),
-]
-Threshold = Annotated[
-    str | None,
-    typer.Option(
-        "--threshold",
-        metavar="DECELERATION",
-        envvar="ADEYE_THRESHOLD",
-        help="Required deceleration, such as '4 m/s^2', beyond which a run without a contact has a "
-        "conflict; by default the full braking of the model.",
-    ),
-]
-Everything = Annotated[
-    bool,
-    typer.Option(
-        "--all",
-        envvar="ADEYE_ALL",
-        help="Drive the situation of every run, also where nothing happened.",
-    ),
-]
-Workers = Annotated[
-    int,
-    typer.Option(
-        "--workers",
-        min=1,
-        max=64,
-        metavar="N",
-        envvar="ADEYE_WORKERS",
-        help="Batches that are executed at once.",
-    ),
-]
-
 
 def preventability(
-    name: Name = None,
+    name: Annotated[str | None, typer.Argument(metavar="RUN|CAMPAIGN")] = None,
     *,
-    model: Models = "cc",
+    model: Annotated[str, option("NAMES", env="MODELS")] = "cc",
     edition: EditionName = "r157-01",
-    threshold: Threshold = None,
-    everything: Everything = False,
-    workers: Workers = 1,
+    threshold: Annotated[str | None, option("DECELERATION")] = None,
+    everything: Annotated[bool, option("--all")] = False,
+    workers: Annotated[int, option("N", min=1, max=64)] = 1,
     db: Db = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -349,6 +255,20 @@ def preventability(
 
     Exit codes: 0 done, also with findings; 2 no such run, campaign, model or edition; 4 a result
     contradicts the database.
+
+    Parameters:
+        name: Campaign by id, its beginning or its number, or the beginning of a run's digest; the
+            newest campaign by default.
+        model: Reference drivers, with commas between: cc, fsm, rss, reg157.
+        threshold: Required deceleration, such as '4 m/s^2', beyond which a run without a contact
+            has a conflict; by default the full braking of the model.
+        everything: Drive the situation of every run, also where nothing happened.
+        workers: Batches that are executed at once.
+
+    Examples:
+        adeye preventability
+        adeye preventability 3 --model cc,fsm --json
+        adeye preventability 3f2a91c04b --model rss --threshold '4 m/s^2'
     """
     from adeye.campaign.studies.preventability import prevent
     from adeye.units import Dimension, parse_quantity

@@ -19,6 +19,7 @@ from adeye.cli.options import (
     complete_queries,
     named,
     named_place,
+    option,
 )
 from adeye.cli.output import (
     clean,
@@ -52,85 +53,41 @@ class Format(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a 
     parquet = "parquet"
 
 
-Sql = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[SQL]",
-        help="One SELECT, the name of a saved query, or - for standard input.",
-        autocompletion=complete_queries,
-    ),
-]
-FormatOption = Annotated[
-    Format | None,
-    typer.Option(
-        "--format",
-        "-f",
-        envvar="ADEYE_FORMAT",
-        help="How rows are printed; parquet needs a file. Default: how FILE ends, else a table.",
-    ),
-]
-Output = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        envvar="ADEYE_OUTPUT",
-        callback=named,
-        help="Write the rows to a file in .csv, .json or .parquet.",
-    ),
-]
-Campaign = Annotated[
-    str | None,
-    typer.Option(
-        "--campaign",
-        "-c",
-        metavar="CAMPAIGN",
-        envvar="ADEYE_CAMPAIGN",
-        autocompletion=complete_campaigns,
-        help="Ask about this one, by number or beginning of its digest; SQL has it as :campaign. "
-        "Default of saved queries: the latest.",
-    ),
-]
-MaxRows = Annotated[
-    int,
-    typer.Option(
-        "--max-rows", min=1, metavar="N", envvar="ADEYE_MAX_ROWS", help="Most rows to print."
-    ),
-]
-Timeout = Annotated[
-    float,
-    typer.Option(
-        "--timeout-s",
-        min=0.1,
-        metavar="SECONDS",
-        envvar="ADEYE_TIMEOUT_S",
-        help="Longest time that the query may run.",
-    ),
-]
-ListSaved = Annotated[
-    bool,
-    typer.Option("--list", "-l", envvar="ADEYE_LIST", help="List the saved queries."),
-]
-
-
 def query(
-    sql: Sql = None,
+    sql: Annotated[
+        str | None, typer.Argument(metavar="[SQL]", autocompletion=complete_queries)
+    ] = None,
     *,
     db: Db = None,
-    format: FormatOption = None,
+    format: Annotated[Format | None, option("--format -f")] = None,
     json: Json = False,
-    output: Output = None,
-    campaign: Campaign = None,
-    max_rows: MaxRows = _ROWS,
-    timeout_s: Timeout = 10.0,
-    list_saved: ListSaved = False,
+    output: Annotated[Path | None, option("--output -o FILE", callback=named)] = None,
+    campaign: Annotated[
+        str | None, option("--campaign -c CAMPAIGN", autocompletion=complete_campaigns)
+    ] = None,
+    max_rows: Annotated[int, option("N", min=1)] = _ROWS,
+    timeout_s: Annotated[float, option("SECONDS", min=0.1)] = 10.0,
+    list_saved: Annotated[bool, option("--list -l")] = False,
 ) -> None:
     """Ask the database in SQL. Nothing can be changed by it.
 
     The views v_runs, v_runs_<scenario>, v_verdicts, v_fsr_status, v_gate, v_architecture_pairs,
     v_coverage and v_timeline are stable. A planned run without a result is NOT_RUN in all of them.
     Saved queries are about the latest campaign or that of --campaign; without SQL they are listed.
+
+    Parameters:
+        sql: One SELECT, the name of a saved query, or - for standard input.
+        format: How rows are printed; parquet needs a file. Default: how FILE ends, else a table.
+        output: Write the rows to a file in .csv, .json or .parquet.
+        campaign: Ask about this one, by number or beginning of its digest; SQL has it as :campaign.
+            Default of saved queries: the latest.
+        max_rows: Most rows to print.
+        timeout_s: Longest time that the query may run.
+        list_saved: List the saved queries.
+
+    Examples:
+        adeye query failing-fsrs
+        adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv
     """
     wanted = _wanted(Format.json if json else format, output)
     if list_saved or sql is None:
@@ -320,53 +277,14 @@ class Table(str, Enum):  # noqa: UP042 - see above
     fsr_status = "fsr_status"
 
 
-ExportOutput = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER|FILE",
-        envvar="ADEYE_OUTPUT",
-        callback=named_place,
-        help="Folder for a file per table, or one file in .parquet, .csv or .jsonl.",
-    ),
-]
-ExportFormat = Annotated[
-    FileFormat | None,
-    typer.Option(
-        "--format",
-        "-f",
-        envvar="ADEYE_EXPORT_FORMAT",
-        help="Form of the files; default: how FILE ends, parquet for a folder.",
-    ),
-]
-Tables = Annotated[
-    list[Table] | None,
-    typer.Option(
-        "--table",
-        "-t",
-        envvar="ADEYE_TABLE",
-        help="What to export, may be repeated; default: all into a folder, runs into a file.",
-    ),
-]
-WithProvenance = Annotated[
-    bool,
-    typer.Option(
-        "--with-provenance",
-        envvar="ADEYE_WITH_PROVENANCE",
-        help="Also write when runs were executed, and where the campaign comes from.",
-    ),
-]
-
-
 def export(
-    output: ExportOutput,
+    output: Annotated[Path, option("--output -o FOLDER|FILE", callback=named_place)],
     campaign: CampaignId = None,
     *,
     db: Db = None,
-    format: ExportFormat = None,
-    table: Tables = None,
-    with_provenance: WithProvenance = False,
+    format: Annotated[FileFormat | None, option("--format -f", env="EXPORT_FORMAT")] = None,
+    table: Annotated[list[Table] | None, option("--table -t")] = None,
+    with_provenance: bool = False,
 ) -> None:
     """Write a campaign as typed tables: runs, verdicts, events, status of the FSRs.
 
@@ -374,6 +292,17 @@ def export(
     parameters and verdicts are columns of their own. Parquet carries the unit and the meaning of
     each column and needs adeye[columnar]. The same campaign gives the same files, also from
     another database, unless --with-provenance adds what differs. Everything is written or nothing.
+
+    Parameters:
+        output: Folder for a file per table, or one file in .parquet, .csv or .jsonl.
+        format: Form of the files; default: how FILE ends, parquet for a folder.
+        table: What to export, may be repeated; default: all into a folder, runs into a file.
+        with_provenance: Also write when runs were executed, and where the campaign comes from.
+
+    Examples:
+        adeye export -o results
+        adeye export 3 -o runs.parquet
+        adeye export --table verdicts -o verdicts.csv
     """
     from adeye.report.formats.tables import export_campaign
 

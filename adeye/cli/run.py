@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -15,29 +15,20 @@ import typer
 
 from adeye.cli.options import (
     Backend,
-    Budget,
     CampaignId,
     Db,
-    Deadline,
-    ExecutorName,
     Json,
     JunitFile,
-    KeywordOption,
-    LastFailed,
-    Maxfail,
     OddFile,
-    OutputFile,
     Quiet,
-    ReportFile,
-    ReportJsonFile,
     SarifReport,
-    Scheduler,
-    ShardOption,
     Threads,
     Variant,
     Workers,
     make_session,
     named,
+    named_page,
+    option,
 )
 from adeye.cli.output import (
     NONE,
@@ -56,8 +47,6 @@ from adeye.errors import ASKED_TO_END
 from adeye.judge.verdict import WORST_FIRST
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from adeye.campaign.executor_names import NamedExecutor
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.run import Session
@@ -201,83 +190,28 @@ Files = dict[str, Path | None]
 """Where the HTML page, the JUnit XML, the JSON and what is for other tools go, by form."""
 _OWN: Final = ("html", "junit", "json")
 
-GsnFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--gsn",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_GSN",
-        callback=named,
-        help="Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.",
-    ),
-]
-SinceFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--baseline",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_BASELINE",
-        help="Tell what changed since this baseline, and what became stale by the files as they "
-        "are now.",
-    ),
-]
-ReqifFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--reqif",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_REQIF",
-        callback=named,
-        help="Write goals and FSRs with their verdicts as ReqIF, for requirement tools.",
-    ),
-]
-
-ReportJson = Annotated[
-    Path | None,
-    typer.Option(
-        "--json",
-        "--report-json",
-        metavar="FILE",
-        envvar="ADEYE_REPORT_JSON",
-        callback=named,
-        help="Write the report as JSON.",
-    ),
-]
-
-
-Traces = Annotated[
-    str,
-    typer.Option(
-        "--traces",
-        metavar="none|failures|all",
-        envvar="ADEYE_TRACES",
-        help="Keep the traces of the runs that are executed, beside the database, so that any "
-        "threshold can be changed without executing them again.",
-    ),
-]
-
 
 def run(
     odd: OddFile,
     *,
     threads: Threads = None,
     workers: Workers = None,
-    executor: ExecutorName = None,
-    scheduler: Scheduler = None,
+    executor: Annotated[str | None, option("NAME|module:Class")] = None,
+    scheduler: Annotated[str | None, option("ADDRESS")] = None,
     db: Db = None,
     backend: Backend = "batch",
     variant: Variant = None,
-    report: ReportFile = None,
+    report: Annotated[Path | None, option("FILE", callback=named_page)] = None,
     junit: JunitFile = None,
-    report_json: ReportJsonFile = None,
-    traces: Traces = "none",
+    report_json: Annotated[Path | None, option("FILE", callback=named)] = None,
+    traces: Annotated[str, option("none|failures|all")] = "none",
     sarif: SarifReport = None,
-    shard: ShardOption = None,
-    keyword: KeywordOption = None,
-    last_failed: LastFailed = False,
-    maxfail: Maxfail = None,
-    budget: Budget = None,
-    deadline: Deadline = None,
+    shard: Annotated[str | None, option("I/N")] = None,
+    keyword: Annotated[str | None, option("-k EXPR")] = None,
+    last_failed: Annotated[bool, option("--last-failed --lf")] = False,
+    maxfail: Annotated[int | None, option("N", min=1)] = None,
+    budget: Annotated[str | None, option("TIME")] = None,
+    deadline: Annotated[str | None, option("TIME")] = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -293,6 +227,32 @@ def run(
 
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 integrity
     violated, 5 database or disk, 130 and 143 interrupted.
+
+    Parameters:
+        executor: Where blocks of runs are executed: threads, processes, dask, one of an installed
+            package, or a class; default: threads or processes, as the parts need. Results do not
+            depend on it.
+        scheduler: Where the scheduler of the executor is, such as tcp://HOST:8786; dask without it
+            starts workers on this machine.
+        report: Write the report: one HTML page that needs no network.
+        report_json: Write the report as JSON.
+        traces: Keep the traces of the runs that are executed, beside the database, so that any
+            threshold can be changed without executing them again.
+        shard: Execute the I-th of N parts of the blocks, such as 2/3, the same on every machine;
+            'adeye db merge' brings the databases of the shards together.
+        keyword: Execute only test cases whose scenario, architecture, fault or parameters have
+            these words, such as 'cut_in and not (legacy or gap=30)'; name=value is exact.
+        last_failed: Execute only test cases that failed a mandatory FSR the last time, in this
+            campaign or the ones before it, and those that never had a result.
+        maxfail: Begin no further block after N runs with a FAIL or an ERROR.
+        budget: Begin no block that would not end in this time, such as 8h or 1h30m, judged by the
+            blocks before it; the same command goes on later.
+        deadline: Kill a worker process that takes longer than this for one block, and try the block
+            again; default: 1h. Threads cannot be killed.
+
+    Examples:
+        adeye run odd/first.yaml
+        adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml
     """
     from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.plan import make_plan
@@ -365,19 +325,36 @@ def run(
 def report(
     campaign: CampaignId = None,
     *,
-    output: OutputFile = None,
+    output: Annotated[
+        Path | None, option("--output -o FILE", env="REPORT", callback=named_page)
+    ] = None,
     junit: JunitFile = None,
-    report_json: ReportJson = None,
+    report_json: Annotated[
+        Path | None, option("--json --report-json FILE", env="REPORT_JSON", callback=named)
+    ] = None,
     sarif: SarifReport = None,
-    gsn: GsnFile = None,
-    reqif: ReqifFile = None,
-    baseline: SinceFile = None,
+    gsn: Annotated[Path | None, option("FILE", env="REPORT_GSN", callback=named)] = None,
+    reqif: Annotated[Path | None, option("FILE", env="REPORT_REQIF", callback=named)] = None,
+    baseline: Annotated[Path | None, option("FILE", env="REPORT_BASELINE")] = None,
     db: Db = None,
     quiet: Quiet = False,
 ) -> None:
     """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
+
+    Parameters:
+        output: The HTML page; default: report.html if no other file is asked for.
+        report_json: Write the report as JSON.
+        gsn: Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.
+        reqif: Write goals and FSRs with their verdicts as ReqIF, for requirement tools.
+        baseline: Tell what changed since this baseline, and what became stale by the files as they
+            are now.
+
+    Examples:
+        adeye report
+        adeye report 3 -o report.html --junit junit.xml
+        adeye report --gsn argument.svg --reqif requirements.reqif --sarif verdicts.sarif
     """
     files: Files = {"html": output, "junit": junit, "json": report_json}
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
@@ -527,21 +504,11 @@ def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> st
 
 # --- ``judge``: judge results again after a threshold, a formula or an FSR has changed ------------
 
-Replay = Annotated[
-    bool,
-    typer.Option(
-        "--replay",
-        envvar="ADEYE_REPLAY",
-        help="Execute those runs again of which too little is kept; each must come out with the "
-        "trace that it had.",
-    ),
-]
-
 
 def judge(
     odd: OddFile,
     *,
-    replay: Replay = False,
+    replay: bool = False,
     threads: Threads = None,
     workers: Workers = None,
     db: Db = None,
@@ -557,6 +524,14 @@ def judge(
 
     Exit codes: 0 all good, 1 an FSR failed, 2 input error, 3 evidence incomplete, 4 a run did not
     come out as it was recorded, 5 database or disk.
+
+    Parameters:
+        replay: Execute those runs again of which too little is kept; each must come out with the
+            trace that it had.
+
+    Examples:
+        adeye judge odd/first.yaml
+        adeye judge odd/first.yaml --replay
     """
     from adeye.campaign.plan import make_plan
     from adeye.campaign.run import judge_campaign
@@ -616,14 +591,9 @@ def _count(number: int, one: str, many: str) -> str:
 SHIPPED: Final = ("motorway_chauffeur.yaml", "urban_pedestrian_rain.yaml")
 """ODDs of the package whose kernels are compiled where none is named."""
 
-OddFiles = Annotated[
-    list[Path] | None,
-    typer.Argument(metavar="[ODD]...", help="ODD files; by default those that come with adeye."),
-]
-
 
 def warmup(
-    odds: OddFiles = None,
+    odds: Annotated[list[Path] | None, typer.Argument(metavar="[ODD]...")] = None,
     backend: Backend = "batch",
     variant: Variant = None,
     quiet: Quiet = False,
@@ -633,6 +603,13 @@ def warmup(
 
     One test case of each structure is executed and judged; its results are thrown away. Useful in
     the build of a container image and before a demonstration.
+
+    Parameters:
+        odds: ODD files; by default those that come with adeye.
+
+    Examples:
+        adeye warmup
+        adeye warmup odd/first.yaml
     """
     from adeye.campaign.plan import make_plan
     from adeye.campaign.warmup import warm_up

@@ -31,17 +31,14 @@ scenario_app = typer.Typer(
     help="List, show and check the scenarios of the catalogue.", no_args_is_help=True
 )
 
-ScenarioId = Annotated[
-    str,
-    typer.Argument(metavar="ID", help="Id of the scenario.", autocompletion=complete_scenarios),
-]
-LintFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILE...", help="Scenario files, or folders of them.")
-]
-
 
 def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
-    """List the scenarios of the catalogue with their parameters and ranges."""
+    """List the scenarios of the catalogue with their parameters and ranges.
+
+    Examples:
+        adeye scenario list
+        adeye scenario list --json
+    """
     from adeye.spec.load import catalogue_files, load_scenario
 
     loaded = {name: load_scenario(path) for name, path in catalogue_files(catalogue).items()}
@@ -60,8 +57,19 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
     emit_table(("Id", "Title", "Tags", "Parameters"), rows)
 
 
-def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = False) -> None:
-    """Show one scenario: parameters with their ranges, actors, storyboard, origin."""
+def show_scenario(
+    name: Annotated[str, typer.Argument(metavar="ID", autocompletion=complete_scenarios)],
+    catalogue: Catalogue = None,
+    json: Json = False,
+) -> None:
+    """Show one scenario: parameters with their ranges, actors, storyboard, origin.
+
+    Parameters:
+        name: Id of the scenario.
+
+    Examples:
+        adeye scenario show cut_in
+    """
     from adeye.errors import UsageError, suggest
     from adeye.spec.load import catalogue_files, catalogue_folder, load_scenario
 
@@ -78,13 +86,22 @@ def show_scenario(name: ScenarioId, catalogue: Catalogue = None, json: Json = Fa
         _print(name, loaded)
 
 
-def lint(files: LintFiles, json: Json = False) -> None:
+def lint(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...")], json: Json = False
+) -> None:
     """Check scenario files: syntax, units, names, lanes, the dimensions of every formula.
 
     An event that is neither under realised nor optional is a finding, as is a parameter that
     nothing depends on.
 
     Each finding has file, line and column. Exit codes: 0 nothing found, 2 something found.
+
+    Parameters:
+        files: Scenario files, or folders of them.
+
+    Examples:
+        adeye scenario lint scenarios_db
+        adeye scenario lint my_cut_in.yaml
     """
     from adeye.errors import InputErrors
 
@@ -201,12 +218,6 @@ def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
     emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")
 
 
-add(
-    scenario_app,
-    list_scenarios,
-    "adeye scenario list",
-    "adeye scenario list --json",
-    name="list",
-)
-add(scenario_app, show_scenario, "adeye scenario show cut_in", name="show")
-add(scenario_app, lint, "adeye scenario lint scenarios_db", "adeye scenario lint my_cut_in.yaml")
+add(scenario_app, list_scenarios, name="list")
+add(scenario_app, show_scenario, name="show")
+add(scenario_app, lint)

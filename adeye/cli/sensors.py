@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import Json, named_page
+from adeye.cli.options import Json, named_page, option
 from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, wrote
 from adeye.report.words import KMH, forward_text, left_speed, metres, percent, speed_text
 
@@ -275,46 +275,29 @@ def _footnotes(suites: Sequence[Suite]) -> None:
 
 # --- ``sensors``: what the suites of architectures see and how fast that lets the ego go ----------
 
-ArchitectureFiles = Annotated[
-    list[Path] | None,
-    typer.Argument(
-        metavar="[ARCHITECTURE]...",
-        help="Architecture files, such as odd/architectures/lidar.yaml; default: those of --odd.",
-    ),
-]
-ForOdd = Annotated[
-    Path | None,
-    typer.Option(
-        "--odd",
-        metavar="ODD",
-        envvar="ADEYE_ODD",
-        help="Take conditions, highest speed and shared resources from an ODD, and its "
-        "architectures if none are named.",
-    ),
-]
-SuitesFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--html",
-        metavar="FILE",
-        envvar="ADEYE_HTML",
-        callback=named_page,
-        help="Write the tables and a drawing of each suite as one HTML page.",
-    ),
-]
-
 
 def sensors(
-    architectures: ArchitectureFiles = None,
-    odd: ForOdd = None,
+    architectures: Annotated[list[Path] | None, typer.Argument(metavar="[ARCHITECTURE]...")] = None,
+    odd: Annotated[Path | None, option("ODD")] = None,
     json: Json = False,
-    html: SuitesFile = None,
+    html: Annotated[Path | None, option("FILE", callback=named_page)] = None,
 ) -> None:
     """Analyse the sensor suites of architectures without simulation, side by side.
 
     Coverage of the zones around the ego, blind spots, range to spare over what braking needs, the
     highest speed that is left in rain and at night, the forward range that UN R157 asks for, and
     what remains when a sensor fails.
+
+    Parameters:
+        architectures: Architecture files, such as odd/architectures/lidar.yaml; default: those of
+            --odd.
+        odd: Take conditions, highest speed and shared resources from an ODD, and its architectures
+            if none are named.
+        html: Write the tables and a drawing of each suite as one HTML page.
+
+    Examples:
+        adeye sensors odd/architectures/camera_radar.yaml
+        adeye sensors --odd odd/motorway_chauffeur.yaml --html suites.html
     """
     from adeye.analysis.suite.analyse import analyse
     from adeye.analysis.suite.conditions import DEFAULTS, conditions_of

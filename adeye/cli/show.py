@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import Db, Json, RunId, named, named_page
+from adeye.cli.options import Db, Json, RunId, named, named_page, option
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
 from adeye.errors import UsageError
 
@@ -21,22 +21,15 @@ _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
 _DIFFERS: Final = 4
 
-HtmlFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--html",
-        metavar="FILE",
-        envvar="ADEYE_HTML",
-        callback=named_page,
-        help="Write the run as an HTML page with its replay.",
-    ),
-]
-
 
 def show(run: RunId, db: Db = None, json: Json = False) -> None:
     """Show a run as it is stored: parameters, outcome, metrics, verdicts, events.
 
     RUN is any unique beginning of the run's digest, as the verdict table and the report print it.
+
+    Examples:
+        adeye show 3f2a91c04b
+        adeye show 3f2a --json
     """
     from adeye.campaign.replay import describe_run
 
@@ -57,54 +50,14 @@ def show(run: RunId, db: Db = None, json: Json = False) -> None:
         emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
 
 
-Channel = Annotated[
-    str | None,
-    typer.Option(
-        "--channel",
-        metavar="ID",
-        envvar="ADEYE_CHANNEL",
-        help="Channel whose observations are saved, or with --grid whose view; needs --dump.",
-    ),
-]
-DumpFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--dump",
-        metavar="FILE",
-        envvar="ADEYE_DUMP",
-        callback=named,
-        help="Save what the channel is shown, as lines of JSON; with --grid, the grid map.",
-    ),
-]
-GridTime = Annotated[
-    str | None,
-    typer.Option(
-        "--grid",
-        metavar="TIME",
-        envvar="ADEYE_GRID",
-        help="Time, such as '4.2 s', of the grid map to save; needs --dump.",
-    ),
-]
-Cells = Annotated[
-    str | None,
-    typer.Option(
-        "--cells",
-        metavar="FILE|adeye",
-        envvar="ADEYE_CELLS",
-        help="Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by "
-        "default the ratings of the safety channel.",
-    ),
-]
-
-
 def replay(  # noqa: PLR0917 - options of the command line
     run: RunId,
     db: Db = None,
-    html: HtmlFile = None,
-    channel: Channel = None,
-    dump: DumpFile = None,
-    grid: GridTime = None,
-    cells: Cells = None,
+    html: Annotated[Path | None, option("FILE", callback=named_page)] = None,
+    channel: Annotated[str | None, option("ID")] = None,
+    dump: Annotated[Path | None, option("FILE", callback=named)] = None,
+    grid: Annotated[str | None, option("TIME")] = None,
+    cells: Annotated[str | None, option("FILE|adeye")] = None,
     json: Json = False,
 ) -> None:
     """Execute a stored run again and compare the digest of its trace.
@@ -116,6 +69,19 @@ def replay(  # noqa: PLR0917 - options of the command line
     NumPy archive: with what is true, or with --channel what that channel believes.
 
     Exit codes: 0 identical, 4 the trace differs.
+
+    Parameters:
+        html: Write the run as an HTML page with its replay.
+        channel: Channel whose observations are saved, or with --grid whose view; needs --dump.
+        dump: Save what the channel is shown, as lines of JSON; with --grid, the grid map.
+        grid: Time, such as '4.2 s', of the grid map to save; needs --dump.
+        cells: Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by
+            default the ratings of the safety channel.
+
+    Examples:
+        adeye replay 3f2a91c04b
+        adeye replay 3f2a91c04b --html replay.html
+        adeye replay 3f2a91c04b --grid '4.2 s' --dump grid.npz
     """
     from adeye.campaign.replay import replay_run
 

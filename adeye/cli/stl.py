@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adeye.cli.options import Json, named, write_rows
+from adeye.cli.options import Json, named, option, write_rows
 from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
 from adeye.errors import UsageError
 
@@ -18,86 +18,16 @@ if TYPE_CHECKING:
     from adeye.judge.evaluate import Judgement
     from adeye.judge.stl.table import JudgedTable
 
-Formula = Annotated[
-    str,
-    typer.Argument(
-        metavar="FORMULA", help="Over the columns, such as 'always(gap > 2 m)'.", show_default=False
-    ),
-]
-TableFile = Annotated[
-    Path,
-    typer.Argument(
-        metavar="TABLE", help="CSV file with a line of column names.", show_default=False
-    ),
-]
-Time = Annotated[
-    str | None,
-    typer.Option(
-        "--time",
-        metavar="COLUMN",
-        envvar="ADEYE_TIME",
-        help="Column of the times; default: time, time_s or t.",
-    ),
-]
-Units = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--unit",
-        metavar="COLUMN=UNIT",
-        envvar="ADEYE_UNIT",
-        help="Unit of a column, such as gap=m; may be repeated. Others are plain numbers.",
-    ),
-]
-WordsOf = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--words",
-        metavar="COLUMN=WORD,WORD",
-        envvar="ADEYE_WORDS",
-        help="All words that a column may have; default: those that occur. May be repeated.",
-    ),
-]
-Constants = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        envvar="ADEYE_SET",
-        help="Value of a parameter of the formula, such as tau=1.5s; may be repeated.",
-    ),
-]
-Horizon = Annotated[
-    str | None,
-    typer.Option(
-        "--horizon",
-        metavar="TIME",
-        envvar="ADEYE_HORIZON",
-        help="Time after the first row, such as '8 s', until which obligations begin; default: to "
-        "the last row. Beyond it, the table was cut short.",
-    ),
-]
-SeriesFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        envvar="ADEYE_OUTPUT",
-        callback=named,
-        help="Write the robustness at each row as CSV.",
-    ),
-]
-
 
 def stl(  # noqa: PLR0917 - options
-    formula: Formula,
-    table: TableFile,
-    time: Time = None,
-    unit: Units = None,
-    words: WordsOf = None,
-    set_: Constants = None,
-    horizon: Horizon = None,
-    output: SeriesFile = None,
+    formula: Annotated[str, typer.Argument(metavar="FORMULA", show_default=False)],
+    table: Annotated[Path, typer.Argument(metavar="TABLE", show_default=False)],
+    time: Annotated[str | None, option("COLUMN")] = None,
+    unit: Annotated[list[str] | None, option("COLUMN=UNIT")] = None,
+    words: Annotated[list[str] | None, option("COLUMN=WORD,WORD")] = None,
+    set_: Annotated[list[str] | None, option("--set NAME=VALUE")] = None,
+    horizon: Annotated[str | None, option("TIME")] = None,
+    output: Annotated[Path | None, option("--output -o FILE", callback=named)] = None,
     json: Json = False,
 ) -> None:
     """Evaluate a formula on a table with a column of times: verdict, robustness, and why.
@@ -108,6 +38,22 @@ def stl(  # noqa: PLR0917 - options
 
     Exit codes: 0 it holds, 1 it is violated, 2 wrong input, 3 it is open, vacuous, or reads an
     empty cell.
+
+    Parameters:
+        formula: Over the columns, such as 'always(gap > 2 m)'.
+        table: CSV file with a line of column names.
+        time: Column of the times; default: time, time_s or t.
+        unit: Unit of a column, such as gap=m; may be repeated. Others are plain numbers.
+        words: All words that a column may have; default: those that occur. May be repeated.
+        set_: Value of a parameter of the formula, such as tau=1.5s; may be repeated.
+        horizon: Time after the first row, such as '8 s', until which obligations begin; default: to
+            the last row. Beyond it, the table was cut short.
+        output: Write the robustness at each row as CSV.
+
+    Examples:
+        adeye stl 'always(gap > 2 m)' drive.csv --unit gap=m
+        adeye stl 'always(brake implies once[0 s, tau](ttc < 2 s))' drive.csv --unit ttc=s --set
+            tau=0.5s --json
     """
     from adeye.judge.stl.table import Reading, judge_table, read_table
     from adeye.judge.verdict import exit_of_verdict

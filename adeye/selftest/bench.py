@@ -7,7 +7,7 @@ an edit of these texts.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -18,8 +18,6 @@ from adeye.errors import AdeyeError
 from adeye.selftest import parts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from adeye.campaign.summary import CampaignSummary
 
 # --- The files of the bench: a lead that brakes, two architectures, their concepts and ODDs -------

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
 from adeye.kernel.relation import tick_time
-from adeye.ports import ScalarFactory
+from adeye.ports import ChannelContext, ControlChannel, ScalarFactory
 from adeye.signals import (
     EGO_SPEED,
     EGO_X,
@@ -35,7 +35,6 @@ from adeye.testing.scenes import channel_context, object_measurement
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from adeye.ports import ChannelContext, ControlChannel
 
 RUNS: Final = 3
 TICKS: Final = 40
@@ -320,7 +319,7 @@ def _one_script(script: Sequence[_Tick], run: int) -> list[_Tick]:
     return [
         _Tick(
             tick.time,
-            {name: _one_reading(item, part) for name, item in tick.readings.items()},
+            {name: item.map(lambda array: array[part]) for name, item in tick.readings.items()},
             {name: _one_command(item, run) for name, item in tick.commands.items()},
             Authority(tick.authority.channel[part], tick.authority.reason[part]),
             tick.running[part],
@@ -329,30 +328,11 @@ def _one_script(script: Sequence[_Tick], run: int) -> list[_Tick]:
     ]
 
 
-def _one_reading(item: Measurement, part: slice) -> Measurement:
-    return Measurement(
-        item.stamp[part],
-        item.fresh[part],
-        item.alive[part],
-        item.mask[part],
-        item.detections[part],
-        item.source[part],
-        None if item.estimate is None else item.estimate[part],
-    )
-
-
 def _one_command(command: ControlCommand, run: int) -> ControlCommand:
-    part = slice(run, run + 1)
-    return ControlCommand(
-        command.channel,
-        command.acceleration[part],
-        command.steering_angle[part],
-        command.stamp[part],
-        command.status[part],
-        None if command.plan is None else command.plan[part],
-        None if command.monitors is None else command.monitors[part],
-        None if command.tracks is None else command.tracks[part],
-        None if command.candidates is None else command.candidates[part],
-        None if command.candidate_costs is None else command.candidate_costs[part],
-        None if command.chosen is None else command.chosen[part],
-    )
+    values = {field.name: getattr(command, field.name) for field in fields(command)}
+    parts: dict[str, Any] = {
+        name: value[run : run + 1]
+        for name, value in values.items()
+        if isinstance(value, np.ndarray)
+    }
+    return replace(command, **parts)

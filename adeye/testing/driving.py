@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -54,8 +54,6 @@ from adeye.spec.switch import Switch
 from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from adeye.trace import ChannelEvent
 
 # --- A tiny closed loop of one run: channels, faults on commands, a switch, the ego's own

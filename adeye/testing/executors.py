@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from adeye.ports import ExecutorContext
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from adeye.ports import Done, Executor
+from adeye.ports import Done, Executor, ExecutorContext
 
 WORKERS: Final = 2
 DIES: Final = "die"

@@ -20,6 +20,7 @@ from adeye.signals import (
     EGO_X,
     EGO_Y,
     ESTIMATE_COLUMNS,
+    Bools,
     Floats,
     Measurement,
     Scene,
@@ -34,7 +35,6 @@ from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from adeye.signals import Bools
     from adeye.spec.architecture import Architecture
     from adeye.spec.sensors import Sensor
 

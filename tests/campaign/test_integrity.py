@@ -1,4 +1,4 @@
-"""Checking files and what is stored of them: what is found, and where in the files it is."""
+"""Concept, plan and evidence fit together, and what of the ODD they cover."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.integrity import check_odd, check_stored
+from adeye.campaign.integrity import check_odd, check_stored, executed_coverage, planned_coverage
+from adeye.errors import SpecError
 from adeye.judge.verdict import Verdict
 from adeye.spec.load import shipped
 from adeye.store.read.checking import Checked, CheckFinding
@@ -17,6 +18,13 @@ from tests.project import CONCEPT, Project
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from tests.conftest import MakeProject
+    from tests.project import Executed
+
+
+# --- checking files and what is stored of them: what is found, and where in the files it is
+
 
 MAY_EXPIRE = date(2027, 12, 31)
 """Until then the assumptions of the shipped concepts are valid."""
@@ -227,3 +235,56 @@ def test_run_of_faults_and_events_that_never_come_is_not_green(project: Project)
     assert verdicts["FSR-01"].exercised * 2 == verdicts["FSR-01"].runs
     found = {(item.rule, item.id, item.detail) for item in find(project, project.db)}
     assert ("unbegun_event", "cut_in", "change_speed began in no run") in found
+
+
+# --- coverage of a plan and of its campaign: equal once everything is executed
+
+
+def test_executed_campaign_covers_what_was_planned(mini: Executed) -> None:
+    planned = planned_coverage(mini.project.odd, 2)
+    executed = executed_coverage(mini.db, None, 2)
+    assert (planned.planned, planned.counted) == (28, 28)
+    assert executed.planned == 28
+    assert executed.counted == 28 - executed.not_judged
+    if not executed.not_judged:
+        assert executed.coverage == planned.coverage
+
+
+@pytest.mark.slow
+def test_declared_bins_change_the_coverage_and_no_test_case(make_project: MakeProject) -> None:
+    project = make_project()
+    before = [case.digest for case in project.plan().cases]
+    with project.edited_odd() as odd:
+        odd["coverage"] = {"ego_speed": ["60 km/h", "100 km/h", "130 km/h"]}
+    found = planned_coverage(project.odd, 1)
+    (speed,) = [i for i in found.coverage.combinations if i.attributes == ("ego_speed",)]
+    assert (speed.feasible, speed.covered) == (2, 2)
+    assert [case.digest for case in project.plan().cases] == before
+
+
+def test_odd_without_bins_stores_nothing_about_them(make_project: MakeProject) -> None:
+    content = make_project().plan().files.odd.spec.model_dump(mode="json")
+    assert "coverage" not in content
+    assert "strength" not in content["scenarios"][0]["sweep"]
+
+
+def test_cases_outside_the_odd_count_nowhere(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["attributes"] = {"dynamic_elements": {"ego_speed": {"max": "90 km/h"}}}
+        odd["outside"] = "robustness"
+    found = planned_coverage(project.odd, 1)
+    assert found.counted + found.outside_odd == found.planned == 28
+    # Cut-ins at 120 km/h: two gaps, three fault entries, two architectures.
+    assert found.outside_odd == 2 * 3 * 2
+
+
+def test_bins_beyond_the_odd_are_refused_with_their_line(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["attributes"] = {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
+        odd["coverage"] = {"ego_speed": ["140 km/h", "160 km/h"]}
+    with pytest.raises(SpecError, match="ego_speed: no bin lies within") as caught:
+        planned_coverage(project.odd, 1)
+    assert caught.value.where is not None
+    assert caught.value.where.path.endswith("tested.yaml")

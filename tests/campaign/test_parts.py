@@ -1,18 +1,43 @@
-"""Plug-ins and monitors of an architecture, checked at plan time."""
+"""Plug-ins: loaded, listed, hashed and measured with, and compared again after their blocks."""
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.parts import Parts, load_parts
-from adeye.errors import SpecError
-from adeye.spec.load import load_architecture
-from tests.project import CANDIDATE, Project
+from adeye.campaign.parts import (
+    Parts,
+    Unchanged,
+    load_parts,
+    named,
+    offered,
+    plugin_of,
+    use_plugin_metrics,
+)
+from adeye.errors import InputError, IntegrityError, SpecError
+from adeye.judge.metrics import METRICS
+from adeye.judge.verdict import Verdict
+from adeye.plugins import load_part
+from adeye.spec.load import load_architecture, load_odd
+from adeye.store.read.query import run_query
+from adeye.store.tables import METRIC_IDS
+from adeye.testing import zoo
+from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.test_malformed_inputs import FILES, IN_ODD, IN_ONE, NOMINAL
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.conftest import MakeProject
+
+
+# --- plug-ins and monitors of an architecture, checked at plan time
+
 
 CHANNEL = """
 from adeye import ports
@@ -235,3 +260,272 @@ def test_wrong_program_is_refused_where_it_is_written(
     assert where is not None
     lines = (project.folder / CANDIDATE).read_text("utf-8").splitlines()
     assert lines[where.line - 1].strip() == line
+
+
+# --- metrics from outside the package: measured, stored, judged, and part of a result
+
+
+METRIC = '''
+import numpy as np
+
+from adeye.ports import MetricColumn
+from adeye.signals import EGO_SPEED
+
+
+class TopSpeed:
+    """Highest speed of the ego in the run."""
+
+    uid = "local:top_speed@1"
+    column = "top_speed_mps"
+    unit = "m/s"
+    worse = "higher"
+    source = "ours"
+
+    def compute(self, trace):
+        speed = trace["ego"][:, :, EGO_SPEED]
+        row = speed.argmax(axis=1)
+        runs = trace.runs
+        return MetricColumn(speed.max(axis=1), ("value",) * runs, trace.time[row], (-1,) * runs)
+'''
+
+
+@pytest.fixture
+def measured(make_project: MakeProject) -> Project:
+    made = make_project()
+    (made.folder / "odd" / "top.py").write_text(METRIC, "utf-8")
+    with made.edited_odd() as odd:
+        odd["plugins"] = ["./top.py:TopSpeed"]
+        odd["scenarios"] = odd["scenarios"][1:]
+    with made.edited(CONCEPT) as concept:
+        concept["requirements"] = concept["requirements"][:1]
+        concept["requirements"].append(
+            {
+                **concept["requirements"][0],
+                "id": "FSR-99",
+                "formula": None,
+                "bound": {"metric": "top_speed_mps", "at_most": 10.0},
+            }
+        )
+        del concept["requirements"][1]["formula"]
+    return made
+
+
+@pytest.mark.slow
+def test_metric_is_stored_in_a_table_of_its_own_and_judged(measured: Project) -> None:
+    summary = measured.run(workers=2)
+    line = next(line for line in summary.verdicts if line.fsr == "FSR-99" and line.is_gate)
+    assert line.verdict is Verdict.FAIL
+    tables = run_query(
+        measured.db, "SELECT name FROM sqlite_master WHERE type = 'table' AND name LIKE 'metric_%'"
+    )
+    name = str(tables.rows[0][0])
+    query = f"SELECT min(top_speed_mps), count(*) FROM {name}"  # noqa: S608 - our own table
+    values = run_query(measured.db, query).rows[0]
+    assert values[0] == pytest.approx(60 / 3.6, abs=0.2)
+    assert values[1] == summary.planned
+
+
+@pytest.mark.slow
+def test_editing_the_metric_executes_its_runs_again(measured: Project) -> None:
+    first = measured.run()
+    assert measured.run().executed == 0
+    path = measured.folder / "odd" / "top.py"
+    path.write_text(METRIC.replace("Highest speed", "The highest speed"), "utf-8")
+    assert measured.run().executed == first.planned
+
+
+def test_another_odd_does_not_see_it(measured: Project) -> None:
+    measured.plan()
+    assert plugin_of("top_speed_mps") == "./top.py:TopSpeed"
+    use_plugin_metrics((), Path())
+    assert plugin_of("top_speed_mps") is None
+    assert set(METRICS) == set(METRIC_IDS)
+
+
+def test_class_that_is_no_metric_is_refused_at_its_line(measured: Project) -> None:
+    path = measured.folder / "odd" / "top.py"
+    path.write_text(METRIC.replace("def compute", "def measure"), "utf-8")
+    with pytest.raises(InputError, match=r"tested.yaml:\d+:\d+: .* has no compute\(\)"):
+        measured.plan()
+
+
+# --- plug-ins are listed with the hash that loading them gives, and none is imported
+
+
+BOMB = "import pathlib\npathlib.Path({canary!r}).touch()\n\nclass Planner:\n    pass\n"
+
+
+@pytest.fixture
+def canary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Install a package that says so when it is imported."""
+    canary = tmp_path / "canary"
+    package = tmp_path / "site" / "bombs"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text(BOMB.format(canary=str(canary)), encoding="utf-8")
+    info = tmp_path / "site" / "bombs-1.2.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: bombs\nVersion: 1.2\n")
+    (info / "entry_points.txt").write_text(
+        "[adeye.channels]\nbomb = bombs:Planner\n[other]\nx = bombs:X\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    return canary
+
+
+@pytest.fixture
+def odd(tmp_path: Path) -> Path:
+    texts = {**FILES, IN_ONE: FILES[IN_ONE].replace(NOMINAL, NOMINAL.replace(
+        "kind: nominal", "kind: bombs:Planner"))}  # fmt: skip
+    texts[IN_ODD] += "plugins: [./metric.py:Odd, ./missing.py:Odd]\n"
+    texts["odd/metric.py"] = "raise SystemExit\n"
+    for name, text in texts.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return tmp_path / IN_ODD
+
+
+def test_packages_offer_without_being_imported(canary: Path) -> None:
+    (found,) = [item for item in offered() if item.package == "bombs"]
+    assert (found.kind, found.name, found.version) == ("channels", "bomb", "1.2")
+    assert found.source == "bombs:Planner"
+    assert not canary.exists()
+    assert "bombs" not in sys.modules
+
+
+def test_named_plugins_have_the_hash_that_loading_gives(canary: Path, odd: Path) -> None:
+    found = {(item.kind, item.source): item.digest for item in named(load_odd(odd))}
+    assert not canary.exists()
+    assert len(found["metric", "./metric.py:Odd"]) == 64
+    assert found["metric", "./missing.py:Odd"] == ""
+    try:
+        loaded = load_part("bombs:Planner", odd.parent)
+    finally:
+        sys.modules.pop("bombs", None)
+    assert canary.exists()
+    assert found["channel", "bombs:Planner"] == loaded.source_digest
+
+
+# --- what a plan hashed is compared again: code, packages, files that channels read, metrics
+
+
+WATCHED = """
+from {package}gain import GAIN
+
+
+class Steady:
+    def __init__(self, parameters, context):
+        pass
+
+    def act(self, observation):
+        return GAIN, 0.0
+"""
+
+
+@pytest.fixture
+def watched(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> Project:
+    """Name a package, a program, and weights that a plug-in reads."""
+    made = make_project({**MINI, "faults": [], "architectures": ["architectures/own.yaml"]})
+    folder = made.folder / "odd" / "architectures"
+    package = made.folder / "site" / "unchanging"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "gain.py").write_text("GAIN = 0.0\n")
+    (package / "steady.py").write_text(WATCHED.format(package="unchanging."))
+    monkeypatch.syspath_prepend(str(package.parent))
+    # Another test has imported its own.
+    for module in [module for module in sys.modules if module.partition(".")[0] == "unchanging"]:
+        monkeypatch.delitem(sys.modules, module)
+    (folder / "alone.py").write_text(WATCHED.replace("from {package}gain import GAIN", "GAIN = 0"))
+    (folder / "weights.bin").write_bytes(b"1")
+    zoo.settle(folder)
+    own: dict[str, Any] = made.read("odd/architectures/camera_radar.yaml")
+    own["architecture"] = "own"
+    plain = {"links": ["localisation"]}
+    own["channels"] |= {
+        "packed": {**plain, "kind": "unchanging.steady:Steady"},
+        "alone": {**plain, "kind": "./alone.py:Steady", "files": ["weights.bin"]},
+        "program": {**plain, "kind": "process", "parameters": zoo.parameters()},
+    }
+    made.write("odd/architectures/own.yaml", own)
+    with made.edited_odd() as odd:
+        odd["gate"] = {"architectures": ["own"]}
+    return made
+
+
+def files(watched: Project) -> dict[str, Path]:
+    folder = watched.folder / "odd" / "architectures"
+    package = watched.folder / "site" / "unchanging"
+    return {
+        "unchanging.steady:Steady": package / "gain.py",
+        "./alone.py:Steady": folder / "alone.py",
+        "weights.bin": folder / "weights.bin",
+        "./zoo.py": folder / "zoo.py",
+    }
+
+
+NAMES = ["unchanging.steady:Steady", "./alone.py:Steady", "weights.bin", "./zoo.py"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("is_first", [True, False], ids=["since_the_plan", "since_a_block"])
+def test_change_is_told_with_its_file_and_who_names_it(
+    watched: Project, name: str, *, is_first: bool
+) -> None:
+    unchanged = Unchanged(watched.plan())
+    if not is_first:
+        unchanged.check()
+    path = files(watched)[name]
+    path.write_bytes(path.read_bytes() + b"\n# changed")
+    with pytest.raises(IntegrityError) as told:
+        unchanged.check()
+    assert str(told.value).startswith(f"{name}, which architecture own names, was changed")
+    if not is_first or name != NAMES[0]:
+        assert str(path) in str(told.value)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_file_that_has_gone_is_told(watched: Project, name: str) -> None:
+    unchanged = Unchanged(watched.plan())
+    unchanged.check()
+    files(watched)[name].unlink()
+    with pytest.raises(IntegrityError, match=name):
+        unchanged.check()
+
+
+def test_what_is_only_touched_is_hashed_once_and_passes(
+    watched: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hashed: list[str] = []
+    unchanged = Unchanged(watched.plan())
+    original = type(next(iter(unchanged._seen))).is_as_planned
+
+    def counting(source: Any) -> bool:
+        hashed.append(source.name)
+        return original(source)
+
+    monkeypatch.setattr("adeye.campaign.parts.Source.is_as_planned", counting)
+    for _ in range(3):
+        unchanged.check()
+    assert sorted(hashed) == sorted(NAMES)
+    for path in files(watched).values():
+        os.utime(path, (0, 0))
+    unchanged.check()
+    unchanged.check()
+    assert sorted(hashed) == sorted(2 * NAMES)
+
+
+def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: Path) -> None:
+    unchanged = Unchanged(watched.plan())
+    unchanged.check()
+    path = files(watched)["weights.bin"]
+    other = tmp_path / "other.bin"
+    other.write_bytes(b"2")
+    shutil.copystat(path, other)
+    other.replace(path)
+    with pytest.raises(IntegrityError, match=r"weights\.bin"):
+        unchanged.check()
+
+
+def test_campaign_without_plugins_has_nothing_to_compare(make_project: MakeProject) -> None:
+    assert not Unchanged(make_project().plan())._seen

@@ -1,4 +1,4 @@
-"""Planning: what is checked before anything runs, what is counted, what the user is told."""
+"""Plans: what is checked and counted, what is stored of them, and where they come from."""
 
 from __future__ import annotations
 
@@ -7,13 +7,31 @@ import json
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.campaign.plan import make_plan, signal_table
-from adeye.errors import InputError, SpecError
+import adeye
+from adeye.campaign import plan as subject
+from adeye.campaign.plan import (
+    FOLDERS,
+    PACKAGES,
+    Contents,
+    axes_text,
+    design_counts,
+    folder_of_plugins,
+    git_state,
+    make_plan,
+    provenance,
+    recreate,
+    signal_table,
+)
+from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.spec.load import load_odd
+from adeye.spec.odd import Odd
 from adeye.store.repository import Repository
 from adeye.sweep.case import structure_key
 from adeye.sweep.design import design_statement
@@ -23,7 +41,14 @@ from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
 if TYPE_CHECKING:
     from pathlib import Path
 
+    import pytest
+
+    from adeye.store.records import StoredCase
     from tests.conftest import MakeProject
+    from tests.project import Executed
+
+
+# --- planning: what is checked before anything runs, what is counted, what the user is told
 
 
 def test_cases_are_counted_by_scenario_architecture_and_fault(mini: Executed) -> None:
@@ -358,3 +383,181 @@ def test_plugin_that_is_not_there_is_refused_where_it_is_named(make_project: Mak
         }
     with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*mine\.py"):
         project.plan()
+
+
+# --- test cases into the database and back
+
+
+def stored_case(mini: Executed, ordinal: int) -> tuple[StoredCase, Any]:
+    """Read a test case and the ODD's content from the executed mini campaign."""
+    with Repository.open(mini.db, create=False) as repository:
+        campaign = repository.find_campaign(mini.summary.campaign)
+        odd = repository.content("odd", campaign.odd_digest)["odd"]
+        return repository.test_case_row(mini.plan.cases[ordinal].digest), odd
+
+
+@pytest.mark.slow
+def test_every_test_case_comes_out_of_the_database_as_it_went_in(mini: Executed) -> None:
+    for ordinal, case in enumerate(mini.plan.cases):
+        stored, odd = stored_case(mini, ordinal)
+        made = recreate(stored, case.scenario_id, odd, inside_odd=case.inside_odd)
+        assert made.digest == case.digest
+        assert made.stream_seed == case.stream_seed
+        assert made.scenario.executable() == case.scenario.executable()
+        assert made.architecture == case.architecture
+        assert made.faults == case.faults
+        assert made.attributes == case.attributes
+
+
+def test_folder_of_plugins_is_where_the_campaign_was_made_or_executed(
+    mini: Executed, tmp_path: Path
+) -> None:
+    stored, odd = stored_case(mini, 0)
+    with Repository.open(mini.db, create=False) as repository:
+        made = repository.find_campaign(mini.summary.campaign).provenance
+    folder = mini.plan.folders["legacy_camera"]
+    gone = {FOLDERS: {"legacy_camera": str(tmp_path / "gone")}}
+    assert folder_of_plugins(stored, [made], "legacy_camera") == folder
+    assert folder_of_plugins(stored, [gone, {}, made], "legacy_camera") == folder
+    assert folder_of_plugins(stored, [gone], "legacy_camera") == tmp_path / "gone"
+    assert folder_of_plugins(stored, [{}], "legacy_camera") == Path()
+    # As releases stored it that had it in the content.
+    former = replace(stored, architecture={**stored.architecture, "plugin_folder": str(tmp_path)})
+    assert folder_of_plugins(former, [made], "legacy_camera") == tmp_path
+    assert recreate(former, "cut_in", odd, inside_odd=True).digest == stored.test_case
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 8},
+        {"parameters": {"ego_speed": 1.0}},
+        {"faults": ()},
+        {"step_s": 0.1},
+        {"replicate": 1},
+    ],
+)
+def test_case_that_comes_out_otherwise_is_not_run(mini: Executed, change: dict[str, Any]) -> None:
+    ordinal = next(i for i, case in enumerate(mini.plan.cases) if case.faults)
+    stored, odd = stored_case(mini, ordinal)
+    with pytest.raises(IntegrityError, match="does not come out of the database as it went in"):
+        recreate(replace(stored, **change), "cut_in", odd, inside_odd=True)
+
+
+def test_one_record_is_shared_by_the_cases_of_one_content(mini: Executed) -> None:
+    contents = Contents()
+    cases = [case for case in mini.plan.cases if case.scenario_id == "cut_in"]
+    records = {id(contents.scenario(case.scenario)) for case in cases}
+    assert len(records) == 1
+    one = contents.architecture(cases[0].architecture)
+    assert contents.architecture(cases[0].architecture) is one
+    assert one.id == cases[0].architecture.architecture
+
+
+# --- what is stored of how test cases were counted: axes in words, and what a design looked at
+
+
+def odd(sweep: dict[str, Any]) -> Odd:
+    return Odd.model_validate(
+        {
+            "odd": "test",
+            "scenarios": [{"use": "cut_in", "sweep": sweep}],
+            "architectures": ["a.yaml"],
+            "concept": "c.yaml",
+        }
+    )
+
+
+def test_axes_are_written_as_their_levels_steps_or_distributions() -> None:
+    levels = {
+        "gap": ["10 m", "20 m"],
+        "ego_speed": {"from": "80 km/h", "to": "120 km/h", "step": "20 km/h"},
+    }
+    assert axes_text(odd({"parameters": levels}), "cut_in") == {
+        "gap": "10 m, 20 m",
+        "ego_speed": "80 km/h to 120 km/h, step 20 km/h",
+    }
+    drawn = {"design": "random", "samples": 3, "parameters": {"gap": {"uniform": ["10 m", "20 m"]}}}
+    assert axes_text(odd(drawn), "cut_in") == {"gap": "uniform from 10 m to 20 m"}
+
+
+def test_points_of_a_list_are_gathered_by_axis() -> None:
+    points = {"design": "list", "points": [{"gap": "10 m"}, {"gap": "20 m", "rain": "0 mm/h"}]}
+    assert axes_text(odd(points), "cut_in") == {"gap": "10 m, 20 m", "rain": "0 mm/h"}
+
+
+@pytest.mark.parametrize(
+    ("points", "counts"),
+    [
+        (SimpleNamespace(drawn=9, count=4, tuples=None), {"drawn": 9, "kept": 4}),
+        (
+            SimpleNamespace(
+                drawn=None,
+                count=4,
+                tuples=SimpleNamespace(strength=2, total=12, feasible=11),
+            ),
+            {"strength": 2, "tuples": 12, "feasible_tuples": 11},
+        ),
+        (SimpleNamespace(drawn=None, count=4, tuples=None), {}),
+    ],
+)
+def test_counts_are_those_of_the_design(points: Any, counts: dict[str, int]) -> None:
+    assert design_counts(points) == counts
+
+
+# --- where a campaign comes from
+
+
+def git(folder: Path, *arguments: str) -> None:
+    author = ["-c", "user.name=a", "-c", "user.email=a@b.c", "-c", "commit.gpgsign=false"]
+    subprocess.run(["git", "-C", str(folder), *author, *arguments], check=True, capture_output=True)
+
+
+def test_tool_packages_and_file_are_named(tmp_path: Path) -> None:
+    found = provenance(tmp_path / "odd.yaml")
+    assert found["adeye"] == adeye.__version__
+    assert set(found["packages"]) == set(PACKAGES)
+    assert all(found["packages"].values())
+    assert found["odd_path"].endswith("odd.yaml")
+
+
+def test_commit_of_the_odds_repository_and_whether_it_has_changes(tmp_path: Path) -> None:
+    git(tmp_path, "init")
+    path = tmp_path / "odd.yaml"
+    path.write_text("odd: a\n", "utf-8")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-m", "first")
+    clean = git_state(tmp_path)
+    assert len(clean["commit"]) == 40
+    assert clean["is_dirty"] is False
+    path.write_text("odd: b\n", "utf-8")
+    assert git_state(tmp_path) == {"commit": clean["commit"], "is_dirty": True}
+
+
+def test_folder_outside_a_repository_has_no_commit(tmp_path: Path) -> None:
+    assert git_state(tmp_path) == {}
+
+
+def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object, **__: object) -> None:
+        raise OSError
+
+    monkeypatch.setattr("adeye.campaign.plan.subprocess.run", missing)
+    monkeypatch.setattr("adeye.campaign.plan.getpass.getuser", missing)
+    monkeypatch.setattr(subject, "PACKAGES", ("not-installed-anywhere",))
+    found = provenance(tmp_path / "odd.yaml")
+    assert (found["git"], found["who"]) == ({}, "")
+    assert found["packages"] == {"not-installed-anywhere": ""}
+
+
+def test_program_that_a_repository_names_is_not_started(tmp_path: Path) -> None:
+    git(tmp_path, "init")
+    (tmp_path / "a").touch()
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-m", "first")
+    canary = tmp_path / "canary"
+    git(tmp_path, "config", "core.fsmonitor", f"touch {canary} #")
+    assert git_state(tmp_path)["commit"]
+    assert not canary.exists()
+    git(tmp_path, "status")
+    assert canary.exists()

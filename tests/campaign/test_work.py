@@ -1,7 +1,8 @@
-"""The work of one block: run, measure, judge, describe."""
+"""The work of one block, and the samples that it keeps to be judged again by."""
 
 from __future__ import annotations
 
+import json
 import pickle
 from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -10,9 +11,17 @@ import numpy as np
 import pytest
 
 from adeye.campaign import work
-from adeye.campaign.work import BatchResult, BatchTask, evaluate, execute
+from adeye.campaign.work import (
+    BatchResult,
+    BatchTask,
+    _samples_texts,
+    evaluate,
+    execute,
+    extremes_of,
+)
 from adeye.errors import SpecError
 from adeye.judge.evaluate import VERDICTS
+from adeye.judge.extremes import Extremes
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Outcome, Verdict
@@ -24,6 +33,10 @@ from adeye.trace import Trace
 
 if TYPE_CHECKING:
     from tests.project import Executed
+
+
+# --- the work of one block: run, measure, judge, describe
+
 
 Candidates = tuple[list[TestCase], Trace]
 
@@ -147,3 +160,25 @@ def same(one: Any, other: Any) -> bool:
     if is_dataclass(one):
         return all(same(getattr(one, item.name), getattr(other, item.name)) for item in fields(one))
     return bool(one == other)
+
+
+# --- samples go into the database and come out as they were
+
+
+def test_samples_come_back_bit_for_bit() -> None:
+    kept = Extremes(
+        run=np.array([0, 1]),
+        row=np.array([[0, 2, 7, -1, -1], [3, -1, 3, 5, 6]]),
+        value=np.array(
+            [[0.1, 1 / 3, -0.0, np.nan, np.nan], [np.nan, np.nan, np.nan, np.nan, 1e300]]
+        ),
+        status=np.array([[0, 0, 0, 0, 0], [1, 0, 1, 2, 3]]),
+        actor=np.array([[-1, 0, 1, -1, -1], [1, -1, 1, -1, -1]]),
+        is_cut=np.array([True, False]),
+    )
+    texts = _samples_texts(kept, ("cutter", "lead"))
+    objects: dict[str, int] = {}
+    found = extremes_of([json.loads(text) for text in texts], objects)
+    assert objects == {"cutter": 0, "lead": 1}
+    for name in ("row", "value", "status", "actor", "is_cut"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(kept, name))

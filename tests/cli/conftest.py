@@ -26,6 +26,12 @@ class Outcome:
         document: dict[str, Any] = json.loads(self.out)
         return document
 
+    @property
+    def refused(self) -> str:
+        """What was said of a call that is an input error."""
+        assert self.code == 2
+        return self.err
+
 
 Verb = Callable[..., Outcome]
 

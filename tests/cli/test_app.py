@@ -1,18 +1,24 @@
-"""All verbs together: help, environment variables, start-up, completion, the first project."""
+"""All verbs together, and how the program ends: the right code, never 0 by accident."""
 
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import typer
 
-from adeye import __version__
+import adeye.campaign.plan
+from adeye import __version__, errors
 from adeye.cli.app import app
+from adeye.errors import SourceLocation, Terminated
+
+# --- all verbs together: help, environment variables, start-up, completion, the first project
+
 
 ROOT = Path(__file__).parents[2]
 HEAVY = (
@@ -113,19 +119,21 @@ def test_the_verbs_are_these() -> None:
     ]
 
 
-@pytest.mark.parametrize("path", VERBS, ids=" ".join)
-def test_verb_has_help_with_an_example(adeye: Any, path: tuple[str, ...]) -> None:
-    ended = adeye(*path, "--help")
-    assert ended.code == 0
-    assert ended.err == ""
-    assert VERBS[path].help.endswith(".")
-    assert f"adeye {' '.join(path)}" in ended.out.split("Examples:")[1]
+def test_every_verb_has_help_with_an_example(adeye: Any) -> None:
+    for path, verb in VERBS.items():
+        ended = adeye(*path, "--help")
+        assert (ended.code, ended.err) == (0, ""), path
+        assert verb.help.endswith("."), path
+        assert f"adeye {' '.join(path)}" in ended.out.split("Examples:")[1]
 
 
-@pytest.mark.parametrize(("verb", "option"), OPTIONS, ids=lambda item: getattr(item, "name", item))
-def test_option_has_help_and_an_environment_variable(verb: str, option: Any) -> None:
-    assert option.help, verb
-    assert str(option.envvar).startswith("ADEYE_"), verb
+def test_every_option_has_help_and_an_environment_variable() -> None:
+    lacking = [
+        (verb, option.name)
+        for verb, option in OPTIONS
+        if not option.help or not str(option.envvar).startswith("ADEYE_")
+    ]
+    assert lacking == []
 
 
 def test_one_environment_variable_means_one_thing() -> None:
@@ -142,10 +150,9 @@ READS = (
 )
 
 
-@pytest.mark.parametrize("verb", [*READS, "scenario lint", "db info", "db verify", "db upgrade"])
-def test_read_can_print_json(verb: str) -> None:
-    names = [name for path, option in OPTIONS if path == verb for name in option.opts]
-    assert "--json" in names
+def test_reads_can_print_json() -> None:
+    having = {path for path, option in OPTIONS if "--json" in option.opts}
+    assert {*READS, "scenario lint", "db info", "db verify", "db upgrade"} <= having
 
 
 def test_environment_variable_sets_an_option(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -240,3 +247,174 @@ def test_first_project_runs_green_twice_and_is_read(tmp_path: Path) -> None:
     adeye("report")
     assert "<html" in (tmp_path / "report.html").read_text("utf-8")
     assert "Intact" in adeye("db", "verify")
+
+
+# --- how the program ends: one message, the right code, never 0 by accident
+
+
+PLACE = SourceLocation("odd/first.yaml", 14, 9)
+
+
+@pytest.fixture
+def plan_raises(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
+    """Make ``adeye plan`` raise."""
+
+    def arrange(error: BaseException) -> None:
+        def make_plan(*_arguments: Any, **_options: Any) -> Any:
+            raise error
+
+        monkeypatch.setattr(adeye.campaign.plan, "make_plan", make_plan)
+
+    return arrange
+
+
+def start(*arguments: str, cwd: Path, **options: Any) -> subprocess.Popen[str]:
+    environment = {name: value for name, value in os.environ.items() if name[:6] != "ADEYE_"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "adeye", *arguments],
+        cwd=cwd,
+        env={**environment, "PYTHONPATH": str(ROOT)},
+        stdout=options.pop("stdout", subprocess.PIPE),
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (
+            errors.SweepError("gap: 0 s", where=PLACE, remedy="Write a length."),
+            2,
+            "SweepError: odd/first.yaml:14:9: gap: 0 s. Write a length.\n",
+        ),
+        (errors.PlatformError("database x is locked"), 5, "PlatformError: database x is locked\n"),
+        (errors.IntegrityError("row 7"), 4, "IntegrityError: row 7\n"),
+        (OSError(28, "No space left on device"), 5, "PlatformError: No space left on device.\n"),
+        (MemoryError(), 5, "PlatformError: out of memory. Use fewer workers.\n"),
+    ],
+)
+def test_error_is_one_message_and_its_exit_code(
+    adeye: Any, plan_raises: Any, error: Exception, code: int, message: str
+) -> None:
+    plan_raises(error)
+    ended = adeye("plan", "odd.yaml")
+    assert (ended.code, ended.err, ended.out) == (code, message, "")
+
+
+def test_several_input_errors_are_one_line_each(adeye: Any, plan_raises: Any) -> None:
+    plan_raises(errors.InputErrors([errors.SpecError("a"), errors.UnitError("b")]))
+    ended = adeye("plan", "odd.yaml")
+    assert (ended.code, ended.err) == (2, "SpecError: a.\nUnitError: b.\n2 errors.\n")
+
+
+def test_defect_says_so_without_traceback(adeye: Any, plan_raises: Any) -> None:
+    plan_raises(KeyError("speed"))
+    ended = adeye("plan", "odd.yaml")
+    assert ended.code == 3
+    assert "KeyError: 'speed'" in ended.err
+    assert "defect of adeye" in ended.err
+    assert "ADEYE_DEBUG=1" in ended.err
+    assert "Traceback" not in ended.err
+
+
+def test_debug_prints_the_traceback_and_is_forgotten(adeye: Any, plan_raises: Any) -> None:
+    plan_raises(KeyError("speed"))
+    assert "Traceback" in adeye("--debug", "plan", "odd.yaml").err
+    assert "Traceback" not in adeye("plan", "odd.yaml").err
+
+
+def test_debug_by_environment_prints_the_traceback(
+    adeye: Any, plan_raises: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ADEYE_DEBUG", "1")
+    plan_raises(errors.SpecError("a"))
+    assert "Traceback" in adeye("plan", "odd.yaml").refused
+
+
+def test_control_characters_of_a_message_do_not_reach_the_terminal(
+    adeye: Any, plan_raises: Any
+) -> None:
+    plan_raises(errors.SpecError("name 'a\x1b]0;title\x07b'"))
+    assert adeye("plan", "odd.yaml").err == "SpecError: name 'a]0;titleb'.\n"
+
+
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (Terminated(), 143)])
+def test_interruption_has_its_code_and_no_traceback(
+    adeye: Any, plan_raises: Any, error: BaseException, code: int
+) -> None:
+    plan_raises(error)
+    ended = adeye("plan", "odd.yaml")
+    assert (ended.code, ended.err) == (code, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (("rnu",), "Did you mean 'run'?"),
+        (("run",), "Missing argument 'ODD'"),
+        (("run", "odd.yaml", "--wokers", "2"), "--workers"),
+        (("run", "odd.yaml", "--workers", "0"), "'--workers'"),
+        (("query", "--format", "xml"), "table"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_code_2(
+    adeye: Any, arguments: tuple[str, ...], part: str
+) -> None:
+    ended = adeye(*arguments)
+    assert ended.code == 2
+    assert ended.err.startswith("UsageError: ")
+    assert part in ended.err
+    assert ended.err.count("\n") == 1
+    assert ended.out == ""
+
+
+def test_without_a_verb_the_help_is_shown_once_and_the_code_is_2(adeye: Any) -> None:
+    ended = adeye()
+    assert ended.code == 2
+    assert (ended.out + ended.err).count("Usage: adeye") == 1
+
+
+def test_missing_file_names_it(adeye: Any) -> None:
+    assert "no_such.yaml" in adeye("plan", "no_such.yaml").refused
+
+
+@pytest.mark.slow
+def test_unreadable_output_encoding_does_not_end_the_program(folder: Path) -> None:
+    process = start("query", "--list", cwd=folder)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
+    assert "failing-fsrs" in out
+
+
+@pytest.mark.slow
+def test_reader_that_goes_away_is_no_error(folder: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    process = start("scenario", "list", "--json", cwd=folder, stdout=writing)
+    os.close(writing)
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
+
+
+@pytest.mark.slow
+def test_full_disk_is_an_environment_error(folder: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no /dev/full")
+    with Path("/dev/full").open("w") as full:
+        process = start("scenario", "list", "--json", cwd=folder, stdout=full)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 5
+    assert err.startswith("PlatformError: ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_sigterm_ends_with_143(folder: Path) -> None:
+    with start("query", "-", cwd=folder, stdin=subprocess.PIPE) as process:
+        # It waits for the statement; give it time to get there.
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=4)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=60) == 143

@@ -1,21 +1,30 @@
-"""``compare``: what is printed, which campaign is meant, what is refused."""
+"""``compare`` and ``matrix``."""
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import adeye.reporting
 from adeye.cli.compare import p_text, percent, place_text
+from adeye.report.formats.matrix import matrix_of
 from tests.report.comparison.test_comparison import candidate
+from tests.report.fake import build_report
 from tests.suites import build_half
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.report.model.report import Report
     from tests.project import Executed
+
+
+# --- ``compare``: what is printed, which campaign is meant, what is refused
+
 
 DASH = "\N{EN DASH}"
 
@@ -110,9 +119,7 @@ def test_what_cannot_be_compared_exits_2(
 
 def test_odd_that_was_never_run_exits_2(adeye: Any, db: tuple[str, str], suites: Executed) -> None:
     shipped = suites.project.folder / "odd" / "motorway_chauffeur.yaml"
-    ended = adeye("compare", str(shipped), *db)
-    assert ended.code == 2
-    assert "has no campaign" in ended.err
+    assert "has no campaign" in adeye("compare", str(shipped), *db).refused
 
 
 @pytest.mark.slow
@@ -158,3 +165,47 @@ def test_numbers_for_people() -> None:
     assert percent(-0.5) == "\N{MINUS SIGN}50.0 %"
     assert p_text(0.0009) == "< 0.001"
     assert place_text(candidate("a", is_on_front=False)) == "\N{EN DASH}"
+
+
+# --- ``matrix``: both ways, as table, CSV and JSON
+
+
+@pytest.fixture
+def report(monkeypatch: pytest.MonkeyPatch) -> Report:
+    """Put a report behind the verb."""
+    made = build_report(rows=10, replays=0)
+    monkeypatch.setattr(adeye.reporting, "read_report", lambda *_: made)
+    return made
+
+
+def test_table_has_a_line_for_each_hazard_with_its_gaps(adeye: Any, report: Report) -> None:
+    ended = adeye("matrix")
+    assert ended.code == 0, ended.err
+    assert all(item.id in ended.out for item in report.hazards)
+    assert "no FSR is allocated to it" in ended.out
+    assert ended.out.rstrip().endswith("gaps; every row: --csv or --json.")
+
+
+def test_way_back_begins_with_the_scenario(adeye: Any, report: Report) -> None:
+    ended = adeye("matrix", "--by", "scenario", "--csv")
+    assert ended.code == 0, ended.err
+    rows = list(csv.DictReader(ended.out.splitlines()))
+    assert next(iter(rows[0])) == "scenario"
+    assert [row["fsr"] for row in rows] == [row.fsr for row in matrix_of(report, "scenario")]
+
+
+def test_json_has_every_row_and_counts_the_gaps(adeye: Any, report: Report) -> None:
+    document = adeye("matrix", "--json").document
+    assert (document["schema"], document["campaign"]) == ("adeye/matrix@1", report.campaign)
+    assert len(document["rows"]) == len(matrix_of(report))
+    assert document["gaps"] == sum(bool(row["gap"]) for row in document["rows"]) > 0
+
+
+def test_column_that_is_none_is_refused_with_what_is_allowed(adeye: Any, report: Report) -> None:
+    assert report.campaign
+    assert "scenario" in adeye("matrix", "--by", "scenarios").refused
+
+
+def test_csv_and_json_exclude_each_other(adeye: Any, report: Report) -> None:
+    assert report.campaign
+    assert adeye("matrix", "--csv", "--json").code == 2

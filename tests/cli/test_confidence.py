@@ -1,4 +1,4 @@
-"""``confidence``: what is printed and said to a machine, and when nothing may be said."""
+"""``confidence`` and ``uncertainty``."""
 
 from __future__ import annotations
 
@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.campaign.studies.test_half_step import ASKED, RUNS, TWINS
+from tests.project import Project
+
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.project import Executed
+
+
+# --- ``confidence``: what is printed and said to a machine, and when nothing may be said
 
 
 @pytest.fixture
@@ -51,3 +57,88 @@ def test_what_is_wrong_is_refused(
     assert ended.code == 2
     assert said in ended.err
     assert ended.out == ""
+
+
+# --- ``adeye uncertainty``: the table, JSON, and what it refuses
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    project = Project(tmp_path_factory.mktemp("asked"), ASKED)
+    project.run()
+    return project
+
+
+def test_table_shows_margins_and_metrics(adeye: Any, asked: Project) -> None:
+    done = adeye("uncertainty", "--db", str(asked.db))
+    assert done.code == 0, done.err
+    assert "step 0.05 s against half" in done.out
+    (line,) = [row for row in done.out.splitlines() if "camera_radar" in row and "FSR-02" in row]
+    assert "12 of 12" in line
+    (line,) = [row for row in done.out.splitlines() if "camera_radar" in row and "FSR-09" in row]
+    assert "too few" in line
+    assert "min_ttc_s" in done.out
+
+
+@pytest.mark.parametrize("name", ["file", "id", "number", "latest"])
+def test_json_has_every_line_however_the_campaign_is_named(
+    adeye: Any, asked: Project, name: str
+) -> None:
+    what = {"file": [str(asked.odd)], "id": ["mini"], "number": ["1"], "latest": []}[name]
+    done = adeye("uncertainty", *what, "--json", "--db", str(asked.db))
+    found = done.document
+    lines = {(line["architecture"], line["name"], line["unit"]): line for line in found["lines"]}
+    least = lines["camera_radar", "FSR-02", "m/s²"]
+    assert least["uncertainty"] == least["p95"] == least["largest"] > 0.0
+    assert (least["sampled"], least["pairs"], least["kind"]) == (12, 12, "fsr")
+    few = lines["camera_radar", "FSR-09", "s"]
+    assert few["p95"] is not None
+    assert few["uncertainty"] is None
+
+
+def test_campaign_that_did_not_ask_is_told_how_to(adeye: Any, mini: Executed) -> None:
+    done = adeye("uncertainty", "--db", str(mini.db))
+    assert done.code == 2
+    assert "without numeric uncertainty" in done.err
+    assert "uncertainty: {situations: 20}" in done.err
+
+
+def test_odd_without_a_campaign_is_told_to_run(adeye: Any, asked: Project, mini: Executed) -> None:
+    other = asked.write("odd/other.yaml", {**ASKED, "odd": "other"})
+    assert f"adeye run {other}" in adeye("uncertainty", str(other), "--db", str(mini.db)).refused
+
+
+def test_unknown_campaign_is_an_input_error(adeye: Any, asked: Project) -> None:
+    assert "ffffffff" in adeye("uncertainty", "ffffffff", "--db", str(asked.db)).refused
+
+
+@pytest.mark.slow
+def test_run_and_plan_say_how_many_twins(adeye: Any, asked: Project, tmp_path: Path) -> None:
+    done = adeye("run", str(asked.odd), "--db", str(tmp_path / "new.db"), "--quiet")
+    assert f"Executed {RUNS} of {RUNS} test cases and {TWINS} twins with half the step" in done.out
+    again = adeye("run", str(asked.odd), "--db", str(tmp_path / "new.db"), "--quiet", "--json")
+    assert "twins" not in again.document
+    planned = adeye("plan", str(asked.odd))
+    assert f"{TWINS} of them are executed with half the step too" in planned.out
+
+
+@pytest.mark.parametrize("situations", [0, 9, -3, "many"])
+def test_samples_that_would_tell_nothing_are_refused(
+    adeye: Any, asked: Project, situations: Any
+) -> None:
+    odd = {**ASKED, "uncertainty": {"situations": situations}}
+    done = adeye("plan", str(asked.write("odd/few.yaml", odd)))
+    assert done.code == 2
+    assert "few.yaml:" in done.err
+    assert "situations" in done.err
+
+
+@pytest.mark.slow
+def test_architectures_are_compared_by_the_verdicts_with_uncertainty(
+    adeye: Any, asked: Project
+) -> None:
+    found = adeye("compare", "--json", "--db", str(asked.db)).document
+    text = adeye("compare", "--db", str(asked.db)).out
+    assert "15 pairs executed, 0 not" in text
+    assert found
+    assert "Not executed" not in text

@@ -1,15 +1,29 @@
-"""``db upgrade|info|verify`` on a real file."""
+"""``db`` and ``manifest`` on real files."""
 
+from __future__ import annotations
+
+import json
 import sqlite3
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adeye.cli.database import _VIEWS
+from adeye.cli.queries import SAVED
 from adeye.store import schema
+from adeye.store.read.query import run_query
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
 from adeye.store.write.merge import Merged
+from tests.store.conftest import Example
+from tests.store.rows import complete_block
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+# --- ``db upgrade|info|verify`` on a real file
 
 
 def test_upgrade_makes_then_finds_the_database(adeye: Any) -> None:
@@ -28,9 +42,7 @@ def test_upgrade_json(adeye: Any) -> None:
 
 @pytest.mark.parametrize("verb", ["info", "verify"])
 def test_reading_makes_no_database(adeye: Any, folder: Path, verb: str) -> None:
-    ended = adeye("db", verb)
-    assert ended.code == 2
-    assert "no such file" in ended.err
+    assert "no such file" in adeye("db", verb).refused
     assert list(folder.iterdir()) == []
 
 
@@ -117,3 +129,119 @@ def test_merge_says_what_came_over_and_needs_its_sources(
         raw.execute("INSERT INTO uid_set VALUES (?, '[]', ?)", ("0" * 64, "0" * 64))
     assert adeye("db", "merge", "new.db", "other.db").code == 4
     assert not (folder / "new.db").exists()
+
+
+# --- ``db metadata``: the form that datasette reads, true of the database that it is about
+
+
+@pytest.mark.slow
+def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, folder: Path) -> None:
+    ended = adeye("db", "metadata", "--db", str(mini.db), "-o", "metadata.json")
+    assert (ended.code, ended.out) == (0, "")
+    document = json.loads((folder / "metadata.json").read_text("utf-8"))
+    ((name, described),) = document["databases"].items()
+    assert name == mini.db.stem
+    assert list(described["queries"]) == list(SAVED)
+    # Datasette opens the file read-only with the driver of Python, without our own settings.
+    connection = sqlite3.connect(f"file:{mini.db}?mode=ro", uri=True)
+    for query, content in described["queries"].items():
+        assert content["title"] == query
+        assert content["description"] == SAVED[query].text
+        rows = connection.execute(content["sql"]).fetchall()
+        assert rows == list(run_query(mini.db, SAVED[query].sql).rows)
+    connection.close()
+
+
+@pytest.mark.slow
+def test_every_view_and_its_columns_are_described(adeye: Any, mini: Any) -> None:
+    document = adeye("db", "metadata", "--db", str(mini.db)).document
+    tables = document["databases"][mini.db.stem]["tables"]
+    connection = sqlite3.connect(mini.db)
+    views = {
+        name: {row[1] for row in connection.execute(f"PRAGMA table_info({name})")}
+        for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'view'")
+    }
+    connection.close()
+    assert tables.keys() == views.keys() >= _VIEWS.keys()
+    for name, columns in views.items():
+        assert tables[name]["description"]
+        assert tables[name]["columns"].keys() <= columns
+    assert tables["v_runs"]["columns"]["max_jerk_mps3"].endswith("[m/s³]")
+    assert tables["v_runs_cut_in"]["columns"]["gap_m"] == "[m]"
+
+
+def test_database_is_not_overwritten(adeye: Any, mini: Any) -> None:
+    before = mini.db.read_bytes()
+    ended = adeye("db", "metadata", "--db", str(mini.db), "-o", str(mini.db))
+    assert ended.code == 2
+    assert mini.db.read_bytes() == before
+
+
+# --- ``manifest write|verify|keygen`` on a small campaign
+
+
+@pytest.fixture
+def campaign(folder: Path) -> str:
+    example = Example()
+    with Repository.open(folder / "x.db") as repository:
+        plan = repository.plan_campaign(example.record(), example.cases(4))
+        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+            complete_block(repository, block, example.runs(block), example.judged(block))
+        return plan.campaign
+
+
+@pytest.mark.slow
+def test_unsigned_manifest_tells_of_an_altered_file(
+    adeye: Any, folder: Path, campaign: str
+) -> None:
+    (folder / "report.html").write_text("green")
+    written = adeye("manifest", "write", "--db", "x.db", "--file", "report.html", "--json")
+    assert written.code == 0
+    assert (written.document["campaign"], written.document["signature"]) == (campaign, None)
+    verify = ("manifest", "verify", "manifest.json", "--unsigned", "--db", "x.db")
+    assert adeye(*verify).out == "manifest.json: everything is as it says, unsigned.\n"
+    (folder / "report.html").write_text("red")
+    ended = adeye(*verify, "--json")
+    assert (ended.code, ended.document["findings"]) == (4, ["file report.html: is altered"])
+    assert adeye(*verify).out == "file report.html: is altered\n"
+    assert adeye("manifest", "verify", "manifest.json", "--unsigned", "--files-only").code == 4
+
+
+def test_verification_needs_a_key_or_a_word(adeye: Any, campaign: str) -> None:
+    assert campaign
+    assert (
+        "needs either --key or --unsigned"
+        in adeye("manifest", "verify", "manifest.json", "--db", "x.db").refused
+    )
+
+
+def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campaign: str) -> None:
+    pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
+    assert campaign
+    for key, words in (("manifest.json.sig", "is a key"), ("k.pem", "")):
+        assert adeye("manifest", "keygen", "--private", key, "--public", f"{key}.pub").code == 0
+        before = (folder / key).read_bytes()
+        for _ in range(2):
+            ended = adeye("manifest", "write", "--db", "x.db", "--sign", key)
+            assert (ended.code, words in ended.err) == (2 if words else 0, True)
+        assert (folder / key).read_bytes() == before
+        (folder / "manifest.json.sig").unlink()
+    ended = adeye("query", "campaigns", "--db", "x.db", "-o", "manifest.json")
+    assert (ended.code, "is a baseline, a manifest" in ended.err) == (2, True)
+
+
+@pytest.mark.slow
+def test_signed_manifest_is_checked_with_the_public_key(
+    adeye: Any, folder: Path, campaign: str
+) -> None:
+    pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
+    assert campaign
+    assert adeye("manifest", "keygen", "--private", "k.pem", "--public", "k.pub.pem").code == 0
+    written = adeye("manifest", "write", "--db", "x.db", "--sign", "k.pem")
+    assert "manifest.json.sig: signed" in written.out
+    verify = ("manifest", "verify", "manifest.json", "--key", "k.pub.pem", "--db", "x.db")
+    assert "signed with key" in adeye(*verify).out
+    text = (folder / "manifest.json").read_text()
+    (folder / "manifest.json").write_text(text.replace('"leaves": 4', '"leaves": 5'))
+    ended = adeye(*verify)
+    assert (ended.code, "is not what was signed" in ended.err) == (4, True)

@@ -1,5 +1,6 @@
-"""``doctor``: what is fine, and that what is not fine is no success."""
+"""``doctor`` and ``plugins``; the table of capabilities never claims ahead of its proofs."""
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,15 @@ import pytest
 import adeye.kernel.jit
 from adeye import __version__
 from adeye.cli import doctor
+from adeye.cli.doctor import Status, capabilities
 from adeye.report.credibility import SelfTestResult, write_result
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store import schema
+from tests.cli.conftest import Verb
+from tests.test_malformed_inputs import FILES
+
+# --- ``doctor``: what is fine, and that what is not fine is no success
+
 
 ROOT = Path(__file__).parents[2]
 
@@ -113,3 +120,48 @@ def test_requirements_are_all_listed(adeye: Any) -> None:
     document = adeye("doctor", "--requirements", "--json").document
     assert [item["id"] for item in document["requirements"]] == [f"R{n}" for n in range(1, 24)]
     assert "R23" in adeye("doctor", "--requirements").out
+
+
+# --- the table of capabilities never claims ahead of its proofs
+
+
+def test_ids_are_r1_to_r23() -> None:
+    assert [item.id for item in capabilities()] == [f"R{number}" for number in range(1, 24)]
+
+
+def test_status_has_its_proof() -> None:
+    for item in capabilities():
+        assert item.text
+        prefix = f"tests/requirements/test_r{int(item.id[1:]):02d}_"
+        assert item.proof.startswith(prefix) == (item.status is not Status.NOT_YET), item.id
+
+
+def test_proofs_are_the_files_that_exist() -> None:
+    found = {f"tests/requirements/{path.name}" for path in ROOT.glob("tests/requirements/test_r*")}
+    assert found == {item.proof for item in capabilities() if item.proof}
+
+
+# --- ``plugins``
+
+
+def test_plugins_of_an_odd_are_listed(adeye: Verb, folder: Path) -> None:
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    odd = folder / "odd/small.yaml"
+    said = adeye("plugins", str(odd))
+    assert (said.code, "The ODD names no plug-in." in said.out) == (0, True)
+    with odd.open("a", encoding="utf-8") as file:
+        file.write("plugins: [./architectures/leaving.py:Gone, ./none.py:No]\n")
+    said = adeye("plugins", str(odd))
+    assert said.code == 0
+    assert "./architectures/leaving.py:Gone" in said.out
+    assert "not found" in said.out
+    found = json.loads(adeye("plugins", str(odd), "--json").out)
+    assert found["schema"] == "adeye/plugins@1"
+    assert [bool(item["digest"]) for item in found["named"]] == [True, False]
+
+
+def test_unreadable_odd_is_refused(adeye: Verb) -> None:
+    said = adeye("plugins", "nowhere.yaml")
+    assert (said.code, "there is no such file" in said.err) == (2, True)

@@ -1,12 +1,27 @@
-"""``new``: writes a file once, and says how to use it."""
+"""``new`` and ``init``: what they write runs as it is."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
-from adeye.cli.new import class_name
+from adeye.cli.new import EXAMPLES, class_name, project_files, write_example, write_project
+from adeye.judge.metrics.registry import METRICS, register_metric
+from adeye.plugins import Part, load_part, require, validate_parameters
+from adeye.ports import ScalarMeasurement, ScalarObservation
+from adeye.signals import EGO_SPEED
+from adeye.spec.load import load_odd
+from adeye.spec.sensors import PluginSensor
+from adeye.sweep.expand import expand
+from adeye.testing import check_channel, check_sensor, passenger_car
+
+# --- ``new``: writes a file once, and says how to use it
+
 
 KINDS = ("channel", "sensor", "metric")
 
@@ -23,9 +38,7 @@ def test_file_is_written_and_its_use_printed(adeye: Any, folder: Path, kind: str
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_is_overwritten(adeye: Any, folder: Path, kind: str) -> None:
     (folder / "mine.py").write_text("precious")
-    ended = adeye("new", kind, "mine")
-    assert ended.code == 2
-    assert "exists and is not overwritten" in ended.err
+    assert "exists and is not overwritten" in adeye("new", kind, "mine").refused
     assert (folder / "mine.py").read_text() == "precious"
 
 
@@ -42,3 +55,171 @@ def test_class_names() -> None:
         "A1B",
         "AB",
     ]
+
+
+# --- the examples work as they are written: they pass the conformance suites and do what they say
+
+
+Write = Callable[[str], Part]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Write the example of a kind and load it as an architecture would."""
+
+    def make(kind: str) -> Part:
+        write_example(kind, "mine", tmp_path)
+        return load_part("./mine.py:Mine", tmp_path)
+
+    return make
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_example_is_short_enough_to_read(kind: str) -> None:
+    lines = [line for line in EXAMPLES[kind].source.splitlines() if line.strip()]
+    assert len(lines) <= 45
+
+
+def test_channel_conforms(write: Write) -> None:
+    part = write("channel")
+    require(part, "channel", ("act",))
+    check_channel(part.obj, validate_parameters(part, {}).parameters)
+
+
+def test_channel_parameters_are_checked(write: Write) -> None:
+    part = write("channel")
+    assert validate_parameters(part, {"time_gap": 2.5}).errors == ()
+    assert validate_parameters(part, {"time_gpa": 2.5}).errors != ()
+
+
+def delivered(detections: Any, estimate: Any) -> ScalarMeasurement:
+    return ScalarMeasurement(
+        stamp=1.0, fresh=True, alive=True, detections=detections, estimate=estimate
+    )
+
+
+def act(part: Part, *, speed: float, offset: float = 0.0, ahead: float | None = None) -> Any:
+    """Ask the channel once: localisation and one object ahead."""
+    context = SimpleNamespace(desired_speed=30.0, vehicle=passenger_car())
+    estimate = np.zeros(13)
+    estimate[3], estimate[12] = speed, offset
+    detections = np.zeros((0, 7)) if ahead is None else np.array([[ahead, 0, 0, 0, 4.5, 1.8, 0]])
+    measurements = {
+        "localisation": delivered(np.zeros((0, 7)), estimate),
+        "front_camera": delivered(detections, None),
+    }
+    channel = part.build(validate_parameters(part, {}).parameters, context)
+    return channel.act(ScalarObservation(1.0, measurements, {}, None, None))
+
+
+def test_channel_holds_its_speed_on_a_free_road(write: Write) -> None:
+    command = act(write("channel"), speed=30.0)
+    assert (command.acceleration, command.steering_angle) == (0.0, 0.0)
+
+
+def test_channel_brakes_for_what_is_near_and_not_for_what_is_far(write: Write) -> None:
+    part = write("channel")
+    assert act(part, speed=30.0, ahead=20.0).acceleration == -8.0
+    assert act(part, speed=30.0, ahead=200.0).acceleration == 0.0
+
+
+def test_channel_steers_back_to_the_centre(write: Write) -> None:
+    part = write("channel")
+    assert act(part, speed=30.0, offset=1.0).steering_angle < 0.0
+    assert act(part, speed=30.0, offset=-1.0).steering_angle > 0.0
+
+
+def test_sensor_conforms(write: Write, tmp_path: Path) -> None:
+    part = write("sensor")
+    require(part, "sensor", ("sense",))
+    spec = PluginSensor(kind=f"{tmp_path}/mine.py:Mine", rate="10 Hz", parameters={"range": 80.0})
+    check_sensor(part.build, spec)
+
+
+def test_sensor_parameters_are_checked(write: Write) -> None:
+    part = write("sensor")
+    assert validate_parameters(part, {"range": 30}).errors == ()
+    assert validate_parameters(part, {"reach": 30}).errors != ()
+
+
+def test_metric_is_the_highest_speed_of_each_run_alone(write: Write) -> None:
+    ego = np.zeros((2, 4, 7))
+    ego[0, :, EGO_SPEED] = [10.0, 30.0, 20.0, 99.0]  # the last row is beyond the run's end
+    ego[1, :, EGO_SPEED] = [5.0, 4.0, 3.0, 6.0]
+    trace: Any = _Trace(np.arange(4) * 0.1, np.array([3, 4]), {"ego": ego})
+    column = write("metric").build().compute(trace)
+    assert column.value.tolist() == [30.0, 6.0]
+    assert column.time.tolist() == pytest.approx([0.1, 0.3])
+    assert column.status == ("value", "value")
+    assert list(column.actor) == [-1, -1]
+
+
+class _Trace:
+    """As much of a trace as the example reads."""
+
+    def __init__(self, time: Any, length: Any, columns: dict[str, Any]) -> None:
+        self.time, self.length, self.columns, self.runs = time, length, columns, len(length)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.columns[name]
+
+
+def test_metric_can_be_registered(write: Write) -> None:
+    part = write("metric")
+    assert "mine_mps" not in METRICS
+    register_metric(part.obj)
+    assert METRICS.pop("mine_mps").unit == "m/s"
+
+
+# --- ``init``: a project that loads, counts to twelve, and never overwrites
+
+
+def test_project_loads_and_has_twelve_test_cases(folder: Path) -> None:
+    write_project(folder)
+    files = load_odd(folder / "odd" / "first.yaml")
+    assert expand(files).count == 12
+    assert files.gate == ("camera_radar",)
+
+
+def test_every_requirement_needs_no_more_runs_than_there_are(folder: Path) -> None:
+    write_project(folder)
+    concept = load_odd(folder / "odd" / "first.yaml").concept.spec
+    assert concept.requirements
+    assert {item.min_exercised for item in concept.requirements} == {1}
+
+
+def test_only_one_odd_is_written() -> None:
+    odds = [name for name in project_files() if re.fullmatch(r"odd/[^/]+\.yaml", name)]
+    assert odds == ["odd/first.yaml"]
+
+
+def test_init_says_what_it_wrote_and_what_comes_next(adeye: Any, folder: Path) -> None:
+    ended = adeye("init", "mine")
+    assert ended.code == 0
+    assert "wrote mine/odd/first.yaml" in ended.err
+    assert ended.out == "Next: cd mine && adeye run odd/first.yaml --report report.html\n"
+    assert (folder / "mine/odd/README.md").is_file()
+
+
+def test_init_here(adeye: Any, folder: Path) -> None:
+    assert adeye("init").out == "Next: adeye run odd/first.yaml --report report.html\n"
+    assert (folder / "odd/first.yaml").is_file()
+
+
+@pytest.mark.parametrize("name", project_files())
+def test_nothing_is_overwritten_and_then_nothing_is_written(
+    adeye: Any, folder: Path, name: str
+) -> None:
+    (folder / name).parent.mkdir(parents=True)
+    (folder / name).write_text("precious")
+    assert name in adeye("init").refused
+    assert [path for path in folder.rglob("*") if path.is_file()] == [folder / name]
+    assert (folder / name).read_text() == "precious"
+
+
+@pytest.mark.slow
+def test_commands_of_the_readme_exist(adeye: Any) -> None:
+    verbs = set(re.findall(r"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
+    assert verbs == {"plan", "run", "query", "show", "replay"}
+    for verb in verbs:
+        assert adeye(verb, "--help").code == 0

@@ -1,16 +1,42 @@
-"""Help texts from docstrings and examples; what ends a verb that was not foreseen."""
+"""What options share: help, completion, times, and the files that verbs write."""
 
+from __future__ import annotations
+
+import math
+import os
 import shutil
 import sqlite3
 from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 import pytest
 import typer
 
-from adeye.cli.options import add, examples, help_of
-from adeye.errors import IntegrityError
+from adeye.cli import options as completion
+from adeye.cli.app import app
+from adeye.cli.options import (
+    add,
+    examples,
+    make_session,
+    named,
+    named_anew,
+    named_page,
+    named_place,
+    seconds,
+    texts_of,
+    write_rows,
+)
+from adeye.errors import IntegrityError, PlatformError, UsageError
+from adeye.store.read import query
 from tests.project import Executed
 from tests.tampering import unguarded
+
+if TYPE_CHECKING:
+    from tests.project import Executed
+
+
+# --- help texts from docstrings and examples; what ends a verb that was not foreseen
 
 
 def verb() -> None:
@@ -20,15 +46,28 @@ def verb() -> None:
     is wrapped in the source.
 
     Exit codes: 0.
+
+    Parameters:
+        a: What it is: short.
+        b: Another, which is
+            long.
+
+    Examples:
+        adeye verb
+        adeye verb --a 1
+            --b 2
     """
 
 
-def test_paragraph_becomes_one_line() -> None:
-    assert help_of(verb).split("\n\n") == [
+def test_docstring_is_the_help() -> None:
+    texts = texts_of(verb)
+    assert texts.help.split("\n\n") == [
         "Do a thing.",
         "A long paragraph that is wrapped in the source.",
         "Exit codes: 0.",
     ]
+    assert texts.parameters == {"a": "What it is: short.", "b": "Another, which is long."}
+    assert texts.examples == ["adeye verb", "adeye verb --a 1 --b 2"]
 
 
 def test_examples_are_one_a_line() -> None:
@@ -42,7 +81,7 @@ def leaves() -> None:
 
 def test_process_that_is_asked_to_end_from_outside_did_not_succeed() -> None:
     app = typer.Typer()
-    add(app, leaves, "adeye leaves")
+    add(app, leaves)
     with pytest.raises(IntegrityError, match="asked to end the process with 0"):
         typer.main.get_command(app).main([], standalone_mode=False)
 
@@ -67,6 +106,395 @@ def test_verb_that_breaks_blames_an_altered_database(
     raw.commit()
     raw.close()
     app = typer.Typer()
-    add(app, breaks, "adeye breaks a.db")
+    add(app, breaks)
     with pytest.raises(blamed):
         typer.main.get_command(app).main([str(path)], standalone_mode=False)
+
+
+# --- what TAB offers; errors offer nothing
+
+
+def context(**params: Any) -> Any:
+    return SimpleNamespace(params=params)
+
+
+def test_scenarios_of_the_shipped_catalogue(folder: Path) -> None:
+    assert folder.is_dir()
+    assert ("cut_in", "motorway") in completion.complete_scenarios(context(), "cut")
+
+
+def test_only_what_begins_so(folder: Path) -> None:
+    assert folder.is_dir()
+    offers = completion.complete_scenarios(context(), "lead")
+    assert [name for name, _ in offers] == ["lead_braking"]
+
+
+def test_queries() -> None:
+    assert [name for name, _ in completion.complete_queries(context(), "worst")] == ["worst-runs"]
+
+
+def test_runs_and_campaigns_come_from_the_database(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[Any, str]] = []
+
+    def run_query(db: Any, sql: str, **_options: Any) -> query.QueryResult:
+        asked.append((db, sql))
+        return query.QueryResult(("a", "b"), (("abcd", "cut_in\x1b x"), (7, "first")), is_cut=False)
+
+    monkeypatch.setattr(query, "run_query", run_query)
+    assert completion.complete_runs(context(db="x.db"), "ab") == [("abcd", "cut_in x")]
+    assert completion.complete_campaigns(context(), "7") == [("7", "first")]
+    assert asked[0][0] == "x.db"
+    assert "LIKE 'ab%'" in asked[0][1]
+
+
+def test_quotes_do_not_reach_the_statement(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(query, "run_query", lambda _db, sql, **_o: asked.append(sql))
+    assert completion.complete_runs(context(), "a' --") == []
+    assert "LIKE 'a%'" in asked[0]
+
+
+@pytest.mark.parametrize("complete", [completion.complete_runs, completion.complete_campaigns])
+def test_no_database_offers_nothing_and_makes_none(folder: Path, complete: Any) -> None:
+    assert complete(context(), "") == []
+    assert list(folder.iterdir()) == []
+
+
+# --- options of a session: times, and what cannot be read
+
+
+NOTHING: dict[str, Any] = {
+    "shard": None,
+    "keyword": None,
+    "last_failed": False,
+    "maxfail": None,
+    "budget": None,
+    "deadline": None,
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("8h", 28_800.0),
+        ("90m", 5_400.0),
+        ("90min", 5_400.0),
+        ("30s", 30.0),
+        ("1h30m", 5_400.0),
+        ("1 h 30 min", 5_400.0),
+        ("1d", 86_400.0),
+        ("1.5 h", 5_400.0),
+        ("1h1m1s", 3_661.0),
+    ],
+)
+def test_times_of_people(text: str, expected: float) -> None:
+    assert seconds(text, "--budget") == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "8", "h", "8 hours", "0s", "-1h", "1e3s", "nan", "1h30", "1hm", "inf", "8h!"]
+)
+def test_what_is_no_time_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="--budget is") as refused:
+        seconds(text, "--budget")
+    assert "such as 8h" in str(refused.value)
+
+
+def test_nothing_given_leaves_nothing_out() -> None:
+    session = make_session(**NOTHING)
+    assert session.choice.is_everything
+    assert session.limits.budget_s == math.inf
+    assert session.limits.most_failures is None
+
+
+def test_what_is_given_arrives() -> None:
+    given: dict[str, Any] = {
+        "shard": "2/3",
+        "keyword": "cut_in",
+        "last_failed": True,
+        "maxfail": 5,
+        "budget": "8h",
+        "deadline": "10m",
+    }
+    session = make_session(**given)
+    assert session.choice.text == "--shard 2/3 -k 'cut_in' --last-failed"
+    assert (session.limits.budget_s, session.limits.most_failures) == (28_800.0, 5)
+    assert session.deadline_s == 600.0
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--shard", "4/3"), ("-k", "a b"), ("--budget", "long"), ("--deadline", "0s")],
+)
+def test_what_cannot_be_read_is_an_input_error_before_anything_runs(
+    adeye: Any, option: str, value: str
+) -> None:
+    ended = adeye("run", "none.yaml", option, value)
+    assert ended.code == 2
+    assert option in ended.err
+    assert "none.yaml" not in ended.err
+
+
+# --- files that verbs write: what they may be called, what they must not be, and how they fail
+
+
+ODD, CONCEPT, CANDIDATE = (
+    "odd/tested.yaml",
+    "odd/concepts/motorway_chauffeur.yaml",
+    "odd/architectures/camera_radar.yaml",
+)
+TRACE = "time,gap\n0,9\n0.1,5\n0.2,3\n"
+CASES = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n16,8,30,1\n"
+
+
+def test_a_name_that_begins_with_a_dash_is_refused() -> None:
+    with pytest.raises(UsageError, match="'--quiet' stands where"):
+        named(Path("--quiet"))
+    assert named(Path("a-b.csv")) == Path("a-b.csv")
+    assert named(None) is None
+
+
+@pytest.mark.parametrize("name", ["x.pdf", "x", "x.html.gz", "-.html"])
+def test_a_page_ends_in_html(name: str) -> None:
+    with pytest.raises(UsageError):
+        named_page(Path(name))
+
+
+@pytest.mark.parametrize("name", ["x.html", "a/X.HTM"])
+def test_a_page_may_be_called(name: str) -> None:
+    assert named_page(Path(name)) == Path(name)
+    assert named_page(None) is None
+
+
+def test_rows_that_cannot_be_written_leave_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "new" / "rows.csv"
+    write_rows(("a", "b"), [(1, None)], path)
+    assert path.read_text("utf-8") == "a,b\n1,\n"
+
+    def full(_: int) -> None:
+        raise OSError(27, "File too large")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(PlatformError, match="File too large"):
+        write_rows(("a", "b"), [(2, 2)], path)
+    assert path.read_text("utf-8") == "a,b\n1,\n"
+
+
+@pytest.mark.parametrize("way", ["same", "./same", "link", "hard"])
+@pytest.mark.parametrize(
+    ("verb", "text"), [(("stl", "always(gap > 2)"), TRACE), (("reference",), CASES)]
+)
+def test_no_verb_writes_over_its_input(
+    adeye: Any, folder: Path, verb: tuple[str, ...], text: str, way: str
+) -> None:
+    table = folder / "same"
+    table.write_text(text, "utf-8")
+    (folder / "link").symlink_to(table)
+    os.link(table, folder / "hard")
+    assert "would be overwritten" in adeye(*verb, "same", "-o", way).refused
+    assert table.read_text("utf-8") == text
+
+
+def test_findings_are_not_written_over_the_files_that_are_checked(adeye: Any, folder: Path) -> None:
+    (folder / "odd.yaml").write_text("odd: x\n", "utf-8")
+    done = adeye("check", "odd.yaml", "--sarif", "odd.yaml")
+    assert (done.code, "would be overwritten" in done.err) == (2, True)
+    (folder / "base.json").write_text("{}", "utf-8")
+    done = adeye("gate", "--baseline", "base.json", "--junit", "base.json")
+    assert (done.code, "would be overwritten" in done.err) == (2, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("verb", "text"), [(("stl", "always(gap > 2)"), TRACE), (("reference",), CASES)]
+)
+def test_failing_disk_is_no_input_error_and_a_missing_folder_is_made(
+    adeye: Any, folder: Path, verb: tuple[str, ...], text: str
+) -> None:
+    (folder / "table.csv").write_text(text, "utf-8")
+    assert adeye(*verb, "table.csv", "-o", "made/below/x.csv").code == 0
+    assert (folder / "made" / "below" / "x.csv").read_text("utf-8").count("\n") == text.count("\n")
+    done = adeye(*verb, "table.csv", "-o", "table.csv/x.csv")
+    assert done.code == 5
+    assert "PlatformError: cannot write" in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("report", "1", "--json", "--quiet"), "'--quiet' stands where"),
+        (("report", "1", "-o", "x.pdf"), "'x.pdf' does not end in .html"),
+        (("compare", "--html", "x.txt"), "'x.txt' does not end in .html"),
+        (("stl", "a", "b.csv", "-o", "--json"), "'--json' stands where"),
+    ],
+)
+def test_names_are_refused_before_anything_is_done(
+    adeye: Any, folder: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    assert said in adeye(*arguments).refused
+    assert list(folder.iterdir()) == []
+
+
+WRITING = {
+    "run --report": ("run", "odd/tested.yaml"),
+    "run --junit": ("run", "odd/tested.yaml"),
+    "run --report-json": ("run", "odd/tested.yaml"),
+    "run --sarif": ("run", "odd/tested.yaml"),
+    "report --output": ("report",),
+    "report --junit": ("report",),
+    "report --report-json": ("report",),
+    "report --sarif": ("report",),
+    "report --gsn": ("report",),
+    "report --reqif": ("report",),
+    "gate --junit": ("gate", "odd/tested.yaml"),
+    "replay --html": ("replay", "RUN"),
+    "replay --dump": ("replay", "RUN", "--grid", "1 s"),
+    "compare --html": ("compare",),
+    "query --output": ("query", "gate"),
+    "export --output": ("export",),
+    "manifest write --output": ("manifest", "write"),
+    "manifest keygen --private": ("manifest", "keygen"),
+    "manifest keygen --public": ("manifest", "keygen"),
+    "db metadata --output": ("db", "metadata"),
+    "check --sarif": ("check", "odd/tested.yaml"),
+    "sensors --html": ("sensors", "--odd", "odd/tested.yaml"),
+    "stl --output": ("stl", "always(gap > 2)", "table.csv"),
+    "reference --output": ("reference", "table.csv"),
+}
+"""How the verb of each option that names a file to write is called."""
+ENDINGS = {"--report": ".html", "--html": ".html", "--gsn": ".svg"}
+
+
+def test_every_option_that_names_a_file_to_write_is_among_these() -> None:
+    def options(command: Any, verb: str) -> set[str]:
+        if hasattr(command, "commands"):
+            parts = command.commands.items()
+            return {item for name, part in parts for item in options(part, f"{verb} {name}")}
+        hints = get_type_hints(command.callback, include_extras=True)
+        return {
+            f"{verb} --{name.replace('_', '-')}".strip()
+            for name, hint in hints.items()
+            for item in getattr(hint, "__metadata__", ())
+            if getattr(item, "callback", None) in (named, named_anew, named_page, named_place)
+        }
+
+    assert options(typer.main.get_command(app), "") == set(WRITING)
+
+
+@pytest.fixture
+def project(folder: Path, mini: Executed, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(mini.project.folder / "odd", folder / "odd")
+    shutil.copytree(mini.project.folder / "scenarios_db", folder / "scenarios_db")
+    shutil.copy(mini.db, folder / "x.db")
+    (folder / "table.csv").write_text("time,gap\n0,9\n0.1,5\n", "utf-8")
+    monkeypatch.setenv("ADEYE_DB", "x.db")
+    return folder
+
+
+def output(option: str, project: Path, target: str) -> str:
+    """Name a file as an option asks for it: by a link, if it has to end otherwise."""
+    verb, _, flag = option.rpartition(" ")
+    ending = ".html" if (verb, flag) == ("report", "--output") else ENDINGS.get(flag, "")
+    if verb in {"query", "export"}:
+        ending = ".csv"
+    if not ending:
+        return target
+    link = project / f"link{ending}"
+    link.symlink_to(target)
+    return link.name
+
+
+def refused(adeye: Any, project: Path, option: str, target: str) -> None:
+    """Call a verb that is to write over a file, and see that it does not."""
+    flag = option.rpartition(" ")[2]
+    before = (project / target).read_bytes()
+    words = ["00000" if word == "RUN" else word for word in WRITING[option]]
+    done = adeye(*words, flag, output(option, project, target))
+    assert (done.code, "would be overwritten" in done.err) == (2, True), (option, target, done.err)
+    assert (project / target).read_bytes() == before
+
+
+@pytest.mark.parametrize("option", WRITING)
+def test_no_verb_writes_over_a_database(adeye: Any, project: Path, option: str) -> None:
+    refused(adeye, project, option, "x.db")
+
+
+@pytest.mark.parametrize("option", ["run --junit", "report --reqif", "gate --junit"])
+@pytest.mark.parametrize("target", ["x.db-wal", "x.db-shm", "x.traces/a.npz", "selftest.json"])
+def test_no_verb_writes_over_what_is_beside_a_database(
+    adeye: Any, project: Path, option: str, target: str
+) -> None:
+    (project / "x.traces").mkdir()
+    (project / target).touch()
+    refused(adeye, project, option, target)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "option", ["run --sarif", "report --output", "gate --junit", "check --sarif"]
+)
+def test_no_verb_writes_over_what_was_planned(adeye: Any, project: Path, option: str) -> None:
+    (cut_in,) = project.glob("scenarios_db/**/cut_in.yaml")
+    for target in (ODD, CONCEPT, CANDIDATE, str(cut_in.relative_to(project))):
+        refused(adeye, project, option, target)
+        for link in project.glob("link*"):
+            link.unlink()
+
+
+@pytest.mark.parametrize("way", ["./x.xml", "odd/../x.xml", "link.xml", "X.XML"])
+def test_no_file_is_written_twice(adeye: Any, project: Path, way: str) -> None:
+    (project / "link.xml").symlink_to("x.xml")
+    done = adeye("run", ODD, "--db", "new.db", "--junit", "x.xml", "--report-json", way)
+    assert (done.code, "are one file" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+def test_database_that_is_not_there_yet_is_no_file_to_write(adeye: Any, project: Path) -> None:
+    for name in ("new.db", "./new.db", "new.db-journal"):
+        done = adeye("run", ODD, "--db", "new.db", "--junit", name)
+        assert (done.code, "belongs to the database" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+@pytest.mark.slow
+def test_baseline_is_brought_up_to_date_and_no_database_becomes_one(
+    adeye: Any, project: Path
+) -> None:
+    for _ in range(2):
+        assert adeye("gate", "--baseline", "b.json", "--update").code == 0
+    done = adeye("gate", "--baseline", "x.db", "--update")
+    assert (done.code, (project / "x.db").read_bytes()[:6]) == (2, b"SQLite")
+
+
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
+def test_standard_output_is_written_to(adeye: Any, project: Path, name: str) -> None:
+    done = adeye("query", "SELECT 1 AS one", "-o", "to.csv")
+    assert done.code == 0
+    (project / "link.csv").symlink_to(name)
+    done = adeye("query", "SELECT 1 AS one", "-o", "link.csv")
+    assert (done.code, done.out) == (0, "one\n1\n")
+    assert (project / "link.csv").is_symlink()
+
+
+def test_folder_is_no_place_for_a_file(adeye: Any, project: Path) -> None:
+    done = adeye("run", ODD, "--db", "new.db", "--junit", "odd")
+    assert (done.code, "'odd' is a folder" in done.err) == (2, True)
+    assert not (project / "new.db").exists()
+
+
+def test_export_makes_no_folder_that_is_called_like_a_file(adeye: Any, project: Path) -> None:
+    done = adeye("export", "-o", "runs.xlsx")
+    assert (done.code, ".parquet, .csv" in done.err) == (2, True)
+    assert not (project / "runs.xlsx").exists()
+    assert adeye("export", "-f", "csv", "-o", "runs.24").code == 0
+    assert (project / "runs.24" / "runs.csv").is_file()
+
+
+@pytest.mark.slow
+def test_cells_that_a_spreadsheet_would_obey_are_text(adeye: Any, folder: Path) -> None:
+    (folder / "cases.csv").write_text(CASES.replace("\n", ",=note\n", 1).replace("1\n", "1,=1+1\n"))
+    assert adeye("reference", "cases.csv", "-o", "out.csv").code == 0
+    lines = (folder / "out.csv").read_text("utf-8").splitlines()
+    assert [line.split(",")[4] for line in lines] == ["'=note", "'=1+1"]

@@ -1,7 +1,11 @@
-"""What reaches standard output: harmless text, whole tables, strict JSON."""
+"""What reaches standard output: harmless text, tables that fit, strict JSON, nothing of others."""
+
+from __future__ import annotations
 
 import io
 import json
+import os
+import subprocess
 import sys
 from dataclasses import dataclass
 from enum import Enum
@@ -10,8 +14,12 @@ from pathlib import Path
 import pytest
 
 from adeye.cli import output
+from adeye.cli.output import BREAKABLE, emit, results, results_apart, stacked, widths_of
 from adeye.judge.verdict import Verdict
 from adeye.report.words import SYMBOLS
+from tests.project import ROOT
+
+# --- what reaches standard output: harmless text, whole tables, strict JSON
 
 
 class Colour(Enum):
@@ -160,3 +168,149 @@ def test_documents_are_utf8_whatever_the_terminal(
         "file": "a\udcff",
     }
     assert table == "name\nÄ→\U0001f697\na\\udcff\n"
+
+
+# --- tables that fit, and what becomes of those that do not
+
+
+HEADERS = ("Scenario", "Fault entry", "Runs", "Least FTTI [s]")
+ROWS = [("cut_in", "front_camera_out", "12", "7.45"), ("lead_braking", "none", "3", "none")]
+RIGHT = HEADERS[2:]
+WHOLE = [12, 16, 4, 14]
+
+
+def test_columns_are_as_wide_as_their_cells_where_there_is_room() -> None:
+    assert widths_of(HEADERS, ROWS, RIGHT, 1000) == WHOLE
+    assert widths_of(HEADERS, ROWS, RIGHT, sum(WHOLE)) == WHOLE
+
+
+@pytest.mark.parametrize("available", range(36, sum(WHOLE)))
+def test_numbers_and_short_words_are_never_broken(available: int) -> None:
+    widths = widths_of(HEADERS, ROWS, RIGHT, available)
+    assert widths is not None
+    assert sum(widths) == available
+    assert widths[0] >= len("lead_braking")
+    assert widths[1] >= BREAKABLE
+    assert widths[2] >= len("Runs")
+    assert widths[3] >= len("Least")
+
+
+def test_whole_words_come_before_long_lines() -> None:
+    rows = [("a_name_of_nineteen_", "many words " * 20)]
+    assert widths_of(("Name", "Meaning"), rows, (), 40) == [19, 21]
+
+
+def test_too_narrow_is_told() -> None:
+    assert widths_of(HEADERS, ROWS, RIGHT, 34) is None
+
+
+def test_table_without_rows_needs_its_headers() -> None:
+    assert widths_of(("One two", "x"), [], (), 80) == [7, 1]
+    assert widths_of(("One two", "x"), [], (), 4) == [3, 1]
+
+
+def test_stacked_row_has_what_identifies_it_above_its_numbers() -> None:
+    assert list(stacked(HEADERS, ROWS, RIGHT, 80)) == [
+        "cut_in, front_camera_out",
+        "  Runs: 12, Least FTTI [s]: 7.45",
+        "lead_braking, none",
+        "  Runs: 3, Least FTTI [s]: none",
+    ]
+
+
+def test_stacked_lines_keep_to_the_width_and_lose_nothing() -> None:
+    headers = ("Id", *(f"Number {k}" for k in range(20)))
+    lines = list(stacked(headers, [("x", *map(str, range(20)))], headers[1:], 40))
+    assert max(map(len, lines)) <= 40
+    parts = " ".join(lines[1:]).split(", ")
+    assert [" ".join(part.split()) for part in parts] == [f"Number {k}: {k}" for k in range(20)]
+
+
+def test_stacked_table_without_numbers_begins_with_its_first_cell() -> None:
+    assert list(stacked(("a", "b"), [("x", "y")], (), 80)) == ["x", "  b: y"]
+
+
+@pytest.mark.parametrize(("columns", "is_stacked"), [("40", True), ("60", False)])
+def test_table_is_stacked_on_a_narrow_terminal_only(
+    columns: str,
+    is_stacked: bool,  # noqa: FBT001 - a parameter of the test
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    output.emit_table(HEADERS, ROWS, right=RIGHT)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= int(columns)
+    assert ("Runs: 12" in lines[1]) == is_stacked
+
+
+# --- standard output is for results, whatever prints or closes it meanwhile
+
+
+def say(text: str) -> None:
+    print(text)  # noqa: T201 - as code from outside does
+
+
+def test_what_others_print_meanwhile_goes_to_standard_error(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    say("before")
+    with results_apart():
+        say("a plug-in")
+        os.write(1, b"a library\n")
+        emit("a result")
+        subprocess.run([sys.executable, "-c", "print('a worker')"], check=True)
+    say("after")
+    sys.stdout.flush()
+    written = capfd.readouterr()
+    assert written.out == "before\na result\nafter\n"
+    assert sorted(written.err.splitlines()) == ["a library", "a plug-in", "a worker"]
+
+
+def test_it_is_laid_apart_once(capfd: pytest.CaptureFixture[str]) -> None:
+    with results_apart():
+        stream = results()
+        with results_apart():
+            assert results() is stream
+            emit("a result")
+    assert results() is sys.stdout
+    assert capfd.readouterr().out == "a result\n"
+
+
+def test_descriptors_are_given_back_also_after_an_error(capfd: pytest.CaptureFixture[str]) -> None:
+    def count() -> int:
+        return len(list(Path("/proc/self/fd").iterdir()))
+
+    before = count()
+    with pytest.raises(RuntimeError), results_apart():
+        raise RuntimeError
+    assert count() == before
+    say("after")
+    assert capfd.readouterr().out == "after\n"
+
+
+def test_streams_without_a_file_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", stream)
+    with results_apart():
+        emit("a result")
+        say("a plug-in")
+    assert stream.getvalue() == "a result\na plug-in\n"
+
+
+@pytest.mark.parametrize("mischief", ["sys.stdout.close()", "os.close(1)", "sys.stdout = None"])
+def test_result_comes_through_although_the_output_was_closed(mischief: str) -> None:
+    program = (
+        "import os, sys\n"
+        "from adeye.cli.output import results_apart\n"
+        "from adeye.cli.output import emit\n"
+        f"with results_apart():\n    {mischief}\n    emit('a result')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "a result\n", "")

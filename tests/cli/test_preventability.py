@@ -1,8 +1,10 @@
-"""``adeye preventability``: the table, the findings, and what it refuses."""
+"""``preventability`` and ``reference``."""
 
 from __future__ import annotations
 
+import csv
 import shutil
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,6 +13,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.project import Executed
+
+
+# --- ``adeye preventability``: the table, the findings, and what it refuses
 
 
 @pytest.fixture
@@ -61,6 +66,192 @@ def test_without_a_conflict_it_says_so(adeye: Any, db: str) -> None:
     ],
 )
 def test_bad_input_is_refused(adeye: Any, db: str, options: list[str], text: str) -> None:
-    done = adeye("preventability", "--db", db, *options)
-    assert done.code == 2
-    assert text in done.err
+    assert text in adeye("preventability", "--db", db, *options).refused
+
+
+# --- ``reference`` on small files: rows, JSON, and what it refuses
+
+
+HEADER = "case,ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps"
+ROWS = ("far,16,8,30,1", "near,36,10,12,3")
+
+
+@pytest.fixture
+def cases(tmp_path: Path) -> Path:
+    path = tmp_path / "cases.csv"
+    path.write_text("\n".join((HEADER, *ROWS)), encoding="utf-8")
+    return path
+
+
+def test_one_row_per_scene_is_written(adeye: Any, cases: Path) -> None:
+    out = cases.with_name("out.csv")
+    ended = adeye("reference", str(cases), "-o", str(out))
+    assert ended.code == 0, ended.err
+    assert "A benchmark, not a proof" in ended.out
+    with out.open(encoding="utf-8", newline="") as file:
+        far, near = csv.DictReader(file)
+    assert (far["case"], far["reg157_must_be_avoided"]) == ("far", "yes")
+    for model in ("cc", "fsm", "rss", "reg157"):
+        assert (far[f"{model}_contact"], near[f"{model}_contact"]) == ("no", "yes")
+        assert far[f"{model}_impact_speed_mps"] == ""
+        assert float(near[f"{model}_impact_speed_mps"]) > 0.0
+        assert float(far[f"{model}_min_gap_m"]) > 0.0
+
+
+def test_json_counts_and_lists_scenes(adeye: Any, cases: Path) -> None:
+    document = adeye("reference", str(cases), "--models", "fsm,cc", "--json").document
+    assert document["schema"] == "adeye/reference@1"
+    assert [item["model"] for item in document["models"]] == ["fsm", "cc"]
+    assert [item["contacts"] for item in document["models"]] == [1, 1]
+    assert [case["cc"]["contact"] for case in document["cases"]] == [False, True]
+    assert document["cases"][0]["cc"]["impact_speed_mps"] is None
+
+
+def test_variant_changes_the_answer(adeye: Any, cases: Path) -> None:
+    cases.write_text(f"{HEADER}\nlate,33,20,36,1", encoding="utf-8")
+    text, code = (
+        adeye("reference", str(cases), "--models", "cc", "--json", *more).document["cases"][0]["cc"]
+        for more in ((), ("--variant", "jrc"))
+    )
+    assert text != code
+
+
+def test_speed_beyond_the_edition_is_told(adeye: Any, cases: Path) -> None:
+    assert (
+        "1 of 2 scenes are faster than 60 km/h"
+        in adeye("reference", str(cases), "--edition", "r157").err
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "content"),
+    [
+        ("cut_out", "ego_speed_mps,other_speed_mps,front_gap_m,lateral_speed_mps\n20,20,60,1"),
+        ("deceleration", "ego_speed_mps,other_speed_mps,gap_m,max_deceleration_mps2\n20,20,,6"),
+    ],
+)
+def test_missing_gap_is_the_own_following_distance(
+    adeye: Any, cases: Path, scene: str, content: str
+) -> None:
+    cases.write_text(content, encoding="utf-8")
+    document = adeye("reference", str(cases), "--scene", scene, "--json").document
+    assert all(item["undecided"] == 0 for item in document["models"])
+    assert document["cases"][0]["cc"]["contact"] is False
+    assert document["models"][0]["must_be_avoided"] is None
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("a,-1,8,30,1", "cases.csv:2: ego_speed_mps is '-1'"),
+        ("a,0,8,30,1", "cases.csv:2: ego_speed_mps is '0'"),
+        ("a,16,nan,30,1", "cases.csv:2: other_speed_mps is 'nan'"),
+        ("a,16,8,,1", "cases.csv:2: gap_m is ''"),
+        ("a,16,8,far,1", "cases.csv:2: gap_m is 'far'"),
+        ("a,16,8,30,inf", "cases.csv:2: lateral_speed_mps is 'inf'"),
+        ("a,16,8,30", "cases.csv:2: the row has not as many cells"),
+        ("", "holds no scene"),
+    ],
+)
+def test_bad_row_is_told_with_its_line(adeye: Any, cases: Path, row: str, message: str) -> None:
+    cases.write_text(f"{HEADER}\n{row}", encoding="utf-8")
+    assert message in adeye("reference", str(cases)).refused.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--models", "idm"), "there is no model 'idm'"),
+        (("--models", ","), "no model is named"),
+        (("--edition", "r79"), "there is no edition 'r79'"),
+        (("--variant", "x"), "there is no variant 'x'"),
+        (("--scene", "x"), "there is no scene 'x'"),
+        (("--integrator", "x"), "there is no integrator 'x'"),
+        (("--step", "1"), "the step of 1 s is not allowed"),
+    ],
+)
+def test_unknown_option_is_refused(
+    adeye: Any, cases: Path, options: tuple[str, ...], message: str
+) -> None:
+    assert message in adeye("reference", str(cases), *options).refused.replace("\n", " ")
+
+
+def test_missing_column_and_file_are_refused(adeye: Any, cases: Path) -> None:
+    cases.write_text("gap_m\n1", encoding="utf-8")
+    assert "has no column 'ego_speed_mps'" in adeye("reference", str(cases)).err
+    cases.unlink()
+    assert adeye("reference", str(cases)).code == 2
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "meant"),
+    [
+        ("cut_in", "lateral_offset", "lateral_offset_m"),
+        ("cut_in", "ego_length", "ego_length_m"),
+        ("cut_in", "latral_offset_m", "lateral_offset_m"),
+        ("cut_in", "Ego_Width_m", "ego_width_m"),
+        ("deceleration", "jerk", "jerk_mps3"),
+        ("deceleration", "gap", "gap_m"),
+    ],
+)
+def test_misspelt_optional_column_is_refused(
+    adeye: Any, cases: Path, scene: str, name: str, meant: str
+) -> None:
+    required = {
+        "cut_in": HEADER.removeprefix("case,"),
+        "deceleration": "ego_speed_mps,other_speed_mps,max_deceleration_mps2",
+    }[scene]
+    cells = ",".join(["8"] * (required.count(",") + 2))
+    cases.write_text(f"{required},{name}\n{cells}", encoding="utf-8")
+    ended = adeye("reference", str(cases), "--scene", scene)
+    assert ended.code == 2
+    assert f"{cases}:1: column {name!r} is none that is read" in ended.err
+    assert f"Write {meant!r}" in ended.err
+
+
+def test_answers_are_not_written_twice_into_one_header(adeye: Any, cases: Path) -> None:
+    one, two = cases.with_name("one.csv"), cases.with_name("two.csv")
+    assert adeye("reference", str(cases), "--models", "cc", "-o", str(one)).code == 0
+    assert f"{one}:1: there is a column 'cc_contact' already" in adeye(
+        "reference", str(one), "--variant", "jrc", "-o", str(two)
+    ).refused.replace("\n", " ")
+    assert not two.exists()
+    # Without an output nothing is written twice; other names are answered beside the old ones.
+    assert adeye("reference", str(one), "--variant", "jrc").code == 0
+    text = one.read_text("utf-8")
+    header, _, rest = text.partition("\n")
+    one.write_text(
+        f"{header.replace(',cc_', ',text_').replace(',reg', ',old_reg')}\n{rest}", "utf-8"
+    )
+    assert adeye("reference", str(one), "--variant", "jrc", "-o", str(two)).code == 0
+    with two.open(encoding="utf-8", newline="") as file:
+        names = next(csv.reader(file))
+    assert len(set(names)) == len(names)
+    assert {"text_contact", "cc_contact"} <= set(names)
+
+
+def test_growth_of_the_sideways_speed_is_a_column(adeye: Any, cases: Path) -> None:
+    def answers(cells: str) -> Any:
+        cases.write_text(f"{HEADER},lateral_acceleration_mps2\n{cells}", encoding="utf-8")
+        return adeye("reference", str(cases), "--json")
+
+    at_once, growing = answers("a,25,10,12,1.5,"), answers("a,25,10,12,1.5,1.5")
+    assert at_once.document["cases"] != growing.document["cases"]
+    # The scene begins a second earlier and the rule sees the movement for as long.
+    assert at_once.document["cases"][0]["must_be_avoided"] is False
+    refused = answers("a,25,10,12,1.5,0")
+    assert refused.code == 2
+    assert "lateral_acceleration_mps2 is '0'" in refused.err
+
+
+def test_columns_of_others_are_handed_through(adeye: Any, cases: Path) -> None:
+    cases.write_text(
+        f"{HEADER},id,name,ego_speed_kmh,front_gap_m\nfar,16,8,30,1,7,x,57.6,9", encoding="utf-8"
+    )
+    out = cases.with_name("out.csv")
+    assert adeye("reference", str(cases), "-o", str(out)).code == 0
+    with out.open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert [row[key] for key in ("id", "name", "ego_speed_kmh", "front_gap_m")] == [
+        "7", "x", "57.6", "9",
+    ]  # fmt: skip

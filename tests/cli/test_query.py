@@ -1,7 +1,8 @@
-"""``query``: formats, saved queries by name, refusals."""
+"""``query``: what is asked, in which form, what is refused; saved queries."""
 
 import io
 import json
+import re
 import sys
 from dataclasses import replace
 from typing import Any
@@ -13,12 +14,15 @@ from adeye.cli import queries
 from adeye.cli.queries import SAVED
 from adeye.store import schema
 
+# --- ``query``: formats, saved queries by name, refusals
 
-@pytest.fixture(autouse=True)
-def database(folder: Any) -> None:
-    """Make an empty database."""
+
+@pytest.fixture
+def adeye(adeye: Any, folder: Any) -> Any:
+    """Call verbs beside an empty database."""
     assert folder.is_dir()
     schema.upgrade(".adeye/adeye.db")
+    return adeye
 
 
 def test_table(adeye: Any) -> None:
@@ -86,20 +90,14 @@ def test_list_as_json_and_csv(adeye: Any) -> None:
     assert adeye("query", "--list", "--format", "csv").out.startswith("name,text\n")
 
 
-@pytest.mark.parametrize("name", SAVED)
-def test_saved_query_fits_the_schema(adeye: Any, name: str) -> None:
-    ended = adeye("query", name, "--json")
-    assert ended.code == 0, ended.err
-    assert ended.document["columns"]
-    assert ended.document["rows"] == []
-
-
-@pytest.mark.parametrize("name", sorted(SAVED))
-def test_no_rows_for_want_of_evidence_are_no_answer(adeye: Any, name: str) -> None:
-    done = adeye("query", name)
-    assert done.code == 0
-    assert f"note: no rows, and that says nothing: {SAVED[name].lacking}" in done.err
-    assert "'adeye " in SAVED[name].lacking
+def test_every_saved_query_fits_the_schema_and_without_evidence_is_no_answer(adeye: Any) -> None:
+    for name, query in SAVED.items():
+        ended = adeye("query", name, "--json")
+        assert ended.code == 0, ended.err
+        assert ended.document["columns"], name
+        assert ended.document["rows"] == [], name
+        assert f"note: no rows, and that says nothing: {query.lacking}" in ended.err
+        assert "'adeye " in query.lacking
 
 
 def test_no_rows_although_there_is_evidence_are_an_answer(
@@ -189,3 +187,32 @@ def test_missing_evidence_is_told_of_the_campaign_that_is_named(
     assert adeye("query", "contacts", *db).err == "note: no rows\n"
     monkeypatch.setitem(queries.SAVED, "contacts", replace(nothing, basis="SELECT 0"))
     assert "no run of this campaign has a result" in adeye("query", "contacts", *db).err
+
+
+# --- saved queries: names, and that each is one statement about one campaign
+
+
+def test_the_promised_ones_are_there() -> None:
+    assert SAVED.keys() >= {
+        "failing-fsrs",
+        "worst-runs",
+        "fault-coverage",
+        "architecture-pairs",
+        "metrics-by-architecture",
+        "least-slack",
+        "undetected-faults",
+        "unexercised",
+        "evidence-by-element",
+    }
+
+
+def test_queries_are_complete_statements_about_the_latest_campaign() -> None:
+    for name, query in SAVED.items():
+        assert query.name == name
+        assert re.fullmatch(r"[a-z-]+", name)
+        assert query.text
+        assert "$" not in query.sql, name
+        assert ";" not in query.sql, name
+        assert "ORDER BY" in query.sql, name
+        is_about_one = "(SELECT campaign FROM v_campaigns WHERE recency = 1)" in query.sql
+        assert is_about_one == (name != "campaigns")

@@ -1,10 +1,14 @@
-"""``run`` and ``report``: exit codes, what is printed where, reports, interruption."""
+"""``run``, ``report`` and ``judge``: what they are asked, and what they print."""
+
+from __future__ import annotations
 
 import shlex
+import shutil
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -15,11 +19,28 @@ import adeye.reporting
 from adeye.campaign import warmup
 from adeye.campaign.run import Progress
 from adeye.campaign.summary import CampaignSummary, VerdictLine
-from adeye.cli.run import usable_processors
+from adeye.cli.run import (
+    document,
+    executed_text,
+    margin_text,
+    ordered,
+    print_verdicts,
+    rejudged_text,
+    usable_processors,
+)
 from adeye.errors import PlatformError, Terminated
-from adeye.judge.verdict import ExitCode, Verdict
+from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict, fold_fsrs
 from adeye.kernel import jit as adeye_jit
 from adeye.store import schema
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.project import Executed
+
+
+# --- ``run`` and ``report``: exit codes, what is printed where, reports, interruption
+
 
 LINE = VerdictLine(
     architecture="camera_radar",
@@ -152,9 +173,9 @@ def test_compilation_of_what_was_not_used_before_is_announced(
 
 
 def test_threads_and_workers_exclude_each_other(adeye: Any, campaign: Campaign) -> None:
-    ended = adeye("run", "odd.yaml", "--threads", "2", "--workers", "2")
-    assert ended.code == 2
-    assert "exclude each other" in ended.err
+    assert (
+        "exclude each other" in adeye("run", "odd.yaml", "--threads", "2", "--workers", "2").refused
+    )
     assert not campaign.runs
 
 
@@ -275,9 +296,7 @@ def test_defect_in_the_campaign_is_not_success(adeye: Any, campaign: Campaign) -
 
 def test_report_of_an_empty_database_is_an_input_error(adeye: Any) -> None:
     schema.upgrade(".adeye/adeye.db")
-    ended = adeye("report")
-    assert ended.code == 2
-    assert "has no campaign" in ended.err
+    assert "has no campaign" in adeye("report").refused
     assert not Path("report.html").exists()
 
 
@@ -313,3 +332,181 @@ def test_report_writes_what_is_asked_for(
     ended = adeye("report", *arguments)
     assert ended.code == 0, ended.err
     assert campaign.reports == [(None, asked, outputs)]
+
+
+# --- what came out of a campaign in words and as JSON
+
+
+def test_nothing_executed_is_said() -> None:
+    summary = replace(SUMMARY, executed=0, reused=12)
+    assert executed_text(summary) == "Executed nothing, all 12 results were there."
+    assert executed_text(replace(summary, judged=12)).endswith(
+        "Re-judged 12 of 12 results; 0 executed again for it."
+    )
+
+
+def test_large_counts_can_be_read() -> None:
+    text = executed_text(replace(SUMMARY, planned=1_000_000, executed=998_976, reused=1024))
+    assert text == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
+
+
+def test_nothing_planned_is_not_everything_there() -> None:
+    empty = replace(SUMMARY, planned=0, executed=0)
+    assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
+
+
+def test_ways_of_judging_again_are_named() -> None:
+    summary = replace(SUMMARY, judged=5, ways={"metric": 3, "trace": 2}, to_replay=1)
+    assert rejudged_text(summary) == (
+        "Re-judged 5 of 6 results (3 from metric rows, 2 from kept traces); "
+        "0 executed again for it."
+    )
+
+
+def test_document_tells_what_was_chosen_and_what_remains() -> None:
+    assert document(SUMMARY)["selected"] == 12
+    assert document(SUMMARY)["remaining"] == 0
+    part = replace(SUMMARY, selected=4, executed=4, to_execute=8)
+    assert (document(part)["selected"], document(part)["remaining"]) == (4, 8)
+    assert document(replace(SUMMARY, selected=0))["selected"] == 0
+
+
+# --- the verdict table: order, margins, the hint to the worst run
+
+
+PASSED = VerdictLine(
+    architecture="a",
+    is_gate=False,
+    fsr="FSR-01",
+    asil="D",
+    mandatory=True,
+    verdict=Verdict.PASS,
+    exercised=3,
+    runs=4,
+    margin=None,
+    unit="",
+    worst_run="",
+    text="text",
+)
+
+
+def summary(*lines: VerdictLine) -> CampaignSummary:
+    return CampaignSummary("c", 4, 4, 0, 0, ExitCode.FAILED, "m", lines)
+
+
+def test_order_of_verdicts_is_that_of_folding() -> None:
+    for worse, better in pairwise(word for word in WORST_FIRST if word is not None):
+        assert fold_fsrs([better, worse]) is worse
+    assert set(WORST_FIRST) == {*Verdict, None}
+
+
+def test_gate_then_mandatory_then_worst_first() -> None:
+    lines = [
+        replace(PASSED, fsr="1", architecture="a"),
+        replace(PASSED, fsr="2", architecture="z", is_gate=True),
+        replace(PASSED, fsr="3", architecture="z", is_gate=True, verdict=Verdict.FAIL),
+        replace(
+            PASSED, fsr="4", architecture="z", is_gate=True, verdict=Verdict.FAIL, mandatory=False
+        ),
+        replace(PASSED, fsr="5", architecture="a", verdict=None),
+        replace(PASSED, fsr="6", architecture="a", verdict=Verdict.ERROR),
+    ]
+    assert [line.fsr for line in ordered(lines)] == ["3", "2", "4", "6", "5", "1"]
+
+
+@pytest.mark.parametrize(
+    ("margin", "unit", "text"),
+    [
+        (-0.8, "m", "\N{MINUS SIGN}0.80 m"),
+        (1.35, "m/s^2", "+1.35 m/s²"),
+        (2.0, "", "+2.00"),
+        (None, "m", "\N{EN DASH}"),
+        (float("inf"), "m", "\N{EN DASH}"),
+        (float("nan"), "m", "\N{EN DASH}"),
+    ],
+)
+def test_margin_has_sign_and_unit(margin: float | None, unit: str, text: str) -> None:
+    assert margin_text(replace(PASSED, margin=margin, unit=unit)) == text
+
+
+def test_failure_leads_to_its_worst_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    failed = replace(PASSED, verdict=Verdict.FAIL, worst_run="ab" * 32, margin=-1.0, unit="m")
+    print_verdicts(summary(PASSED, failed))
+    text = capsys.readouterr().out
+    assert "3 of 4" in text
+    assert "adeye show ababababab" in text
+    assert "adeye replay ababababab" in text
+
+
+def test_all_green_has_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
+    print_verdicts(summary(replace(PASSED, worst_run="ab" * 32)))
+    assert "replay" not in capsys.readouterr().out
+
+
+def test_narrow_screen_keeps_every_row_on_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    line = replace(
+        PASSED,
+        fsr="FSR-07",
+        mandatory=False,
+        verdict=Verdict.INCONCLUSIVE,
+        margin=-12.3,
+        unit="m/s^2",
+        worst_run="ab" * 32,
+        exercised=168,
+        runs=168,
+    )
+    print_verdicts(summary(line))
+    row = capsys.readouterr().out.splitlines()[-1]
+    for part in ("FSR-07 opt.", "INCONCLUSIVE", "168 of 168", "m/s\N{SUPERSCRIPT TWO}", "ab" * 5):
+        assert part in row
+
+
+def test_architectures_are_headed_and_the_gate_is_marked(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    print_verdicts(summary(PASSED, replace(PASSED, architecture="b", is_gate=True)))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines.index("b (gate)") < lines.index("a")
+
+
+def test_texts_are_harmless_and_short(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    print_verdicts(summary(replace(PASSED, architecture="[red]a\x1b[2J", text="long\n" * 100)))
+    text = capsys.readouterr().out
+    assert "[red]a[2J" in text
+    assert "\x1b" not in text
+    assert "…" in text
+
+
+def test_vacuous_line_says_how_many_runs_are_needed(capsys: pytest.CaptureFixture[str]) -> None:
+    few = replace(PASSED, verdict=Verdict.VACUOUS, exercised=2, runs=2, min_exercised=30)
+    print_verdicts(summary(few))
+    assert "2 of 30 needed" in capsys.readouterr().out
+
+
+# --- ``judge``: what it prints, and what it executes: nothing unless asked to
+
+
+@pytest.mark.slow
+def test_judged_results_are_left_alone(adeye: Any, mini: Executed, tmp_path: Path) -> None:
+    db = tmp_path / "copy.db"
+    shutil.copyfile(mini.db, db)
+    done = adeye("judge", str(mini.project.odd), "--db", str(db), "--quiet")
+    assert done.code == int(mini.summary.exit_code), done.err
+    assert "All 28 results were judged already; 0 executed." in done.out
+    found = adeye("judge", str(mini.project.odd), "--db", str(db), "--json", "--quiet").document
+    assert (found["executed"], found["replayed"], found["to_replay"]) == (0, 0, 0)
+
+
+def test_database_has_to_be_there(adeye: Any, mini: Executed, tmp_path: Path) -> None:
+    done = adeye("judge", str(mini.project.odd), "--db", str(tmp_path / "no.db"))
+    assert done.code == 2
+    assert not (tmp_path / "no.db").exists()

@@ -1,4 +1,4 @@
-"""``scenario list|show|lint`` on the shipped catalogue and on broken files."""
+"""``scenario``: the catalogue, and what is found in its files."""
 
 import shutil
 from pathlib import Path
@@ -6,7 +6,11 @@ from typing import Any
 
 import pytest
 
-from adeye.spec.load import scenario_files, shipped
+from adeye.errors import UsageError
+from adeye.spec.load import catalogue_files, catalogue_folder, scenario_files, shipped
+
+# --- ``scenario list|show|lint`` on the shipped catalogue and on broken files
+
 
 CUT_IN = scenario_files(shipped("scenarios_db"))["cut_in"]
 
@@ -56,9 +60,7 @@ def test_show_json_has_the_content(adeye: Any) -> None:
 
 
 def test_unknown_scenario_is_suggested(adeye: Any) -> None:
-    ended = adeye("scenario", "show", "cut_inn")
-    assert ended.code == 2
-    assert "Did you mean 'cut_in'?" in ended.err
+    assert "Did you mean 'cut_in'?" in adeye("scenario", "show", "cut_inn").refused
 
 
 @pytest.mark.slow
@@ -112,3 +114,33 @@ def test_lint_asks_what_must_begin_and_what_nothing_uses(adeye: Any, cut_in: Pat
     assert "event 'change_speed' need not begin" in ended.out
     assert "nothing that happens depends on parameter 'shade'" in ended.out
     assert ended.out.count("my_cut_in.yaml:") == 2
+
+
+# --- which catalogue is read
+
+
+def test_shipped_unless_there_is_one_here(folder: Path) -> None:
+    assert catalogue_folder(None) == shipped("scenarios_db")
+    (folder / "scenarios_db").mkdir()
+    assert catalogue_folder(None) == Path("scenarios_db")
+
+
+def test_chosen_one_wins(folder: Path) -> None:
+    assert catalogue_folder(folder) == folder
+
+
+def test_chosen_one_must_be_a_folder(folder: Path) -> None:
+    with pytest.raises(UsageError, match="not a folder"):
+        catalogue_folder(folder / "none")
+
+
+def test_scenarios_here_stand_beside_the_shipped_ones_and_before_them(folder: Path) -> None:
+    here = folder / "scenarios_db"
+    here.mkdir()
+    for name in ("cut_in", "mine"):
+        (here / f"{name}.yaml").write_text("")
+    found = catalogue_files(None)
+    assert found["cut_in"] == Path("scenarios_db/cut_in.yaml")
+    assert found["mine"] == Path("scenarios_db/mine.yaml")
+    assert found["lead_braking"].is_relative_to(shipped("scenarios_db"))
+    assert set(catalogue_files(here)) == {"cut_in", "mine"}

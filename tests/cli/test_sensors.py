@@ -107,9 +107,7 @@ def test_unknown_file_is_an_input_error(adeye: Any) -> None:
 
 
 def test_nothing_to_analyse_is_an_input_error(adeye: Any) -> None:
-    ended = adeye("sensors")
-    assert ended.code == 2
-    assert "Name architecture files, or an ODD with --odd." in ended.err
+    assert "Name architecture files, or an ODD with --odd." in adeye("sensors").refused
 
 
 def test_file_of_another_kind_is_an_input_error(adeye: Any) -> None:

@@ -1,3 +1,5 @@
+"""Conformance of sensors, and injectors on their own."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +22,10 @@ from adeye.spec.sensors import (
     model_name,
 )
 from adeye.testing import check_sensor
+from adeye.testing.sensors import injector, moment
+
+# --- ``plugins``
+
 
 TRUTH = GroundTruth.model_validate({"kind": "ground_truth", "rate": "20 Hz"})
 RANGING = {
@@ -210,3 +216,21 @@ class Odd:
 def test_broken_rule_of_values_is_named(rule: str, message: str) -> None:
     with pytest.raises(AssertionError, match=message):
         check_sensor(lambda context: Odd(context, rule), TRUTH)
+
+
+# --- ``plugins``
+
+
+def test_injector_stands_alone() -> None:
+    fault = injector("silent", "channels.nominal")
+    assert callable(fault.apply)
+
+
+def test_each_run_may_have_its_own_numbers() -> None:
+    assert injector("drop_out", "sensors.front", parameters=[{"duration": "1 s"}, {}])
+
+
+def test_moment_holds_one_age_for_each_run() -> None:
+    active = np.array([True, False])
+    now = moment(active, time=2.0, age=0.5)
+    assert (now.time, now.age.tolist()) == (2.0, [0.5, 0.5])

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import ast
+import json
+import os
+import random  # noqa: TID251 - plug-ins seed it
 import resource
+import subprocess
+import sys
 import time
-from contextlib import suppress
+import warnings
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,13 +30,20 @@ from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
 from adeye.testing import channel_context, straight_road, zoo
 from adeye.testing.scenes import pose_measurement
-from tests.project import CANDIDATE, Project
+from adeye.testing.zoo import plugin as zoo_plugin
+from adeye.testing.zoo import program
+from tests.project import CANDIDATE, ROOT, Project
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from adeye.sweep.case import TestCase
     from adeye.trace import ChannelEvent, Trace
+
+
+# --- channels that misbehave: each gets its outcome, and the runs beside it keep every bit
+
 
 TICKS = 12
 GAPS = ("30 m", "50 m")
@@ -199,3 +214,249 @@ def test_program_of_the_zoo_is_part_of_the_identity(tmp_path: Path) -> None:
     with (path.parent / "zoo.py").open("a") as stream:
         stream.write("# changed\n")
     assert load_parts(load_architecture(path)).digest != before != ""
+
+
+# --- plug-ins that misbehave: each gets its outcome, and the runs beside it keep every bit
+
+
+LINKS = ["localisation", "front_camera", "channels.nominal", "switch"]
+
+
+@dataclass(frozen=True)
+class PluginVisit:
+    """Where the zoo is, two situations to drive, and what they are like without mischief."""
+
+    project: Project
+    cases: tuple[TestCase, TestCase]
+    honest: dict[str, Trace]
+
+    def run(self, kind: str, names: Sequence[str], cases: Sequence[TestCase]) -> Trace:
+        made = [plugin_case(case, kind, name) for case, name in zip(cases, names, strict=True)]
+        with spoilt(self.project.folder):
+            return engine.run(made, base_dirs=self.project.plan().folders, most_ticks=TICKS)
+
+
+@contextmanager
+def spoilt(folder: Path) -> Iterator[None]:
+    """Give what plug-ins can spoil in a process back to the other tests."""
+    zoo_plugin.KEPT.clear()
+    state, strictness, seed = random.getstate(), np.geterr(), np.random.get_state()  # noqa: NPY002
+    streams = sys.stdin, sys.stdout
+    with (
+        warnings.catch_warnings(),
+        (folder / "in").open("w+") as stdin,
+        (folder / "out").open("w+") as stdout,
+    ):
+        sys.stdin, sys.stdout = stdin, stdout
+        try:
+            yield
+        finally:
+            sys.stdin, sys.stdout = streams
+    assert np.geterr() == strictness
+    random.setstate(state)
+    np.random.set_state(seed)  # noqa: NPY002
+
+
+def plugin_case(case: TestCase, kind: str, name: str) -> TestCase:
+    """Put an animal into the architecture of a test case."""
+    content = case.architecture.model_dump(mode="json")
+    content["channels"]["guest"]["kind"] = f"./zoo_plugin.py:{kind}"
+    content["channels"]["guest"]["parameters"] = {"animal": name, "from_tick": zoo.FROM_TICK}
+    return replace(case, architecture=Architecture.model_validate(content, context=SI))
+
+
+@pytest.fixture(scope="module")
+def plugin_visit(tmp_path_factory: pytest.TempPathFactory) -> PluginVisit:
+    project = plugin_project(tmp_path_factory.mktemp("zoo") / "project")
+    first, second = project.plan().cases
+    empty = PluginVisit(project, (first, second), {})
+    honest = {kind: empty.run(kind, ("", ""), (first, second)) for kind in ("One", "Herd")}
+    return replace(empty, honest=honest)
+
+
+def plugin_project(folder: Path) -> Project:
+    project = Project(folder, ODD)
+    zoo.settle(folder / "odd" / "architectures")
+    guest = {
+        "kind": "./zoo_plugin.py:One",
+        "links": LINKS,
+        "rate": "20 Hz",
+        "parameters": {"animal": ""},
+    }
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["guest"] = guest
+    return project
+
+
+def judge(animals: Mapping[str, zoo.Animal], name: str, event: ChannelEvent | None) -> None:
+    animal = animals[name]
+    if animal.outcome == zoo.COMPLETED:
+        assert event is None
+        return
+    assert event is not None
+    assert (event.outcome, event.channel) == (animal.outcome, "guest")
+    assert animal.detail in event.detail
+    assert len(event.detail) <= 500
+    assert event.detail.encode()
+    assert not event.is_machine_dependent
+    assert str(ROOT) not in event.detail
+
+
+@pytest.mark.parametrize("name", zoo.OBJECTS)
+def test_object_gets_its_outcome_and_runs_beside_it_keep_every_bit(
+    plugin_visit: PluginVisit, name: str
+) -> None:
+    first, second = plugin_visit.cases
+    trace = plugin_visit.run("One", ("", name, ""), (first, first, second))
+    judge(zoo.OBJECTS, name, trace.channel_events[1])
+    digests = trace.digests()
+    assert [digests[0], digests[2]] == plugin_visit.honest["One"].digests()
+    assert trace.channel_events[0] is trace.channel_events[2] is None
+
+
+@pytest.mark.parametrize("name", zoo.HERDS)
+def test_herd_gets_its_outcome_and_the_other_channels_keep_every_bit(
+    plugin_visit: PluginVisit, name: str
+) -> None:
+    trace, honest = (
+        plugin_visit.run("Herd", (name, name), plugin_visit.cases),
+        plugin_visit.honest["Herd"],
+    )
+    for event in trace.channel_events:
+        judge(zoo.HERDS, name, event)
+    guest = trace.layout.channels.index("guest")
+    others = [number for number in range(len(trace.layout.channels)) if number != guest]
+    for column in ("acceleration", "steering_angle", "status"):
+        assert np.array_equal(trace[column][:, :TICKS, others], honest[column][:, :TICKS, others])
+    assert np.array_equal(trace["ego"][:, :TICKS], honest["ego"][:, :TICKS])
+    silent = trace["status"][:, :TICKS, guest] == SILENT
+    assert silent.any() == (zoo.HERDS[name].outcome != zoo.COMPLETED)
+
+
+def test_every_plugin_of_the_zoo_has_an_outcome() -> None:
+    at_once = {"fails_at_once", "leaves_at_once"}
+    assert set(zoo.OBJECTS) == set(zoo_plugin.ONE) | at_once
+    assert set(zoo.HERDS) == set(zoo_plugin.HERD) | {"fails_at_once"}
+    assert len(zoo.OBJECTS) + len(zoo.HERDS) >= 40
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt])
+def test_who_asks_for_the_end_ends_the_campaign(
+    plugin_visit: PluginVisit,
+    error: type[BaseException],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Nobody can tell whether it was the channel or a person at the keyboard.
+    plan = plugin_visit.project.plan()
+    module = sys.modules[plan.parts["camera_radar"].plugins[0].obj.__module__]
+
+    def interrupt(_: Any) -> Any:
+        raise error
+
+    monkeypatch.setitem(module.ONE, "raises", interrupt)
+    with pytest.raises(error):
+        plugin_visit.run("One", ("raises",), plugin_visit.cases[:1])
+
+
+@pytest.mark.slow
+def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) -> None:
+    project = plugin_project(tmp_path / "project")
+    path = "architecture.channels.guest.parameters.animal"
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: ["", *zoo.OBJECTS]}
+    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
+    ways = {
+        "here": ["--threads", "1"],
+        "threads": ["--threads", "2"],
+        "workers": ["--workers", "2"],
+    }
+    if find_spec("distributed"):
+        ways["dask"] = ["--executor", "dask", "--workers", "2"]
+    told = {}
+    for way, options in ways.items():
+        done = subprocess.run(
+            [sys.executable, "-c", command, "run", str(project.odd), "--quiet", *options,
+             "--db", f"{way}.db"],
+            cwd=project.folder, capture_output=True, text=True, timeout=500, check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        assert done.returncode in (0, 1, 3), done.stderr
+        told[way] = sorted(
+            (row["trace_digest"], row["outcome"], row["outcome_detail"] or "")
+            for row in project.rows(db=f"{way}.db")
+        )
+    expected = sorted(["completed", *(animal.outcome for animal in zoo.OBJECTS.values())])
+    for way, rows in told.items():
+        assert sorted(outcome for _, outcome, _ in rows) == expected, way
+        assert rows == told["here"], way
+
+
+@pytest.mark.slow
+def test_campaign_stores_what_no_text_is_and_its_standard_output_is_clean(tmp_path: Path) -> None:
+    project = plugin_project(tmp_path / "project")
+    names = ["", "prints", "closes_its_streams", "raises_what_no_text_is", "leaves"]
+    path = "architecture.channels.guest.parameters.animal"
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: names}
+    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
+    told = {}
+    for workers in ("1", "2"):
+        done = subprocess.run(
+            [sys.executable, "-c", command, "run", str(project.odd), "--json", "--workers", workers,
+             "--db", f"{workers}.db"],
+            cwd=project.folder, capture_output=True, text=True, timeout=300, check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        assert done.returncode in (0, 1, 3), done.stderr
+        assert done.stdout.startswith("{\n"), done.stdout[:200]
+        assert done.stdout.endswith("}\n")
+        assert "brake!" in done.stderr
+        told[workers] = sorted(row["outcome"] for row in project.rows(db=f"{workers}.db"))
+    expected = sorted(zoo.OBJECTS[name].outcome if name else "completed" for name in names)
+    assert told["1"] == told["2"] == expected
+
+
+# --- the program of the zoo knows every animal that has an outcome, and no other
+
+
+HELLO = {
+    "hello": "adeye/channel@1",
+    "links": [],
+    "parameters": {"values": {"animal": "", "from_tick": 1}},
+}
+
+
+def asked(name: str, *lines: object) -> list[str]:
+    hello = json.loads(json.dumps(HELLO))
+    hello["parameters"]["values"]["animal"] = name
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-B", zoo.PROGRAM],
+        input="".join(json.dumps(line) + "\n" for line in (hello, *lines)),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    return done.stdout.splitlines()
+
+
+def test_program_has_every_animal_and_no_other() -> None:
+    tree = ast.parse(zoo.PROGRAM.read_text("utf-8"))
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    acting = {name[1:] for name in functions - {"_say", "_answer", "_is_open", "main"}}
+    answering = set(program.ANSWERS)
+    assert acting | answering == set(zoo.ANIMALS)
+    assert not acting & answering
+
+
+def test_without_an_animal_it_answers_every_observation() -> None:
+    said = [json.loads(line) for line in asked("", {"tick": 0}, {"tick": 1})]
+    assert said[0] == {"hello": "adeye/channel@1"}
+    assert [item["tick"] for item in said[1:]] == [0, 1]
+
+
+@pytest.mark.parametrize("name", ["raises", "leaves", "says_half_a_line"])
+def test_animal_behaves_until_its_tick(name: str) -> None:
+    said = asked(name, {"tick": 0}, {"tick": 1})
+    assert json.loads(said[1])["tick"] == 0
+    assert not any("acceleration" in line for line in said[2:])

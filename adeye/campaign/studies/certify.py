@@ -14,7 +14,7 @@ import numpy as np
 
 from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.campaign.replay import Counter, recalled_parts, same_ticks
-from adeye.campaign.run import fitting
+from adeye.campaign.run import Progress, fitting
 from adeye.campaign.summary import find_called, is_file_name, planned_as
 from adeye.campaign.work import BatchTask, execute
 from adeye.errors import PlatformError, UsageError
@@ -24,9 +24,9 @@ from adeye.judge.outcome import OUTCOMES
 from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import PROCESS
 from adeye.store.evidence.roots import CertificateRecord, Executed
-from adeye.store.records import EngineKey, MetricValue
+from adeye.store.records import CampaignInfo, EngineKey, MetricValue, RunRef, StoredRun
 from adeye.store.repository import Repository
-from adeye.sweep.case import structure_key
+from adeye.sweep.case import TestCase, structure_key
 from adeye.trace import LINK_TICKS, split_links
 from adeye.version import __version__
 
@@ -35,11 +35,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.run import Progress
     from adeye.ports import Executor
     from adeye.store.block import MetricBlock, RunBlock
-    from adeye.store.records import CampaignInfo, RunRef, StoredRun
-    from adeye.sweep.case import TestCase
 
 # --- Conditions that no result may depend on: batches, orders, lanes, what the processor can do ---
 

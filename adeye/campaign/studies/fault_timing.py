@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.replay import Counter, recall, recalled_parts, together
+from adeye.campaign.replay import Counter, Recalled, Report, recall, recalled_parts, together
 from adeye.campaign.studies.forks import require_as_recorded
 from adeye.errors import InputError
 from adeye.judge.timeline import (
@@ -17,15 +17,13 @@ from adeye.judge.timeline import (
     violation_s,
 )
 from adeye.store.repository import Repository
-from adeye.sweep.case import AuthorityOverride
+from adeye.sweep.case import AuthorityOverride, TestCase
 from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from adeye.campaign.replay import Recalled, Report
-    from adeye.sweep.case import TestCase
 
 _RANDOM: Final = "random"
 _TWINS: Final = 3

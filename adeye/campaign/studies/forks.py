@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.campaign.replay import Counter, recall, recalled_parts, same_ticks, together
+from adeye.campaign.replay import (
+    Counter,
+    Recalled,
+    Report,
+    recall,
+    recalled_parts,
+    same_ticks,
+    together,
+)
 from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.preventability import (
@@ -27,16 +35,14 @@ from adeye.store.records import EngineKey, ForkRecord
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine
 from adeye.sweep.case import AuthorityOverride
-from adeye.trace import COLUMNS, DRAWN, LINK_TICKS
+from adeye.trace import COLUMNS, DRAWN, LINK_TICKS, Trace
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from adeye.campaign.replay import Recalled, Report
     from adeye.judge.evaluate import Evaluation
-    from adeye.trace import Trace
 
 # --- Execute forks: a stored run again with another authority from a tick on, held against it -----
 

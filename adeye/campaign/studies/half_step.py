@@ -14,13 +14,13 @@ switch, and the row in which a metric finds its worst case. These are part of th
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from adeye.campaign.plan import concerns
+from adeye.campaign.plan import CampaignPlan, Sample, concerns
 from adeye.campaign.summary import find_called
-from adeye.campaign.work import BatchTask
+from adeye.campaign.work import BatchResult, BatchTask
 from adeye.errors import InputError
 from adeye.judge.metrics import METRICS
 from adeye.judge.uncertainty import (
@@ -33,18 +33,14 @@ from adeye.judge.uncertainty import (
 )
 from adeye.store.repository import Repository
 from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
-from adeye.sweep.case import structure_key
+from adeye.sweep.case import TestCase, structure_key
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from adeye.campaign.executors import Done
-    from adeye.campaign.plan import CampaignPlan, Sample
-    from adeye.campaign.work import BatchResult
     from adeye.judge.requirements import CheckedRequirement
     from adeye.store.records import MetricValue, StoredRun
-    from adeye.sweep.case import TestCase
 
 # --- Execute a sample of situations with the step and with half of it, and compare ----------------
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.executors import InProcess, Threads
 from adeye.campaign.plan import Contents
-from adeye.campaign.replay import MOST_TOGETHER, Counter, recalled_parts
+from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, recalled_parts
 from adeye.campaign.work import describe, evaluate
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
-from adeye.judge.preventability import Comparison, is_conflict, tabulate_cells
+from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
 from adeye.kernel.reference_drivers.parameters import EDITIONS, MODELS, parameters_of
 from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
@@ -21,18 +21,14 @@ from adeye.spec.channels import ReferenceName, reference_content
 from adeye.spec.quantity import SI
 from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
-from adeye.store.write.studies import DriveRecord
-from adeye.sweep.case import structure_key
+from adeye.store.write.studies import Benchmarks, Candidate, DriveRecord
+from adeye.sweep.case import TestCase, structure_key
 from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.campaign.replay import Recalled, Report
-    from adeye.judge.preventability import CellCount
     from adeye.store.block import RunBlock
-    from adeye.store.write.studies import Benchmarks, Candidate
-    from adeye.sweep.case import TestCase
 
 EDITION: Final = "r157-01"
 """Edition of a gate."""

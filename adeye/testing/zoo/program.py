@@ -130,48 +130,8 @@ def _burns_the_processor(_: Any) -> None:
         math.sqrt(2.0)
 
 
-def _says_nan(seen: Any) -> None:
-    _answer(seen, acceleration=math.nan)
-
-
-def _says_infinity(seen: Any) -> None:
-    _answer(seen, steering_angle=-math.inf)
-
-
 def _says_too_large_a_number(seen: Any) -> None:
     _say(f'{{"tick":{seen["tick"]},"acceleration":1e999,"steering_angle":0}}\n')
-
-
-def _says_minus_zero(seen: Any) -> None:
-    _answer(seen, acceleration=-0.0, steering_angle=-0.0)
-
-
-def _says_a_list(seen: Any) -> None:
-    _answer(seen, acceleration=[0.1, 0.1])
-
-
-def _says_a_text(seen: Any) -> None:
-    _answer(seen, acceleration="0.1")
-
-
-def _says_degrees(seen: Any) -> None:
-    _answer(seen, steering_angle=20.0)
-
-
-def _says_too_much(seen: Any) -> None:
-    _answer(seen, acceleration=-1e6)
-
-
-def _says_unknown_status(seen: Any) -> None:
-    _answer(seen, status="fine")
-
-
-def _claims_a_safe_state(seen: Any) -> None:
-    _answer(seen, safe_state=True)
-
-
-def _answers_for_another_channel(seen: Any) -> None:
-    _answer(seen, channel="nominal")
 
 
 def _answers_the_future(seen: Any) -> None:
@@ -189,10 +149,6 @@ def _answers_without_tick(seen: Any) -> None:
 def _answers_twice(seen: Any) -> None:
     _answer(seen)
     _answer(seen)
-
-
-def _freezes(seen: Any) -> None:
-    _answer(seen, acceleration=0.1, steering_angle=0.0)
 
 
 def _answers_late(seen: Any) -> None:
@@ -265,6 +221,22 @@ def _fails_at_once() -> None:
     sys.exit("no licence")
 
 
+ANSWERS: dict[str, dict[str, Any]] = {
+    "says_nan": {"acceleration": math.nan},
+    "says_infinity": {"steering_angle": -math.inf},
+    "says_minus_zero": {"acceleration": -0.0, "steering_angle": -0.0},
+    "says_a_list": {"acceleration": [0.1, 0.1]},
+    "says_a_text": {"acceleration": "0.1"},
+    "says_degrees": {"steering_angle": 20.0},
+    "says_too_much": {"acceleration": -1e6},
+    "says_unknown_status": {"status": "fine"},
+    "claims_a_safe_state": {"safe_state": True},
+    "answers_for_another_channel": {"channel": "nominal"},
+    "freezes": {"acceleration": 0.1, "steering_angle": 0.0},
+}
+"""What animals that answer otherwise change in their answers."""
+
+
 def main() -> None:
     """Drive, and misbehave as told."""
     _HELLO.update(json.loads(sys.stdin.readline()))
@@ -275,10 +247,12 @@ def main() -> None:
     _say(json.dumps({"hello": _HELLO["hello"]}) + "\n")
     for line in sys.stdin:
         seen = json.loads(line)
-        if name and seen["tick"] >= from_tick:
-            globals()[f"_{name}"](seen)
-        else:
+        if not name or seen["tick"] < from_tick:
             _answer(seen)
+        elif name in ANSWERS:
+            _answer(seen, **ANSWERS[name])
+        else:
+            globals()[f"_{name}"](seen)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
-"""Metrics: the second opinion agrees with the built-in ones, and every error is seen."""
+"""Masters in what people write, and in metrics."""
 
+import re
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -7,7 +8,10 @@ from pathlib import Path
 import pytest
 
 from adeye.selftest.bench import DB, DRIVING, Bench, Edit, Master, is_good
-from adeye.selftest.inputs import METRICS, Gauge, bounded, compare
+from adeye.selftest.inputs import FILES, METRICS, THRESHOLDS, Gauge, bounded, compare
+
+# --- metrics: the second opinion agrees with the built-in ones, and every error is seen
+
 
 PLUGIN = Edit(DRIVING, "plugins: []", "plugins: [./parts.py:Braking]")
 BRAKING = "selftest_braking_mps2"
@@ -84,3 +88,27 @@ def test_run_in_which_a_metric_works_passes_beside_the_one_in_which_it_fails(
             "SELECT verdict FROM verdict WHERE fsr_id = 'FSR-02' ORDER BY verdict"
         ).fetchall()
     assert found == [("ERROR",), ("PASS",)]
+
+
+# --- thresholds and files: each mistake is named with its place, each twin is accepted
+
+
+@pytest.mark.parametrize("master", FILES, ids=lambda item: item.name)
+def test_mistake_is_named_with_file_and_line(bench: Bench, master: Master) -> None:
+    seen = master.examine(bench)
+    assert master.is_detected(seen), seen.text
+    assert re.search(r"\.yaml:\d+:\d+: ", seen.text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("master", FILES, ids=lambda item: item.name)
+def test_twin_is_accepted(bench: Bench, master: Master) -> None:
+    assert is_good(master.twin(bench))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("master", THRESHOLDS, ids=lambda item: item.name)
+def test_wrong_threshold_is_detected(bench: Bench, master: Master) -> None:
+    seen = master.examine(bench)
+    assert master.is_detected(seen), seen.text
+    assert is_good(master.twin(bench))

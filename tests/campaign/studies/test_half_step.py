@@ -1,4 +1,4 @@
-"""Twins with half the step: which are chosen, what they tell, and how runs are judged with that."""
+"""Twins with half the step: which are chosen, what they tell, how runs are judged with that."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from adeye.campaign import run as runner
 from adeye.campaign.replay import describe_run, replay_run, rerun
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
-from adeye.campaign.studies.half_step import twin_of
+from adeye.campaign.studies.half_step import twin_of, uncertainty_table
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import SpecError
+from adeye.errors import InputError, SpecError
 from adeye.judge.uncertainty import Difference, differences, sampled_metric
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate.baseline import Kind, deciding, write_baseline
@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 
     from adeye.campaign.plan import CampaignPlan
     from tests.conftest import MakeProject
+    from tests.project import Executed
+
+
+# --- twins with half the step: which are chosen, what they tell, and how runs are judged with that
+
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
 GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
@@ -598,3 +603,12 @@ def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
     assert (found.kind, found.fsr) == (kind, fsr)
     assert (found in deciding([found])) is (kind is Kind.MARGIN)
     assert "the step is worth" in found.text
+
+
+# --- reading what halving the step changed: only of a campaign that asked for it
+
+
+@pytest.mark.parametrize("what", [None, "mini", "1"])
+def test_campaign_that_did_not_ask_is_refused(mini: Executed, what: str | None) -> None:
+    with pytest.raises(InputError, match="without numeric uncertainty"):
+        uncertainty_table(mini.db, what)

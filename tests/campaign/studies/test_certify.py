@@ -1,28 +1,53 @@
-"""Certificates: shipped parts are deterministic, and whoever is not is found and named."""
+"""Certificates: conditions that differ, what is compared under them, and what is kept of it."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
+import subprocess
+import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
-from adeye.campaign.replay import CHANGED, replay_run
+from adeye.campaign.executors import InProcess, Processes, Threads
+from adeye.campaign.replay import CHANGED, recall, replay_run
 from adeye.campaign.replay import UNSTEADY as NEVER_THE_SAME
 from adeye.campaign.studies import certify as certificates
-from adeye.campaign.studies.certify import CONDITIONS, Condition, Mask, certify, draw
+from adeye.campaign.studies.certify import (
+    CONDITIONS,
+    Compared,
+    Condition,
+    Mask,
+    Sampled,
+    certify,
+    draw,
+    masks,
+)
+from adeye.campaign.work import BatchTask, execute
 from adeye.errors import InputError, PlatformError, UsageError
+from adeye.judge.verdict import Verdict
 from adeye.store.evidence.roots import Executed
 from adeye.store.records import RunRef
 from adeye.store.repository import Repository
+from adeye.trace import LINK_TICKS
+from tests.campaign.work import perform
 from tests.project import CANDIDATE, MINI, Project
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from adeye.store.block import RunBlock
     from tests.conftest import MakeProject
     from tests.project import Executed as Campaign
+    from tests.project import Executed as ExecutedProject
+
+
+# --- certificates: shipped parts are deterministic, and whoever is not is found and named
+
 
 FEW = (CONDITIONS[1], CONDITIONS[2])
 """Enough to see that something is compared."""
@@ -281,3 +306,185 @@ def test_replay_says_of_a_run_that_differs_what_the_certificate_says(
     file.write_text(UNSTEADY.format(source=later, from_tick=0), "utf-8")
     replayed = replay_run(project.db, project.rows()[0]["run"])
     assert (replayed.identical, replayed.cause) == (False, cause)
+
+
+# --- conditions differ in batches, order, lanes and what the processor can do
+
+
+def test_conditions_cover_batches_lanes_and_orders() -> None:
+    assert {item.batch for item in CONDITIONS} == {1, 7, 64, 1024}
+    assert {item.order for item in CONDITIONS} == {"planned", "reversed", "shuffled"}
+    lanes = {(item.kind, item.lanes) for item in CONDITIONS}
+    threads = {("threads", 2), ("threads", 4)}
+    assert lanes == {("here", 1), *threads, ("processes", 1), ("processes", 2)}
+    assert len({item.name for item in CONDITIONS}) == len(CONDITIONS)
+
+
+def test_name_says_everything() -> None:
+    mask = Mask("without AVX", {})
+    assert (
+        Condition(1024, "planned", "threads", 4).name == "batches of 1,024, planned, in 4 threads"
+    )
+    assert Condition(7, "reversed").name == "batches of 7, reversed, in this process"
+    masked = Condition(64, "shuffled", "processes", 1, mask).name
+    assert masked == "batches of 64, shuffled, in 1 process, without AVX"
+
+
+@pytest.mark.parametrize("condition", CONDITIONS, ids=lambda item: item.name)
+def test_every_case_is_in_one_batch_of_one_structure(
+    condition: Condition, mini: ExecutedProject
+) -> None:
+    cases = list(mini.plan.cases)
+    found = condition.batches(cases, 5)
+    assert max(map(len, found)) <= min(condition.batch, 5)
+    assert sorted(case.digest for batch in found for case in batch) == sorted(
+        case.digest for case in cases
+    )
+    for batch in found:
+        assert len({(case.scenario_id, case.fault_entry) for case in batch}) == 1
+
+
+def test_orders_differ_and_are_the_same_every_time(mini: ExecutedProject) -> None:
+    cases = list(mini.plan.cases)
+
+    def order(condition: Condition) -> list[str]:
+        return [case.digest for batch in condition.batches(cases, 64) for case in batch]
+
+    planned, shuffled = order(Condition(1, "planned")), order(Condition(1, "shuffled"))
+    assert planned == [case.digest for case in cases] or sorted(planned) == sorted(shuffled)
+    backwards = Condition(1, "reversed")._ordered(cases)
+    assert backwards == cases[::-1]
+    drawn = Condition(1, "shuffled")._ordered(cases)
+    assert drawn not in (cases, cases[::-1])
+    assert drawn == Condition(1, "shuffled")._ordered(cases[::-1])
+    # Two shuffled conditions are not one order.
+    assert drawn != Condition(64, "shuffled", "threads", 2)._ordered(cases)
+
+
+def test_lanes_are_those_of_the_campaign() -> None:
+    assert isinstance(Condition(1, "planned").executor(perform), InProcess)
+    threads = Condition(1, "planned", "threads", 2).executor(perform)
+    assert isinstance(threads, Threads)
+    threads.close()
+    assert isinstance(Condition(1, "planned", "processes", 2).executor(perform), Processes)
+
+
+def test_mask_is_only_for_what_is_started_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ADEYE_TEST_KNOWN", "before")
+    monkeypatch.delenv("ADEYE_TEST_NEW", raising=False)
+    mask = Mask("any", {"ADEYE_TEST_KNOWN": "masked", "ADEYE_TEST_NEW": "1"})
+    script = "import os; print(os.environ['ADEYE_TEST_KNOWN'], os.environ['ADEYE_TEST_NEW'])"
+    with mask.applied():
+        done = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        )
+    assert done.stdout.split() == ["masked", "1"]
+    assert os.environ["ADEYE_TEST_KNOWN"] == "before"
+    assert "ADEYE_TEST_NEW" not in os.environ
+
+
+def test_masks_take_something_away() -> None:
+    found = {item.name.partition(" ")[0]: item for item in masks()}
+    assert "kernels" in found
+    assert found["kernels"].environment["NUMBA_CPU_NAME"] == "generic"
+    if "NumPy" in found:
+        script = (
+            "import numpy as n; u = (getattr(n, '_core', None) or n.core)._multiarray_umath; "
+            "print(*[k for k, v in u.__cpu_features__.items() if v])"
+        )
+        hidden = found["NumPy"].environment["NPY_DISABLE_CPU_FEATURES"].split()
+        with found["NumPy"].applied():
+            done = subprocess.run(
+                [sys.executable, "-c", script], capture_output=True, text=True, check=True
+            )
+        assert hidden
+        assert not set(hidden) & set(done.stdout.split())
+
+
+# --- executions held against what is stored: what differs is named, what is the machine's is not
+
+
+@pytest.fixture
+def seen(mini: ExecutedProject) -> tuple[Sampled, RunBlock]:
+    """A stored run, and what executing it again gives."""
+    with Repository.open(mini.db) as repository:
+        recalled = recall(repository, repository.find_run("0", campaign=mini.summary.campaign))
+    case = recalled.case
+    block = execute(BatchTask(0, (case,), (), mini.plan.work)).runs
+    assert block is not None
+    sampled = Sampled(recalled.run, case.fault_entry, case, recalled.stored, is_portable=True)
+    return sampled, block
+
+
+def compare(sampled: Sampled, block: RunBlock) -> Any:
+    compared = Compared([sampled])
+    assert compared.add("some", block) == 1
+    return compared.findings()
+
+
+def test_same_again_is_no_finding(seen: tuple[Sampled, RunBlock]) -> None:
+    assert compare(*seen) == ()
+
+
+def test_trace_metric_and_outcome_that_differ_are_named(seen: tuple[Sampled, RunBlock]) -> None:
+    sampled, block = seen
+    value = block.metrics.value.copy()
+    place = block.metrics.ids.index("min_distance_m")
+    value[0, place] += 1e-12
+    other = replace(
+        block,
+        trace_digests=("0" * 32,),
+        metrics=replace(block.metrics, value=value),
+        outcome=block.outcome + 1,
+    )
+    (finding,) = compare(sampled, other)
+    assert finding.differs == ("trace", "outcome", "min_distance_m")
+    assert finding.conditions == ("some",)
+    assert finding.traces == 2
+    # Every link of the chain is as stored, so the end of the trace differs.
+    assert finding.first_tick == sampled.stored.row["trace_rows"] // LINK_TICKS * LINK_TICKS
+
+
+def test_first_link_that_differs_tells_the_ticks(seen: tuple[Sampled, RunBlock]) -> None:
+    sampled, block = seen
+    links = block.chains[0]
+    assert len(links) >= 64, "the run has two links, else nothing is told here"
+    broken = links[:32] + "f" * 32 + links[64:]
+    other = replace(block, trace_digests=("0" * 32,), chains=(broken,))
+    (finding,) = compare(sampled, other)
+    assert finding.first_tick == 100
+
+
+def test_metric_that_an_older_release_did_not_have_is_none_that_differs(
+    seen: tuple[Sampled, RunBlock],
+) -> None:
+    sampled, block = seen
+    fewer = {name: item for name, item in sampled.stored.metrics.items() if name != "contact"}
+    older = replace(sampled, stored=replace(sampled.stored, metrics=fewer))
+    assert compare(older, block) == ()
+
+
+def test_run_that_a_deadline_ended_counts_as_nothing(seen: tuple[Sampled, RunBlock]) -> None:
+    sampled, block = seen
+    ended = replace(block, machine_dependent=np.array([True]), trace_digests=("0" * 32,))
+    compared = Compared([sampled])
+    assert compared.add("some", ended) == 0
+    assert compared.findings() == ()
+
+
+def test_verdict_that_differs_is_named_by_its_requirement(seen: tuple[Sampled, RunBlock]) -> None:
+    sampled, block = seen
+    first, *others = sampled.stored.verdicts
+    other = Verdict.FAIL if first.verdict is Verdict.PASS else Verdict.PASS
+    for forged in (replace(first, verdict=other), replace(first, margin=1234.5)):
+        stored = replace(sampled.stored, verdicts=(forged, *others))
+        (finding,) = compare(replace(sampled, stored=stored), block)
+        assert finding.differs == (first.fsr_id,)
+        assert finding.traces == 1
+
+
+def test_verdict_of_another_requirement_is_none_that_differs(
+    seen: tuple[Sampled, RunBlock],
+) -> None:
+    sampled, block = seen
+    assert compare(replace(sampled, stored=replace(sampled.stored, verdicts=())), block) == ()

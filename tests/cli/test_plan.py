@@ -1,8 +1,10 @@
-"""``plan`` and ``signals`` on the starter project."""
+"""``plan``, ``signals``, ``coverage`` and ``dependencies``: what they print."""
+
+from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
@@ -11,6 +13,13 @@ import adeye.campaign.plan
 from adeye.campaign.plan import SignalRow
 from adeye.cli.new import write_project
 from adeye.cli.plan import _fault_entries
+from adeye.spec.load import shipped
+
+if TYPE_CHECKING:
+    from tests.project import Executed
+
+
+# --- ``plan`` and ``signals`` on the starter project
 
 
 @pytest.fixture
@@ -165,3 +174,101 @@ def test_plan_says_what_the_points_of_a_design_are(
     assert said in ended.out
     designs = adeye("plan", odd, "--json").document["designs"]
     assert designs["cut_in"]["kind"] == use["sweep"]["design"]
+
+
+# --- ``coverage``: a table, a JSON document, and what it refuses
+
+
+ODD = str(shipped("odd") / "motorway_chauffeur.yaml")
+
+
+@pytest.mark.slow
+def test_plan_is_told_with_its_gaps(adeye: Any) -> None:
+    ended = adeye("coverage", ODD)
+    assert ended.code == 0, ended.err
+    lines = ended.out.splitlines()
+    assert lines[0] == "ODD motorway_chauffeur: 228 of 228 planned test cases count"
+    (rain,) = [line for line in lines if line.startswith(" rain ")]
+    assert "0.1 to 2.5 mm/h" in rain
+    assert "feasible pairs are covered" in ended.out
+    assert "--json lists all" in ended.out
+
+
+@pytest.mark.slow
+def test_json_lists_every_uncovered_pair(adeye: Any) -> None:
+    document = adeye("coverage", ODD, "--json").document
+    assert document["schema"] == "adeye/coverage@1"
+    parts = document["table"]["coverage"]["combinations"]
+    assert len(parts) == 7 + 21
+    assert all(item["feasible"] == item["covered"] + len(item["uncovered"]) for item in parts)
+
+
+@pytest.mark.slow
+def test_strength_one_has_no_pairs(adeye: Any) -> None:
+    assert "pairs" not in adeye("coverage", ODD, "--strength", "1").out
+
+
+def test_campaign_is_found_by_its_number(adeye: Any, mini: Executed) -> None:
+    ended = adeye("coverage", "1", "--db", str(mini.db))
+    assert ended.code == 0, ended.err
+    assert ended.out.startswith(f"Campaign {mini.summary.campaign[:10]} of mini: ")
+
+
+def test_unknown_campaign_and_odd_are_input_errors(adeye: Any, mini: Executed) -> None:
+    assert adeye("coverage", "77", "--db", str(mini.db)).code == 2
+    assert adeye("coverage", "odd/none.yaml").code == 2
+
+
+# --- ``dependencies``: tables, JSON, and what it refuses; ``plan`` counts the same
+
+
+def test_table_says_what_is_shared_and_what_is_not(adeye: Any) -> None:
+    ended = adeye("dependencies", ODD, "--architecture", "camera_radar")
+    assert ended.code == 0, ended.err
+    first, *rest = ended.out.strip().splitlines()
+    assert first == (
+        "camera_radar: safety and nominal share 9 things; "
+        "no sensor, no ego estimate, no resource, no element"
+    )
+    text = "\n".join(rest)
+    assert "legacy_camera" not in ended.out
+    assert "simulate/channels/perception/step.py" in text
+    assert "hooks.safety, hooks.nominal (map_shifted)" in text
+
+
+def test_json_holds_every_pair_with_its_targets(adeye: Any) -> None:
+    document = adeye("dependencies", ODD, "--json").document
+    assert document["schema"] == "adeye/dependencies@1"
+    legacy, candidate = document["architectures"]
+    assert (legacy["architecture"], candidate["architecture"]) == ("legacy_camera", "camera_radar")
+    (pair,) = candidate["pairs"]
+    assert (pair["first"], pair["second"], pair["unstated"]) == ("safety", "nominal", [])
+    shared = {item["what"]: item for item in pair["shared"]}
+    assert shared["nominal → safety"]["targets"] == ["links.safety.channels.nominal"]
+
+
+@pytest.mark.slow
+def test_plan_counts_what_the_table_lists(adeye: Any) -> None:
+    document = adeye("dependencies", ODD, "--json").document
+    lines = {
+        item["architecture"]: sum(len(pair["shared"]) for pair in item["pairs"])
+        for item in document["architectures"]
+    }
+    assert adeye("plan", ODD, "--json").document["shared"] == lines
+    told = ", ".join(f"{name} {count}" for name, count in lines.items())
+    assert adeye("plan", ODD).out.strip().endswith(f"(adeye dependencies): {told}")
+
+
+@pytest.mark.slow
+def test_single_channel_has_nobody_to_share_anything_and_no_line_in_the_plan(adeye: Any) -> None:
+    odd = str(shipped("odd") / "sensor_study.yaml")
+    ended = adeye("dependencies", odd, "--architecture", "study_camera")
+    assert ended.out == "study_camera: one channel, with nobody to share anything\n"
+    assert "Shared by channels" not in adeye("plan", odd).out
+
+
+def test_architecture_that_is_not_there_is_a_usage_error(adeye: Any) -> None:
+    assert (
+        "no architecture 'camera_rader'. Did you mean 'camera_radar'?"
+        in adeye("dependencies", ODD, "--architecture", "camera_rader").refused
+    )

@@ -1,28 +1,50 @@
-"""Campaigns: what is executed, what is only judged, what is left alone, and what survives."""
+"""Campaigns and their blocks: what is executed, what is left alone, what ends it, what survives."""
 
 from __future__ import annotations
 
+import math
+import threading
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import pytest
 
 import adeye
+from adeye.campaign import run as blocks
 from adeye.campaign import run as runner
 from adeye.campaign import work
-from adeye.campaign.run import Progress, run_campaign
+from adeye.campaign.run import (
+    DEADLINE_S,
+    Limits,
+    Progress,
+    Session,
+    Stop,
+    Tasks,
+    renewing,
+    run_campaign,
+)
+from adeye.campaign.work import execute
 from adeye.cli.run import executed_text
-from adeye.errors import IntegrityError
+from adeye.errors import IntegrityError, PlatformError, Terminated
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.store.owner import Owner
+from adeye.store.records import Block
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, table_hash
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from adeye.campaign.work import BatchResult, BatchTask
+    from adeye.store.records import Plan
     from tests.conftest import MakeProject
+    from tests.project import Executed
+
+
+# --- campaigns: what is executed, what is only judged, what is left alone, and what survives
+
 
 PLUGIN = """
 from adeye.ports import ScalarCommand
@@ -395,3 +417,348 @@ def test_mastered_failure_of_a_channel_is_mentioned(make_project: MakeProject) -
     with project.edited_odd() as odd:
         odd["gate"]["channel_failures"] = "allow"
     assert project.run().exit_code is ExitCode.OK
+
+
+# --- blocks on their way: pieces together, failures apart, limits before they begin
+
+
+GAPS: dict[str, Any] = {
+    **MINI,
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["none"],
+            "sweep": {"parameters": {"gap": ["30 m", "35 m", "40 m", "45 m", "50 m", "55 m"]}},
+        }
+    ],
+    "faults": [],
+    "architectures": ["architectures/camera_radar.yaml"],
+}
+"""Six test cases of one structure, so of one block."""
+
+
+@pytest.fixture
+def project(make_project: MakeProject) -> Project:
+    return make_project(GAPS)
+
+
+@pytest.fixture
+def repository(project: Project) -> Iterator[Repository]:
+    with Repository.open(project.db) as opened:
+        yield opened
+
+
+@pytest.fixture
+def make(project: Project, repository: Repository) -> Callable[..., Tasks]:
+    plan = project.plan()
+
+    def tasks(*ordinals: int, session: Session | None = None) -> Tasks:
+        stored: Plan = repository.plan_campaign(plan.record(), plan.planned(), block_size=6)
+        made = Tasks(repository, plan, stored, (True, True), session or Session())
+        chosen = np.zeros(6, dtype=np.bool_)
+        chosen[list(ordinals)] = True
+        made.choose(chosen if ordinals else None, stored, 6)
+        return made
+
+    return tasks
+
+
+@pytest.mark.slow
+def test_pieces_of_a_block_are_executed_together_and_completed_apart(
+    make: Callable[..., Tasks], project: Project, repository: Repository
+) -> None:
+    tasks = make(0, 2, 5)
+    (task,) = list(tasks)
+    assert len(task.execute) == 3
+    assert len(tasks.held()) == 3
+    assert tasks.complete(task, execute(task)) == 3
+    assert (tasks.executed, tasks.held()) == (3, [])
+    campaign = repository.find_campaign()
+    assert campaign.work.done == 3
+    # The rest is in pieces too, and comes as one task.
+    rest = make()
+    for other in rest:
+        rest.complete(other, execute(other))
+    assert repository.verify() == ()
+    project.run(db="whole.db")
+    assert table_hash(project.db) == table_hash(project.folder / "whole.db")
+
+
+@pytest.mark.slow
+def test_rest_in_pieces_is_executed_together_if_all_of_it_is_chosen(
+    make: Callable[..., Tasks],
+) -> None:
+    tasks = make(1, 3)
+    (task,) = list(tasks)
+    tasks.complete(task, execute(task))
+    (rest,) = list(make(*range(6)))
+    assert len(rest.execute) == 4
+
+
+def test_pieces_that_failed_are_tried_one_by_one(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    tasks = make(0, 2, 5)
+    tasks.fail(next(tasks), "broken")
+    assert tasks.held() == []
+    assert [len(task.execute) for task in tasks] == [1, 1, 1]
+    tasks.release()
+    assert tasks.failures == ["broken"]
+    assert repository.find_campaign().work.leased == 0
+
+
+@pytest.mark.slow
+def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    tasks = make(0, 2, 5)
+    task = next(tasks)
+    lost = tasks.held()[1]
+    assert repository.release_block(lost)
+    other = Owner("another machine", 1, "1")
+    assert repository.claim_block(other, 1e6, campaign=lost.campaign) is not None
+    assert tasks.complete(task, execute(task)) == 2
+    assert (tasks.executed, tasks.dropped) == (2, 1)
+    assert "1 block had been taken over" in tasks.notes(0)[-1]
+
+
+def test_block_for_which_there_is_no_time_is_given_back(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    limits = Limits(budget_s=100.0)
+    limits.measure(1, 99.0)
+    tasks = make(session=Session(limits=limits))
+    assert list(tasks) == []
+    assert repository.find_campaign().work.leased == 0
+    (note,) = tasks.notes(6)
+    assert "6 test cases remain, the same command goes on" in note
+
+
+def test_nothing_is_claimed_when_somebody_asked_for_the_end(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    session = Session()
+    session.stop.asked = KeyboardInterrupt
+    assert list(make(session=session)) == []
+    assert repository.find_campaign().work.leased == 0
+
+
+def test_release_gives_back_what_was_not_completed(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    tasks = make(0, 2)
+    assert next(tasks, None) is not None
+    assert repository.find_campaign().work.leased == 2
+    tasks.release()
+    assert repository.find_campaign().work.leased == 0
+
+
+def test_others_are_met_where_they_hold_something(
+    make: Callable[..., Tasks], repository: Repository
+) -> None:
+    tasks = make()
+    task = next(tasks)
+    assert (tasks.open_elsewhere(), tasks.met_others) == (0, False)
+    tasks.release()
+    assert repository.claim_block(Owner("another machine", 1, "1"), 1e6) is not None
+    assert len(task.execute) == 6
+    assert (tasks.open_elsewhere(), tasks.met_others) == (6, True)
+
+
+# --- blocks: small plans in small ones, large plans in large ones, as far as memory goes
+
+
+@pytest.mark.parametrize(
+    ("planned", "most", "size"),
+    [
+        (28, 2_000, 16),
+        (1_000, 2_000, 62),
+        (65_536, 2_000, 1_024),
+        (1_000_000, 640, 640),
+        (5, 0, 1),
+    ],
+)
+def test_size_follows_the_plan_and_the_memory(planned: int, most: int, size: int) -> None:
+    assert blocks._block_size(planned, most) == size
+
+
+def test_fewer_fit_where_there_is_less_memory(
+    mini: Executed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    examples = mini.plan.examples()
+    before = blocks.fitting(examples)
+    monkeypatch.setattr(blocks, "TRACE_MEMORY", blocks.TRACE_MEMORY // 4)
+    assert blocks.fitting(examples) == pytest.approx(before / 4, abs=1)
+    assert blocks.block_size(mini.plan) <= max(1, before)
+
+
+# --- leases are renewed as long as the block inside runs, and no longer
+
+
+class Leases:
+    """Remembers what was renewed, and says when it was so often enough."""
+
+    def __init__(self, enough: int, *, fails: bool = False) -> None:
+        self.renewed: list[tuple[int, float]] = []
+        self.is_enough = threading.Event()
+        self._enough, self._fails = enough, fails
+
+    def renew_lease(self, block: Block, lease_s: float) -> bool:
+        self.renewed.append((block.id, lease_s))
+        if len(self.renewed) >= self._enough:
+            self.is_enough.set()
+        if self._fails:
+            msg = "database is locked"
+            raise PlatformError(msg)
+        return True
+
+
+def beaten(leases: Leases) -> None:
+    blocks = [Block(number, "c", 1, ()) for number in (3, 4)]
+    with renewing(cast("Any", leases), lambda: blocks, 0.04):
+        assert leases.is_enough.wait(timeout=30.0)
+
+
+def test_every_block_that_is_held_is_renewed_again_and_again() -> None:
+    leases = Leases(6)
+    beaten(leases)
+    assert leases.renewed[:4] == [(3, 0.04), (4, 0.04)] * 2
+
+
+def test_what_cannot_be_renewed_now_is_tried_again() -> None:
+    leases = Leases(4, fails=True)
+    beaten(leases)
+
+
+def test_nothing_is_renewed_after_the_end() -> None:
+    beaten(Leases(1))
+    assert "heartbeat" not in {thread.name for thread in threading.enumerate()}
+
+
+# --- what a session is without options, and when it has ended
+
+
+def test_a_session_without_options_leaves_nothing_out() -> None:
+    session = Session()
+    assert session.choice.is_everything
+    assert session.limits.allow(10**9)
+    assert session.deadline_s == DEADLINE_S == 3_600.0
+    assert not session.has_ended
+
+
+def test_two_sessions_share_nothing() -> None:
+    first, second = Session(), Session()
+    first.limits.reached = "enough"
+    first.stop.asked = KeyboardInterrupt
+    assert not second.has_ended
+
+
+def test_whatever_is_reached_or_asked_ends_it() -> None:
+    assert Session(limits=Limits(reached="enough")).has_ended
+    assert Session(stop=Stop(asked=KeyboardInterrupt)).has_ended
+
+
+# --- what ends a campaign early, and how
+
+
+class Clock:
+    """A clock that goes when it is told."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr("adeye.campaign.run.time.monotonic", made.monotonic)
+    return made
+
+
+def test_who_asks_outside_of_blocks_interrupts() -> None:
+    with pytest.raises(Terminated):
+        Stop().ask(Terminated)
+
+
+def test_who_asks_while_blocks_are_executed_is_heard_at_their_end() -> None:
+    stop, done = Stop(), []
+
+    def execute() -> None:
+        with stop.deferred():
+            stop.ask(KeyboardInterrupt)
+            done.append("the block")
+
+    with pytest.raises(KeyboardInterrupt):
+        execute()
+    assert done == ["the block"]
+    assert not stop.is_deferred
+
+
+def test_nobody_asks() -> None:
+    stop = Stop()
+    with stop.deferred():
+        assert stop.is_deferred
+    assert stop.asked is None
+    stop.check()
+
+
+def test_error_inside_is_not_hidden_by_who_asked() -> None:
+    stop = Stop()
+
+    def execute() -> None:
+        with stop.deferred():
+            stop.ask(Terminated)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        execute()
+
+
+def test_without_limits_every_block_may_begin() -> None:
+    limits = Limits()
+    limits.count(10**6)
+    limits.measure(1, 1e6)
+    assert limits.allow(10**9)
+    assert limits.left_s == math.inf
+    assert limits.reached == ""
+
+
+def test_block_that_would_not_end_in_time_is_not_begun(clock: Clock) -> None:
+    limits = Limits(budget_s=100.0)
+    assert limits.allow(10**6)  # nothing is known yet
+    clock.now += 40.0
+    limits.measure(10, 20.0)
+    assert limits.allow(29)
+    assert not limits.allow(30)
+    assert "no block would end" in limits.reached
+    # It has ended: a smaller one does not begin either.
+    assert not limits.allow(1)
+
+
+def test_time_that_is_over_ends_it_though_nothing_is_known(clock: Clock) -> None:
+    limits = Limits(budget_s=5.0)
+    clock.now += 5.0
+    assert not limits.allow(0)
+    assert "is over" in limits.reached
+
+
+def test_slowest_of_the_last_blocks_counts_and_old_ones_are_forgotten(clock: Clock) -> None:
+    limits = Limits(budget_s=100.0)
+    assert clock.now == 100.0
+    limits.measure(1, 90.0)  # it compiled
+    assert limits.allow(1)
+    for _ in range(8):
+        limits.measure(10, 10.0)
+    limits.measure(0, 1e9)  # it had nothing to do
+    assert limits.allow(99)
+
+
+@pytest.mark.parametrize(("failures", "is_over"), [(0, False), (2, False), (3, True), (4, True)])
+def test_enough_failures_end_it(failures: int, is_over: bool) -> None:  # noqa: FBT001 - a table
+    limits = Limits(most_failures=3)
+    limits.count(failures)
+    assert limits.allow(1) is not is_over
+    assert (f"{failures} runs with a FAIL" in limits.reached) is is_over
