@@ -108,17 +108,7 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
 
 
 def _told(found: Staleness, path: Path) -> StaleFiles:
-    return StaleFiles(
-        odd=str(path),
-        evidence=found.evidence,
-        counts=found.counts,
-        causes=tuple(
-            StaleEvidence.model_validate(item, from_attributes=True) for item in found.stale
-        ),
-        to_judge=found.to_judge,
-        to_replay=found.to_replay,
-        to_execute=found.to_execute,
-    )
+    return StaleFiles.of(found, odd=str(path), causes=tuple(map(StaleEvidence.of, found.stale)))
 
 
 # --- Write the reports of a campaign: the database's numbers and the runs that a page embeds ------
@@ -384,7 +374,7 @@ class _Pen:
             run_id=done.run.result_digest,
             architecture=done.run.architecture,
             fault=done.case.fault_entry,
-            parameters=[Label(label=item.label, value=item.value) for item in parameters],
+            parameters=list(map(Label.of, parameters)),
             outcome=done.evaluation.outcomes[0].outcome,
             verdicts=run_verdicts(records),
             events=replay_events(done.stored.events),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
-from adeye.judge.preventability import tabulate_cells
+from adeye.judge.preventability import Comparison, tabulate_cells
 from adeye.kernel.stops import CONTACT, SCALE
 from adeye.report.model.assessment import (
     Assessment,
@@ -18,17 +19,12 @@ from adeye.report.model.assessment import (
     SafeStops,
     StopPlace,
 )
-from adeye.report.timing import timing_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from adeye.judge.preventability import Comparison
-    from adeye.signals import Bools, Floats
-    from adeye.spec.concept import Concept
-    from adeye.store.read.bulk import Figures
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
+from adeye.report.timing import by_fault, timing_of
+from adeye.signals import Bools, Floats
+from adeye.spec.concept import Concept
+from adeye.store.read.bulk import Figures
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 
 # --- What a report says about preventability: the cells of runs beside reference drivers ----------
 
@@ -41,7 +37,7 @@ def preventability_of(
     counts: tuple[int, int],
     commands: tuple[str, Callable[[str], str]],
 ) -> Preventability:
-    """Tell what is known of the conflicts of a campaign.
+    """Return what is known of the conflicts of a campaign.
 
     Args:
         found: Runs beside drives of reference drivers.
@@ -58,7 +54,10 @@ def preventability_of(
         open_contacts=open_contacts,
         tallies=tuple(_tallies(found)),
         findings=len(findings),
-        listed=tuple(_listed(item, replay) for item in findings[:LISTED]),
+        listed=tuple(
+            AvoidableRun.of(item, command=replay(item.run), drive_command=replay(item.drive))
+            for item in findings[:LISTED]
+        ),
         command=complete,
     )
 
@@ -66,28 +65,7 @@ def preventability_of(
 def _tallies(found: Sequence[Comparison]) -> Iterator[CellTally]:
     for edition in sorted({item.edition for item in found}):
         for row in tabulate_cells(item for item in found if item.edition == edition):
-            yield CellTally(
-                scenario=row.scenario,
-                architecture=row.architecture,
-                model=row.model,
-                edition=edition,
-                counts=dict(row.counts),
-            )
-
-
-def _listed(item: Comparison, replay: Callable[[str], str]) -> AvoidableRun:
-    return AvoidableRun(
-        run=item.run,
-        drive=item.drive,
-        scenario=item.scenario,
-        architecture=item.architecture,
-        fault_entry=item.fault_entry,
-        model=item.model,
-        edition=item.edition,
-        impact_speed_mps=item.impact_speed_mps,
-        command=replay(item.run),
-        drive_command=replay(item.drive),
-    )
+            yield CellTally.of(row, edition=edition, counts=dict(row.counts))
 
 
 # --- What a report says about safe stops: asked for, reached, how soon, and where the ego stands --
@@ -120,13 +98,8 @@ def safe_stops_of(
 def _rows(
     figures: Figures, run_of: Callable[[int], str], replay: Callable[[str], str]
 ) -> Iterator[SafeStop]:
-    columns = figures.scenario, figures.fault_entry, figures.architecture
-    codes = np.stack([column.codes for column in columns])
-    keys, of_row = np.unique(codes, axis=1, return_inverse=True)
-    words: Any = [column.words for column in columns]
-    named = [tuple(words[part][code] for part, code in enumerate(key)) for key in keys.T.tolist()]
-    for number in sorted(range(len(named)), key=lambda at: named[at]):
-        yield _row(named[number], figures.where(of_row.reshape(-1) == number), run_of, replay)
+    for key, chosen in by_fault(figures):
+        yield _row(key, figures.where(chosen), run_of, replay)
 
 
 def _row(

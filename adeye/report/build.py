@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,27 +18,21 @@ from adeye.report.comparison.compare import overview
 from adeye.report.concept import (
     CampaignContent,
     architectures_of,
-    assumptions_of,
     attributes_of,
-    decompositions_of,
+    concept_of,
     dependencies_of,
-    dependent_failures_of,
-    elements_of,
     factors_of,
     findings_of,
     fsr_of,
-    goals_of,
-    hazards_of,
     places_of,
     scenarios_of,
     suites_of,
-    today,
-    waivers_of,
 )
 from adeye.report.credibility import determinism, read_result
 from adeye.report.evidence import evidence_of, step_statements
 from adeye.report.faults import fault_evidence
 from adeye.report.metrics import dead_axes, summarise
+from adeye.report.model.assessment import FaultEvidence
 from adeye.report.model.part import Label
 from adeye.report.model.report import Cell, Report, WorstCase
 from adeye.report.page.replay import Replay
@@ -52,16 +46,13 @@ from adeye.report.verification import (
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.quantity import SI
 from adeye.store.location import option
+from adeye.store.read.bulk import Figures
 from adeye.store.read.checking import PLAN_RULES, check_campaign
 from adeye.store.read.totals import Total, channel_failures, gate_code, totals
+from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
+from adeye.store.repository import Repository
 from adeye.store.rules import RULES
 from adeye.sweep.axes import named_values
-
-if TYPE_CHECKING:
-    from adeye.report.model.assessment import Assessment, FaultEvidence
-    from adeye.store.read.bulk import Figures
-    from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
-    from adeye.store.repository import Repository
 
 SHORT = 12
 """Characters of a result digest that commands and tables show."""
@@ -191,14 +182,14 @@ class ReportBuilder:
             dead_axes=tuple(dead_axes(self.figures, self.odd, self._command)),
             metrics=tuple(summarise(self.figures, self._run_of, self.replay_command)),
             faults=self._faults(),
-            assessment=self._assessment(),
-            hazards=tuple(hazards_of(content)),
-            goals=tuple(goals_of(content)),
-            elements=tuple(elements_of(content)),
-            assumptions=tuple(assumptions_of(content)),
-            waivers=tuple(waivers_of(content, cells)),
-            decompositions=tuple(decompositions_of(self.concept)),
-            dependent_failures=tuple(dependent_failures_of(self.concept, today())),
+            assessment=assessment_of(
+                self.repository,
+                self.campaign,
+                self.concept,
+                self.figures,
+                (self._command, self.replay_command),
+            ),
+            **concept_of(content, cells),
             integrity_rules=len(rules),
             findings=tuple(findings_of(checked.violations)),
             odd_attributes=tuple(attributes_of(content)),
@@ -219,7 +210,7 @@ class ReportBuilder:
         return self.campaign.planned <= MAX_READ
 
     def _evidence(self) -> str:
-        """Give the root of the campaign's evidence: of its rows as they are, if they are few."""
+        """Return the root of the campaign's evidence: of its rows as they are, if they are few."""
         evidence = self.repository.evidence
         if self.is_read_whole:
             return evidence.computed_root(self.campaign.id).root
@@ -252,10 +243,6 @@ class ReportBuilder:
             ),
         )
 
-    def _assessment(self) -> Assessment:
-        commands = self._command, self.replay_command
-        return assessment_of(self.repository, self.campaign, self.concept, self.figures, commands)
-
     # Commands
 
     def _command(self, text: str) -> str:
@@ -280,34 +267,22 @@ class ReportBuilder:
                     limit=1,
                 )
                 run, record = worst[0] if worst else (None, None)
-                yield Cell(
-                    fsr=item.fsr,
-                    architecture=item.architecture,
-                    scenario=item.scenario,
-                    verdict=item.verdict,
+                yield Cell.of(
+                    item,
                     counts={key: count for key, count in item.counts.items() if count},
-                    exercised=item.exercised,
                     runs=sum(item.counts.values()),
+                    min_exercised=1,
                     **self._worst(run, record),
                 )
 
     def _total(self, total: Total) -> Cell:
         run, record = total.worst or (None, None)
-        return Cell(
-            fsr=total.fsr,
-            architecture=total.architecture,
-            verdict=total.verdict,
-            counts=dict(total.counts) if total.verdict is not None else {},
-            exercised=total.exercised if total.verdict is not None else 0,
-            runs=total.runs if total.verdict is not None else 0,
-            min_exercised=total.min_exercised,
-            note=total.note,
-            **self._worst(run, record),
-        )
+        none = {} if total.verdict is not None else {"counts": {}, "exercised": 0, "runs": 0}
+        return Cell.of(total, **none, **self._worst(run, record))
 
     def _worst(self, run: RunRef | None, record: VerdictRecord | None) -> dict[str, Any]:
         if run is None or record is None:
-            return {"command": self._command("adeye query failing-fsrs")}
+            return {"worst_run": None, "command": self._command("adeye query failing-fsrs")}
         return {
             "margin": margin_of(record),
             "binding": binding_of(record),
@@ -325,6 +300,7 @@ class ReportBuilder:
                     self.campaign.id, fsr, architecture=architecture, limit=WORST_PER_FSR
                 ):
                     place = int(np.searchsorted(figures.ordinal, run.ordinal))
+                    values = named_values(figures.point(place), self.odd, run.scenario)
                     case = WorstCase(
                         fsr=fsr,
                         architecture=architecture,
@@ -333,10 +309,7 @@ class ReportBuilder:
                         verdict=record.verdict,
                         outcome=Outcome(figures.outcome[place]),
                         fault=figures.fault_entry[place],
-                        parameters=tuple(
-                            Label(label=item.label, value=item.value)
-                            for item in named_values(figures.point(place), self.odd, run.scenario)
-                        ),
+                        parameters=tuple(map(Label.of, values)),
                         margin=margin_of(record),
                         binding=binding_of(record),
                         command=self.replay_command(run.result_digest),

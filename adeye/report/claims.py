@@ -8,8 +8,9 @@ it had failed. Points that hold with the same result count once.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
+from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -31,15 +32,11 @@ from adeye.judge.statistics import (
 )
 from adeye.report.comparison.records import Range, Share
 from adeye.report.model.part import Count, Id, Part
+from adeye.signals import Ints
+from adeye.store.read.bulk import Compared
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 from adeye.sweep.design import design_statement
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from adeye.signals import Ints
-    from adeye.store.read.bulk import Compared
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
 
 # --- What may be said about the probability of a violation: a bound, or why there is none ---------
 
@@ -253,26 +250,19 @@ class _Claimer:
         found: list[Claim] = []
         for item in self._status:
             key = (item.fsr, item.architecture, item.scenario)
-            about = {
-                "fsr": item.fsr,
-                "architecture": item.architecture,
-                "is_mandatory": item.is_mandatory,
-                "is_in_gate": item.is_in_gate,
-            }
+            names = ("fsr", "architecture", "is_mandatory", "is_in_gate")
+            about = {name: getattr(item, name) for name in names}
             found.append(self._single(about, item.scenario, counts[key], level))
             pair = key[:2]
             if pair in sampled and item.scenario == sampled[pair][-1]:
                 strata = {name: counts[*pair, name] for name in sampled[pair]}
                 if len(strata) > 1:
                     found.append(self._weighted(about, strata, level))
-        return Claims(
+        return Claims.of(
+            options,
             campaign=self._campaign.id,
             odd=self._campaign.odd,
             title=self._campaign.title,
-            level=options.level,
-            method=options.method,
-            target=options.target,
-            is_joint=options.is_joint,
             populations={name: item.population for name, item in self._designs.items()},
             conditions=self._conditions(found, bounds),
             claims=tuple(found),
@@ -361,7 +351,7 @@ class _Claimer:
         self, about: Mapping[str, Any], scenario: str, counts: _Counts, level: float
     ) -> Claim:
         refusal = self._refusal(scenario, counts)
-        base = self._base(about, scenario, counts, refusal)
+        base = Claim.of(counts, **about, scenario=scenario, refusal=refusal)
         if refusal:
             return base
         options = self._options
@@ -398,7 +388,7 @@ class _Claimer:
         refusal = f"no exposure of {', '.join(unknown)}" if unknown else ""
         if not total.exercised:
             refusal = "its precondition never held"
-        base = self._base(about, "", total, refusal)
+        base = Claim.of(total, **about, scenario="", refusal=refusal)
         if refusal:
             return base
         rates = [float(self._exposures[name] or 0.0) for name in strata]
@@ -417,18 +407,6 @@ class _Claimer:
                 "upper_varied": Range(low=min(varied), high=max(varied)),
                 "rate_per_h": 3600.0 * rate * upper,
             }
-        )
-
-    @staticmethod
-    def _base(about: Mapping[str, Any], scenario: str, counts: _Counts, refusal: str) -> Claim:
-        return Claim(
-            **about,
-            scenario=scenario,
-            points=counts.points,
-            exercised=counts.exercised,
-            failing=counts.failing,
-            undecided=counts.undecided,
-            refusal=refusal,
         )
 
 
@@ -526,7 +504,7 @@ REPORTED_GRID: Final = (
 
 
 def designs_of(odd: Mapping[str, Any]) -> dict[str, str]:
-    """Give the design of every scenario by its id in the ODD.
+    """Return the design of every scenario by its id in the ODD.
 
     Args:
         odd: Stored content of the ODD.
@@ -544,7 +522,7 @@ def _design(sweep: Mapping[str, Any]) -> str:
 
 
 def is_sample(design: str) -> bool:
-    """Tell whether the points of a design are a random sample of a declared distribution.
+    """Return whether the points of a design are a random sample of a declared distribution.
 
     >>> is_sample("random"), is_sample("full_factorial")
     (True, False)
@@ -555,7 +533,7 @@ def is_sample(design: str) -> bool:
 def spoken_of(
     designs: Mapping[str, str], scenarios: Iterable[str], *, drawn: str = SAMPLE, fixed: str = GRID
 ) -> tuple[str, ...]:
-    """Say what may be concluded from the points of some scenarios.
+    """Return what may be concluded from the points of some scenarios.
 
     Args:
         designs: Design by scenario.

@@ -9,15 +9,17 @@ from __future__ import annotations
 import math
 import os
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 from urllib.parse import quote
 
-from adeye.analysis.dependence import dependencies
+from adeye.analysis.dependence import Dependencies, dependencies
 from adeye.analysis.suite.analyse import analyse
 from adeye.analysis.suite.conditions import conditions_of
+from adeye.analysis.suite.records import Suite
 from adeye.errors import InputError
 from adeye.judge.verdict import Verdict
 from adeye.report.model.concept import (
@@ -31,25 +33,15 @@ from adeye.report.model.concept import (
     Waiver,
 )
 from adeye.report.model.part import Label, Place
-from adeye.report.model.report import Architecture, Factors, Fsr, Scenario
+from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Scenario
 from adeye.spec import architecture
-from adeye.spec.concept import scheme
-from adeye.spec.load import load_odd
+from adeye.spec.concept import Concept, Requirement, scheme
+from adeye.spec.load import OddFiles, load_odd
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
+from adeye.store.read.checking import Violation
+from adeye.store.records import CampaignInfo
 from adeye.store.rules import RULES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from adeye.analysis.dependence import Dependencies
-    from adeye.analysis.suite.records import Suite
-    from adeye.errors import SourceLocation
-    from adeye.report.model.report import Cell
-    from adeye.spec.concept import Concept, Requirement
-    from adeye.spec.load import OddFiles
-    from adeye.store.read.checking import Violation
-    from adeye.store.records import CampaignInfo
 
 # --- Where the FSRs and scenarios of a campaign stand in the user's files -------------------------
 
@@ -136,7 +128,7 @@ def _repository(folder: Path) -> Path | None:
 def _fsrs(files: OddFiles, concept: Concept) -> dict[str, Place]:
     judged = {item.id: item.model_dump(mode="json") for item in concept.requirements}
     return {
-        item.id: _place(files.concept.locate(("requirements", at, "id")))
+        item.id: Place.of(files.concept.locate(("requirements", at, "id")))
         for at, item in enumerate(files.concept.spec.requirements)
         if judged.get(item.id) == item.model_dump(mode="json")
     }
@@ -145,14 +137,10 @@ def _fsrs(files: OddFiles, concept: Concept) -> dict[str, Place]:
 def _scenarios(files: OddFiles, odd: Mapping[str, Any]) -> dict[str, Place]:
     ran = {use.get("as") or use["use"]: use for use in odd["odd"]["scenarios"]}
     return {
-        use.name: _place(files.odd.locate(("scenarios", at)))
+        use.name: Place.of(files.odd.locate(("scenarios", at)))
         for at, use in enumerate(files.odd.spec.scenarios)
         if ran.get(use.name) == use.model_dump(mode="json", by_alias=True)
     }
-
-
-def _place(where: SourceLocation) -> Place:
-    return Place(path=where.path, line=where.line, column=where.column)
 
 
 # --- What a report repeats from the files of a campaign: concept, architectures, scenarios,
@@ -301,60 +289,90 @@ def factors_of(content: CampaignContent) -> Iterable[Factors]:
 def fsr_of(content: CampaignContent, item: Requirement) -> Fsr:
     """Describe an FSR in its measurable form."""
     goals = [goal for goal in content.concept.safety_goals if goal.id in item.goals]
-    return Fsr(
-        id=item.id,
-        text=item.text,
-        formula=measure_text(item),
-        asil=item.asil,
-        goals=item.goals,
-        mandatory=item.mandatory,
-        allocation=item.allocation,
-        threshold_source=item.threshold_source,
+    return Fsr.of(
+        item,
+        formula=item.measure,
         ftti_s=min(goal.ftti for goal in goals),
         fdti_s=item.fdti,
         frti_s=item.frti,
-        min_exercised=item.min_exercised,
-        on_contact=item.on_contact,
-        scenarios=item.scenarios,
         digest=content.fsr_digests.get(item.id, ""),
-        assumptions=item.assumptions,
         where=content.places.fsrs.get(item.id),
     )
 
 
-def hazards_of(content: CampaignContent) -> Iterable[Hazard]:
-    """List the hazardous events with their classification."""
-    for event in content.concept.hazardous_events:
-        yield Hazard(
-            id=event.id,
-            text=f"{event.malfunction} ({event.situation})",
-            severity=event.severity,
-            exposure=event.exposure,
-            controllability=event.controllability,
-            asil=event.asil,
-            function=event.function,
-            severity_rationale=event.severity_rationale,
-            exposure_rationale=event.exposure_rationale,
-            controllability_rationale=event.controllability_rationale,
-            exposure_method=event.exposure_method or "",
-        )
+def concept_of(content: CampaignContent, cells: Sequence[Cell]) -> dict[str, Any]:
+    """List what the concept says, by the names that a report has for it.
+
+    Args:
+        content: The files of the campaign.
+        cells: With the runs that waivers accept.
+    """
+    concept, day = content.concept, today()
+
+    def dated(items: Iterable[Any]) -> list[tuple[Any, dict[str, Any]]]:
+        """Say of each until when it holds."""
+        return [
+            (
+                item,
+                {"valid_until": item.valid_until.isoformat(), "is_expired": item.valid_until < day},
+            )
+            for item in items
+        ]
+
+    return {
+        "hazards": tuple(
+            Hazard.of(
+                event,
+                text=f"{event.malfunction} ({event.situation})",
+                exposure_method=event.exposure_method or "",
+            )
+            for event in concept.hazardous_events
+        ),
+        "goals": tuple(
+            SafetyGoal.of(
+                goal,
+                asil=concept.goal_asil(goal.id),
+                hazards=goal.hazardous_events,
+                ftti_s=goal.ftti,
+            )
+            for goal in concept.safety_goals
+        ),
+        "elements": _elements(content),
+        "assumptions": tuple(
+            Assumption.of(item, **until) for item, until in dated(concept.assumptions)
+        ),
+        "waivers": tuple(
+            Waiver.of(
+                item,
+                fsr=item.requirement,
+                expires=item.expires.isoformat(),
+                runs=_missing(cells, item.requirement),
+                is_expired=item.expires < day,
+            )
+            for item in concept.waivers
+        ),
+        "decompositions": tuple(
+            Decomposition.of(item, fsr=item.requirement, scheme=scheme(concept, item))
+            for item in concept.decompositions
+        ),
+        "dependent_failures": tuple(
+            DependentFailure.of(item, **until) for item, until in dated(concept.dependent_failures)
+        ),
+    }
 
 
-def goals_of(content: CampaignContent) -> Iterable[SafetyGoal]:
-    """List the safety goals."""
-    for goal in content.concept.safety_goals:
-        yield SafetyGoal(
-            id=goal.id,
-            text=goal.text,
-            asil=content.concept.goal_asil(goal.id),
-            hazards=goal.hazardous_events,
-            safe_state=goal.safe_state,
-            ftti_s=goal.ftti,
-            ftti_rationale=goal.ftti_rationale,
-        )
+def _missing(cells: Sequence[Cell], fsr: str) -> int:
+    """Count the runs of an FSR without a verdict that decides."""
+    return sum(
+        count
+        for cell in cells
+        if cell.fsr == fsr and cell.scenario is None
+        for verdict, count in cell.counts.items()
+        if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
+    )
 
 
-def elements_of(content: CampaignContent) -> Iterable[Element]:
+def _elements(content: CampaignContent) -> tuple[Element, ...]:
     """List the elements and the parts that realise them."""
     realised: dict[str, list[str]] = defaultdict(list)
     for name, part_of in content.odd["architectures"].items():
@@ -363,53 +381,10 @@ def elements_of(content: CampaignContent) -> Iterable[Element]:
         for key, part in (*parts, ("switch", part_of["switch"])):
             if part.get("realises"):
                 realised[part["realises"]].append(f"{name}.{key}")
-    for element in content.concept.elements:
-        yield Element(
-            id=element.id,
-            kind=element.kind,
-            text=element.text,
-            asil_capability=element.asil_capability,
-            legacy=element.legacy,
-            realised_by=tuple(realised[element.id]),
-            resources=element.resources,
-        )
-
-
-def assumptions_of(content: CampaignContent) -> Iterable[Assumption]:
-    """List what the concept relies on."""
-    for item in content.concept.assumptions:
-        yield Assumption(
-            id=item.id,
-            text=item.text,
-            owner=item.owner,
-            valid_until=item.valid_until.isoformat(),
-            is_expired=item.valid_until < today(),
-        )
-
-
-def waivers_of(content: CampaignContent, cells: Sequence[Cell]) -> Iterable[Waiver]:
-    """List the waivers with the runs that they accept."""
-    for item in content.concept.waivers:
-        missing = sum(
-            count
-            for cell in cells
-            if cell.fsr == item.requirement and cell.scenario is None
-            for verdict, count in cell.counts.items()
-            if verdict not in {Verdict.PASS, Verdict.VACUOUS, Verdict.FAIL}
-        )
-        yield Waiver(
-            fsr=item.requirement,
-            reason=item.reason,
-            author=item.author,
-            expires=item.expires.isoformat(),
-            runs=missing,
-            is_expired=item.expires < today(),
-        )
-
-
-def measure_text(item: Requirement) -> str:
-    """Write what an FSR measures: its formula or its bound."""
-    return item.measure
+    return tuple(
+        Element.of(element, realised_by=tuple(realised[element.id]))
+        for element in content.concept.elements
+    )
 
 
 def today() -> date:
@@ -417,44 +392,9 @@ def today() -> date:
     return datetime.now(UTC).date()
 
 
-# --- What a report tells of decompositions, dependent failures and broken integrity rules ---------
-
-
-def decompositions_of(concept: Concept) -> Iterator[Decomposition]:
-    """List the decompositions with the scheme that their children make."""
-    for item in concept.decompositions:
-        yield Decomposition(
-            fsr=item.requirement,
-            into=item.into,
-            scheme=scheme(concept, item),
-            independence=item.independence,
-            dfa=item.dfa,
-        )
-
-
-def dependent_failures_of(concept: Concept, today: date) -> Iterator[DependentFailure]:
-    """List the records of the dependent-failure analysis."""
-    for item in concept.dependent_failures:
-        yield DependentFailure(
-            id=item.id,
-            covers=item.covers,
-            argument=item.argument,
-            owner=item.owner,
-            valid_until=item.valid_until.isoformat(),
-            is_expired=item.valid_until < today,
-        )
-
-
 def findings_of(violations: Iterable[Violation]) -> Iterator[IntegrityFinding]:
-    """Say what breaks an integrity rule, and what to do about it."""
+    """Return what breaks an integrity rule, and what to do about it."""
     rules = {rule.name: rule for rule in RULES}
     for item in violations:
         rule = rules[item.rule]
-        yield IntegrityFinding(
-            rule=rule.name,
-            text=rule.text,
-            part=item.part,
-            id=item.id,
-            detail=item.detail,
-            remedy=rule.remedy,
-        )
+        yield IntegrityFinding.of(item, text=rule.text, remedy=rule.remedy)

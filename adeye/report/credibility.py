@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
 
 from pydantic import ValidationError
 
 from adeye.outputs import write_atomically
 from adeye.report.model.part import Count, Part
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 RESULT: Final = "selftest.json"
 """Name of the file, in the folder of the database."""
@@ -83,7 +81,7 @@ def read_result(folder: Path, provenance: Mapping[str, Any]) -> SelfTestResult |
 
 
 def determinism(backend: str, variant: str) -> str:
-    """Say what is promised about running a campaign again.
+    """Return what is promised about running a campaign again.
 
     Args:
         backend: Traffic implementation; empty if the database does not say.

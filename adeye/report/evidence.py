@@ -6,8 +6,10 @@ page and command cannot differ.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, cast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final, cast
 
+from adeye.judge.uncertainty import Difference
 from adeye.report.claims import claims_of
 from adeye.report.model.evidence import (
     AttributeCoverage,
@@ -19,16 +21,10 @@ from adeye.report.model.evidence import (
     UncoveredPair,
 )
 from adeye.store.read.bulk import coverage_of_runs, declared_attributes, executed_runs
-from adeye.sweep.coverage import bins_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from adeye.judge.uncertainty import Difference
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
-    from adeye.store.write.half_steps import UncertaintyRecord
-    from adeye.sweep.coverage import Bin, Combination
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
+from adeye.store.write.half_steps import UncertaintyRecord
+from adeye.sweep.coverage import Bin, Combination, bins_of
 
 # --- What a report says beyond its verdicts: bounds, coverage of the ODD, uncertainty of the step -
 
@@ -44,7 +40,7 @@ def evidence_of(
     odd: Mapping[str, Any],
     command: Callable[[str], str],
 ) -> dict[str, Any]:
-    """Give the parts of a report by their names in it.
+    """Return the parts of a report by their names in it.
 
     Args:
         repository: The database.
@@ -145,7 +141,7 @@ def exclusions_of(odd: Mapping[str, Any]) -> Iterator[Exclusion]:
 def step_uncertainty_of(
     odd: Mapping[str, Any], records: Sequence[UncertaintyRecord], command: str
 ) -> StepUncertainty:
-    """Tell what halving the step changes, margins first.
+    """Return what halving the step changes, margins first.
 
     Args:
         odd: Stored content of the ODD's own file.
@@ -154,17 +150,10 @@ def step_uncertainty_of(
     """
     asked = odd.get("uncertainty")
     lines = [
-        StepLine(
-            kind=item.difference.kind,
+        StepLine.of(
+            item.difference,
             scenario=item.scenario,
             architecture=item.architecture,
-            name=item.difference.name,
-            unit=item.difference.unit,
-            sampled=item.difference.sampled,
-            pairs=item.difference.pairs,
-            uncertainty=item.difference.uncertainty,
-            largest=item.difference.largest,
-            differing=item.difference.differing,
             changes=dict(item.difference.changes),
         )
         for item in records
@@ -181,7 +170,7 @@ def step_uncertainty_of(
 
 
 def step_statements(found: Sequence[Difference]) -> tuple[str, ...]:
-    """Say what halving the step changes in the margins; nothing where nobody asked.
+    """Return what halving the step changes in the margins; nothing where nobody asked.
 
     Args:
         found: Of every scenario and architecture; those of metrics are left out.

@@ -8,14 +8,16 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
 from adeye.errors import InputError, suggest
 from adeye.judge.preventability import TAKEOVER_CLASSES, TakeoverClass
 from adeye.judge.statistics import median_low, poisson_rate
-from adeye.judge.timeline import count_injections, grouped, worst_of
+from adeye.judge.timeline import Injection, count_injections, grouped, worst_of
 from adeye.report.claims import designs_of, is_sample
 from adeye.report.model.assessment import (
     Calm,
@@ -29,17 +31,11 @@ from adeye.report.model.assessment import (
     WorstInjection,
 )
 from adeye.report.model.part import Command
+from adeye.signals import Bools
+from adeye.store.read.bulk import Figures
 from adeye.store.repository import Repository
+from adeye.store.write.studies import TakeoverLine
 from adeye.sweep.axes import axis_text, quantity_or_text, quantity_text
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from adeye.judge.timeline import Injection
-    from adeye.signals import Bools
-    from adeye.store.read.bulk import Figures
-    from adeye.store.write.studies import TakeoverLine
 
 # --- What a parameter of a channel trades: false trips without a fault against detection with one -
 
@@ -62,14 +58,13 @@ def rate_of(figures: Figures, chosen: Bools, *, sampled: bool) -> Rate:
     events = int(trips[counted].sum())
     hours = math.fsum(figures.duration_s[counted].tolist()) / _HOUR_S
     runs = int(counted.sum())
-    if hours <= 0.0:
-        return Rate(runs=runs, hours=0.0, trips=events, per_hour=None)
-    found = poisson_rate(events, hours, CONFIDENCE) if sampled else None
+    is_driven = hours > 0.0
+    found = poisson_rate(events, hours, CONFIDENCE) if is_driven and sampled else None
     return Rate(
         runs=runs,
-        hours=hours,
+        hours=max(0.0, hours),
         trips=events,
-        per_hour=events / hours,
+        per_hour=events / hours if is_driven else None,
         low=None if found is None else found.low,
         high=None if found is None else found.high,
     )
@@ -246,25 +241,16 @@ def _group(
     group: Sequence[Injection], replay: Callable[[str], str], *, sampled: bool
 ) -> FaultGroup:
     count, worst = count_injections(group, is_sample=sampled), worst_of(group)
-    return FaultGroup(
-        scenario=count.scenario,
-        fault_entry=count.fault_entry,
-        architecture=count.architecture,
+    return FaultGroup.of(
+        count,
         counts=dict(count.counts),
-        detected=count.detected,
-        activated=count.activated,
         low=None if count.coverage is None else count.coverage.low,
         high=None if count.coverage is None else count.coverage.high,
-        least_ftti_s=count.least_ftti_s,
-        most_fhti_s=count.most_fhti_s,
-        worst=WorstInjection(
-            run=worst.run,
-            class_=worst.class_,
+        worst=WorstInjection.of(
+            worst,
             fdti_s=worst.times.fdti_s,
             frti_s=worst.times.frti_s,
             fhti_s=worst.times.fhti_s,
-            ftti_s=worst.ftti_s,
-            margin_s=worst.margin_s,
             command=replay(worst.run),
         ),
     )
@@ -281,17 +267,7 @@ def _takeovers(lines: Sequence[TakeoverLine], replay: Callable[[str], str]) -> T
         avoidable=sum(line.class_ == "missed" and line.fork_violation_s is None for line in lines),
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         listed=tuple(
-            TakeoverRun(
-                run=line.run,
-                fork=line.fork,
-                class_=line.class_,
-                scenario=line.scenario,
-                architecture=line.architecture,
-                fault_entry=line.fault_entry,
-                takeover_s=line.takeover_s,
-                command=replay(line.run),
-            )
-            for line in wrong[:MOST_LISTED]
+            TakeoverRun.of(line, command=replay(line.run)) for line in wrong[:MOST_LISTED]
         ),
     )
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 
 from adeye.errors import AdeyeError, InputError
 from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
@@ -11,10 +12,6 @@ from adeye.report.credibility import RESULT
 from adeye.spec.load import load_odd
 from adeye.store.location import Place, locate
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from pathlib import Path
 
 
 @contextlib.contextmanager

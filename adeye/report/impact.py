@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from adeye.report.gate.baseline import deciding
+from adeye.report.gate.decide import GateResult
 from adeye.report.model.evidence import Change, Impact, StaleFiles
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from adeye.report.gate.baseline import Finding
-    from adeye.report.gate.decide import GateResult
 
 
 def impact_of(
@@ -20,7 +15,7 @@ def impact_of(
     stale: StaleFiles | str,
     commands: tuple[str, Callable[[str], str]],
 ) -> Impact:
-    """Tell what changed since a baseline.
+    """Return what changed since a baseline.
 
     Args:
         result: Of the campaign, compared with the baseline.
@@ -35,21 +30,15 @@ def impact_of(
         campaign=former,
         exit_code=result.exit_code,
         message=result.message,
-        changes=tuple(_change(item, decides, show) for item in result.changes),
+        changes=tuple(
+            Change.of(
+                item,
+                decides=item in decides,
+                command=show(item.runs[0]) if item.runs else "",
+            )
+            for item in result.changes
+        ),
         stale=None if isinstance(stale, str) else stale,
         not_asked=stale if isinstance(stale, str) else "",
         command=gate,
-    )
-
-
-def _change(item: Finding, decides: Sequence[Finding], show: Callable[[str], str]) -> Change:
-    return Change(
-        kind=item.kind,
-        decides=item in decides,
-        fsr=item.fsr,
-        architecture=item.architecture,
-        scenario=item.scenario,
-        text=item.text,
-        runs=item.runs,
-        command=show(item.runs[0]) if item.runs else "",
     )

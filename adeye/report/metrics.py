@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from adeye.report.model.report import DeadAxis, Extreme, MetricSummary
+from adeye.signals import Ints
+from adeye.store.read.bulk import Figures
 from adeye.sweep.axes import axis_text
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from adeye.signals import Ints
-    from adeye.store.read.bulk import Figures
 
 # --- Summarise each metric over the runs of a scenario and architecture, each number with its run -
 
@@ -47,7 +44,7 @@ def metric_title(name: str) -> tuple[str, str]:
 def summarise(
     figures: Figures, run_of: Callable[[int], str], command: Callable[[str], str]
 ) -> Iterator[MetricSummary]:
-    """Give least, median and greatest value of each metric and the runs that they come from.
+    """Return least, median and greatest value of each metric and the runs that they come from.
 
     Among equal values the run that was planned first is taken, for the greatest the last.
 
@@ -116,7 +113,7 @@ def dead_axes(
 
 
 def moves(figures: Figures, axis: str) -> bool:
-    """Tell whether two runs that differ in one axis only differ in any metric.
+    """Return whether two runs that differ in one axis only differ in any metric.
 
     Args:
         figures: Executed runs of one scenario.
@@ -135,7 +132,7 @@ def moves(figures: Figures, axis: str) -> bool:
 
 
 def _groups(columns: list[Ints]) -> Ints:
-    """Give rows with equal values in all columns one number."""
+    """Return a number for each row; rows with equal values in all columns have the same."""
     group = np.zeros(len(columns[0]), dtype=np.int64)
     count = 1
     for column in columns:

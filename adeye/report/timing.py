@@ -6,26 +6,22 @@ precondition never held, nothing was asked of it. What was not measured never pa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from adeye.judge.timeline import grouped, worst_of
+from adeye.judge.timeline import Injection, grouped, worst_of
 from adeye.judge.verdict import Verdict
 from adeye.report.model.assessment import BudgetTiming, FaultTiming, GoalTiming, Timing
 from adeye.report.words import counted
-from adeye.spec.concept import budgets_of
+from adeye.signals import Bools
+from adeye.spec.concept import Concept, Requirement, SafetyGoal, budgets_of
+from adeye.store.read.bulk import Figures
 from adeye.sweep.groups import NO_FAULT
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+Groups = Mapping[tuple[str, str, str], Sequence[Injection]]
+Replay = Callable[[str], str]
 
-    from adeye.judge.timeline import Injection
-    from adeye.spec.concept import Concept, Requirement, SafetyGoal
-    from adeye.store.read.bulk import Figures
-
-    Groups = Mapping[tuple[str, str, str], Sequence[Injection]]
-    Replay = Callable[[str], str]
 
 _ROUNDING_S = 1e-9
 """Times are multiples of a step; their differences are not to the last bit."""
@@ -52,7 +48,7 @@ def timing_of(
         (part[0].scenario, part[0].fault_entry, part[0].architecture): part
         for part in grouped(injections)
     }
-    counts = _faulty_runs(figures)
+    counts = {key: int(chosen.sum()) for key, chosen in by_fault(figures) if key[1] != NO_FAULT}
     assumed = min((goal.ftti for goal in concept.safety_goals), default=None)
     is_whole = all(count == len(groups.get(key, ())) for key, count in counts.items())
     return Timing(
@@ -72,16 +68,17 @@ def timing_of(
     )
 
 
-def _faulty_runs(figures: Figures) -> dict[tuple[str, str, str], int]:
-    """Count the executed runs with a fault by scenario, fault entry and architecture."""
+def by_fault(figures: Figures) -> Iterator[tuple[tuple[str, str, str], Bools]]:
+    """List scenario, fault entry and architecture in their order, each with its runs."""
     columns = figures.scenario, figures.fault_entry, figures.architecture
     codes = np.stack([column.codes for column in columns])
-    keys, runs = np.unique(codes, axis=1, return_counts=True)
-    counts = {
-        (columns[0].words[at[0]], columns[1].words[at[1]], columns[2].words[at[2]]): count
-        for at, count in zip(keys.T.tolist(), runs.tolist(), strict=True)
-    }
-    return {key: count for key, count in sorted(counts.items()) if key[1] != NO_FAULT}
+    keys, of_row = np.unique(codes, axis=1, return_inverse=True)
+    named = [
+        (columns[0].words[at[0]], columns[1].words[at[1]], columns[2].words[at[2]])
+        for at in keys.T.tolist()
+    ]
+    for number in sorted(range(len(named)), key=lambda at: named[at]):
+        yield named[number], of_row.reshape(-1) == number
 
 
 def _goal(concept: Concept, goal: SafetyGoal) -> GoalTiming:
@@ -271,7 +268,7 @@ def _is_handled(group: Sequence[Injection]) -> bool:
 
 
 def _ftti(run: Injection) -> float | None:
-    """Give the measured FTTI; None where it is not the fault's doing."""
+    """Return the measured FTTI; None where it is not the fault's doing."""
     return None if run.fault_free_violation_s is not None else run.ftti_s
 
 

@@ -5,26 +5,21 @@ Failing, undecided and vacuous FSRs, expired and valid waivers, assumptions, bro
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 
 from adeye.judge.verdict import WORST_FIRST, Outcome, Verdict
 from adeye.report.claims import is_sample
-from adeye.report.concept import measure_text
-from adeye.report.model.concept import OpenPoint, Realisation, VerificationRow
+from adeye.report.model.concept import OpenPoint, PointKind, Realisation, VerificationRow
 from adeye.report.model.part import Binding, Margin, RunVerdict
+from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Report
 from adeye.report.page.replay import Event
 from adeye.report.words import binding_sentence, margin_text, unit_text, value_text, verdict_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from adeye.report.model.concept import PointKind
-    from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Report
-    from adeye.spec.concept import Requirement
-    from adeye.store.read.bulk import Figures
-    from adeye.store.records import EventRecord, VerdictRecord
+from adeye.spec.concept import Requirement
+from adeye.store.read.bulk import Figures
+from adeye.store.records import EventRecord, VerdictRecord
 
 # --- The verification table: every FSR for every architecture, from its goals to its evidence -----
 
@@ -52,17 +47,13 @@ def verification_of(
         for fsr in report.fsrs:
             cell = report.cell(fsr.id, architecture.id)
             item = requirements.get(fsr.id)
-            yield VerificationRow(
-                goals=fsr.goals,
+            yield VerificationRow.of(
+                fsr,
                 fsr=fsr.id,
-                asil=fsr.asil,
-                mandatory=fsr.mandatory,
                 architecture=architecture.id,
                 is_gate=architecture.is_gate,
-                allocation=fsr.allocation,
                 metric=_metric(cell, item),
-                threshold=fsr.formula if item is None else measure_text(item),
-                threshold_source=fsr.threshold_source,
+                threshold=fsr.formula if item is None else item.measure,
                 value=_value(cell),
                 margin=cell.margin if cell is not None and margin_text(cell) else None,
                 verdict=None if cell is None else cell.verdict,
@@ -231,13 +222,9 @@ def binding_of(record: VerdictRecord) -> Binding | None:
     """Binding predicate of a verdict, None where there is none."""
     if record.predicate is None:
         return None
-    return Binding(
-        predicate=record.predicate,
+    return Binding.of(
+        record,
         signal=record.signal or "",
-        time_s=record.time_s,
-        actor=record.actor,
-        value=record.value,
-        threshold=record.threshold,
         difference=record.margin,
         unit=record.unit or "",
         note=record.detail or "",
@@ -260,7 +247,4 @@ def run_verdicts(records: Iterable[VerdictRecord]) -> tuple[RunVerdict, ...]:
 
 def replay_events(records: Iterable[EventRecord]) -> tuple[Event, ...]:
     """Events of one run for its replay."""
-    return tuple(
-        Event.model_validate({"time_s": item.time_s, "kind": item.kind, "text": item.text})
-        for item in records
-    )
+    return tuple(Event.of(item) for item in records)

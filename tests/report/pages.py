@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from lxml import html as lxml_html
 
 from adeye.report.build import ReportBuilder
+from adeye.report.model.report import Report
 from adeye.report.page.html import render
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.report.model.report import Report
 
 
 def built(db: Path) -> Report:

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.build import MAX_REPLAYS, WORST_PER_FSR, ReplayRequest, ReportBuilder
 from adeye.report.credibility import SelfTestResult, write_result
+from adeye.report.model.report import Cell, Report
+from adeye.report.page.replay import Replay
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store.repository import Repository
 from adeye.version import __version__
 from tests.project import CONCEPT, Executed, Project, rows_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from adeye.report.model.report import Cell, Report
-    from adeye.report.page.replay import Replay
 
 
 def no_replays(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:

@@ -1,27 +1,47 @@
-"""Claims: counts by another way, what the design forbids, and that nothing missing helps."""
+"""Claims: counts by another way, what the design forbids, and that nothing missing helps.
+What a report says about its points depends on how they were chosen.
+A planted loss of field of view is found sooner on the same situations than on different ones.
+"""
 
 from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from adeye.errors import UsageError
-from adeye.judge.evaluate import VERDICTS
+from adeye.judge.evaluate import FAIL, VERDICTS
 from adeye.judge.pairing import NOT_RUN
-from adeye.judge.statistics import Stratum, stratified_bound
-from adeye.report.claims import Claim, ClaimOptions, Claims, claims_of
+from adeye.judge.statistics import Stratum, mcnemar_p, stratified_bound
+from adeye.kernel.random import owner_id, uniform
+from adeye.report.build import ReportBuilder
+from adeye.report.claims import (
+    GRID,
+    SAMPLE,
+    Claim,
+    ClaimOptions,
+    Claims,
+    claims_of,
+    designs_of,
+    is_sample,
+    spoken_of,
+)
+from adeye.report.comparison.candidates import Matching
+from adeye.report.comparison.compare import compare
+from adeye.report.comparison.records import CompareOptions
+from adeye.signals import Bools, Ints
 from adeye.store.read.bulk import Labels
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from tests.project import Executed
+from tests.project import LEGACY, Executed, Project
 
 CODES = {str(word): code for code, word in enumerate(VERDICTS)} | {"NOT_RUN": NOT_RUN, "-": -1}
 
@@ -286,3 +306,143 @@ def test_counts_are_those_of_the_documented_view(suites: Executed) -> None:
         else:
             assert item.refusal
     assert any(item.upper is not None for item in found.claims)
+
+
+def odd(*uses: tuple[str, str, str]) -> dict[str, Any]:
+    return {
+        "odd": {
+            "scenarios": [
+                {"use": use, "as": name or None, "sweep": {"design": design}}
+                for use, name, design in uses
+            ]
+        }
+    }
+
+
+def test_design_is_found_by_the_id_in_the_odd() -> None:
+    content = odd(("cut_in", "", "random"), ("cut_in", "late", "full_factorial"))
+    assert designs_of(content) == {"cut_in": "random", "late": "full_factorial"}
+
+
+@pytest.mark.parametrize("design", ["full_factorial", "zip", "list"])
+def test_only_a_random_design_is_a_sample(design: str) -> None:
+    assert is_sample("random")
+    assert not is_sample(design)
+
+
+def test_declared_distribution_is_spoken_of_as_such_and_not_as_uniform() -> None:
+    content = odd(("cut_in", "", "random"), ("cut_out", "", "sobol"))
+    law = {"gap": {"normal": {"mean": "30 m", "sd": "5 m"}}}
+    for use in content["odd"]["scenarios"]:
+        use["sweep"]["parameters"] = law
+    designs = designs_of(content)
+    assert (is_sample(designs["cut_in"]), is_sample(designs["cut_out"])) == (True, False)
+    drawn, fixed = spoken_of(designs, designs)
+    assert drawn.startswith("cut_in: points drawn from the declared distribution of each axis")
+    assert "drawn uniformly" not in drawn
+    assert fixed == GRID.format(scenarios="cut_out")
+
+
+def test_each_kind_of_design_is_spoken_of_once() -> None:
+    designs = {"a": "random", "b": "zip", "c": "random", "d": "full_factorial"}
+    assert spoken_of(designs, designs) == (
+        SAMPLE.format(scenarios="a, c"),
+        GRID.format(scenarios="b, d"),
+    )
+    assert spoken_of(designs, ("b",)) == (GRID.format(scenarios="b"),)
+
+
+@pytest.mark.slow
+def test_report_calls_only_its_grid_no_random_sample(suites: Executed, mini: Executed) -> None:
+    statements = []
+    for executed in (suites, mini):
+        with Repository.open(executed.db, create=False) as repository:
+            campaign = repository.find_campaign(executed.summary.campaign)
+            report = ReportBuilder(repository, campaign, "my.db").build(lambda _: (), replays=0)
+        statements.append(report.statements)
+    drawn, fixed = statements[0]
+    assert drawn.startswith("cut_in: points drawn uniformly")
+    assert "not a random sample" not in drawn
+    assert fixed.startswith("lead_braking: a designed set of points, not a random sample")
+    (only,) = statements[1]
+    assert only.startswith("cut_in, lead_braking: a designed set of points, not a random sample")
+
+
+POINTS = 600
+ODD: dict[str, Any] = {
+    "odd": "narrower",
+    "scenarios": [
+        {
+            "use": "cut_in",
+            "faults": ["none"],
+            "sweep": {
+                "design": "random",
+                "samples": POINTS,
+                "parameters": {
+                    "ego_speed": ["80 km/h", "130 km/h"],
+                    "relative_speed": ["-50 km/h", "-10 km/h"],
+                    "gap": ["5 m", "40 m"],
+                    "lateral_speed": ["0.8 m/s", "2.8 m/s"],
+                },
+            },
+        }
+    ],
+    "architectures": ["architectures/wide.yaml", "architectures/narrow.yaml"],
+    "concept": "concepts/motorway_chauffeur.yaml",
+    "step": "0.05 s",
+    "seed": 7,
+}
+
+
+def shuffled(name: str, number: int) -> Ints:
+    """Return the points in an order of its own, the same for everybody."""
+    owner = np.uint64(owner_id(name))
+    draws = [uniform(np.uint64(7), owner, number, place) for place in range(POINTS)]
+    return np.argsort(draws).astype(np.int64)
+
+
+def runs_needed(find: Callable[[int, int], float]) -> int:
+    """Give the fewest points at which four of five subsamples find the loss at 5 %."""
+    for points in range(20, POINTS + 1, 20):
+        found = [find(points, number) < 0.05 for number in range(40)]
+        if np.mean(found) >= 0.8:
+            return points
+    return POINTS
+
+
+@pytest.mark.slow
+def test_loss_of_twenty_degrees_needs_less_than_half_the_runs_in_pairs(tmp_path: Path) -> None:
+    project = Project(tmp_path / "project", ODD)
+    content = project.read(LEGACY)
+    for name, angle in (("wide", "38 deg"), ("narrow", "18 deg")):
+        changed = {**deepcopy(content), "architecture": name}
+        changed["sensors"]["front_camera"]["field_of_view"] = angle
+        project.write(f"odd/architectures/{name}.yaml", changed)
+    summary = project.run()
+    with Repository.open(project.db, create=False) as repository:
+        campaign = repository.find_campaign(summary.campaign)
+        cases = repository.compared(campaign.id, ("wide", "narrow"))
+        found = compare(repository, campaign, CompareOptions(baseline="wide"))
+    (contact,) = [item for item in found.differences if item.fsr == "FSR-01"]
+    assert contact.inference is not None
+    assert contact.inference.p_adjusted < 0.001
+    assert contact.inference.interval.low > 0.0
+
+    rows = Matching(cases).pairs("wide", "narrow")
+    column = cases.fsrs.index("FSR-01")
+    wide, narrow = (cases.verdict[item, column] == FAIL for item in rows)
+    paired = runs_needed(lambda points, number: p_of_pairs(wide, narrow, points, number))
+    apart = runs_needed(lambda points, number: p_of_groups(wide, narrow, points, number))
+    assert 2 * paired < apart
+
+
+def p_of_pairs(wide: Bools, narrow: Bools, points: int, number: int) -> float:
+    chosen = shuffled("paired", number)[:points]
+    a, b = wide[chosen], narrow[chosen]
+    return mcnemar_p(int((a & ~b).sum()), int((b & ~a).sum()))
+
+
+def p_of_groups(wide: Bools, narrow: Bools, points: int, number: int) -> float:
+    a = wide[shuffled("wide", number)[:points]].sum()
+    b = narrow[shuffled("narrow", number)[:points]].sum()
+    return float(stats.fisher_exact([[a, points - a], [b, points - b]]).pvalue)

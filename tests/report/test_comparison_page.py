@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
+from adeye.report.model.report import Report
 from adeye.report.page.html import render, render_comparison
+from tests.report.browser import Browser
 from tests.report.comparison.test_comparison import candidate, comparison
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.report.model.report import Report
-    from tests.report.browser import Browser
 
 OVERLAPS = """(() => {
   const labels = [...document.querySelectorAll(".front .dot text")];

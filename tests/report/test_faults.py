@@ -1,26 +1,34 @@
-"""What a report tells of the faults of the mini campaign, before and after they are measured."""
+"""What a report tells of the faults of the mini campaign, before and after they are measured.
+What the confirm time trades, over a campaign with a noisy place and over made-up figures.
+"""
 
 from __future__ import annotations
 
 import json
 import shutil
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from lxml import html as lxml_html
 
 from adeye.campaign.studies.fault_timing import campaign_injections
 from adeye.campaign.studies.forks import look_back
+from adeye.errors import InputError
 from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.judge.timeline import CLASSES
+from adeye.report.faults import debounce_axes, rate_of, trade_curves, trades_by
 from adeye.report.formats.json import parse_json, render_json
+from adeye.report.model.assessment import FaultEvidence, TradeCurve
+from adeye.report.model.report import Report
 from adeye.report.page.html import render
+from adeye.store.tables import METRIC_IDS
+from tests.figures import figures_of
+from tests.noisy import CONFIRM, noisy_project
+from tests.project import Executed
 from tests.report.pages import built, section
-
-if TYPE_CHECKING:
-    from adeye.report.model.assessment import FaultEvidence
-    from adeye.report.model.report import Report
-    from tests.project import Executed
 
 
 def told(report: Report) -> FaultEvidence:
@@ -110,3 +118,101 @@ def test_runs_that_depend_on_the_machine_are_counted_at_the_top(plain: Report) -
     page = render(plain.model_copy(update={"machine_dependent": 3}))
     [summary] = lxml_html.document_fromstring(page).xpath("//section[@id='summary']")
     assert "3 runs depend on the machine" in " ".join(summary.text_content().split())
+
+
+@pytest.fixture(scope="module")
+def db(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    project = noisy_project(tmp_path_factory.mktemp("noisy"))
+    project.run()
+    return project.db
+
+
+@pytest.fixture(scope="module")
+def curve(db: Path) -> TradeCurve:
+    _, [found] = trades_by(db, None, "confirm")
+    return found
+
+
+def test_longer_debounce_trips_less_and_detects_later(curve: TradeCurve) -> None:
+    assert [point.value for point in curve.points] == ["0 s", "0.1 s", "0.2 s"]
+    trips = [point.calm.trips for point in curve.points]
+    assert trips[0] > trips[-1]
+    assert all(one >= two for one, two in pairwise(trips))
+    medians = [point.median_fdti_s for point in curve.points]
+    worst = [point.worst_fdti_s for point in curve.points]
+    # Staleness takes the same time at each value, so that the debounce alone is the difference.
+    assert medians[2] == pytest.approx((medians[0] or 0.0) + 0.2)
+    assert all((one or 9.0) < (two or 0.0) for one, two in pairwise(medians))
+    assert all((a or 9.0) <= (b or 0.0) for a, b in zip(medians, worst, strict=True))
+
+
+def test_every_run_is_in_one_point(curve: TradeCurve) -> None:
+    assert curve.axis == CONFIRM
+    assert curve.title == "safety.confirm"
+    assert [(point.calm.runs, point.faulty) for point in curve.points] == [(8, 8)] * 3
+    assert all(point.detected == 8 for point in curve.points)
+
+
+def test_grid_has_a_rate_and_no_interval(curve: TradeCurve) -> None:
+    for point in curve.points:
+        assert point.calm.per_hour == pytest.approx(point.calm.trips / point.calm.hours)
+        assert (point.calm.low, point.calm.high) == (None, None)
+
+
+def test_unknown_axis_is_refused_with_those_that_there_are(db: Path) -> None:
+    with pytest.raises(InputError, match=r"does not sweep it.*deceleration"):
+        trades_by(db, None, "weather")
+
+
+def row(confirm: float, fault: str, **metrics: Any) -> dict[str, Any]:
+    return {
+        **dict.fromkeys(METRIC_IDS),
+        "scenario": "drawn",
+        "architecture": "new",
+        "fault_entry": fault,
+        "point": {CONFIRM: confirm},
+        "duration_s": 1800.0,
+        **metrics,
+    }
+
+
+def odd(design: str) -> dict[str, Any]:
+    use = {"use": "drawn", "sweep": {"design": design, "parameters": {CONFIRM: {"from": "0 s"}}}}
+    return {"odd": {"scenarios": [use]}, "scenarios": {}}
+
+
+def test_random_sample_has_the_exact_interval_of_a_rate() -> None:
+    figures = figures_of([row(0.0, "none", trips=value) for value in (2.0, 1.0)])
+    [curve] = trade_curves(figures, odd("random"), CONFIRM)
+    calm = curve.points[0].calm
+    assert (calm.trips, calm.hours, calm.per_hour) == (3, 1.0, 3.0)
+    # Garwood's interval of 3 events.
+    assert calm.low == pytest.approx(0.6187, abs=1e-4)
+    assert calm.high == pytest.approx(8.7673, abs=1e-4)
+    assert curve.points[0].value == "0 s"
+
+
+def test_undetected_faults_are_counted_and_have_no_time() -> None:
+    rows = [row(0.5, "out", fault_detection_time_s=value) for value in (0.4, None, 0.2, 0.3)]
+    [point] = trade_curves(figures_of(rows), odd("random"), CONFIRM)[0].points
+    assert (point.faulty, point.detected) == (4, 3)
+    assert (point.median_fdti_s, point.worst_fdti_s) == (0.3, 0.4)
+    assert point.calm.per_hour is None
+
+
+def test_run_of_an_older_release_counts_neither_trips_nor_hours() -> None:
+    figures = figures_of([row(0.0, "none", trips=1.0), row(0.0, "none")])
+    rate = rate_of(figures, np.ones(2, dtype=np.bool_), sampled=False)
+    assert (rate.runs, rate.trips, rate.hours) == (1, 1, 0.5)
+
+
+def test_axes_are_parameters_of_channels_with_several_values() -> None:
+    rows = [row(value, "none") for value in (0.0, 0.1)]
+    rows[0]["point"]["ego_speed"] = 20.0
+    rows[1]["point"]["ego_speed"] = 30.0
+    assert debounce_axes(figures_of(rows)) == [CONFIRM]
+    assert debounce_axes(figures_of(rows[:1])) == []
+
+
+def test_record_is_json(curve: TradeCurve) -> None:
+    assert json.loads(curve.model_dump_json())["points"][0]["value"] == "0 s"

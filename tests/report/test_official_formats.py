@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import json
+from collections.abc import Iterator
 from importlib.resources import as_file, files
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
@@ -17,15 +19,10 @@ from sarif import loader
 from adeye.errors import SourceLocation
 from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
 from adeye.report.formats.sarif import check_sarif, render_sarif
+from adeye.report.model.report import Report
 from adeye.store.read.checking import CheckFinding
 from tests.report.fake import build_report
 from tests.report.formats.test_check_sarif import checked
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from adeye.report.model.report import Report
 
 # --- SARIF
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.report.metrics import metric_title, summarise
+from adeye.report.model.report import MetricSummary
 from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
-
-if TYPE_CHECKING:
-    from adeye.report.model.report import MetricSummary
 
 UNITLESS = {
     *("contact", "contact_at_fault", "nominal_availability", "takeovers", "trips"),

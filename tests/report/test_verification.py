@@ -1,20 +1,34 @@
-"""The verification table: one row for each FSR and architecture, with its evidence."""
+"""The verification table: one row for each FSR and architecture, with its evidence.
+Open points: nothing that is not shown is left out.
+Verdicts and events of the database as a report has them.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.judge.verdict import Outcome
-from adeye.report.verification import design_words, realisations_of, verification_of
+from adeye.judge.verdict import Outcome, Verdict
+from adeye.report.model.concept import VerificationRow
+from adeye.report.model.report import Report
+from adeye.report.verification import (
+    KINDS,
+    ORDER,
+    binding_of,
+    design_words,
+    margin_of,
+    open_points_of,
+    realisations_of,
+    replay_events,
+    run_verdicts,
+    verification_of,
+)
 from adeye.store.read.bulk import Figures, Labels
+from adeye.store.read.totals import ChannelFailure
+from adeye.store.records import EventRecord, VerdictRecord
 from tests.report.fake import SCENARIOS
-
-if TYPE_CHECKING:
-    from adeye.report.model.concept import VerificationRow
-    from adeye.report.model.report import Report
 
 
 @pytest.fixture(scope="module")
@@ -78,3 +92,102 @@ def test_realised_are_the_runs_that_came_about_as_asked(report: Report) -> None:
     assert (cut_in.planned, cut_in.executed, cut_in.realised) == (180, 4, 3)
     assert cut_in.outcomes == {Outcome.COMPLETED: 3, Outcome.NOT_REALISED: 1}
     assert found["cut_out_to_stopped"].executed == 0
+
+
+def test_every_verdict_that_is_no_pass_has_a_kind() -> None:
+    assert set(KINDS) == (set(Verdict) - {Verdict.PASS}) | {None}
+    assert set(KINDS.values()) < set(ORDER)
+
+
+def test_every_fsr_that_does_not_pass_is_listed(report: Report) -> None:
+    expected = {
+        (fsr.id, architecture.id)
+        for fsr in report.fsrs
+        for architecture in report.architectures
+        for cell in [report.cell(fsr.id, architecture.id)]
+        if cell is None or cell.verdict is not Verdict.PASS
+    }
+    points = open_points_of(report)
+    found = {(item.subject, item.architecture) for item in points if item.architecture}
+    whole = {
+        (item.subject, item.architecture)
+        for item in points
+        if item.architecture and not item.scenario
+    }
+    assert whole == expected != set()
+    assert found > whole
+
+
+def test_scenario_that_did_not_exercise_a_passing_fsr_is_listed(report: Report) -> None:
+    assert any(
+        (item.subject, item.architecture, item.scenario, item.kind)
+        == ("FSR-03", "camera_radar", "lead_braking", "vacuous")
+        for item in open_points_of(report)
+    )
+
+
+def test_what_decides_the_gate_comes_first(report: Report) -> None:
+    legacy = report.architectures[0].model_copy(update={"is_gate": True})
+    changed = report.model_copy(update={"architectures": (legacy, *report.architectures[1:])})
+    points = open_points_of(changed)
+    decides = [item.decides for item in points]
+    assert any(decides)
+    assert decides == sorted(decides, reverse=True)
+
+
+def test_missing_result_is_an_open_point(report: Report) -> None:
+    points = open_points_of(report.model_copy(update={"cells": ()}))
+    kinds = {item.kind for item in points if item.architecture}
+    assert kinds == {"not_run"}
+
+
+def test_assumptions_waivers_and_findings_are_listed_with_what_rests_on_them(
+    report: Report,
+) -> None:
+    points = {item.kind: item for item in open_points_of(report)}
+    assert points["assumption"].text.endswith("FSR-01 rest on it.")
+    assert "3 runs" in points["waiver"].text
+    assert points["finding"].subject == "SG-09"
+
+
+def test_failure_of_a_channel_is_an_open_point_that_the_gate_hangs_on_if_it_is_refused(
+    report: Report,
+) -> None:
+    failures = tuple(
+        ChannelFailure("camera_radar", name, "channel_error", 2, refused, "KeyError: 1", 0, "")
+        for name, refused in (("nominal", 2), ("safety", 0))
+    )
+    points = open_points_of(report.model_copy(update={"channel_failures": failures}))
+    found = {item.subject: item for item in points if item.kind == "channel_failure"}
+    assert [found[name].decides for name in ("nominal", "safety")] == [True, False]
+    assert "KeyError: 1" in found["nominal"].text
+
+
+def record(**changes: Any) -> VerdictRecord:
+    fields: dict[str, Any] = {
+        "fsr_id": "FSR-1",
+        "fsr_digest": "a" * 64,
+        "verdict": Verdict.PASS,
+        "is_exercised": True,
+    }
+    return VerdictRecord(**{**fields, **changes})
+
+
+def test_verdict_without_a_number_has_no_margin_and_no_binding() -> None:
+    assert margin_of(record()) is None
+    assert binding_of(record()) is None
+    margin = margin_of(record(margin=-1.5, unit="m", robustness_low=-0.15))
+    assert margin is not None
+    assert (margin.value, margin.unit, margin.robustness) == (-1.5, "m", -0.15)
+
+
+def test_verdict_of_a_run_keeps_its_binding_predicate() -> None:
+    stored = record(predicate="gap >= 2 m", signal="gap", value=1.2, threshold=2.0, margin=-0.8)
+    (told,) = run_verdicts([stored])
+    assert told.binding is not None
+    assert (told.fsr, told.binding.signal, told.binding.difference) == ("FSR-1", "gap", -0.8)
+
+
+def test_event_keeps_time_kind_and_text() -> None:
+    (event,) = replay_events([EventRecord(1.5, "contact", "lead", "contact with lead")])
+    assert (event.time_s, event.kind, event.text) == (1.5, "contact", "contact with lead")

@@ -1,8 +1,17 @@
+"""Cells that neither a terminal nor a spreadsheet obeys.
+Numbers of a suite in words: rounding never flatters.
+"""
+
+import csv
+import io
 import math
+from typing import Any
 
 import pytest
 
+from adeye.analysis.suite.records import ForwardRange, SpeedRange
 from adeye.judge.verdict import Verdict
+from adeye.report.cells import clean, csv_cell
 from adeye.report.model.part import Binding, Margin
 from adeye.report.model.report import Cell
 from adeye.report.words import (
@@ -10,9 +19,15 @@ from adeye.report.words import (
     SYMBOLS,
     binding_sentence,
     counted,
+    forward_text,
+    kmh,
+    left_speed,
     margin_text,
+    metres,
     number,
+    percent,
     quantity,
+    speed_text,
     unit_text,
     value_text,
     verdict_word,
@@ -124,3 +139,86 @@ def test_counts_are_grouped_by_thousands() -> None:
         "1,000",
         "1,000,000",
     ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "=1+1", "+1+1", "-1+1", "@SUM(A1)", "=cmd|' /C calc'!A0", "  =1+1", "\t=1+1", "\r=1+1",
+        "\n=1+1", "\x00=1+1", "\x1b=1+1", "\uff1d1+1", "\uff0b1+1", "\uff0d1+1", "\uff20SUM(A1)",
+        "=", "-x", "+4912", "-2+3",
+    ],
+)  # fmt: skip
+def test_formula_is_text_for_a_spreadsheet(text: str) -> None:
+    is_harmless = text in {"=", "+4912"}
+    cell = csv_cell(text)
+    assert cell.startswith("'") is not is_harmless
+    assert cell.removeprefix("'") == clean(text)
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["", "a=b", "cut_in", "-1.5", "+0.10", "-1e-3", " -2 ", "-", "+", "'quoted", 1, -1, -0.5, None],
+)
+def test_what_is_no_formula_stays_as_it_is(value: Any) -> None:
+    assert csv_cell(value) == value
+
+
+@pytest.mark.parametrize(
+    ("value", "cell"),
+    [
+        (True, "true"),
+        (False, "false"),
+        (b"\x1b]0;x", "1b5d303b78"),
+        ("a\x1b[31mb", "a[31mb"),
+        ("a\nb", "a b"),
+        ("x\u202ey", "xy"),
+    ],
+)
+def test_everything_else_is_plain_text(value: Any, cell: str) -> None:
+    assert csv_cell(value) == cell
+
+
+def test_cells_survive_a_reader() -> None:
+    values = ["'=1", 'a"b', "a,b", "x"]
+    text = io.StringIO()
+    csv.writer(text).writerow(map(csv_cell, values))
+    assert next(csv.reader(io.StringIO(text.getvalue()))) == values
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.0, "0"), (1e-6, "1"), (0.5, "50"), (0.999, "99"), (1.0, "100")]
+)
+def test_only_all_is_all_and_only_nothing_is_nothing(share: float, text: str) -> None:
+    assert percent(share) == text
+
+
+def test_speeds_and_ranges_are_rounded_down() -> None:
+    assert kmh(99.99 / 3.6) == "99"
+    assert kmh(100.0 / 3.6) == "100"
+    assert metres(0.9) == "+0"
+    assert metres(-0.1) == "\N{MINUS SIGN}1"
+    assert left_speed(None) == "none"
+
+
+def speed(lowest: float | None, highest: float | None, *, is_limit: bool = False) -> SpeedRange:
+    sensor = "" if highest is None else "eye"
+    low, high = (None if each is None else each / 3.6 for each in (lowest, highest))
+    return SpeedRange("dry", "stopped_car", low, high, is_limit, sensor, 8.0)
+
+
+def test_speed_names_its_sensor_and_is_marked_below_that_of_the_odd() -> None:
+    assert speed_text(speed(10.0, 80.0), None) == "80 eye"
+    assert speed_text(speed(10.0, 80.0), 100.0 / 3.6) == "80 ! eye"
+    assert speed_text(speed(10.0, 120.0), 100.0 / 3.6) == "120 eye"
+    assert speed_text(speed(21.2, 80.0), None) == "80 (from 22) eye"
+    assert speed_text(speed(10.0, 250.0, is_limit=True), None) == "> 250 eye"
+    assert speed_text(speed(None, None), None) == "none"
+    assert speed_text(speed(None, None), 30.0) == "none !"
+
+
+def test_forward_range_is_told_as_the_speed_that_it_allows() -> None:
+    assert forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, None)) == "102 by 95 m"
+    assert forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, 150.0)) == "102 ! by 95 m"
+    assert forward_text(ForwardRange("dry", 30.0, "eye", None, None)) == "< 60 by 30 m"
+    assert forward_text(ForwardRange("dry", 0.0, "", None, 150.0)) == "none !"

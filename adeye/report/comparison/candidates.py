@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -23,16 +24,12 @@ from adeye.report.comparison.records import (
     Unexecuted,
     Unmet,
 )
+from adeye.signals import Ints
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from adeye.signals import Ints
-    from adeye.store.read.bulk import Compared
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
+from adeye.store.read.bulk import Compared
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 
 # --- What an architecture consists of: its cost, its sensors, what it has beyond another ----------
 
@@ -137,7 +134,7 @@ class _Figures:
     fault_free: int
 
     def value(self, objective: str) -> float | None:
-        """Give the value of an objective, None if it is not known."""
+        """Return the value of an objective, None if it is not known."""
         if objective == "failures":
             return float(self.failing + self.undecided)
         if objective == "availability":
@@ -234,24 +231,18 @@ class Candidates:
         self, name: str, figure: _Figures, values: dict[str, float], dominator: str | None
     ) -> Candidate:
         worst = figure.worst or (None, "", "")
-        return Candidate(
+        return Candidate.of(
+            figure,
             id=name,
             title=self._contents[name]["title"],
             is_gate=name in self._campaign.gate,
-            cost=figure.cost,
             sensors=suite_of(self._contents[name]),
             mandatory=sum(item.architecture == name for item in self._gate),
-            unmet=figure.unmet,
-            cases=figure.cases,
             left_out=len(self._shared[name]) - figure.cases,
             unexecuted=tuple(self._unexecuted(name)),
-            failing=figure.failing,
-            undecided=figure.undecided,
             worst_margin=worst[0],
             worst_fsr=worst[1],
             worst_run=worst[2],
-            availability=figure.availability,
-            fault_free=figure.fault_free,
             values=values,
             is_on_front=bool(values) and dominator is None,
             dominated_by=dominator,
@@ -303,7 +294,7 @@ class Candidates:
         return {words[code]: int(count) for code, count in enumerate(counts) if count > 0}
 
     def _columns(self) -> Ints:
-        """Give the columns of the mandatory FSRs that are applicable to all."""
+        """Return the columns of the mandatory FSRs that are applicable to all."""
         return np.array([self._compared.fsrs.index(fsr) for fsr in self.fsrs], dtype=np.int64)
 
     def _worst(self, rows: Ints, columns: Ints) -> tuple[tuple[float, str, str] | None, bool]:
@@ -396,7 +387,7 @@ class Candidates:
 
 
 def item_value(figure: _Figures, objective: str) -> float:
-    """Give the value of an objective that is known."""
+    """Return the value of an objective that is known."""
     value = figure.value(objective)
     assert value is not None
     return value
@@ -426,11 +417,11 @@ class Matching:
         }
 
     def rows(self, name: str) -> Ints:
-        """Give the cases of an architecture."""
+        """Return the cases of an architecture."""
         return self._rows.get(name, np.zeros(0, dtype=np.int64))
 
     def pairs(self, a: str, b: str) -> tuple[Ints, Ints]:
-        """Give the cases (P,) of both on the same test cases.
+        """Return the cases (P,) of both on the same test cases.
 
         An axis of the architecture that only one of them has leaves several cases of that one for
         each of the other; all of them are pairs.
@@ -441,7 +432,7 @@ class Matching:
         return rows_a[at_a], rows_b[at_b]
 
     def common(self, names: Sequence[str], *, executed: bool = False) -> dict[str, Ints]:
-        """Give the cases of each architecture on the test cases that all of them share.
+        """Return the cases of each architecture on the test cases that all of them share.
 
         Args:
             names: Architectures.

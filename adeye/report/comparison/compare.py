@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,14 +25,10 @@ from adeye.report.comparison.records import (
     MarginDifference,
     Pair,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.signals import Bools, Floats, Ints
-    from adeye.store.read.bulk import Compared
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
+from adeye.signals import Bools, Floats, Ints
+from adeye.store.read.bulk import Compared
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 
 _WORDS: Final = (*map(str, VERDICTS), "NOT_RUN")
 
@@ -240,19 +237,13 @@ class _Comparer:
         counts = counts_of(table)
         if counts.pairs == 0:
             return None
-        return Difference(
+        return Difference.of(
+            counts,
             fsr=compared.fsrs[fsr],
             a=pair.a,
             b=pair.b,
             kind=cluster.kind,
             cluster=cluster.name,
-            pairs=counts.pairs,
-            both_pass=counts.both_pass,
-            only_a_fails=counts.only_a_fails,
-            only_b_fails=counts.only_b_fails,
-            both_fail=counts.both_fail,
-            neutral=counts.neutral,
-            undecided=counts.undecided,
             verdicts={
                 f"{_WORDS[row]}/{_WORDS[column]}": int(table[row, column])
                 for row, column in np.argwhere(table > 0).tolist()

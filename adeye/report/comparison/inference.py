@@ -8,8 +8,8 @@ point that lacks a run is undecided, too, because all drawn points are the sampl
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,12 +25,8 @@ from adeye.judge.statistics import (
 )
 from adeye.report.claims import is_sample
 from adeye.report.comparison.records import Inference, Range
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.signals import Bools, Floats, Ints
-    from adeye.store.read.bulk import Compared
+from adeye.signals import Bools, Floats, Ints
+from adeye.store.read.bulk import Compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +210,7 @@ class MarginBootstrap:
                 self._counts[code] = counts
 
     def _table(self, compared: Compared, pairs: Sequence[Matched], code: int) -> Floats:
-        """Give the mean change (U, C) of each point of a scenario, by pair and FSR."""
+        """Return the mean change (U, C) of each point of a scenario, by pair and FSR."""
         points = np.unique(compared.point[compared.scenario.codes == code])
         values = np.full((len(points), len(pairs) * self._width), np.nan)
         for number, pair in enumerate(pairs):

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from adeye.errors import UsageError, suggest
 from adeye.judge.verdict import Verdict
 from adeye.report.model.part import Count, Id, Part
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
 
 # --- What a comparison of architectures says, as one typed record: tables, JSON and page show it --
 
@@ -362,7 +359,7 @@ class CompareOptions:
     epsilon: Mapping[str, float] = field(default_factory=dict)
 
     def chosen(self, known: Sequence[str]) -> list[str]:
-        """Give the architectures to compare in the order of the ODD, the baseline first.
+        """Return the architectures to compare in the order of the ODD, the baseline first.
 
         Args:
             known: Those of the ODD.

@@ -5,19 +5,21 @@ No verdict is made here. Begin with ``json``, the whole record.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
 
 from adeye.errors import UsageError
-from adeye.report.formats.gsn import argument_of, render_gsn_json, render_mermaid, render_svg
+from adeye.report.formats.gsn import (
+    Argument,
+    argument_of,
+    render_gsn_json,
+    render_mermaid,
+    render_svg,
+)
 from adeye.report.formats.reqif import render_reqif
 from adeye.report.formats.sarif import render_sarif
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
-    from adeye.report.formats.gsn import Argument
-    from adeye.report.model.report import Report
+from adeye.report.model.report import Report
 
 GSN_FORMS: Final[Mapping[str, Callable[[Argument], str]]] = {
     ".json": render_gsn_json,

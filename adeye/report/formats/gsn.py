@@ -18,18 +18,15 @@ import json
 import textwrap
 import xml.etree.ElementTree as ET
 from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from adeye.judge.verdict import Verdict
 from adeye.report.formats.sarif import judged_in
+from adeye.report.model.concept import SafetyGoal
+from adeye.report.model.report import Cell, Fsr, Report
 from adeye.report.words import binding_sentence, margin_text, printable, verdict_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from adeye.report.model.concept import SafetyGoal
-    from adeye.report.model.report import Cell, Fsr, Report
 
 # --- The argument of a campaign in the Goal Structuring Notation (GSN): from goals to evidence ----
 
@@ -119,7 +116,7 @@ def fold_states(states: Sequence[State]) -> State:
 
 
 def state_of(cell: Cell | None) -> State:
-    """Say what a folded verdict does to the claim that the FSR holds."""
+    """Return what a folded verdict does to the claim that the FSR holds."""
     if cell is None or cell.verdict is None:
         return "undeveloped"
     return {Verdict.PASS: "supported", Verdict.FAIL: "defeated"}.get(  # type: ignore[return-value]
@@ -152,18 +149,17 @@ class _Builder:
             )
         )
         for node in self._contexts():
-            self._add(node)
-            self._edges.append(GsnEdge("G-top", node.id, "in_context_of"))
-        self._add(
-            GsnNode("S-top", "strategy", "Argue over safety goals", "Each goal of the concept.")
-        )
-        self._edges.append(GsnEdge("G-top", "S-top"))
+            self._add(node, "G-top", "in_context_of")
+        text = "Each goal of the concept."
+        self._add(GsnNode("S-top", "strategy", "Argue over safety goals", text), "G-top")
         for goal in report.goals:
             self._goal(goal)
         return Argument(report.title, tuple(self._nodes.values()), tuple(self._edges))
 
-    def _add(self, node: GsnNode) -> None:
+    def _add(self, node: GsnNode, above: str = "", relation: Relation = "supported_by") -> None:
         self._nodes.setdefault(node.id, node)
+        if above:
+            self._edges.append(GsnEdge(above, node.id, relation))
 
     def _contexts(self) -> Iterator[GsnNode]:
         report = self._report
@@ -200,15 +196,14 @@ class _Builder:
 
     def _goal(self, goal: SafetyGoal) -> None:
         title = f"{goal.id} ({_asil(goal.asil)})"
-        self._add(GsnNode(f"G-{goal.id}", "goal", title, goal.text, self._goal_state(goal)))
-        self._edges.append(GsnEdge("S-top", f"G-{goal.id}"))
+        node = GsnNode(f"G-{goal.id}", "goal", title, goal.text, self._goal_state(goal))
+        self._add(node, "S-top")
         serving = self._serving(goal)
         if not serving:
             return
         strategy = f"S-{goal.id}"
         text = "Each requirement that the goal was refined into."
-        self._add(GsnNode(strategy, "strategy", "Argue over FSRs", text))
-        self._edges.append(GsnEdge(f"G-{goal.id}", strategy))
+        self._add(GsnNode(strategy, "strategy", "Argue over FSRs", text), f"G-{goal.id}")
         for fsr in serving:
             self._edges.append(GsnEdge(strategy, f"G-{fsr.id}"))
             if f"G-{fsr.id}" not in self._nodes:
@@ -225,10 +220,8 @@ class _Builder:
         if not scenarios or not self._gate:
             return
         strategy = f"S-{fsr.id}"
-        self._add(
-            GsnNode(strategy, "strategy", "Argue over scenarios and faults", self._faults(fsr))
-        )
-        self._edges.append(GsnEdge(name, strategy))
+        text = self._faults(fsr)
+        self._add(GsnNode(strategy, "strategy", "Argue over scenarios and faults", text), name)
         for architecture in self._gate:
             for scenario in scenarios:
                 self._evidence(fsr, architecture, scenario, strategy)
@@ -249,13 +242,11 @@ class _Builder:
         cell = self._report.cell(fsr.id, architecture, scenario)
         state = state_of(cell)
         place = f"{fsr.id}-{architecture}-{scenario}"
-        self._edges.append(GsnEdge(strategy, f"E-{place}"))
+        title = f"{architecture} in {scenario}"
         if cell is None:
-            text = "No result is recorded."
-            node = GsnNode(f"E-{place}", "goal", f"{architecture} in {scenario}", text, state)
+            node = GsnNode(f"E-{place}", "goal", title, "No result is recorded.", state)
         elif state == "undeveloped":
             text = f"{verdict_word(cell.verdict)}: exercised in {cell.exercised_text}"
-            title = f"{architecture} in {scenario}"
             node = GsnNode(f"E-{place}", "goal", title, f"{text} runs.", state)
         else:
             text = f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs"
@@ -267,9 +258,8 @@ class _Builder:
                 "command": cell.command,
                 "binding": binding_sentence(cell.binding) if cell.binding else "",
             }
-            title = f"{architecture} in {scenario}"
             node = GsnNode(f"E-{place}", "solution", title, f"{text}.", state, found)
-        self._add(node)
+        self._add(node, strategy)
 
 
 def _asil(asil: str) -> str:
@@ -351,7 +341,7 @@ _BOLD: Final = {"font-weight": "600"}
 
 
 def place_boxes(argument: Argument) -> dict[str, Box]:
-    """Give every node its place; no two overlap."""
+    """Return the place of every node; no two overlap."""
     children = argument.children()
     nodes = {node.id: node for node in argument.nodes}
     top = argument.nodes[0].id

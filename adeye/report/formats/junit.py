@@ -15,21 +15,22 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Final, Literal
 
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.formats.sarif import judged_in
 from adeye.report.gate.baseline import deciding
+from adeye.report.gate.decide import GateResult
+from adeye.report.model.report import Architecture, Cell, Fsr, Report
 from adeye.report.words import binding_sentence, printable, quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from adeye.report.gate.decide import GateResult
-    from adeye.report.model.report import Architecture, Cell, Fsr, Report
 
 EPOCH = "1970-01-01T00:00:00"
 """Time stamp of a report that has none; the schema asks for one."""
+_Red = Literal["failure", "error"]
+_KINDS: Final[dict[ExitCode, _Red | None]] = {ExitCode.OK: None, ExitCode.FAILED: "failure"}
+"""What an exit code is; every other one is an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class _Case:
 
     name: str
     classname: str
-    kind: Literal["failure", "error"] | None
+    kind: _Red | None
     type: str = ""
     message: str = ""
     text: str = ""
@@ -92,20 +93,19 @@ def render_gate(report: Report, result: GateResult) -> bytes:
         exit code. What does not decide is green.
     """
     suite = _Suite("gate", [("baseline", result.baseline), ("exit_code", str(result.exit_code))])
-    kinds: dict[ExitCode, Literal["failure", "error"] | None]
-    kinds = {ExitCode.OK: None, ExitCode.FAILED: "failure"}
-    code = result.exit_code
-    suite.cases.append(
-        _Case("exit_code", "gate", kinds.get(code, "error"), code.name, result.message)
-    )
+    suite.cases.append(_exit_code("gate", result.exit_code, result.message))
     counted = set(deciding(result.findings))
     for item in result.findings:
-        kind = kinds.get(item.kind.code, "error") if item in counted else None
+        kind = _KINDS.get(item.kind.code, "error") if item in counted else None
         name = " ".join(filter(None, (str(item.kind), item.where))) or str(item.kind)
         runs = "\n".join(f"adeye show {run}" for run in item.runs)
         suite.cases.append(_Case(name, "gate", kind, item.kind.name, item.text, runs))
         suite.output.append(str(item))
     return _render(report, [*_suites(report), suite])
+
+
+def _exit_code(suite: str, code: ExitCode, message: str) -> _Case:
+    return _Case("exit_code", suite, _KINDS.get(code, "error"), code.name, message)
 
 
 def _campaign(report: Report) -> _Suite:
@@ -124,12 +124,7 @@ def _campaign(report: Report) -> _Suite:
     suite.cases.append(
         _Case("accounted", "campaign", None if complete else "error", "NOT_RUN", text)
     )
-    kinds: dict[ExitCode, Literal["failure", "error"] | None]
-    kinds = {ExitCode.OK: None, ExitCode.FAILED: "failure"}
-    code = report.exit_code
-    suite.cases.append(
-        _Case("exit_code", "campaign", kinds.get(code, "error"), code.name, report.message)
-    )
+    suite.cases.append(_exit_code("campaign", report.exit_code, report.message))
     suite.output = [report.message, text, report.determinism, *report.statements]
     return suite
 
@@ -144,7 +139,7 @@ def _gate_suite(report: Report, architecture: Architecture) -> _Suite:
         overall = report.cell(fsr.id, architecture.id)
         suite.cases.append(_case(architecture.id, fsr, None, overall))
         passes = overall is not None and overall.verdict is Verdict.PASS
-        for scenario in _scenarios(report, fsr):
+        for scenario in (item.id for item in judged_in(report, fsr)):
             cell = report.cell(fsr.id, architecture.id, scenario)
             if passes and cell is not None and cell.verdict is Verdict.VACUOUS:
                 suite.output.append(f"not exercised: {fsr.id} in {scenario}")
@@ -154,7 +149,7 @@ def _gate_suite(report: Report, architecture: Architecture) -> _Suite:
     for item in report.channel_failures:
         if item.architecture == architecture.id:
             name, place = f"channel {item.channel}", f"{architecture.id}.channels"
-            kind: Literal["error"] | None = "error" if item.refused else None
+            kind: _Red | None = "error" if item.refused else None
             suite.cases.append(_Case(name, place, kind, item.outcome, str(item), item.detail))
     suite.output += _failing(report, architecture)
     return suite
@@ -178,16 +173,11 @@ def _compared_suite(report: Report, architecture: Architecture) -> _Suite:
     return suite
 
 
-def _scenarios(report: Report, fsr: Fsr) -> Sequence[str]:
-    """List the scenarios that an FSR is judged in."""
-    return [item.id for item in report.scenarios if not fsr.scenarios or item.id in fsr.scenarios]
-
-
 def _case(architecture: str, fsr: Fsr, scenario: str | None, cell: Cell | None) -> _Case:
     classname = architecture if scenario is None else f"{architecture}.{scenario}"
     if cell is not None and cell.verdict is Verdict.PASS:
         return _Case(fsr.id, classname, None)
-    kind: Literal["failure", "error"] = "error"
+    kind: _Red = "error"
     if cell is not None and cell.verdict is Verdict.FAIL:
         kind = "failure"
     lines = [fsr.text, fsr.formula]

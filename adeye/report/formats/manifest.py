@@ -15,21 +15,18 @@ import binascii
 import hashlib
 import json
 import os
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.identity import digest_bytes
 from adeye.outputs import reads
 from adeye.store.evidence.roots import SUFFIX, content_name, find_kept, folders_of
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 from adeye.units import shown
 from adeye.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
 
 # --- The manifest of a campaign's evidence: hashes of its report, rows and traces, to be signed ---
 
@@ -161,7 +158,7 @@ def read_manifest(path: Path) -> tuple[bytes, dict[str, Any]]:
 def differing(
     document: Mapping[str, Any], folder: Path, repository: Repository | None
 ) -> Iterator[str]:
-    """Say what is not as a manifest says, or not as it was written.
+    """Return what is not as a manifest says, or not as it was written.
 
     Args:
         document: The manifest.
@@ -225,7 +222,7 @@ def _rows_differing(document: Mapping[str, Any], repository: Repository) -> Iter
 
 
 def fingerprint(content: bytes) -> str:
-    """Give the fingerprint of a manifest: sha256 in hex."""
+    """Return the fingerprint of a manifest: sha256 in hex."""
     return digest_bytes(content)
 
 
@@ -239,7 +236,7 @@ _KEYS_HELP: Final = (
 
 
 def encoded(content: bytes) -> bytes:
-    """Give what is signed of a content.
+    """Return what is signed of a content.
 
     >>> encoded(b"{}")
     b'DSSEv1 35 application/vnd.adeye.manifest+json 2 {}'

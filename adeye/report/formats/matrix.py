@@ -8,19 +8,16 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import Final, Literal, get_args
 
 from adeye.judge.verdict import Verdict
 from adeye.report.cells import csv_cell
 from adeye.report.formats.sarif import judged_in
+from adeye.report.model.concept import Hazard, SafetyGoal
+from adeye.report.model.report import Architecture, Fsr, Report
 from adeye.report.words import margin_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from adeye.report.model.concept import Hazard, SafetyGoal
-    from adeye.report.model.report import Architecture, Fsr, Report
 
 By = Literal["hazard", "goal", "fsr", "element", "measure", "scenario", "architecture"]
 BY: Final[tuple[By, ...]] = get_args(By)

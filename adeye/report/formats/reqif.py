@@ -10,17 +10,14 @@ Source:
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
+from adeye.report.model.report import Fsr, Report
 from adeye.report.words import margin_text, printable, verdict_word
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from adeye.report.model.report import Fsr, Report
 
 NAMESPACE: Final = "http://www.omg.org/spec/ReqIF/20110401/reqif.xsd"
 EPOCH: Final = "1970-01-01T00:00:00"

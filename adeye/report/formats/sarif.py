@@ -11,23 +11,20 @@ scenario, but which passes over all of them, is ``notApplicable`` there, as for 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
 from adeye.errors import SourceLocation
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
 from adeye.report.concept import find_odd, uri_of
+from adeye.report.model.part import Place
+from adeye.report.model.report import Architecture, Cell, Fsr, Report, Scenario
 from adeye.report.words import binding_sentence, verdict_word
+from adeye.store.read.checking import Checked
+from adeye.store.read.totals import ChannelFailure
 from adeye.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from adeye.report.model.part import Place
-    from adeye.report.model.report import Architecture, Cell, Fsr, Report, Scenario
-    from adeye.store.read.checking import Checked
-    from adeye.store.read.totals import ChannelFailure
 
 # --- SARIF, which code hosts show beside the lines of the files: the log that every finding goes
 # into.

@@ -13,23 +13,20 @@ import csv
 import hashlib
 import json
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, Self, get_args
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Literal, Protocol, Self, get_args
 
 from adeye.errors import InputError, UsageError
 from adeye.outputs import replacing, replacing_folder
 from adeye.report.cells import csv_cell
 from adeye.report.files import guarding
+from adeye.store.location import Place
 from adeye.store.read.export import TABLES, CampaignExport, ExportColumn, Kind, open_export
 from adeye.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
-    from types import TracebackType
-
-    from adeye.store.location import Place
 
 # --- Tables as files: Parquet, CSV, or one JSON document a line, written part by part -------------
 

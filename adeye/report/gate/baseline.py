@@ -8,9 +8,11 @@ changed. The file ends with a digest of its content: what was edited by hand is 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -20,10 +22,6 @@ from adeye.judge.verdict import ExitCode, Verdict, exit_code
 from adeye.outputs import write_atomically
 from adeye.report.model.part import Asil, Count, Id, Margin, Part
 from adeye.spec.document import require_plain
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from pathlib import Path
 
 # --- What a gate found, and which of it decides the exit code -------------------------------------
 

@@ -10,8 +10,9 @@ so there every pair counts, and the worst case.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -19,15 +20,10 @@ from adeye.errors import UsageError
 from adeye.judge.statistics import MIN_UNITS, RESOLUTION, bca, resampled_sums
 from adeye.judge.verdict import Verdict, exercised_of
 from adeye.report.claims import is_sample
-from adeye.report.gate.baseline import Finding, Kind
+from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Finding, Kind
 from adeye.report.words import counted, quantity, unit_text
+from adeye.signals import Floats
 from adeye.units import shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell
-    from adeye.signals import Floats
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
 
@@ -79,7 +75,7 @@ class Tolerances:
         return cls({unit_text(name) or name: size for name, size in sizes.items()})
 
     def of(self, place: tuple[str, str, str], unit: str, value: float) -> float:
-        """Give the loss that does not count, at least what rounding and the step make.
+        """Return the loss that does not count, at least what rounding and the step make.
 
         Args:
             place: FSR, architecture and scenario.
@@ -89,12 +85,12 @@ class Tolerances:
         return max(self.without_step(place[0], unit, value), self.step(place, unit))
 
     def without_step(self, fsr: str, unit: str, value: float) -> float:
-        """Give the loss that does not count if the step were worth nothing."""
+        """Return the loss that does not count if the step were worth nothing."""
         numeric = NUMERIC * max(1.0, abs(value))
         return max(numeric, self.sizes.get(fsr, self.sizes.get(unit, 0.0)))
 
     def step(self, place: tuple[str, str, str], unit: str) -> float:
-        """Give what the step is worth in a margin, 0 where that is not known."""
+        """Return what the step is worth in a margin, 0 where that is not known."""
         return self.steps.get(place, {}).get(unit, 0.0)
 
     def check(self, fsrs: Sequence[str], units: Sequence[str]) -> None:
@@ -363,29 +359,13 @@ def _notes(then: Baseline, now: Baseline) -> Iterator[Finding]:
         yield Finding(Kind.NOTE, text, decides=False)
 
 
-def _starts_to_fail(was: str, has: str) -> bool:
-    return has == "F" and was != "F"
-
-
-def _stops_to_fail(was: str, has: str) -> bool:
-    return was == "F" and has in "PV"
-
-
-def _is_lost(was: str, has: str) -> bool:
-    return was in "PVF" and has not in "PVF"
-
-
-def _is_idle(was: str, has: str) -> bool:
-    return was in "PF" and has == "V"
-
-
 _TURNS: Final = (
-    (Kind.NEWLY_FAILING, "runs fail that did not", _starts_to_fail),
-    (Kind.NEWLY_PASSING, "runs do not fail any more", _stops_to_fail),
-    (Kind.UNDECIDED, "runs are undecided that were not", _is_lost),
-    (Kind.NOTE, "runs do not exercise it any more", _is_idle),
+    (Kind.NEWLY_FAILING, "runs fail that did not", "P?VIEN-", "F"),
+    (Kind.NEWLY_PASSING, "runs do not fail any more", "F", "PV"),
+    (Kind.UNDECIDED, "runs are undecided that were not", "PVF", "?IEN-"),
+    (Kind.NOTE, "runs do not exercise it any more", "PF", "V"),
 )
-"""What may happen to the verdict of a test case, by letters."""
+"""What may happen to the verdict of a test case: letters that it had, and letters that it has."""
 
 
 class _Cells:
@@ -507,8 +487,10 @@ class _Cells:
             key: (then[key].verdicts[before.at], now[key].verdicts[after.at]) for key in keys
         }
         at = (fsr, *place)
-        for kind, text, is_meant in _TURNS:
-            wanted = [key for key, (was, has) in letters.items() if is_meant(was, has)]
+        for kind, text, former, present in _TURNS:
+            wanted = [
+                key for key, (was, has) in letters.items() if was in former and has in present
+            ]
             if wanted:
                 runs = tuple(self._run(place[0], key) for key in wanted[:NAMED_RUNS])
                 said = f"{counted(len(wanted))} of {counted(len(keys))} {text}"

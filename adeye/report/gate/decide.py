@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 from adeye.errors import IntegrityError
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
@@ -17,25 +19,19 @@ from adeye.report.gate.baseline import (
     read_baseline,
     write_baseline,
 )
-from adeye.report.gate.changes import Snapshot, changes, check_same_odd, state_of
+from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
 from adeye.report.gate.snapshot import MAX_CASES, case_keys, take_down
 from adeye.report.words import counted, unit_text
 from adeye.store.read.totals import (
+    ChannelFailure,
     channel_failures,
     gate_code,
     preventable_by,
     totals,
     without_unpreventable,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
-    from adeye.report.gate.changes import Tolerances
-    from adeye.store.read.totals import ChannelFailure
-    from adeye.store.records import CampaignInfo
-    from adeye.store.repository import Repository
+from adeye.store.records import CampaignInfo
+from adeye.store.repository import Repository
 
 MAX_ALTERED: Final = 20
 """Altered rows that are named; ``adeye db verify`` names all."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import math
 from collections import defaultdict
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from adeye.identity import digest
 from adeye.judge.evaluate import VERDICTS
@@ -23,24 +23,18 @@ from adeye.report.gate.baseline import (
     BaselineCell,
     BaselineFsr,
 )
-from adeye.report.model.part import Asil, Margin
-from adeye.store.read.totals import channel_policy
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.signals import Ints
-    from adeye.store.read.bulk import Compared
-    from adeye.store.read.totals import Total
-    from adeye.store.records import CampaignInfo, FsrStatus
-    from adeye.store.repository import Repository
+from adeye.report.model.part import Margin
+from adeye.signals import Ints
+from adeye.store.read.bulk import Compared
+from adeye.store.read.totals import Total, channel_policy
+from adeye.store.records import CampaignInfo, FsrStatus
+from adeye.store.repository import Repository
 
 MAX_CASES: Final = 5_000
 """Test cases whose margins are kept; above, a baseline would be no file to commit."""
 DIGITS: Final = 7
 """Significant digits of what is kept."""
 
-_ASIL: Final[TypeAdapter[Asil]] = TypeAdapter(Asil)
 _BY_VERDICT: Final = {verdict: letter for letter, verdict in LETTERS.items()}
 _LETTER: Final = {
     **{code: _BY_VERDICT[Verdict(str(word))] for code, word in enumerate(VERDICTS)},
@@ -111,13 +105,7 @@ def _fsrs(
     digests = dict(zip(compared.fsrs, compared.fsr_digests, strict=True))
     mandatory = {item.fsr for item in repository.gate(campaign.id)}
     return {
-        item.fsr: BaselineFsr(
-            digest=digests[item.fsr],
-            asil=_ASIL.validate_python(item.asil),
-            mandatory=item.fsr in mandatory,
-            min_exercised=item.min_exercised,
-            waived_until=item.waived_until,
-        )
+        item.fsr: BaselineFsr.of(item, digest=digests[item.fsr], mandatory=item.fsr in mandatory)
         for item in sorted(status, key=lambda item: item.fsr)
     }
 
@@ -125,25 +113,18 @@ def _fsrs(
 def _total_cell(item: Total) -> BaselineCell:
     run, judged = item.worst or (None, None)
     margin, unit = (judged.margin, judged.unit) if judged else (None, None)
-    return BaselineCell(
-        fsr=item.fsr,
-        architecture=item.architecture,
-        verdict=item.verdict,
+    return BaselineCell.of(
+        item,
         counts=_counts(item.counts),
-        exercised=item.exercised,
         margin=_margin(margin, unit, judged.robustness_low if judged else None),
         run=run.result_digest if run else None,
     )
 
 
 def _cell(item: FsrStatus) -> BaselineCell:
-    return BaselineCell(
-        fsr=item.fsr,
-        architecture=item.architecture,
-        scenario=item.scenario,
-        verdict=item.verdict,
+    return BaselineCell.of(
+        item,
         counts=_counts(item.counts),
-        exercised=item.exercised,
         margin=_margin(item.worst_margin, item.unit, item.worst_robustness),
         run=item.worst_run,
     )
@@ -247,7 +228,7 @@ def _group(
 
 
 def measure_of(compared: Compared, rows: Ints, column: int) -> str | None:
-    """Give unit and signal of the margins of an FSR; None where they differ between test cases.
+    """Return unit and signal of the margins of an FSR; None where they differ between test cases.
 
     Args:
         compared: Test cases.

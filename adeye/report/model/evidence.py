@@ -117,6 +117,11 @@ class StepLine(Part):
     """Situations with another verdict, or another status of the metric."""
     changes: dict[str, Count]
 
+    @property
+    def is_told(self) -> bool:
+        """Whether a pair has a value, or anything differs."""
+        return self.pairs > 0 or self.differing > 0
+
 
 class StepUncertainty(Part):
     """The numeric uncertainty of a campaign, by halving its step."""

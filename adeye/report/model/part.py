@@ -1,6 +1,6 @@
 """The small records that summaries and replays are both made of."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -17,6 +17,17 @@ class Part(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    @classmethod
+    def of(cls, source: object, **others: Any) -> Self:
+        """Return a record with what something has under the names of its fields, and with the rest.
+
+        Args:
+            source: Is asked for what is not given; what it does not have keeps its default.
+            others: What it does not have, or has in another form.
+        """
+        asked = [name for name in cls.model_fields if name not in others and hasattr(source, name)]
+        return cls(**{name: getattr(source, name) for name in asked}, **others)
 
 
 class Label(Part):

@@ -12,20 +12,17 @@ Places only, in a box of ``WIDTH`` by ``HEIGHT``; the template writes them as SV
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from adeye.report.comparison.records import Candidate, Comparison
+from adeye.report.model.assessment import FaultEvidence, FaultGroup, TradeCurve, WorstInjection
 from adeye.report.words import counted, number, quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.report.comparison.records import Candidate, Comparison
-    from adeye.report.model.assessment import FaultEvidence, FaultGroup, TradeCurve, WorstInjection
-    from adeye.signals import Bools, Floats
+from adeye.signals import Bools, Floats
 
 # --- Names beside dots: no label covers another label or a dot, and none leaves its area ----------
 
@@ -96,7 +93,7 @@ class Label:
 
 
 def width_of(text: str) -> float:
-    """Give the length of a text.
+    """Return the length of a text.
 
     >>> round(width_of("lidar"), 2)
     25.34
@@ -199,7 +196,7 @@ def _candidates(width: float, dot: tuple[float, float], area: Box) -> Floats:
 
 
 def _overlap(boxes: Floats, others: Floats) -> Bools:
-    """Tell which boxes (N, 4) share more than a side with which others (M, 4), as (N, M)."""
+    """Return which boxes (N, 4) share more than a side with which others (M, 4), as (N, M)."""
     one, other = boxes[:, np.newaxis], others[np.newaxis]
     found: Bools = (
         (one[..., 0] < other[..., 2])
@@ -217,7 +214,7 @@ def _holds(boxes: Floats, point: tuple[float, float]) -> Bools:
 
 
 def _crosses(lines: Floats, boxes: Floats) -> Bools:
-    """Tell which lines (N, 4) go through which boxes (M, 4), as (N, M).
+    """Return which lines (N, 4) go through which boxes (M, 4), as (N, M).
 
     Source:
         Kay, Kajiya (1986), "Ray tracing complex scenes": the slabs that bound a box.

@@ -3,36 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, Literal
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.judge.grid import OBJECTS, TRUTH, GridMap, grid_at
 from adeye.judge.metrics import METRICS
 from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
+from adeye.judge.trace_signals import TraceSignals
+from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position, right_edge
-from adeye.report.page.replay import (
-    ActorMotion,
-    Candidate,
-    ChannelView,
-    EgoMotion,
-    Event,
-    FanView,
-    FaultView,
-    Floats,
-    Gaps,
-    GridView,
-    Line,
-    Point,
-    Replay,
-    RoadGeometry,
-    SensorView,
-    SignalPlot,
-    StaticBox,
-    ThresholdLine,
-)
+from adeye.report.model.part import Label, RunVerdict
+from adeye.report.page import replay as drawn
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -53,20 +39,10 @@ from adeye.signals import (
     STATUS_LABELS,
 )
 from adeye.spec.channels import SafetyChannel
+from adeye.spec.concept import Requirement
 from adeye.spec.grid import GridSettings, rating_costs
-from adeye.trace import NO_TRACKS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from adeye.judge.trace_signals import TraceSignals
-    from adeye.judge.verdict import Outcome
-    from adeye.report.model.part import Label, RunVerdict
-    from adeye.spec.concept import Requirement
-    from adeye.store.records import VerdictRecord
-    from adeye.trace import Trace
+from adeye.store.records import VerdictRecord
+from adeye.trace import NO_TRACKS, Trace
 
 # --- The trajectories that a channel chose from, as the replay draws them -------------------------
 
@@ -80,7 +56,7 @@ WORTHLESS: Final = 1000.0
 """Cost above the best from which a candidate is not desirable at all: that of a collision."""
 
 
-def fan_of(trace: Trace, run: int, channel: int, held: Any) -> FanView | None:
+def fan_of(trace: Trace, run: int, channel: int, held: Any) -> drawn.FanView | None:
     """Return the fans of a channel that are drawn.
 
     Args:
@@ -104,17 +80,17 @@ def fan_of(trace: Trace, run: int, channel: int, held: Any) -> FanView | None:
         )
         for row in held[::every]
     )
-    return FanView(every=every, fans=fans)
+    return drawn.FanView(every=every, fans=fans)
 
 
-def _fan(places: Any, costs: Any, chosen: int) -> tuple[Candidate, ...]:
+def _fan(places: Any, costs: Any, chosen: int) -> tuple[drawn.Candidate, ...]:
     """List the candidates, the least desirable first and the chosen one last."""
     there = np.isfinite(places).all(axis=(1, 2)) & ~np.isnan(costs)
     least = float(costs[there].min()) if there.any() else 0.0
     rounded = np.round(places.astype(np.float64), FAN_PLACES) + 0.0
     order = sorted(np.flatnonzero(there), key=lambda row: (row == chosen, -costs[row], row))
     return tuple(
-        Candidate(
+        drawn.Candidate(
             desirability=round(desirability(float(costs[row]), least), 2),
             is_chosen=bool(row == chosen),
             # The first place is that of the ego, which is known.
@@ -152,7 +128,7 @@ TIMES: Final = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Times to occupancy that are told apart [s]; up to the first the cell is occupied now."""
 
 
-def grid_of(trace: Trace, run: int, held: Any) -> GridView:
+def grid_of(trace: Trace, run: int, held: Any) -> drawn.GridView:
     """Return the grid maps of a run that are drawn.
 
     The objects are those of the safety channel, or the truth where it shows no tracks. Numbers are
@@ -181,7 +157,7 @@ def grid_of(trace: Trace, run: int, held: Any) -> GridView:
         if sum(len(text) for text in occupied) <= room:
             break
     first = grounds[0]
-    return GridView(
+    return drawn.GridView(
         every=every,
         occupied_every=occupied_every,
         view=view,
@@ -284,11 +260,11 @@ def replay_of(  # noqa: PLR0913 - what a page says about a run is this much
     parameters: Sequence[Label],
     outcome: Outcome,
     verdicts: Sequence[RunVerdict],
-    events: Sequence[Event],
-    signals: Sequence[SignalPlot],
+    events: Sequence[drawn.Event],
+    signals: Sequence[drawn.SignalPlot],
     why: str,
     command: str,
-) -> Replay:
+) -> drawn.Replay:
     """Draw a run.
 
     Args:
@@ -308,7 +284,7 @@ def replay_of(  # noqa: PLR0913 - what a page says about a run is this much
     layout = trace.layout
     rows = int(trace.length[run])
     held = np.minimum(np.arange(rows), max(rows - 2, 0))
-    return Replay(
+    return drawn.Replay(
         run=run_id,
         scenario=layout.scenario,
         architecture=architecture,
@@ -336,18 +312,18 @@ def replay_of(  # noqa: PLR0913 - what a page says about a run is this much
     )
 
 
-def _floats(values: Any, places: int = PLACES) -> Floats:
+def _floats(values: Any, places: int = PLACES) -> drawn.Floats:
     # Adding zero turns -0.0, which rounding makes, into 0.0.
     return tuple(float(value) for value in np.round(values, places) + 0.0)
 
 
-def _gaps(values: Any, places: int = PLACES) -> Gaps:
+def _gaps(values: Any, places: int = PLACES) -> drawn.Gaps:
     """Round as ``_floats``; None where a failed channel gave no finite number."""
     rounded = np.round(values, places) + 0.0
     return tuple(float(value) if np.isfinite(value) else None for value in rounded)
 
 
-def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
+def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
     road = trace.layout.context.road
     segments = road.segments[run]
     s = trace["ego_place"][run, :rows, PLACE_S]
@@ -358,11 +334,11 @@ def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
     width = float(road.lane_width[run])
 
     def line(
-        d: float | Floats, marking: Literal["solid", "dashed", "none"], at: Any = stations
-    ) -> Line:
+        d: float | drawn.Floats, marking: Literal["solid", "dashed", "none"], at: Any = stations
+    ) -> drawn.Line:
         places = zip(at, np.broadcast_to(d, len(at)), strict=True)
         points = [position(segments, float(station), float(beside)) for station, beside in places]
-        return Line(
+        return drawn.Line(
             marking=marking,
             x_m=_floats([point[0] for point in points]),
             y_m=_floats([point[1] for point in points]),
@@ -375,7 +351,7 @@ def _road(trace: Trace, run: int, rows: int) -> RoadGeometry:
     shoulder, refuges = float(road.shoulder[run]), road.refuges[run]
     at = _with_corners(stations, refuges)
     right = tuple(right_edge(refuges, float(station), shoulder, 0.0) for station in at)
-    return RoadGeometry(
+    return drawn.RoadGeometry(
         boundaries=tuple(edges),
         shoulder=line(right, "none", at) if min(right) < 0.0 else None,
     )
@@ -392,10 +368,10 @@ def _with_corners(stations: NDArray[np.float64], refuges: NDArray[np.float64]) -
     return np.unique(np.concatenate([stations, inside]))
 
 
-def _ego(trace: Trace, run: int, rows: int) -> EgoMotion:
+def _ego(trace: Trace, run: int, rows: int) -> drawn.EgoMotion:
     state = trace["ego"][run, :rows]
     length, width, _ = trace.layout.context.ego_size[run]
-    return EgoMotion(
+    return drawn.EgoMotion(
         length_m=float(length),
         width_m=float(width),
         wheelbase_m=trace.layout.architecture.vehicle.wheelbase,
@@ -408,14 +384,14 @@ def _ego(trace: Trace, run: int, rows: int) -> EgoMotion:
     )
 
 
-def _actors(trace: Trace, run: int, rows: int) -> tuple[ActorMotion, ...]:
+def _actors(trace: Trace, run: int, rows: int) -> tuple[drawn.ActorMotion, ...]:
     context = trace.layout.context
     made = []
     for index in range(context.actor_count):
         state = trace["objects"][run, :rows, index]
         length, width, _ = context.object_sizes[run, index]
         made.append(
-            ActorMotion(
+            drawn.ActorMotion(
                 id=context.object_ids[index],
                 kind=OBJECT_CLASSES[int(context.object_classes[index])],
                 length_m=float(length),
@@ -429,14 +405,14 @@ def _actors(trace: Trace, run: int, rows: int) -> tuple[ActorMotion, ...]:
     return tuple(made)
 
 
-def _boxes(trace: Trace, run: int) -> tuple[StaticBox, ...]:
+def _boxes(trace: Trace, run: int) -> tuple[drawn.StaticBox, ...]:
     context = trace.layout.context
     made = []
     for index in range(context.actor_count, len(context.object_ids)):
         state = trace["objects"][run, 0, index]
         length, width, _ = context.object_sizes[run, index]
         made.append(
-            StaticBox(
+            drawn.StaticBox(
                 id=context.object_ids[index],
                 kind=OBJECT_CLASSES[int(context.object_classes[index])],
                 length_m=float(length),
@@ -449,7 +425,7 @@ def _boxes(trace: Trace, run: int) -> tuple[StaticBox, ...]:
     return tuple(made)
 
 
-def _sensors(trace: Trace, run: int, held: Any) -> tuple[SensorView, ...]:
+def _sensors(trace: Trace, run: int, held: Any) -> tuple[drawn.SensorView, ...]:
     made = []
     for index, (name, spec) in enumerate(trace.layout.architecture.sensors.items()):
         places = np.round(trace["detections"][run, held, index], 2) + 0.0
@@ -457,7 +433,7 @@ def _sensors(trace: Trace, run: int, held: Any) -> tuple[SensorView, ...]:
         found = trace["detected"][run, held, index] & np.isfinite(places).all(axis=-1)
         mount = getattr(spec, "mount", None)
         made.append(
-            SensorView(
+            drawn.SensorView(
                 id=name,
                 kind=spec.kind,
                 x_m=mount.x if mount else 0.0,
@@ -476,11 +452,11 @@ def _sensors(trace: Trace, run: int, held: Any) -> tuple[SensorView, ...]:
     return tuple(made)
 
 
-def _points(trace: Trace, run: int, held: Any, name: str) -> tuple[tuple[Point, ...], ...]:
+def _points(trace: Trace, run: int, held: Any, name: str) -> tuple[tuple[drawn.Point, ...], ...]:
     """Place the returns of a lidar; rows that show one sample share its places."""
     column: Any = trace["points"]
     samples = column[run, held, trace.layout.lidars.index(name)]
-    made: list[tuple[Point, ...]] = []
+    made: list[tuple[drawn.Point, ...]] = []
     for row, sample in enumerate(samples):
         if row and np.array_equal(sample, samples[row - 1], equal_nan=True):
             made.append(made[-1])
@@ -490,14 +466,14 @@ def _points(trace: Trace, run: int, held: Any, name: str) -> tuple[tuple[Point, 
     return tuple(made)
 
 
-def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
+def _channels(trace: Trace, run: int, held: Any) -> tuple[drawn.ChannelView, ...]:
     made = []
     for index, name in enumerate(trace.layout.channels):
         tracks = trace["tracks"][run, held, index]
         there = np.isfinite(tracks).all(axis=-1)
         rounded = np.round(tracks, 2) + 0.0
         made.append(
-            ChannelView(
+            drawn.ChannelView(
                 id=name,
                 acceleration_mps2=_gaps(trace["acceleration"][run, held, index]),
                 steering_angle_rad=_gaps(trace["steering_angle"][run, held, index], ANGLES),
@@ -505,17 +481,7 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
                     STATUS_LABELS[int(value)] for value in trace["status"][run, held, index]
                 ),
                 tracks=tuple(
-                    tuple(
-                        (
-                            float(t[0]),
-                            float(t[1]),
-                            float(t[2]),
-                            float(t[3]),
-                            float(t[4]),
-                            float(t[5]),
-                        )
-                        for t in row[mask]
-                    )
+                    tuple(tuple(track) for track in row[mask].tolist())
                     for row, mask in zip(rounded, there, strict=True)
                 )
                 if there.any()
@@ -526,9 +492,9 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[ChannelView, ...]:
     return tuple(made)
 
 
-def _faults(trace: Trace, run: int, held: Any) -> tuple[FaultView, ...]:
+def _faults(trace: Trace, run: int, held: Any) -> tuple[drawn.FaultView, ...]:
     return tuple(
-        FaultView(
+        drawn.FaultView(
             id=name,
             text=name,
             active=tuple(bool(value) for value in trace["fault_active"][run, held, index]),
@@ -561,7 +527,7 @@ def plots_of(
     run: int,
     requirements: Iterable[Requirement],
     verdicts: Mapping[str, VerdictRecord],
-) -> tuple[SignalPlot, ...]:
+) -> tuple[drawn.SignalPlot, ...]:
     """Choose and cut the signals of one run.
 
     Args:
@@ -570,7 +536,7 @@ def plots_of(
         requirements: FSRs that were judged on it.
         verdicts: Their verdicts, by FSR.
     """
-    lines: dict[str, list[ThresholdLine]] = {}
+    lines: dict[str, list[drawn.ThresholdLine]] = {}
     names = dict.fromkeys(name for name in ALWAYS if name in signals.dictionary)
     for item in requirements:
         record = verdicts.get(item.id)
@@ -623,7 +589,7 @@ def _plotted(item: Requirement, signal: str) -> str:
     return signal
 
 
-def _line(item: Requirement, record: VerdictRecord) -> ThresholdLine | None:
+def _line(item: Requirement, record: VerdictRecord) -> drawn.ThresholdLine | None:
     assert record.threshold is not None
     if item.bound is not None:
         side = "at_least" if item.bound.at_least is not None else "at_most"
@@ -633,7 +599,9 @@ def _line(item: Requirement, record: VerdictRecord) -> ThresholdLine | None:
         side = "at_most"
     else:
         return None
-    return ThresholdLine.model_validate({"fsr": item.id, "value": record.threshold, "side": side})
+    return drawn.ThresholdLine.model_validate(
+        {"fsr": item.id, "value": record.threshold, "side": side}
+    )
 
 
 def _plot(
@@ -641,8 +609,8 @@ def _plot(
     name: str,
     signals: TraceSignals,
     run: int,
-    lines: Mapping[str, list[ThresholdLine]],
-) -> SignalPlot:
+    lines: Mapping[str, list[drawn.ThresholdLine]],
+) -> drawn.SignalPlot:
     rows = int(signals.trace.length[run])
     values = np.asarray(series.values[run, :rows], dtype=np.float64)
     known = np.isfinite(values)
@@ -653,7 +621,7 @@ def _plot(
     labels = kind.labels if kind.kind != NUMBER else ()
     if kind.kind == "boolean":
         labels = ("false", "true")
-    return SignalPlot(
+    return drawn.SignalPlot(
         name=name,
         unit="" if kind.unit == "1" else kind.unit,
         values=tuple(

@@ -8,29 +8,27 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 from adeye.analysis.dependence import WORDS
+from adeye.analysis.suite.records import Suite
 from adeye.judge.verdict import Verdict
 from adeye.outputs import write_atomically
+from adeye.report.comparison.records import Comparison
 from adeye.report.credibility import NOT_RUN
+from adeye.report.model.report import Report
 from adeye.report.page.charts import draw_bars, draw_front, draw_trade
 from adeye.report.page.replay import pack_replay, script_text
 from adeye.report.page.suites import LOSS_HEADS, SENSOR_HEADS, SPEED_HEADS, ZONE_HEADS, suite_views
-from adeye.report.page.views import arrange, arrange_evidence, filters, goal_structure, ways_of
+from adeye.report.page.views import arrange, filters, goal_structure, ways_of
 from adeye.report.words import MEANINGS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from jinja2 import Environment
-
-    from adeye.analysis.suite.records import Suite
-    from adeye.report.comparison.records import Comparison
-    from adeye.report.model.report import Report
 
 # --- The report as one HTML file that needs nothing else: no network, no server, no other file ----
 
@@ -86,17 +84,13 @@ def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
 def render_comparison(comparison: Comparison) -> str:
     """Write a comparison as an HTML page of its own, the same for the same comparison."""
     _, style = assets()
-    text: str = (
-        environment()
-        .get_template("compare.html.j2")
-        .render(
-            comparison=comparison,
-            front=draw_front(comparison),
-            policy=_policy("", style),
-            style=style,
-        )
+    return _filled(
+        "compare.html.j2",
+        comparison=comparison,
+        front=draw_front(comparison),
+        policy=_policy("", style),
+        style=style,
     )
-    return text
 
 
 def write_html(report: Report, path: Path, *, max_bytes: int = MAX_BYTES) -> None:
@@ -112,37 +106,36 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
     script, style = assets()
     page = arrange(report)
     shown = report.replays[: len(packed)]
-    text: str = (
-        environment()
-        .get_template("page.html.j2")
-        .render(
-            report=report,
-            page=page,
-            evidence=arrange_evidence(report),
-            views=suite_views(report.suites),
-            speed_heads=SPEED_HEADS,
-            kind_words=WORDS,
-            ways=ways_of(report),
-            gsn=goal_structure(report),
-            verdicts=list(Verdict),
-            meanings=MEANINGS,
-            serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
-            policy=_policy(script, style),
-            # The template takes these as they are: the assets are our own, and script_text leaves
-            # no markup in the data.
-            script=script,
-            style=style,
-            details=script_text(page.details),
-            front=None if report.comparison is None else draw_front(report.comparison),
-            bars=None if report.faults is None else draw_bars(report.faults),
-            trades=[]
-            if report.faults is None
-            else [(c, draw_trade(c)) for c in report.faults.curves],
-            self_test=NOT_RUN if report.self_test is None else report.self_test.text,
-            replays=list(zip(shown, packed, strict=True)),
-            left_out=report.replays[len(packed) :],
-        )
+    return _filled(
+        "page.html.j2",
+        report=report,
+        page=page,
+        views=suite_views(report.suites),
+        speed_heads=SPEED_HEADS,
+        kind_words=WORDS,
+        ways=ways_of(report),
+        gsn=goal_structure(report),
+        verdicts=list(Verdict),
+        meanings=MEANINGS,
+        serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
+        policy=_policy(script, style),
+        # The template takes these as they are: the assets are our own, and script_text leaves
+        # no markup in the data.
+        script=script,
+        style=style,
+        details=script_text(page.details),
+        front=None if report.comparison is None else draw_front(report.comparison),
+        bars=None if report.faults is None else draw_bars(report.faults),
+        trades=[] if report.faults is None else [(c, draw_trade(c)) for c in report.faults.curves],
+        self_test=NOT_RUN if report.self_test is None else report.self_test.text,
+        replays=list(zip(shown, packed, strict=True)),
+        left_out=report.replays[len(packed) :],
     )
+
+
+def _filled(template: str, **content: Any) -> str:
+    """Return what a template makes of its content."""
+    text: str = environment().get_template(template).render(content)
     return text
 
 
@@ -206,23 +199,19 @@ def render_suites(suites: Sequence[Suite], *, title: str = "") -> str:
         title: Of the ODD, if there is one.
     """
     style = styles()
-    text: str = (
-        environment()
-        .get_template("suites_page.html.j2")
-        .render(
-            title=title,
-            views=suite_views(suites, every=True),
-            notes=list(dict.fromkeys(note for suite in suites for note in suite.notes)),
-            speed_heads=SPEED_HEADS,
-            zone_heads=ZONE_HEADS,
-            loss_heads=LOSS_HEADS,
-            sensor_heads=SENSOR_HEADS,
-            # The template takes the style as it is: it is our own.
-            style=style,
-            policy=style_policy(style),
-        )
+    return _filled(
+        "suites_page.html.j2",
+        title=title,
+        views=suite_views(suites, every=True),
+        notes=list(dict.fromkeys(note for suite in suites for note in suite.notes)),
+        speed_heads=SPEED_HEADS,
+        zone_heads=ZONE_HEADS,
+        loss_heads=LOSS_HEADS,
+        sensor_heads=SENSOR_HEADS,
+        # The template takes the style as it is: it is our own.
+        style=style,
+        policy=style_policy(style),
     )
-    return text
 
 
 def write_suites(suites: Sequence[Suite], path: Path, *, title: str = "") -> None:

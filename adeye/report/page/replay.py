@@ -13,16 +13,13 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from collections.abc import Hashable, Iterator, Sequence, Sized
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from adeye.judge.verdict import Outcome
 from adeye.report.model.part import Id, Label, Part, RunVerdict
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Sequence, Sized
-
 
 # --- What a report embeds of a run: the scene, the detections and the commands of every tick ------
 
@@ -319,6 +316,8 @@ POINT = 10
 """Steps per metre of the returns of a lidar."""
 ANGLE = 10_000
 """Steps per radian."""
+_STEPS = {"m": LENGTH, "mps": LENGTH, "mps2": LENGTH, "rad": ANGLE}
+"""Steps of what a column measures, by the end of its name."""
 COARSE = 10
 """Steps per metre of a candidate's places."""
 SHADES = 20
@@ -386,7 +385,6 @@ def pack_replay(replay: Replay) -> Packed:
     Returns:
         Plain lists, numbers and text.
     """
-    ego = replay.ego
     return {
         **replay.model_dump(
             mode="json",
@@ -396,22 +394,12 @@ def pack_replay(replay: Replay) -> Packed:
             },
         ),
         "rows": replay.rows,
-        "verdicts": [_verdict(verdict) for verdict in replay.verdicts],
-        "boundaries": [_line(line) for line in replay.road.boundaries],
-        "shoulder": None if replay.road.shoulder is None else _line(replay.road.shoulder),
-        "ego": {
-            "length": ego.length_m,
-            "width": ego.width_m,
-            "wheelbase": ego.wheelbase_m,
-            "x": differences(ego.x_m, LENGTH),
-            "y": differences(ego.y_m, LENGTH),
-            "heading": differences(ego.heading_rad, ANGLE),
-            "speed": differences(ego.speed_mps, LENGTH),
-            "acceleration": differences(ego.acceleration_mps2, LENGTH),
-            "steering": differences(ego.steering_angle_rad, ANGLE),
-        },
-        "actors": [_actor(actor) for actor in replay.actors],
-        "boxes": [_box(box) for box in replay.boxes],
+        "verdicts": [verdict.model_dump(mode="json") for verdict in replay.verdicts],
+        "boundaries": [_placed(line) for line in replay.road.boundaries],
+        "shoulder": None if replay.road.shoulder is None else _placed(replay.road.shoulder),
+        "ego": _placed(replay.ego),
+        "actors": [_placed(actor) for actor in replay.actors],
+        "boxes": [_placed(box) for box in replay.boxes],
         "sensors": [_sensor(sensor) for sensor in replay.sensors],
         "channels": [_channel(channel) for channel in replay.channels],
         "grid": None if replay.grid is None else _grid(replay.grid),
@@ -425,41 +413,15 @@ def pack_replay(replay: Replay) -> Packed:
     }
 
 
-def _verdict(verdict: RunVerdict) -> Packed:
-    return verdict.model_dump(mode="json")
-
-
-def _line(line: Line) -> Packed:
-    return {
-        "marking": line.marking,
-        "x": differences(line.x_m, LENGTH),
-        "y": differences(line.y_m, LENGTH),
-    }
-
-
-def _actor(actor: ActorMotion) -> Packed:
-    return {
-        "id": actor.id,
-        "kind": actor.kind,
-        "length": actor.length_m,
-        "width": actor.width_m,
-        "x": differences(actor.x_m, LENGTH),
-        "y": differences(actor.y_m, LENGTH),
-        "heading": differences(actor.heading_rad, ANGLE),
-        "speed": differences(actor.speed_mps, LENGTH),
-    }
-
-
-def _box(box: StaticBox) -> Packed:
-    return {
-        "id": box.id,
-        "kind": box.kind,
-        "length": box.length_m,
-        "width": box.width_m,
-        "x": box.x_m,
-        "y": box.y_m,
-        "heading": box.heading_rad,
-    }
+def _placed(part: Line | EgoMotion | ActorMotion | StaticBox) -> Packed:
+    """Pack what has a place: columns as differences, under their names without the unit."""
+    packed: Packed = {}
+    for field, value in part:
+        name, _, unit = field.rpartition("_")
+        is_column = isinstance(value, tuple)
+        key = name.removesuffix("_angle") or field
+        packed[key] = differences(value, _STEPS[unit]) if is_column else value
+    return packed
 
 
 def _sensor(sensor: SensorView) -> Packed:

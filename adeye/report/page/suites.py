@@ -7,21 +7,18 @@ so that the shade tells how many sensors look at a place; outlines tell the kind
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from adeye.analysis.suite.geometry import View, free_way
+from adeye.analysis.suite.records import Removal, Suite, SuiteSensor
 from adeye.analysis.suite.speeds import TABLE
 from adeye.kernel.elementary import sin_cos
 from adeye.report.words import DASH, KMH, forward_text, left_speed, metres, percent, speed_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from adeye.analysis.suite.records import Removal, Suite, SuiteSensor
-    from adeye.signals import Floats
+from adeye.signals import Floats
 
 # --- The drawing of a suite seen from above: fields of view to scale, as paths of an SVG ----------
 
@@ -210,7 +207,7 @@ def _view(sensor: SuiteSensor) -> View:
 def _pieces(
     view: View, sensor: SuiteSensor, near: float, far: float
 ) -> Iterator[tuple[tuple[Floats, Floats], tuple[Floats, Floats]]]:
-    """Give outer and inner edge of what is seen, in pieces where the body hides the rest [m]."""
+    """Return outer and inner edge of what is seen, in pieces where the body hides the rest [m]."""
     half = 0.5 * sensor.field_of_view_rad
     angles = np.linspace(-half, half, max(2, int(np.ceil(2.0 * half / _STEP)) + 1))
     turns = [sin_cos(sensor.yaw_rad + float(angle)) for angle in angles]

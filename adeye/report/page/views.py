@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from adeye.judge.verdict import WORST_FIRST, Verdict
-from adeye.report.claims import refusals_of
+from adeye.report.claims import Claim, Claims, Refusal, refusals_of
 from adeye.report.formats.gsn import argument_of, render_svg
-from adeye.report.formats.matrix import By, grouped, matrix_of
+from adeye.report.formats.matrix import By, TraceGroup, grouped, matrix_of
+from adeye.report.model.report import Architecture, Cell, Fsr, Report
 from adeye.report.words import (
     SYMBOLS,
     binding_sentence,
@@ -22,14 +24,6 @@ from adeye.report.words import (
     unit_text,
     verdict_word,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from adeye.report.claims import Claim, Claims, Refusal
-    from adeye.report.formats.matrix import TraceGroup
-    from adeye.report.model.evidence import OddCoverage, StepLine, StepUncertainty
-    from adeye.report.model.report import Architecture, Cell, Fsr, Report
 
 # --- What the page shows, in the order in which it shows it: worst first --------------------------
 
@@ -96,7 +90,7 @@ class Page:
 
 
 def badge(verdict: Verdict | None) -> Badge:
-    """Give the sign, word and style class of a verdict; None is "not applicable"."""
+    """Return the sign, word and style class of a verdict; None is "not applicable"."""
     style = "NOT_APPLICABLE" if verdict is None else verdict.value
     return Badge(verdict_word(verdict), SYMBOLS[verdict], style)
 
@@ -132,6 +126,7 @@ def filters() -> dict[str, Any]:
         "binding": binding_sentence,
         "margin": margin_text,
         "counted": counted,
+        "claims_page": arrange_claims,
         "number": number,
         "quantity": quantity,
         "unit": unit_text,
@@ -234,9 +229,6 @@ def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
 
 # --- What the page shows of confidence, coverage of the ODD and the step, placed and put in order -
 
-MAX_LINES: Final = 1_000
-"""Metrics of which the page shows what the step changes."""
-
 
 @dataclass(frozen=True, slots=True)
 class ClaimRow:
@@ -288,95 +280,8 @@ class ConfidencePage:
     silent: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class BinBox:
-    """One bin.
-
-    Attributes:
-        label: Of the bin.
-        state: ``covered``, ``uncovered`` or ``impossible``.
-        text: How many test cases, or why none.
-        share: Of the counted test cases [%], at least a visible one where there is any.
-    """
-
-    label: str
-    state: str
-    text: str
-    share: float
-
-
-@dataclass(frozen=True, slots=True)
-class AttributeRow:
-    """One attribute: how many of its feasible bins are covered, and each of them."""
-
-    attribute: str
-    covered: int
-    feasible: int
-    boxes: tuple[BinBox, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CoveragePage:
-    """Coverage of the ODD.
-
-    Attributes:
-        rows: By attribute.
-        bins: Feasible bins of all attributes.
-        covered_bins: Those that a test case has.
-        not_counted: How many test cases do not count, and why.
-        pairs: Uncovered pairs by their attributes.
-        unlisted: Uncovered pairs that are not listed.
-    """
-
-    rows: tuple[AttributeRow, ...]
-    bins: int
-    covered_bins: int
-    not_counted: tuple[str, ...]
-    pairs: tuple[tuple[str, tuple[str, ...]], ...]
-    unlisted: int
-
-
-@dataclass(frozen=True, slots=True)
-class StepPage:
-    """What halving the step changes.
-
-    Attributes:
-        margins: Lines of FSRs with a value in some pair, or another verdict.
-        metrics: The same of metrics, as far as they are shown.
-        without: Lines in which no pair has a value.
-        unlisted: Lines of metrics that are not shown.
-        known: Margins with an uncertainty.
-        differing: Verdicts that are others with half the step.
-    """
-
-    margins: tuple[StepLine, ...]
-    metrics: tuple[StepLine, ...]
-    without: int
-    unlisted: int
-    known: int
-    differing: int
-
-
-@dataclass(frozen=True, slots=True)
-class EvidencePage:
-    """The three sections; None where the report says nothing."""
-
-    confidence: ConfidencePage | None
-    coverage: CoveragePage | None
-    step: StepPage | None
-
-
-def arrange_evidence(report: Report) -> EvidencePage:
-    """Put what a report says of confidence, coverage and step into the order of the page."""
-    claims, coverage, step = report.confidence, report.odd_coverage, report.step_uncertainty
-    return EvidencePage(
-        None if claims is None else _confidence(claims),
-        None if coverage is None else _coverage(coverage),
-        None if step is None else _step(step),
-    )
-
-
-def _confidence(claims: Claims) -> ConfidencePage:
+def arrange_claims(claims: Claims) -> ConfidencePage:
+    """Put bounds and refusals into the order of the page."""
     said = sorted(
         (item for item in claims.claims if not item.refusal),
         key=lambda item: (not item.is_in_gate, item.architecture),
@@ -440,70 +345,6 @@ def _claim(claim: Claim, end: float) -> ClaimRow:
         high=None if interval is None else at(interval.high),
         bound=at(claim.upper),
     )
-
-
-def _coverage(found: OddCoverage) -> CoveragePage:
-    rows = tuple(
-        AttributeRow(
-            item.attribute,
-            item.covered,
-            item.feasible,
-            tuple(
-                BinBox(
-                    label=own.label,
-                    state=own.state,
-                    text=_words(own.state, own.test_cases),
-                    # A few of many test cases are not to be taken for none.
-                    share=round(max(2.0, 100.0 * own.test_cases / found.counted), 2)
-                    if own.test_cases
-                    else 0.0,
-                )
-                for own in item.bins
-            ),
-        )
-        for item in found.attributes
-    )
-    counts = (
-        (found.without_result, "without a result"),
-        (found.not_judged, "in which the scenario did not come about"),
-        (found.outside_odd, "outside the ODD"),
-        (found.in_no_bin, "with an attribute in no bin, counted for the others only"),
-    )
-    pairs: dict[str, list[str]] = {}
-    for pair in found.uncovered_pairs:
-        pairs.setdefault(" × ".join(pair.attributes), []).append(" × ".join(pair.bins))
-    return CoveragePage(
-        rows=rows,
-        bins=sum(row.feasible for row in rows),
-        covered_bins=sum(row.covered for row in rows),
-        not_counted=tuple(f"{counted(count)} {why}" for count, why in counts if count),
-        pairs=tuple((names, tuple(labels)) for names, labels in pairs.items()),
-        unlisted=found.missing_pairs - len(found.uncovered_pairs),
-    )
-
-
-def _words(state: str, test_cases: int) -> str:
-    if state == "covered":
-        return counted(test_cases)
-    return "uncovered" if state == "uncovered" else "no scenario"
-
-
-def _step(found: StepUncertainty) -> StepPage:
-    shown = [line for line in found.lines if line.pairs or line.differing]
-    margins = tuple(_of_kind(shown, "fsr"))
-    metrics = tuple(_of_kind(shown, "metric"))
-    return StepPage(
-        margins=margins,
-        metrics=metrics[:MAX_LINES],
-        without=len(found.lines) - len(shown),
-        unlisted=max(0, len(metrics) - MAX_LINES),
-        known=sum(line.uncertainty is not None for line in margins),
-        differing=sum(line.differing for line in margins),
-    )
-
-
-def _of_kind(lines: Iterable[StepLine], kind: str) -> Iterator[StepLine]:
-    return (line for line in lines if line.kind == kind)
 
 
 # --- The traceability matrix both ways and the goal structure, as the page shows them -------------

@@ -1,20 +1,23 @@
-"""Costs, the front, what one sensor adds, and who saw first."""
+"""Costs, the front, what one sensor adds, and who saw first.
+Costs that add up, sensors that count, and the one sensor that tells two suites apart.
+Same test cases: situation, fault entry and the axes that both have.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.judge.verdict import Verdict
+from adeye.report.comparison.candidates import Matching, cost_of, extra_sensor, measuring, suite_of
 from adeye.report.comparison.compare import compare
-from adeye.report.comparison.records import CompareOptions
+from adeye.report.comparison.records import CompareOptions, Comparison
+from adeye.store.read.bulk import Labels, encode_points
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from adeye.report.comparison.records import Comparison
-    from tests.project import Executed
+from tests.project import Executed
 
 
 def compared(executed: Executed, **options: Any) -> Comparison:
@@ -149,3 +152,117 @@ def test_first_sighting_is_the_time_of_the_detection_metric(suites: Executed) ->
     earliest = np.where(np.isfinite(found.seen_s), found.seen_s, np.inf).min(axis=1)
     assert np.isfinite(times).any()
     assert np.array_equal(np.where(np.isinf(earliest), np.nan, earliest), times, equal_nan=True)
+
+
+def priced(declared: float, **parts: float) -> dict[str, Any]:
+    sensors = {name: {"cost": cost} for name, cost in parts.items()}
+    return {"cost": declared, "sensors": sensors, "channels": {"nominal": {"cost": 0.0}}}
+
+
+def test_declared_cost_is_the_total_where_it_covers_the_parts() -> None:
+    cost = cost_of(priced(300.0, camera=120.0, radar=90.0))
+    assert cost is not None
+    assert (cost.total, cost.declared) == (300.0, 300.0)
+    assert cost.parts == {"sensors.camera": 120.0, "sensors.radar": 90.0}
+
+
+def test_parts_that_cost_more_than_declared_are_the_total() -> None:
+    cost = cost_of(priced(100.0, camera=120.0))
+    assert cost is not None
+    assert cost.total == 120.0
+
+
+def test_what_declares_no_cost_is_not_free() -> None:
+    assert cost_of(priced(0.0, camera=0.0)) is None
+
+
+def test_sensors_that_measure_and_feed_a_channel() -> None:
+    content = {
+        "sensors": {
+            "camera": {"kind": "camera"},
+            "spare": {"kind": "camera"},
+            "truth": {"kind": "ground_truth"},
+            "place": {"kind": "localisation"},
+        },
+        "channels": {"nominal": {"links": ["camera", "place", "truth", "switch"]}},
+    }
+    assert measuring(content) == ["camera"]
+    assert suite_of(content) == {"camera": 1}
+
+
+def parts(*sensors: str, rate: float = 20.0) -> dict[str, Any]:
+    return {
+        "vehicle": {"length": 4.9},
+        "sensors": {name: {"rate": rate} for name in sensors},
+        "channels": {"nominal": {"links": list(sensors)}},
+    }
+
+
+def test_sensor_that_one_has_more_is_named_and_only_if_all_else_is_equal() -> None:
+    assert extra_sensor(parts("camera", "radar"), parts("camera")) == "radar"
+    assert extra_sensor(parts("camera"), parts("camera", "radar")) is None
+    assert extra_sensor(parts("camera", "radar"), parts("camera", rate=10.0)) is None
+    assert extra_sensor(parts("camera", "radar", "lidar"), parts("camera")) is None
+    assert extra_sensor(parts("camera", "radar"), parts("lidar")) is None
+
+
+def cases(*rows: tuple[str, int, str, dict[str, float]]) -> Any:
+    """Make cases of architecture, situation, fault entry and swept values."""
+    return SimpleNamespace(
+        architecture=Labels.of(row[0] for row in rows),
+        situation=np.array([row[1] for row in rows]),
+        fault_entry=Labels.of(row[2] for row in rows),
+        scenario=Labels.of("cut_in" for _ in rows),
+        axes=encode_points(row[3] for row in rows),
+    )
+
+
+def pairs(matching: Matching, a: str, b: str) -> list[tuple[int, int]]:
+    first, second = matching.pairs(a, b)
+    return list(zip(first.tolist(), second.tolist(), strict=True))
+
+
+def test_situation_and_fault_decide() -> None:
+    matching = Matching(
+        cases(("a", 1, "none", {}), ("a", 1, "out", {}), ("b", 1, "none", {}), ("b", 2, "out", {}))
+    )
+    assert pairs(matching, "a", "b") == [(0, 2)]
+
+
+def test_axis_of_both_must_agree() -> None:
+    matching = Matching(
+        cases(
+            ("a", 1, "none", {"yaw": 0.0}),
+            ("a", 1, "none", {"yaw": 2.0}),
+            ("b", 1, "none", {"yaw": 2.0}),
+        )
+    )
+    assert pairs(matching, "a", "b") == [(1, 2)]
+
+
+def test_axis_that_only_one_has_leaves_all_its_cases_as_partners() -> None:
+    matching = Matching(
+        cases(("a", 1, "none", {"yaw": 0.0}), ("a", 1, "none", {"yaw": 2.0}), ("b", 1, "none", {}))
+    )
+    assert pairs(matching, "a", "b") == [(0, 2), (1, 2)]
+    assert pairs(matching, "b", "a") == [(2, 0), (2, 1)]
+
+
+def test_common_cases_are_those_of_everybody() -> None:
+    matching = Matching(
+        cases(
+            ("a", 1, "none", {}),
+            ("a", 2, "none", {}),
+            ("b", 2, "none", {}),
+            ("b", 1, "none", {}),
+            ("c", 2, "none", {}),
+        )
+    )
+    found = {name: rows.tolist() for name, rows in matching.common(("a", "b", "c")).items()}
+    assert found == {"a": [1], "b": [2], "c": [4]}
+
+
+def test_nobody_of_that_name_has_no_cases() -> None:
+    matching = Matching(cases(("a", 1, "none", {})))
+    assert len(matching.rows("b")) == 0
+    assert pairs(matching, "a", "b") == []

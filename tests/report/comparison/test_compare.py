@@ -5,23 +5,19 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import pytest
 
 from adeye.judge.verdict import Verdict
 from adeye.report.comparison.compare import compare, overview
-from adeye.report.comparison.records import CompareOptions
+from adeye.report.comparison.records import CompareOptions, Comparison, Difference
 from adeye.report.page.charts import draw_front
 from adeye.report.page.html import render_comparison
 from adeye.store.repository import Repository
+from tests.project import Executed
 from tests.suites import build_half
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.report.comparison.records import Comparison, Difference
-    from tests.project import Executed
 
 
 def compared(executed: Executed, **options: Any) -> Comparison:

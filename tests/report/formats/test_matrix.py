@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import csv
-from typing import TYPE_CHECKING
 
 import pytest
 
-from adeye.report.formats.matrix import BY, COLUMNS, grouped, matrix_of, render_csv
+from adeye.report.formats.matrix import BY, COLUMNS, By, TraceRow, grouped, matrix_of, render_csv
 from adeye.report.formats.sarif import judged_in
-
-if TYPE_CHECKING:
-    from adeye.report.formats.matrix import By, TraceRow
-    from adeye.report.model.report import Report
+from adeye.report.model.report import Report
 
 
 def gaps(report: Report) -> set[str]:

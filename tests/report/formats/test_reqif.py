@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lxml import etree
 
 from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
+from adeye.report.model.report import Report
 from tests.report.fake import build_report
-
-if TYPE_CHECKING:
-    from adeye.report.model.report import Report
 
 N = {"r": NAMESPACE}
 

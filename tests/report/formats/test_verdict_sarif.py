@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.judge.verdict import Verdict
 from adeye.report.formats.sarif import judged_in, render_sarif, verdict_sarif
 from adeye.report.model.part import Place
+from adeye.report.model.report import Report
 from adeye.store.read.totals import ChannelFailure
 from tests.report.formats.test_sarif import require_sarif
-
-if TYPE_CHECKING:
-    from adeye.report.model.report import Report
 
 
 def results(report: Report) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
@@ -18,9 +18,6 @@ from adeye.report.gate.baseline import (
     write_baseline,
 )
 from tests.report.fake_baseline import BRAKING, GATE, baseline
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture

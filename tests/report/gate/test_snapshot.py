@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,9 +11,7 @@ from adeye.report.gate.baseline import LETTERS, Baseline
 from adeye.report.gate.snapshot import case_keys, take_down
 from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from tests.project import Executed
+from tests.project import Executed
 
 
 def taken(executed: Executed, *, named: bool = True) -> Baseline:

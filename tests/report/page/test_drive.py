@@ -1,29 +1,47 @@
-"""One run of a trace as the replay that a page embeds."""
+"""One run of a trace as the replay that a page embeds.
+Which signals of a run are plotted, and how.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye.campaign.replay import Execution, rerun
+from adeye.judge.grid import grid_at
+from adeye.judge.series import SERIES
 from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position
-from adeye.report.page.drive import VIEW, replay_of
-from adeye.report.page.replay import pack_replay
+from adeye.report.page.drive import (
+    ALWAYS,
+    MAX_PLOTS,
+    TIMES,
+    VIEW,
+    grid_of,
+    occupancy,
+    packed,
+    plots_of,
+    replay_of,
+    view_of,
+)
+from adeye.report.page.replay import Replay, SignalPlot, pack_replay
+from adeye.signals import RoadMap
 from adeye.simulate import engine
 from adeye.spec.architecture import Architecture
+from adeye.spec.concept import MetricBound, Requirement
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
+from adeye.store.records import VerdictRecord
+from adeye.store.repository import Repository
+from adeye.sweep.case import TestCase
+from adeye.trace import NO_TRACKS, Trace
+from tests.judge.conftest import HandMade
 from tests.project import Executed, run_cases
-
-if TYPE_CHECKING:
-    from adeye.report.page.replay import Replay
-    from adeye.signals import RoadMap
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 
 def drawn(trace: Trace, run: int = 0) -> Replay:
@@ -232,3 +250,227 @@ def test_a_bay_is_drawn_with_its_corners(trace: Trace) -> None:
     bare = drawn(changed_road(trace, refuges=bays, shoulder=np.zeros(runs))).road.shoulder
     assert bare is not None
     assert min(bare.y_m) == -4.0
+
+
+def unpacked(texts: tuple[str, ...], columns: int, rows: int) -> list[Any]:
+    """Read back what ``packed`` wrote, as the page does."""
+    made: list[Any] = []
+    for text in texts:
+        codes = [
+            ord(letter) - ord("a")
+            for letter, count in re.findall(r"([a-p])(\d*)", text)
+            for _ in range(int(count or 1))
+        ]
+        cells = np.bitwise_xor.accumulate(np.array(codes).reshape(rows, columns), axis=0)
+        made.append(cells ^ made[-1] if text.startswith("+") else cells)
+    return made
+
+
+def driving(**more: Any) -> Trace:
+    """Let a car that the safety channel sees come nearer, on the lane of the ego."""
+    made = HandMade(rows=21, **more)
+    made.columns["tracks"][0, :, 1, 0] = [14.0, 0.0, 10.0, 0.0, 4.0, 2.0]
+    return made.trace()
+
+
+HELD = np.minimum(np.arange(21), 19)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (7, 3), (3, 7), (40, 20)])
+def test_packed_maps_read_back(shape: tuple[int, int]) -> None:
+    random = np.random.default_rng(5)
+    maps = [random.integers(0, 16, shape) for _ in range(4)]
+    maps.append(maps[-1])
+    again = unpacked(packed(maps), *shape)
+    assert all(np.array_equal(one.T, other) for one, other in zip(again, maps, strict=True))
+
+
+def test_map_equal_to_the_one_before_costs_next_to_nothing() -> None:
+    cells = np.random.default_rng(5).integers(0, 9, (150, 70))
+    assert packed([cells, cells])[1] == "+a10500"
+
+
+def test_drawn_maps_are_those_of_the_run() -> None:
+    trace = driving()
+    view = grid_of(trace, 0, HELD)
+    # 0.25 s and 0.1 s, at steps of 0.1 s.
+    assert (view.every, len(view.number)) == (3, 7)
+    assert (view.occupied_every, len(view.occupied)) == (1, 21)
+    number = unpacked(view.number, view.columns, view.rows)
+    occupied = unpacked(view.occupied, view.columns, view.rows)
+    for row in range(21):
+        found = grid_at(trace, 0, row, view="safety")
+        assert np.array_equal(occupied[row].T, occupancy(found))
+        if row % 3 == 0:
+            is_free = found["time_to_occupancy"] > 0.0
+            levels = np.array(view.levels)[number[row // 3].T]
+            assert np.array_equal(levels[is_free], found["number"][is_free])
+    assert (view.x_m, view.y_m, view.cell_m) == (-25.0, -17.5, 0.5)
+
+
+def test_fewer_maps_are_drawn_where_they_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    trace = driving()
+    whole = grid_of(trace, 0, HELD)
+    size = sum(len(text) for text in (*whole.number, *whole.occupied))
+    monkeypatch.setattr("adeye.report.page.drive.MOST", size - 1)
+    fewer = grid_of(trace, 0, HELD)
+    assert fewer.occupied_every == 2
+    assert fewer.number == whole.number
+    assert len(fewer.occupied) == 11
+
+
+def test_occupied_now_and_later_are_told_apart() -> None:
+    found = grid_at(driving(), 0, 0, view="safety")
+    code = occupancy(found)
+    assert (code == 1).sum() == 32
+    times = found["time_to_occupancy"]
+    for index in range(1, len(TIMES)):
+        within = (times > TIMES[index - 1]) & (times <= TIMES[index])
+        assert np.array_equal(code == index + 1, within)
+    assert np.array_equal(code == 0, np.isinf(times))
+
+
+def test_static_object_is_occupied_now() -> None:
+    made = HandMade().object("lead", s=14.0, speed=0.0).ego(s=0.0)
+    trace = made.trace()
+    context = replace(trace.layout.context, actor_count=0)
+    trace = replace(trace, layout=replace(trace.layout, context=context))
+    assert (occupancy(grid_at(trace, 0, 0)) == 1).sum() == 32
+
+
+def test_view_is_the_safety_channel_that_shows_tracks_or_the_truth() -> None:
+    made = HandMade()
+    assert view_of(made.trace(), 0) == "safety"
+    made.columns["false_tracks"][:, :, 1] = NO_TRACKS
+    assert view_of(made.trace(), 0) == "truth"
+    assert grid_of(made.trace(), 0, HELD).view == "truth"
+
+
+def test_maps_of_a_run_are_small() -> None:
+    trace = driving()
+    view = grid_of(trace, 0, HELD)
+    # On a straight road, a few bytes for each.
+    assert sum(len(text) for text in (*view.number, *view.occupied)) < 100 * len(view.number)
+
+
+@pytest.fixture(scope="module")
+def done(mini: Executed) -> Execution:
+    """A cut-in of the candidate whose nominal channel falls silent."""
+    row = next(
+        row
+        for row in mini.project.rows()
+        if (row["fault_entry"], row["architecture"]) == ("nominal_silent", "camera_radar")
+    )
+    with Repository.open(mini.db, create=False) as repository:
+        return rerun(repository, repository.find_run(row["run"]))
+
+
+@pytest.fixture
+def fsrs(mini: Executed) -> dict[str, Requirement]:
+    return {item.id: item for item in mini.plan.files.concept.spec.requirements}
+
+
+def plots(
+    done: Execution, requirements: list[Requirement], **changed: VerdictRecord
+) -> dict[str, SignalPlot]:
+    """Plot with the stored verdicts, or others."""
+    stored = {item.fsr_id: item for item in done.stored.verdicts} | {
+        name.replace("_", "-"): record for name, record in changed.items()
+    }
+    made = plots_of(done.signals, 0, requirements, stored)
+    assert len({item.name for item in made}) == len(made)
+    return {item.name: item for item in made}
+
+
+def test_what_every_run_has_is_plotted_first(done: Execution) -> None:
+    assert list(plots(done, [])) == list(ALWAYS)
+
+
+def test_every_plot_has_one_value_per_row(done: Execution, fsrs: dict[str, Requirement]) -> None:
+    for item in plots(done, list(fsrs.values())).values():
+        assert len(item.values) == int(done.trace.length[0])
+
+
+def test_signals_of_the_judged_requirements_are_added(
+    done: Execution, fsrs: dict[str, Requirement]
+) -> None:
+    found = plots(done, [fsrs["FSR-03"]])
+    assert {"channel.nominal.status", "authority.safety"} <= set(found)
+    assert found["channel.nominal.status"].labels[-1] == "silent"
+    assert found["authority.safety"].labels == ("false", "true")
+    assert set(found["authority.safety"].values) == {0.0, 1.0, None}
+
+
+def test_requirement_without_a_verdict_adds_nothing(
+    done: Execution, fsrs: dict[str, Requirement]
+) -> None:
+    unjudged = fsrs["FSR-03"].model_copy(update={"id": "FSR-99"})
+    assert list(plots(done, [unjudged])) == list(ALWAYS)
+
+
+def test_plots_are_few_enough_to_be_seen(done: Execution, fsrs: dict[str, Requirement]) -> None:
+    assert len(plots(done, list(fsrs.values()))) <= MAX_PLOTS
+
+
+def test_numbers_are_in_si_and_rounded(done: Execution) -> None:
+    speed = plots(done, [])["ego.speed"]
+    assert speed.unit == "m/s"
+    assert speed.values == tuple(np.round(done.trace["ego"][0, : len(speed.values), 3], 3) + 0.0)
+
+
+def test_axis_ends_where_a_larger_value_says_no_more(done: Execution) -> None:
+    made = plots(done, [])
+    assert made["ttc"].cap == SERIES["ttc"].type.cap
+    assert made["required_deceleration"].cap is None
+
+
+def test_no_conflict_is_a_gap_and_never_a_number(done: Execution) -> None:
+    ttc = plots(done, [])["ttc"]
+    known = [value for value in ttc.values if value is not None]
+    assert known
+    assert None in ttc.values
+    assert all(np.isfinite(known))
+
+
+def test_bound_of_a_metric_is_drawn_on_the_series_that_it_is_the_extreme_of(
+    done: Execution, fsrs: dict[str, Requirement]
+) -> None:
+    line = plots(done, [fsrs["FSR-02"]])["required_deceleration"].thresholds
+    assert [(item.fsr, item.value, item.side) for item in line] == [("FSR-02", 6.0, "at_most")]
+
+
+def test_threshold_of_the_binding_predicate_is_drawn_with_its_side(
+    done: Execution, fsrs: dict[str, Requirement]
+) -> None:
+    lane = plots(done, [fsrs["FSR-06"]])["ego.lane_offset"].thresholds
+    assert [(item.value, item.side) for item in lane] in ([(0.6, "at_most")], [])
+    record = next(item for item in done.stored.verdicts if item.fsr_id == "FSR-06")
+    stop = replace(
+        record,
+        fsr_id="FSR-05",
+        signal="ego.acceleration",
+        predicate="ego.acceleration >= -4.5 m/s^2",
+        threshold=-4.5,
+    )
+    drawn = plots(done, [fsrs["FSR-05"]], FSR_05=stop)["ego.acceleration"].thresholds
+    assert [(item.fsr, item.value, item.side) for item in drawn] == [("FSR-05", -4.5, "at_least")]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"threshold": None}, {"signal": None}, {"predicate": "not contact", "threshold": 1.0}],
+)
+def test_verdict_without_a_threshold_in_numbers_has_no_line(
+    done: Execution, fsrs: dict[str, Requirement], changes: dict[str, Any]
+) -> None:
+    record = next(item for item in done.stored.verdicts if item.fsr_id == "FSR-06")
+    record = replace(record, **{"signal": "ego.lane_offset", "threshold": 0.6, **changes})
+    found = plots(done, [fsrs["FSR-06"]], FSR_06=record)
+    assert all(not item.thresholds for item in found.values())
+
+
+def test_metric_that_is_no_extreme_of_a_series_adds_no_signal(
+    done: Execution, fsrs: dict[str, Requirement]
+) -> None:
+    bound = fsrs["FSR-02"].model_copy(update={"bound": MetricBound(metric="contact", at_most=0.0)})
+    assert list(plots(done, [bound])) == list(ALWAYS)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from lxml import html as lxml_html
 
 from adeye.report.comparison.records import Range
+from adeye.report.model.report import Report
 from adeye.report.page.html import render
-from adeye.report.page.views import MAX_LINES, arrange_evidence
+from adeye.report.page.views import arrange_claims
 from tests.report.fake_evidence import claim, claims, coverage, line, refused, step
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.report.model.report import Report
-    from tests.report.browser import Browser
 
 PARTS = ("confidence", "odd_coverage", "step_uncertainty")
 
@@ -31,8 +26,8 @@ def section(report: Report, name: str, **changes: Any) -> str:
 
 
 def test_bounds_of_the_gate_come_first_and_lie_on_one_axis(report: Report) -> None:
-    view = arrange_evidence(report).confidence
-    assert view is not None
+    assert report.confidence is not None
+    view = arrange_claims(report.confidence)
     assert [row.claim.is_in_gate for row in view.rows] == [True, True, True, False]
     first, worse, weighted, _ = view.rows
     # The largest end is 0.139.
@@ -43,20 +38,19 @@ def test_bounds_of_the_gate_come_first_and_lie_on_one_axis(report: Report) -> No
     assert weighted.upper == "0.049 (0.030 to 0.090)"
 
 
-@pytest.mark.parametrize(
-    ("upper", "end"),
-    [(0.0007, "0.0010"), (0.02, "0.020"), (0.3, "0.50"), (0.6, "1.00"), (1.0, "1.00")],
-)
-def test_axis_ends_at_a_round_number_that_no_bound_passes(
-    report: Report, upper: float, end: str
-) -> None:
-    found = claims(claim(upper=upper, interval=Range(low=0.0, high=upper / 2)))
-    view = arrange_evidence(report.model_copy(update={"confidence": found})).confidence
-    assert view is not None
-    assert view.end == end
-    (row,) = view.rows
-    assert row.bound is not None
-    assert row.bound <= 100.0
+def test_axis_ends_at_a_round_number_that_no_bound_passes() -> None:
+    for upper, end in (
+        (0.0007, "0.0010"),
+        (0.02, "0.020"),
+        (0.3, "0.50"),
+        (0.6, "1.00"),
+        (1.0, "1.00"),
+    ):
+        view = arrange_claims(claims(claim(upper=upper, interval=Range(low=0.0, high=upper / 2))))
+        assert view.end == end
+        (row,) = view.rows
+        assert row.bound is not None
+        assert row.bound <= 100.0
 
 
 def test_grid_says_that_there_is_no_probability(report: Report) -> None:
@@ -92,16 +86,20 @@ def test_bounds_stand_beside_their_conditions(report: Report) -> None:
 
 
 def test_few_test_cases_are_not_drawn_as_none_and_none_is_not_drawn(report: Report) -> None:
-    view = arrange_evidence(report).coverage
-    assert view is not None
-    speed, light = view.rows
-    assert [(box.text, box.share) for box in speed.boxes] == [("uncovered", 0.0), ("536", 99.81)]
-    assert [(box.text, box.share) for box in light.boxes] == [
-        ("535", 99.63),
-        ("2", 2.0),
-        ("no scenario", 0.0),
+    page = lxml_html.document_fromstring(render(report.model_copy(update={"replays": ()})))
+    speed, light = page.xpath("//section[@id='odd-coverage']//dl[@class='bins']/dd")
+    found = [
+        [
+            (box.findtext("b"), [part.get("width") for part in box.xpath(".//rect[@class='part']")])
+            for box in row.xpath("span")
+        ]
+        for row in (speed, light)
     ]
-    assert (view.covered_bins, view.bins) == (3, 4)
+    assert found == [
+        [("uncovered", []), ("536", ["99.81%"])],
+        [("535", ["99.63%"]), ("2", ["2.0%"]), ("no scenario", [])],
+    ]
+    assert "feasible bins covered 3 of 4" in section(report, "odd-coverage")
 
 
 def test_gaps_of_the_odd_are_told_with_how_many_are_not_listed(report: Report) -> None:
@@ -140,51 +138,9 @@ def test_too_few_pairs_are_no_uncertainty_of_zero(report: Report) -> None:
 
 
 def test_long_list_of_metrics_is_cut_and_says_so(report: Report) -> None:
-    many = tuple(line(f"metric_{number}", kind="metric") for number in range(MAX_LINES + 7))
-    found = step(lines=many)
-    view = arrange_evidence(report.model_copy(update={"step_uncertainty": found})).step
-    assert view is not None
-    assert (len(view.metrics), view.unlisted) == (MAX_LINES, 7)
-
-
-@pytest.mark.slow
-def test_report_without_these_parts_has_no_sections_and_no_links(report: Report) -> None:
-    page = render(report.model_copy(update={"replays": (), **dict.fromkeys(PARTS)}))
-    tree: Any = lxml_html.document_fromstring(page)
-    for name in ("confidence", "odd-coverage", "step"):
-        assert tree.xpath(f"//*[@id='{name}']") == []
-        assert tree.xpath(f"//nav/a[@href='#{name}']") == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width", [800, 1280])
-@pytest.mark.parametrize("dark", [False, True])
-def test_drawn_parts_stay_within_their_boxes(
-    browser: Browser, page: Path, width: int, *, dark: bool
-) -> None:
-    browser.open(page, width=width, dark=dark)
-    assert browser.run("document.documentElement.scrollWidth <= window.innerWidth") is True
-    inside = """[...document.querySelectorAll('.bin')].every(box => {
-      const b = box.getBoundingClientRect();
-      return [...box.children].every(e => {
-        const r = e.getBoundingClientRect();
-        return r.left >= b.left && r.right <= b.right + 0.5 && r.bottom <= b.bottom + 0.5;
-      });
-    })"""
-    assert browser.run("document.querySelectorAll('.bin').length") == 5
-    assert browser.run(inside) is True
-    # The bars differ from what they lie on, in either scheme.
-    colours = "['.part', '.whole'].map(s => getComputedStyle(document.querySelector(s)).fill)"
-    assert len(set(browser.run(colours))) == 2
-
-
-@pytest.mark.slow
-def test_filter_hides_the_bounds_of_other_architectures(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1280)
-    rows = "[...document.querySelectorAll('#confidence tr[data-architecture]')]"
-    shown = f"{rows}.filter(row => !row.hidden).length"
-    assert browser.run(shown) == 4
-    choose = """(() => { const s = document.querySelector('select[name=architecture]');
-      s.value = 'legacy_camera'; s.dispatchEvent(new Event('change', {bubbles: true})); })()"""
-    browser.run(choose)
-    browser.wait(lambda: browser.run(shown) == 1)
+    many = tuple(line(f"metric_{number}", kind="metric") for number in range(1007))
+    text = section(report, "step", step_uncertainty=step(lines=many))
+    assert "Metrics 1,000" in text
+    assert "metric_ 999" in text
+    assert "metric_ 1000" not in text
+    assert "7 more metrics are not shown." in text

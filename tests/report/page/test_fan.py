@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from adeye.report.page.drive import desirability, fan_of
-
-if TYPE_CHECKING:
-    from adeye.trace import Trace
+from adeye.trace import Trace
 
 ROWS, CANDIDATES, POINTS = 25, 4, 3
 

@@ -1,11 +1,17 @@
+"""What a page embeds of a run, packed and unpacked; the player that shows it."""
+
+import itertools
+import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from adeye.report.model.report import Report
-from adeye.report.page.replay import Line, Replay
+from adeye.report.page.replay import Line, Replay, differences, pack_replay, repeats, script_text
 
 
 def rebuilt(replay: Replay, **changes: Any) -> Replay:
@@ -96,3 +102,127 @@ def test_grid_maps_that_do_not_cover_the_run_are_refused(report: Report, name: s
     short = replay.grid.model_copy(update={name: getattr(replay.grid, name)[:-1]})
     with pytest.raises(ValidationError, match=f"grid.{name} has"):
         rebuilt(replay, grid=short)
+
+
+def numbers(packed: dict[str, Any]) -> list[float | None]:
+    """Read back what ``differences`` packed, as the page does."""
+    steps, values = 0, []
+    for difference in packed["d"]:
+        steps += difference or 0
+        values.append(None if difference is None else steps / packed["k"])
+    return values
+
+
+def column(packed: Sequence[Any]) -> list[Any]:
+    """Read back what ``repeats`` packed, as the page does."""
+    pairs = zip(packed[::2], packed[1::2], strict=True)
+    return list(itertools.chain.from_iterable([value] * count for value, count in pairs))
+
+
+@pytest.mark.parametrize("values", [[], [0.0], [1.5, -2.25, 1e6], [None, 1.0, None, None, 0.999]])
+def test_differences_read_back_within_half_a_step(values: list[float | None]) -> None:
+    again = numbers(differences(values, 1000))
+    assert [value is None for value in again] == [value is None for value in values]
+    for one, other in zip(again, values, strict=True):
+        assert one == (None if other is None else pytest.approx(other, abs=0.0005000001))
+
+
+def test_rounding_does_not_add_up() -> None:
+    values = [index / 3.0 for index in range(10_000)]
+    assert numbers(differences(values, 1000))[-1] == pytest.approx(values[-1], abs=0.0005)
+
+
+@pytest.mark.parametrize("values", [[], [True], [1, 1, 2, 1], ["ok", "ok", "silent"]])
+def test_repeats_read_back(values: list[Any]) -> None:
+    assert column(repeats(values)) == values
+
+
+def test_packed_run_reads_back(report: Report) -> None:
+    replay = report.replays[0]
+    packed = pack_replay(replay)
+    assert packed["rows"] == replay.rows
+    assert numbers(packed["ego"]["x"]) == pytest.approx(replay.ego.x_m, abs=0.00051)
+    assert numbers(packed["ego"]["heading"]) == pytest.approx(replay.ego.heading_rad, abs=0.000051)
+    assert column(packed["authority"]) == list(replay.authority)
+    assert column(packed["channels"][0]["status"]) == list(replay.channels[0].status)
+    assert column(packed["faults"][0]["active"]) == list(replay.faults[0].active)
+
+
+def test_detections_and_tracks_read_back_tick_by_tick(report: Report) -> None:
+    replay = report.replays[0]
+    packed = pack_replay(replay)
+    sensor = packed["sensors"][0]
+    found = list(zip(numbers(sensor["dx"]), numbers(sensor["dy"]), strict=True))
+    counts = column(sensor["count"])
+    ends = list(itertools.accumulate(counts))
+    for end, count, sample in zip(ends, counts, replay.sensors[0].detections, strict=True):
+        for one, other in zip(found[end - count : end], sample, strict=True):
+            assert one == pytest.approx(other, abs=0.00051)
+    tracks = packed["channels"][0]["tracks"]
+    assert replay.channels[0].tracks is not None
+    assert column(tracks["count"]) == [len(row) for row in replay.channels[0].tracks]
+    assert len(tracks["columns"]) == 6
+    assert packed["channels"][1]["tracks"] is None
+
+
+def test_returns_read_back_tick_by_tick_and_each_sample_is_there_once(report: Report) -> None:
+    replay = report.replays[0]
+    one = tuple((10.0 + 0.1 * k, -3.0) for k in range(5))
+    samples = (one, one, (), *[((1.25, 2.0), (-7.5, 0.5))] * (replay.rows - 3))
+    sensor = replay.sensors[0].model_copy(update={"points": samples})
+    packed = pack_replay(replay.model_copy(update={"sensors": (sensor,)}))["sensors"][0]["points"]
+    assert packed["rows"] == [2, 1, replay.rows - 3]
+    assert packed["count"] == [5, 0, 2]
+    found = list(zip(numbers(packed["x"]), numbers(packed["y"]), strict=True))
+    expected = [point for sample in (one, samples[-1]) for point in sample]
+    assert np.array(found) == pytest.approx(np.array(expected), abs=0.0501)
+    assert pack_replay(replay)["sensors"][0]["points"] is None
+
+
+@pytest.mark.parametrize("size", [1e-5, 0.02, 1.0, 40.0, 3e5])
+def test_signal_keeps_four_digits_of_its_largest_value(report: Report, size: float) -> None:
+    replay = report.replays[1]
+    values = tuple(size * (row % 7) / 6.0 for row in range(replay.rows))
+    signal = replay.signals[0].model_copy(update={"values": values})
+    packed = pack_replay(replay.model_copy(update={"signals": (signal,)}))
+    allowed = max(size * 1e-4, 1e-6)
+    assert numbers(packed["signals"][0]["values"]) == pytest.approx(values, abs=allowed)
+
+
+def test_script_text_is_json_without_markup() -> None:
+    value = {"a": "</script><!--", "b": "\u2028\u2029", "c": "ä", "d": [None, True, 1.5]}
+    text = script_text(value)
+    assert json.loads(text) == value
+    assert not set("<\u2028\u2029") & set(text)
+
+
+def test_number_that_is_not_finite_is_not_written() -> None:
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        script_text({"a": float("nan")})
+
+
+def test_fan_reads_back_candidate_by_candidate(report: Report) -> None:
+    channel = report.replays[0].channels[0]
+    packed = pack_replay(report.replays[0])["channels"][0]["fan"]
+    assert channel.fan is not None
+    listed = [candidate for fan in channel.fan.fans for candidate in fan]
+    assert column(packed["count"]) == [len(fan) for fan in channel.fan.fans]
+    assert column(packed["points"]) == [len(candidate.points) for candidate in listed]
+    assert column(packed["chosen"]) == [candidate.is_chosen for candidate in listed]
+    desirable = [candidate.desirability for candidate in listed]
+    assert numbers(packed["desirability"]) == pytest.approx(desirable, abs=0.025)
+    places = list(zip(numbers(packed["x"]), numbers(packed["y"]), strict=True))
+    wanted = [point for candidate in listed for point in candidate.points]
+    assert np.array(places) == pytest.approx(np.array(wanted), abs=0.0501)
+    assert "fan" not in pack_replay(report.replays[0])["channels"][1]
+
+
+def test_grid_maps_read_back(report: Report) -> None:
+    replay = report.replays[0]
+    assert replay.grid is not None
+    packed = pack_replay(replay)["grid"]
+    assert column(packed["number"]) == list(replay.grid.number)
+    assert column(packed["occupied"]) == list(replay.grid.occupied)
+    assert packed["levels"] == [1.0, 3.0, 7.0]
+    without = replay.model_copy(update={"grid": None})
+    assert pack_replay(without)["grid"] is None

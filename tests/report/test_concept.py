@@ -1,11 +1,13 @@
-"""What a report repeats from the files of a campaign."""
+"""What a report repeats from the files of a campaign.
+What the report says of decompositions, dependent failures and broken rules.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import pytest
 
@@ -14,25 +16,22 @@ from adeye.report import concept as contents
 from adeye.report.concept import (
     CampaignContent,
     architectures_of,
-    assumptions_of,
     attributes_of,
+    concept_of,
     dependencies_of,
-    elements_of,
     factors_of,
+    findings_of,
     fsr_of,
-    goals_of,
-    hazards_of,
-    measure_text,
     scenarios_of,
     suites_of,
-    waivers_of,
 )
 from adeye.report.model.report import Cell
-from adeye.spec.concept import Requirement, Waiver
+from adeye.spec.concept import Concept, Decomposition, DependentFailure, Requirement, Waiver
+from adeye.spec.load import load_odd, shipped
+from adeye.store.read.checking import Violation
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from tests.project import Executed
+from adeye.store.rules import RULES
+from tests.project import Executed
 
 
 @pytest.fixture(scope="module")
@@ -91,12 +90,12 @@ def test_fsr_has_the_shortest_interval_of_its_goals(
 
 
 def test_hazards_and_goals_have_their_derived_asil(content: CampaignContent) -> None:
-    assert {item.id: item.asil for item in hazards_of(content)} == {
+    assert {item.id: item.asil for item in concept_of(content, ())["hazards"]} == {
         "HE-01": "D",
         "HE-02": "D",
         "HE-03": "C",
     }
-    assert {item.id: item.asil for item in goals_of(content)} == {
+    assert {item.id: item.asil for item in concept_of(content, ())["goals"]} == {
         "SG-01": "D",
         "SG-02": "D",
         "SG-03": "C",
@@ -104,7 +103,7 @@ def test_hazards_and_goals_have_their_derived_asil(content: CampaignContent) -> 
 
 
 def test_element_names_the_parts_that_realise_it(content: CampaignContent) -> None:
-    found = {item.id: item.realised_by for item in elements_of(content)}
+    found = {item.id: item.realised_by for item in concept_of(content, ())["elements"]}
     assert found["front_radar"] == ("camera_radar.front_radar",)
     assert set(found["switch"]) == {"legacy_camera.switch", "camera_radar.switch"}
 
@@ -116,7 +115,9 @@ def test_sensor_and_channel_of_one_name_both_realise_their_element(
     sensors = {**candidate["sensors"], "nominal": candidate["sensors"]["front_radar"]}
     twin = {**candidate, "sensors": sensors}
     odd = {**content.odd, "architectures": {"camera_radar": twin}}
-    found = {item.id: item.realised_by for item in elements_of(replace(content, odd=odd))}
+    found = {
+        item.id: item.realised_by for item in concept_of(replace(content, odd=odd), ())["elements"]
+    }
     assert "camera_radar.nominal" in found["front_radar"]
     assert found["nominal_channel"] == ("camera_radar.nominal",)
 
@@ -126,7 +127,7 @@ def test_assumption_expires_the_day_after(
 ) -> None:
     for day, expired in ((date(2027, 12, 31), False), (date(2028, 1, 1), True)):
         monkeypatch.setattr(contents, "today", lambda day=day: day)
-        found = {item.is_expired for item in assumptions_of(content)}
+        found = {item.is_expired for item in concept_of(content, ())["assumptions"]}
         assert found == {expired}
 
 
@@ -149,19 +150,19 @@ def test_waiver_counts_the_runs_without_evidence_and_never_failures(
     waived = replace(content, concept=concept)
     for day, expired in ((date(2030, 6, 1), False), (date(2030, 6, 2), True)):
         monkeypatch.setattr(contents, "today", lambda day=day: day)
-        found = list(waivers_of(waived, [whole, part]))
+        found = list(concept_of(waived, [whole, part])["waivers"])
         assert [(item.fsr, item.runs, item.is_expired) for item in found] == [
             ("FSR-03", 2, expired)
         ]
 
 
 def test_measure_is_written_as_formula_or_bound(fsrs: dict[str, Requirement]) -> None:
-    assert measure_text(fsrs["FSR-01"]) == "always(not contact)"
-    assert measure_text(fsrs["FSR-02"]) == "max_required_deceleration_mps2 <= 6.0"
+    assert fsrs["FSR-01"].measure == "always(not contact)"
+    assert fsrs["FSR-02"].measure == "max_required_deceleration_mps2 <= 6.0"
     least = fsrs["FSR-02"].model_copy(
         update={"bound": fsrs["FSR-02"].bound.model_copy(update={"at_least": 0.0, "at_most": None})}  # type: ignore[union-attr]
     )
-    assert measure_text(least) == "max_required_deceleration_mps2 >= 0.0"
+    assert least.measure == "max_required_deceleration_mps2 >= 0.0"
 
 
 def test_suites_are_analysed_in_the_conditions_of_the_odd(content: CampaignContent) -> None:
@@ -211,3 +212,54 @@ def test_bounds_of_the_odd_are_written_in_their_units() -> None:
         "fog": "at least 80 m",
         "ego speed": "at most 130 km/h",
     }
+
+
+@pytest.fixture(scope="module")
+def concept() -> Concept:
+    """The shipped concept with a record and a decomposition put beside it."""
+    found = load_odd(shipped("odd") / "motorway_chauffeur.yaml").concept.spec
+    first, second, third, *others = found.requirements
+    parts = [item.model_copy(update={"asil": "B(D)"}) for item in (second, third)]
+    record = DependentFailure(
+        id="DFA-1",
+        covers=("power_a",),
+        argument="buffered",
+        owner="me",
+        valid_until=date(2026, 1, 31),
+    )
+    step = Decomposition(
+        requirement=first.id, into=(second.id, third.id), independence="two", dfa=("DFA-1",)
+    )
+    return found.model_copy(
+        update={
+            "requirements": (first, *parts, *others),
+            "decompositions": (step,),
+            "dependent_failures": (record,),
+        }
+    )
+
+
+def said(concept: Concept, part: str) -> Any:
+    odd: Any = {"architectures": {}}
+    campaign: Any = None
+    return concept_of(CampaignContent(campaign, concept, odd), ())[part]
+
+
+def test_decomposition_says_its_scheme(concept: Concept) -> None:
+    (item,) = said(concept, "decompositions")
+    assert item.scheme.count("B(D)") == 2
+    assert (item.fsr, item.into, item.dfa) == ("FSR-01", ("FSR-02", "FSR-03"), ("DFA-1",))
+
+
+def test_record_expires_after_its_last_day(
+    concept: Concept, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for day, expired in ((date(2026, 1, 31), False), (date(2026, 2, 1), True)):
+        monkeypatch.setattr(contents, "today", lambda day=day: day)
+        (item,) = said(concept, "dependent_failures")
+        assert item.is_expired is expired
+
+
+def test_finding_says_its_rule_and_the_remedy() -> None:
+    (item,) = findings_of([Violation(RULES[0].name, "fsr", "FSR-1", "is wrong")])
+    assert (item.text, item.remedy, item.id) == (RULES[0].text, RULES[0].remedy, "FSR-1")
