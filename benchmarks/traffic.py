@@ -73,67 +73,32 @@ SIZES = (
 
 
 @compiled
-def drive_reference(  # noqa: PLR0913, PLR0917 - a kernel
-    lanes: Floats,
-    links: Ints,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    bodies: Floats,
-    pairs: Ints,
-    corners: Floats,
-    steps: int,
-) -> None:
+def drive_reference(road: n.Road, bodies: Floats, pairs: Ints, corners: Floats, steps: int) -> None:
     """Drive a scene in the reference arithmetic; see ``crash`` for the arguments."""
     for _ in range(steps):
-        advance_crashing_reference(
-            lanes, links, None, vehicles, marks, seen, along, listed, bodies, pairs, corners, STEP
-        )
+        advance_crashing_reference(road, bodies, pairs, corners, STEP)
 
 
 @compiled
-def drive_fast(  # noqa: PLR0913, PLR0917 - a kernel
-    lanes: Floats,
-    links: Ints,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    bodies: Floats,
-    pairs: Ints,
-    corners: Floats,
-    steps: int,
-) -> None:
+def drive_fast(road: n.Road, bodies: Floats, pairs: Ints, corners: Floats, steps: int) -> None:
     """Drive a scene in the fast arithmetic."""
     for _ in range(steps):
-        advance_crashing_fast(
-            lanes, links, None, vehicles, marks, seen, along, listed, bodies, pairs, corners, STEP
-        )
+        advance_crashing_fast(road, bodies, pairs, corners, STEP)
 
 
 def time_kernel(drive: Callable[..., None], start: Converted, size: Size) -> float:
     """Return the CPU time of a scene in a kernel [s]; the start is left as it is."""
     copies = [
-        (start.vehicles.copy(), start.marks.copy(), start.bodies[0].copy())
+        (
+            start.road._replace(vehicles=start.vehicles.copy(), marks=start.marks.copy()),
+            start.bodies[0].copy(),
+        )
         for _ in range(size.repeats)
     ]
     _, pairs, corners = start.bodies
     began = time.process_time()
-    for vehicles, marks, bodies in copies:
-        drive(
-            start.lanes,
-            start.links,
-            vehicles,
-            marks,
-            *start.lists,
-            bodies,
-            pairs,
-            corners,
-            size.steps,
-        )
+    for road, bodies in copies:
+        drive(road, bodies, pairs, corners, size.steps)
     return (time.process_time() - began) / size.repeats
 
 

@@ -12,17 +12,6 @@ import math
 from adeye.kernel.elementary import LARGEST_ANGLE, sin_cos
 from adeye.kernel.jit import compiled, inlined
 
-__all__ = [
-    "box_distance",
-    "boxes_overlap",
-    "contains_point",
-    "point_box_distance",
-    "signed_box_distance",
-    "sliding_contact",
-    "swept_contact",
-    "wrap_to_pi",
-]
-
 #: What a turning box is thickened by at most [m] in ``swept_contact``.
 SWEEP_TOLERANCE = 1e-4
 _DEEPEST = 24
@@ -63,21 +52,6 @@ def _into_frame(
 
 
 @compiled
-def contains_point(
-    x: float,
-    y: float,
-    box_x: float,
-    box_y: float,
-    box_heading: float,
-    box_length: float,
-    box_width: float,
-) -> bool:
-    """Tell whether a point [m] lies in a box or on its edge; False with a NaN."""
-    along, across = _into_frame(x, y, box_x, box_y, box_heading)
-    return abs(along) <= 0.5 * box_length and abs(across) <= 0.5 * box_width
-
-
-@compiled
 def _outside(along: float, across: float, length: float, width: float) -> float:
     """Return the distance [m] of a point, given in the frame of a box, from the box."""
     dx = abs(along) - 0.5 * length
@@ -87,21 +61,6 @@ def _outside(along: float, across: float, length: float, width: float) -> float:
     if dy <= 0.0:
         return dx
     return math.sqrt(dx * dx + dy * dy)
-
-
-@compiled
-def point_box_distance(
-    x: float,
-    y: float,
-    box_x: float,
-    box_y: float,
-    box_heading: float,
-    box_length: float,
-    box_width: float,
-) -> float:
-    """Return the distance [m] of a point from a box, 0 inside."""
-    along, across = _into_frame(x, y, box_x, box_y, box_heading)
-    return _outside(along, across, box_length, box_width)
 
 
 @compiled

@@ -8,13 +8,6 @@ from adeye.kernel.elementary import asin, atan, power, sin
 from adeye.kernel.jit import compiled
 from adeye.kernel.motion import clip
 
-__all__ = [
-    "idm_acceleration",
-    "lane_keeping_steering",
-    "limit_jerk",
-    "speed_keeping_acceleration",
-]
-
 #: Largest angle [rad] at which a lane is approached from afar.
 MAX_APPROACH = 0.3
 
@@ -132,36 +125,3 @@ def limit_jerk(previous: float, wanted: float, max_jerk: float, step: float) -> 
     """
     change = max_jerk * step
     return clip(wanted, previous - change, previous + change)
-
-
-@compiled
-def speed_keeping_acceleration(
-    speed: float,
-    previous: float,
-    target_speed: float,
-    response_time: float,
-    max_acceleration: float,
-    max_deceleration: float,
-    max_jerk: float,
-    step: float,
-) -> float:
-    """Return the next acceleration command towards a target speed, with limited jerk [m/s^2].
-
-    Near the target the speed error decays with the response time; the acceleration is at most
-    what the jerk can still take back before the target is reached, so it is not overrun.
-
-    Args:
-        speed: >= 0 [m/s].
-        previous: Acceleration command a step before [m/s^2].
-        target_speed: >= 0 [m/s].
-        response_time: > 0 [s]; larger than the lag of the drive.
-        max_acceleration: [m/s^2].
-        max_deceleration: A magnitude [m/s^2].
-        max_jerk: > 0 [m/s^3].
-        step: [s].
-    """
-    error = target_speed - speed
-    largest = math.sqrt(max_jerk * abs(error))
-    wanted = clip(error / response_time, -largest, largest)
-    wanted = clip(wanted, -max_deceleration, max_acceleration)
-    return limit_jerk(previous, wanted, max_jerk, step)

@@ -430,28 +430,6 @@ def required_deceleration(
 
 
 @compiled
-def brake_threat_number(required: float, available: float) -> float:
-    """Return the required over the available deceleration; 1 and above is past avoiding.
-
-    Args:
-        required: ``required_deceleration``, >= 0 [m/s^2].
-        available: What vehicle and friction allow [m/s^2].
-
-    Returns:
-        0 if none is required, infinity if some is and none available.
-
-    Source:
-        Brännström, Sjöberg, Coelingh (2008), "A situation and threat assessment algorithm for a
-        rear-end collision avoidance system".
-    """
-    if math.isnan(required + available):
-        return math.nan
-    if required <= 0.0:
-        return 0.0
-    return required / available if available > 0.0 else math.inf
-
-
-@compiled
 def stopping_distance(speed: float, delay: float, deceleration: float) -> float:
     """Return the way to standstill: a delay at constant speed, then constant deceleration [m].
 
@@ -470,45 +448,6 @@ def stopping_distance(speed: float, delay: float, deceleration: float) -> float:
     if deceleration <= 0.0:
         return math.inf
     return speed * delay + speed * speed / (2.0 * deceleration)
-
-
-@compiled
-def ramped_stopping_distance(
-    speed: float, delay: float, coasting: float, jerk: float, deceleration: float
-) -> float:
-    """Return the way to standstill with a braking that builds up at constant jerk [m].
-
-    Args:
-        speed: >= 0 [m/s].
-        delay: Time before the brake responds [s].
-        coasting: Deceleration during the delay, from which the ramp starts [m/s^2]; 0 for none.
-        jerk: Growth of the deceleration, > 0 [m/s^3].
-        deceleration: What the ramp ends at, >= ``coasting`` [m/s^2].
-
-    Returns:
-        Way over delay, ramp and constant deceleration, ended wherever standstill comes first.
-
-    Source:
-        UN R157, performance model of a careful and competent driver.
-    """
-    if math.isnan(speed + delay + coasting + jerk + deceleration):
-        return math.nan
-    if speed <= 0.0:
-        return 0.0
-    if deceleration <= 0.0 or jerk <= 0.0:
-        return math.inf
-    if coasting * delay >= speed:
-        return speed * speed / (2.0 * coasting)
-    way = delay * (speed - 0.5 * coasting * delay)
-    speed -= coasting * delay
-    ramp = _positive_part((deceleration - coasting) / jerk)
-    stop = 2.0 * speed / (coasting + math.sqrt(coasting * coasting + 2.0 * jerk * speed))
-    time = min(ramp, stop)
-    way += time * (speed - time * (0.5 * coasting + jerk * time / 6.0))
-    if stop <= ramp:
-        return way
-    speed -= time * (coasting + 0.5 * jerk * time)
-    return way + speed * speed / (2.0 * deceleration)
 
 
 # --- Margins of following with assumptions on how both brake, and how grave a collision is --------

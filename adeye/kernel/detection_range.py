@@ -18,17 +18,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-__all__ = [
-    "contrast_range",
-    "contrast_threshold",
-    "cross_section_range",
-    "focal_length",
-    "headlamp_share",
-    "needed_ranges",
-    "pixel_range",
-    "speed_within",
-    "sure_beams",
-]
 
 LIGHT_OF_THRESHOLD = 120.0
 """Illuminance at which the noise of light doubles the square of a camera's threshold [lx]. Our
@@ -161,29 +150,6 @@ def sure_beams(width: float, distance: float, spacing: float) -> float:
     angle = 2.0 * atan(0.5 * width / distance)
     # An angle of n spacings holds n beams or n + 1; rounding must not take one away.
     return float(math.floor(angle / spacing + 1e-9))
-
-
-@compiled
-def speed_within(distance: float, delay: float, deceleration: float) -> float:
-    """Return the speed from which a vehicle stops within a distance [m/s].
-
-    The inverse of ``criticality.stopping_distance``: the root of
-    ``v delay + v**2 / (2 deceleration) = distance``.
-
-    Args:
-        distance: [m].
-        delay: >= 0 [s].
-        deceleration: [m/s²].
-
-    Returns:
-        0 without distance or without brakes.
-    """
-    if math.isnan(distance + delay + deceleration):
-        return math.nan
-    if distance <= 0.0 or deceleration <= 0.0:
-        return 0.0
-    # The usual form of the root would lose digits where the delay is long.
-    return 2.0 * distance / (delay + math.sqrt(delay * delay + 2.0 * distance / deceleration))
 
 
 @compiled

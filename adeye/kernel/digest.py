@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from adeye.kernel.jit import compiled
 
-__all__ = ["LANES", "absorb_bytes", "absorb_words", "finish"]
-
 Words = NDArray[np.uint64]
 
 LANES: Final = 8

@@ -16,15 +16,6 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar, cast
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = [
-    "allocating",
-    "cache_directory",
-    "compiled",
-    "inlined",
-    "is_cache_warm",
-    "mark_cache_warm",
-    "source_digest",
-]
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -25,8 +25,6 @@ from numba.core.sigutils import normalize_signature
 from numba.core.types.misc import unliteral
 from numba.core.typing import make_concrete_template
 
-__all__ = ["Kernel"]
-
 
 class _Options(Flags):  # type: ignore[misc]
     """Options of the compiler that do not change.

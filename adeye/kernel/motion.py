@@ -8,6 +8,7 @@ heading; it never falls below zero.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +16,6 @@ from numpy.typing import NDArray
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, log, sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
-
-__all__ = [
-    "GRAVITY",
-    "advance_ego",
-    "advance_ego_fading",
-    "clip",
-    "coupled_curvature",
-    "fade",
-    "friction_limited_acceleration",
-    "lagged_steering",
-    "point_velocity",
-]
 
 Floats = NDArray[np.float64]
 
@@ -256,6 +245,24 @@ def _roll(
     return time, speed_half, speed_end, acceleration_end
 
 
+# Columns of the limits of an ego.
+(
+    WHEELBASE,
+    REAR_AXLE,
+    MAX_ACCELERATION,
+    MAX_DECELERATION,
+    MAX_STEERING_ANGLE,
+    MAX_STEERING_RATE,
+    ACCELERATION_LAG,
+    STEERING_LAG,
+    FRICTION,
+    ACCELERATION_FADED,
+    ACCELERATION_FADED_HALF,
+    STEERING_FADED,
+    STEERING_FADED_HALF,
+) = range(13)
+
+
 @compiled
 def advance_ego(
     state: Floats,
@@ -301,11 +308,7 @@ def advance_ego(
         Rajamani (2012), "Vehicle dynamics and control", section 2.2, for the rear axle, which
         needs no slip angle.
     """
-    advance_ego_fading(
-        state,
-        acceleration_command,
-        steering_command,
-        step,
+    limits = (
         wheelbase,
         rear_axle,
         max_acceleration,
@@ -319,8 +322,8 @@ def advance_ego(
         fade(0.5 * step, acceleration_lag),
         fade(step, steering_lag),
         fade(0.5 * step, steering_lag),
-        out,
     )
+    advance_ego_fading(state, acceleration_command, steering_command, step, limits, out)
 
 
 @inlined
@@ -329,38 +332,34 @@ def advance_ego_fading(
     acceleration_command: float,
     steering_command: float,
     step: float,
-    wheelbase: float,
-    rear_axle: float,
-    max_acceleration: float,
-    max_deceleration: float,
-    max_steering_angle: float,
-    max_steering_rate: float,
-    acceleration_lag: float,
-    steering_lag: float,
-    friction: float,
-    acceleration_faded: float,
-    acceleration_faded_half: float,
-    steering_faded: float,
-    steering_faded_half: float,
+    limits: Any,
     out: Floats,
 ) -> None:
     """Do what ``advance_ego`` does, of fades that are known: they are the same at every tick.
 
-    The arguments are those of ``advance_ego``; before the last one come the ``fade`` of the
-    acceleration over a tick and over half of one, and the same of the steering.
+    Args:
+        state: (7,), see the module.
+        acceleration_command: [m/s^2].
+        steering_command: [rad].
+        step: Length of the tick [s].
+        limits: (13,) the arguments of ``advance_ego`` from the wheelbase on, then the ``fade`` of
+            the acceleration over a tick and over half of one, and the same of the steering.
+        out: (7,) the state a step later; may be ``state``.
     """
+    wheelbase, friction = limits[WHEELBASE], limits[FRICTION]
+    max_steering_rate, steering_lag = limits[MAX_STEERING_RATE], limits[STEERING_LAG]
     if math.isnan(state.sum() + acceleration_command + steering_command + friction):
         # Otherwise a search for the standstill would take NaN for one.
         out[:] = math.nan
         return
     speed, angle = state[3], state[5]
-    target = clip(steering_command, -max_steering_angle, max_steering_angle)
+    target = clip(steering_command, -limits[MAX_STEERING_ANGLE], limits[MAX_STEERING_ANGLE])
     steering_end = _steering_after(
-        angle, target, max_steering_rate, steering_lag, step, steering_faded
+        angle, target, max_steering_rate, steering_lag, step, limits[STEERING_FADED]
     )
     curvature = coupled_curvature(speed, tan(angle), wheelbase, friction)
     grip = friction_limited_acceleration(speed * speed * curvature, friction)
-    command = clip(acceleration_command, -max_deceleration, max_acceleration)
+    command = clip(acceleration_command, -limits[MAX_DECELERATION], limits[MAX_ACCELERATION])
     command = clip(command, -grip, grip)
     before = clip(state[4], -grip, grip)
     if speed <= 0.0:
@@ -369,10 +368,10 @@ def advance_ego_fading(
         speed,
         before,
         command,
-        acceleration_lag,
+        limits[ACCELERATION_LAG],
         step,
-        acceleration_faded,
-        acceleration_faded_half,
+        limits[ACCELERATION_FADED],
+        limits[ACCELERATION_FADED_HALF],
     )
     steering_stop = steering_end
     tangent_end = tangent_stop = tan(steering_end)
@@ -382,7 +381,7 @@ def advance_ego_fading(
         tangent_stop = tan(steering_stop)
     else:
         steering_half = _steering_after(
-            angle, target, max_steering_rate, steering_lag, 0.5 * time, steering_faded_half
+            angle, target, max_steering_rate, steering_lag, 0.5 * time, limits[STEERING_FADED_HALF]
         )
     if angle == 0.0 and steering_half == 0.0 and steering_stop == 0.0:
         _drive_straight(state, speed_half, speed_end, time, out)
@@ -396,7 +395,7 @@ def advance_ego_fading(
             speed_half * coupled_curvature(speed_half, tangent_half, wheelbase, friction),
             speed_end * coupled_curvature(speed_end, tangent_stop, wheelbase, friction),
             time,
-            rear_axle,
+            limits[REAR_AXLE],
             out,
         )
     out[3] = speed_end

@@ -8,16 +8,14 @@ NaN as false, and every number that is computed from NaN is NaN. Comparisons are
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.kernel.elementary import cos, exp, log, power, sin
-from adeye.kernel.jit import allocating, compiled
+from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.relation import compares, settled
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MAX_STACK: Final = 128
 """Most values that a program may hold at once; who makes a program has to keep to it."""
@@ -58,6 +56,35 @@ FUNCTION_CODES: Final = {
     "if_": 28,
 }
 """Operation codes; the numbers stand in ``run_program`` as well."""
+
+
+class Programs(NamedTuple):
+    """Postfix programs of different lengths.
+
+    Attributes:
+        ops: (P, L) operation codes, see ``run_program``.
+        args: (P, L) their arguments.
+        lengths: (P,) how many of them belong to each program.
+    """
+
+    ops: NDArray[np.int64]
+    args: NDArray[np.float64]
+    lengths: NDArray[np.int64]
+
+
+@inlined
+def is_satisfied(programs: Programs, number: int, variables: NDArray[np.float64]) -> bool:
+    """Tell whether a program gives a number other than zero; an undefined one gives none.
+
+    Args:
+        programs: All of them.
+        number: Which one.
+        variables: (V,) values of the names.
+    """
+    length = programs.lengths[number]
+    value = run_program(programs.ops[number, :length], programs.args[number, :length], variables)
+    # NaN compares false.
+    return value > 0.0 or value < 0.0
 
 
 @allocating

@@ -27,16 +27,6 @@ from adeye.kernel.jit import compiled, inlined
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "normal",
-    "normal_pair",
-    "normal_pairs",
-    "normal_pairs_at",
-    "normal_pairs_of",
-    "owner_id",
-    "philox4x32",
-    "uniform",
-]
 
 # 64-bit words with 32-bit masks: no product or sum overflows, compiled or not.
 _LOW = np.uint64(0xFFFFFFFF)

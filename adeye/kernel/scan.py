@@ -13,20 +13,6 @@ from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.sight import COSINE, DX, DY, SINE
 
-__all__ = [
-    "BEAM_BEARING",
-    "BEAM_ELEVATION",
-    "BEAM_SECANT",
-    "BEAM_SLOPE",
-    "BEAM_WIDTH",
-    "BEAM_X",
-    "BEAM_Y",
-    "beams_between",
-    "fill_beams",
-    "scan_box",
-    "scan_box_level",
-]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.elementary import power
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import (
@@ -100,12 +101,6 @@ _CALM: Final = (1.0, 4.0)
 _BRISK: Final = (0.5, 5.0)
 """Reaction time [s] and deceleration [m/s²] of who comes from behind: one who need not hurry, one
 who must. Our choice."""
-
-
-@inlined
-def stopping_distance(speed: float, reaction: float, deceleration: float) -> float:
-    """Return the way from seeing something to standstill [m]."""
-    return speed * reaction + speed * speed / (2.0 * deceleration)
 
 
 @inlined

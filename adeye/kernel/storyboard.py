@@ -12,14 +12,14 @@ change runs slower in proportion to the pace, so that its path stays and it stan
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.postfix import run_program
+from adeye.kernel.postfix import Programs, is_satisfied
 from adeye.kernel.road import position
 
 # --- Manoeuvres of a scripted actor as closed forms of the time since they began ------------------
@@ -376,6 +376,36 @@ STANDSTILL: Final = 1e-9
 """Speed below which an actor keeps its heading [m/s]."""
 
 
+class Script(NamedTuple):
+    """The storyboard of a batch with V events.
+
+    Attributes:
+        actions: (B, V, ACTION_WIDTH).
+        programs: Of the triggers.
+        numbers: (B, V) program of each event.
+        order: (V,) the events in the order in which those of one tick act.
+    """
+
+    actions: Floats
+    programs: Programs
+    numbers: Ints
+    order: Ints
+
+
+class Events(NamedTuple):
+    """What has become of the V events of a storyboard.
+
+    Attributes:
+        due: (B, V) tick at which each begins, -1 before its condition has held.
+        begun: (B, V) times, NaN before, inf for one that is lost.
+        ended: (B, V) whether its action has ended or another has taken its place.
+    """
+
+    due: Ints
+    begun: Floats
+    ended: Bools
+
+
 @compiled
 def begin_action(row: Floats, action: Floats, tick: int, other: float = 0.0) -> None:
     """Begin an action of an actor at a tick.
@@ -530,29 +560,23 @@ def move_actors(
 
 @compiled
 def end_actions(
-    running: Bools,
-    actions: Floats,
-    tick: int,
-    step: float,
-    begun: Floats,
-    actors: Floats,
-    ended: Bools,
+    running: Bools, script: Script, tick: int, step: float, events: Events, actors: Floats
 ) -> None:
     """Note which actions have come to their end at a tick.
 
     Args:
         running: (B,).
-        actions: (B, V, ACTION_WIDTH).
+        script: The storyboard.
         tick: Number of the tick.
         step: Master clock [s].
-        begun: (B, V) times, see ``begin_events``.
+        events: In and out.
         actors: (B, A, ACTOR_WIDTH).
-        ended: (B, V) in and out.
     """
+    begun, ended = events.begun, events.ended
     for run in range(running.shape[0]):
         for event in range(begun.shape[1]):
             if running[run] and math.isfinite(begun[run, event]) and not ended[run, event]:
-                action = actions[run, event]
+                action = script.actions[run, event]
                 row = actors[run, int(action[ACTION_ACTOR])]
                 ended[run, event] = is_over(row, int(action[ACTION_KIND]), tick, step)
 
@@ -560,19 +584,12 @@ def end_actions(
 @compiled
 def begin_events(
     running: Bools,
-    ops: Ints,
-    args: Floats,
-    lengths: Ints,
-    programs: Ints,
+    script: Script,
     variables: Floats,
     first_event: int,
-    actions: Floats,
-    order: Ints,
     tick: int,
     now: float,
-    due: Ints,
-    begun: Floats,
-    ended: Bools,
+    events: Events,
     actors: Floats,
 ) -> None:
     """Begin every event whose condition first holds at a tick, or did a delay ago.
@@ -583,46 +600,26 @@ def begin_events(
 
     Args:
         running: (B,).
-        ops: (P, L) operations of the trigger programs.
-        args: (P, L) their arguments.
-        lengths: (P,) how many of them belong to each program.
-        programs: (B, V) program of each event.
+        script: The storyboard.
         variables: (B, W) trigger variables at the tick, in and out (``EVENT_VARIABLES``).
         first_event: Column of the first variable of the first event.
-        actions: (B, V, ACTION_WIDTH).
-        order: (V,) the events in the order in which they act.
         tick: Number of the tick.
         now: Its time [s].
-        due: (B, V) tick at which each begins, -1 before its condition has held, in and out.
-        begun: (B, V) times, NaN before, inf for one that is lost, in and out.
-        ended: (B, V) whether its action has ended or another has taken its place, in and out.
+        events: In and out.
         actors: (B, A, ACTOR_WIDTH) in and out.
     """
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        began = False
-        while _begin_events_once(
-            ops,
-            args,
-            lengths,
-            programs[run],
-            variables[run],
-            actions[run],
-            order,
-            tick,
-            now,
-            due[run],
-            begun[run],
-            ended[run],
-        ):
+        begun, began = events.begun[run], False
+        while _begin_events_once(script, run, variables[run], tick, now, events):
             began = True
-            _tell_events(variables[run], first_event, now, begun[run], ended[run])
+            _tell_events(variables[run], first_event, now, begun, events.ended[run])
         if not began:
             continue
-        for event in order:
-            if begun[run, event] == now:
-                action, other = actions[run, event], 0.0
+        for event in script.order:
+            if begun[event] == now:
+                action, other = script.actions[run, event], 0.0
                 if action[ACTION_RELATIVE] >= 0.0:
                     other = variables[run, int(action[ACTION_RELATIVE])]
                 begin_action(actors[run, int(action[ACTION_ACTOR])], action, tick, other)
@@ -646,35 +643,20 @@ def _tell_events(
 
 @compiled
 def _begin_events_once(
-    ops: Ints,
-    args: Floats,
-    lengths: Ints,
-    programs: Ints,
-    variables: Floats,
-    actions: Floats,
-    order: Ints,
-    tick: int,
-    now: float,
-    due: Ints,
-    begun: Floats,
-    ended: Bools,
+    script: Script, run: int, variables: Floats, tick: int, now: float, events: Events
 ) -> bool:
+    due, begun = events.due[run], events.begun[run]
     began = False
     for event in range(begun.shape[0]):
         if not math.isnan(begun[event]):
             continue
-        if due[event] < 0:
-            program = programs[event]
-            length = lengths[program]
-            value = run_program(ops[program, :length], args[program, :length], variables)
-            # NaN compares false: an undefined condition begins nothing.
-            if value > 0.0 or value < 0.0:
-                due[event] = tick + int(actions[event, ACTION_DELAY])
+        if due[event] < 0 and is_satisfied(script.programs, script.numbers[run, event], variables):
+            due[event] = tick + int(script.actions[run, event, ACTION_DELAY])
         if 0 <= due[event] <= tick:
             begun[event] = now
             began = True
     if began:
-        _take_places(actions, order, now, begun, ended)
+        _take_places(script.actions[run], script.order, now, begun, events.ended[run])
     return began
 
 

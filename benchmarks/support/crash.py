@@ -19,7 +19,18 @@ from numpy.typing import NDArray
 
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.traffic.drivers import MANY, decide
-from adeye.kernel.traffic.network import COSINE, CRASHED, FIXED, ORDER_X, ROLE, SINUS, SPEED, X, Y
+from adeye.kernel.traffic.network import (
+    COSINE,
+    CRASHED,
+    FIXED,
+    ORDER_X,
+    ROLE,
+    SINUS,
+    SPEED,
+    Road,
+    X,
+    Y,
+)
 from adeye.kernel.traffic.steering import (
     decide_fast,
     locate_drivers,
@@ -298,62 +309,33 @@ def push(vehicles: Floats, marks: Ints, bodies: Floats) -> None:
 
 @inlined
 def advance_crashing_reference(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    bodies: Floats,
-    pairs: Ints,
-    corners: Floats,
-    step: float,
+    road: Road, bodies: Floats, pairs: Ints, corners: Floats, step: float
 ) -> None:
     """Do what highway-env's ``Road.act`` and ``Road.step`` do, in the reference arithmetic.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH) in and out.
-        marks: (N, MARK_WIDTH) in and out.
-        seen: (L, N) scratch, see ``neighbours.make_lists``.
-        along: (L, N) scratch.
-        listed: (L, 1 + N) scratch.
+        road: In and out.
         bodies: (N, BODY_WIDTH) in and out.
         pairs: Scratch, see ``make_bodies``.
         corners: Scratch.
         step: [s].
     """
-    decide(lanes, links, curves, vehicles, marks, seen, along, listed)
-    steer_reference(lanes, curves, vehicles, marks)
-    move_reference(vehicles, marks, step)
-    push(vehicles, marks, bodies)
-    locate_drivers(lanes, links, curves, vehicles, marks)
-    collide(vehicles, marks, bodies, pairs, corners, step)
+    decide(road)
+    steer_reference(road)
+    move_reference(road.vehicles, road.marks, step)
+    push(road.vehicles, road.marks, bodies)
+    locate_drivers(road)
+    collide(road.vehicles, road.marks, bodies, pairs, corners, step)
 
 
 @inlined
 def advance_crashing_fast(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    bodies: Floats,
-    pairs: Ints,
-    corners: Floats,
-    step: float,
+    road: Road, bodies: Floats, pairs: Ints, corners: Floats, step: float
 ) -> None:
     """Do what ``advance_crashing_reference`` does, in the fast arithmetic."""
-    decide_fast(lanes, links, curves, vehicles, marks, seen, along, listed)
-    steer_fast(lanes, curves, vehicles, marks)
-    move_fast(vehicles, marks, step)
-    push(vehicles, marks, bodies)
-    locate_drivers(lanes, links, curves, vehicles, marks)
-    collide(vehicles, marks, bodies, pairs, corners, step)
+    decide_fast(road)
+    steer_fast(road)
+    move_fast(road.vehicles, road.marks, step)
+    push(road.vehicles, road.marks, bodies)
+    locate_drivers(road)
+    collide(road.vehicles, road.marks, bodies, pairs, corners, step)

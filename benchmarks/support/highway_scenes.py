@@ -14,11 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from highway_env.envs.intersection_env import IntersectionEnv
-from highway_env.envs.merge_env import MergeEnv
-from highway_env.envs.roundabout_env import RoundaboutEnv
 from highway_env.road.lane import (
     CircularLane,
-    PolyLaneFixedWidth,
     SineLane,
     StraightLane,
 )
@@ -30,7 +27,6 @@ from highway_env.vehicle.objects import Obstacle
 from adeye.kernel.random import uniform
 from adeye.kernel.traffic import lanes as lane_kernel
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic.lanes import CURVE_WIDTH, count_points, write_polyline
 from adeye.kernel.traffic.network import build_links, make_lists, mark_alongside
 from adeye.kernel.traffic.steering import locate
 from benchmarks.support.crash import advance_crashing_reference, make_bodies
@@ -69,26 +65,27 @@ class Draw:
 class Converted:
     """A road of highway-env in our arrays."""
 
-    lanes: Floats
-    links: Ints
-    curves: Floats | None
-    vehicles: Floats
-    marks: Ints
-    lists: tuple[Floats, Floats, Ints]
+    road: n.Road
     bodies: tuple[Floats, Ints, Floats]
 
     def advance(self, kernel: Advance = advance_crashing_reference, step: float = STEP) -> None:
         """Advance everything by one tick."""
-        kernel(
-            self.lanes,
-            self.links,
-            self.curves,
-            self.vehicles,
-            self.marks,
-            *self.lists,
-            *self.bodies,
-            step,
-        )
+        kernel(self.road, *self.bodies, step)
+
+    @property
+    def lanes(self) -> Floats:
+        """(L, LANE_WIDTH)."""
+        return self.road.lanes
+
+    @property
+    def vehicles(self) -> Floats:
+        """(N, VEHICLE_WIDTH)."""
+        return self.road.vehicles
+
+    @property
+    def marks(self) -> Ints:
+        """(N, MARK_WIDTH)."""
+        return self.road.marks
 
     @property
     def states(self) -> Floats:
@@ -105,7 +102,7 @@ def _mirrored(point: Any) -> tuple[float, float]:
     return float(point[0]), 0.0 - float(point[1])
 
 
-def _write_lane(row: Floats, lane: Any, curves: list[Floats]) -> None:
+def _write_lane(row: Floats, lane: Any) -> None:
     limit = math.inf if lane.speed_limit is None else float(lane.speed_limit)
     if isinstance(lane, CircularLane):
         lane_kernel.write_arc(
@@ -118,42 +115,21 @@ def _write_lane(row: Floats, lane: Any, curves: list[Floats]) -> None:
             float(lane.width),
             limit,
         )
-    elif isinstance(lane, StraightLane):
+    elif isinstance(lane, StraightLane) and not isinstance(lane, SineLane):
         heading, length = -float(lane.heading), float(lane.length)
         lane_kernel.write_straight(
             row, *_mirrored(lane.start), heading, length, float(lane.width), limit
         )
         # To the bit what highway-env has: it takes the direction from the two ends.
         row[lane_kernel.LANE_COSINE], row[lane_kernel.LANE_SINUS] = _mirrored(lane.direction)
-        if isinstance(lane, SineLane):
-            lane_kernel.write_sine(
-                row, -float(lane.amplitude), float(lane.pulsation), float(lane.phase)
-            )
     else:
-        if not isinstance(lane, PolyLaneFixedWidth):
-            msg = f"there is no kernel for a {type(lane).__name__}"
-            raise TypeError(msg)
-        knots = np.array(lane.knots) * [1.0, -1.0]
-        points = np.zeros((count_points(knots), CURVE_WIDTH))
-        table = np.zeros((len(knots), CURVE_WIDTH))
-        length = write_polyline(knots, points, table)
-        first = sum(len(part) for part in curves)
-        lane_kernel.write_polyline_lane(
-            row,
-            first,
-            len(points),
-            first + len(points),
-            len(knots),
-            length,
-            float(lane.width),
-            limit,
-        )
-        curves += [points, table]
+        msg = f"there is no kernel for a {type(lane).__name__}"
+        raise TypeError(msg)
     row[lane_kernel.FORBIDDEN] = float(lane.forbidden)
 
 
-def convert_network(network: Any, *, connected: bool) -> tuple[Floats, Ints, Floats | None]:
-    """Write a road network as lanes, links and curves."""
+def convert_network(network: Any, *, connected: bool) -> tuple[Floats, Ints]:
+    """Write a road network as lanes and links."""
     roads = [
         (begin, end, len(lanes))
         for begin, ends in network.graph.items()
@@ -161,28 +137,22 @@ def convert_network(network: Any, *, connected: bool) -> tuple[Floats, Ints, Flo
     ]
     found = network.lanes_list()
     rows = np.zeros((len(found), lane_kernel.LANE_WIDTH))
-    parts: list[Floats] = []
     for row, lane in zip(rows, found, strict=True):
-        _write_lane(row, lane, parts)
-    plain = {lane_kernel.STRAIGHT, lane_kernel.ARC}
-    curves = None if {*rows[:, lane_kernel.KIND]} <= plain else np.zeros((0, CURVE_WIDTH))
-    if parts:
-        curves = np.concatenate(parts)
+        _write_lane(row, lane)
     links = build_links(roads, connected=connected)
     mark_alongside(rows, links)
-    return rows, links, curves
+    return rows, links
 
 
 def convert(road: Any) -> Converted:
     """Write a road and everything on it, as it is now."""
-    lanes, links, curves = convert_network(
-        road.network, connected=road.neighbour_vehicles_connected_lanes
-    )
+    lanes, links = convert_network(road.network, connected=road.neighbour_vehicles_connected_lanes)
     numbers = {index: number for number, index in enumerate(road.network.lanes_dict())}
     things = [*road.vehicles, *road.objects]
     vehicles = np.zeros((len(things), n.VEHICLE_WIDTH))
     marks = np.zeros((len(things), n.MARK_WIDTH), dtype=np.int64)
     marks[:, n.ORDER] = marks[:, n.ORDER_X] = np.arange(len(things))
+    own = n.Road(lanes, links, vehicles, marks, *make_lists(len(lanes), len(things)))
     for who, thing in enumerate(things):
         row = vehicles[who]
         row[n.X], row[n.Y] = _mirrored(thing.position)
@@ -191,7 +161,7 @@ def convert(road: Any) -> Converted:
         # All of one length: highway-env's gap knows no other.
         row[n.LENGTH] = IDMVehicle.LENGTH
         marks[who, n.LANE] = numbers[thing.lane_index]
-        locate(lanes, links, curves, vehicles, marks, who)
+        locate(own, who)
         if marks[who, n.LANE] != numbers[thing.lane_index]:
             msg = f"a thing is on {thing.lane_index} in highway-env and not here"
             raise RuntimeError(msg)
@@ -200,15 +170,7 @@ def convert(road: Any) -> Converted:
             _write_driver(row, marks[who], thing)
             marks[who, n.TARGET] = numbers[thing.target_lane_index]
     sizes = np.array([[thing.LENGTH, thing.WIDTH] for thing in things])
-    return Converted(
-        lanes,
-        links,
-        curves,
-        vehicles,
-        marks,
-        make_lists(len(lanes), len(things)),
-        make_bodies(sizes),
-    )
+    return Converted(own, make_bodies(sizes))
 
 
 def _write_driver(row: Floats, marks: Ints, driver: Any) -> None:
@@ -289,44 +251,15 @@ def curved_road(*, connected: bool) -> Any:
     return Road(network, neighbour_vehicles_connected_lanes=connected)
 
 
-def merging_road(*, connected: bool) -> Any:
-    """The road of merge-v0: a sine lane joins a motorway and ends at an obstacle."""
-    return _from_environment(MergeEnv, connected=connected)
-
-
-def roundabout(*, connected: bool) -> Any:
-    """The road of roundabout-v0."""
-    return _from_environment(RoundaboutEnv, connected=connected)
-
-
 def intersection(*, connected: bool) -> Any:
     """The road of intersection-v0."""
     return _from_environment(IntersectionEnv, connected=connected)
 
 
-def polyline_road(*, connected: bool) -> Any:
-    """Two bent polyline lanes side by side, then a straight road."""
-    network = RoadNetwork()
-    for lane in range(2):
-        y = 4.0 * lane
-        knots = [(0.0, y), (80.0, y), (150.5, y + 12.0), (230.0, y + 12.0), (330.25, y)]
-        made = PolyLaneFixedWidth(knots, speed_limit=25.0)
-        # It forgets what it was made from.
-        made.knots = knots
-        network.add_lane("a", "b", made)
-    for lane in range(2):
-        y = 4.0 * lane
-        network.add_lane("b", "c", StraightLane((330.25, y), (900.0, y)))
-    return Road(network, neighbour_vehicles_connected_lanes=connected)
-
-
 ROADS: dict[str, Callable[..., Any]] = {
     "straight": straight_road,
     "curved": curved_road,
-    "merge": merging_road,
-    "roundabout": roundabout,
     "intersection": intersection,
-    "polyline": polyline_road,
 }
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from adeye.kernel.criticality import (
-    brake_threat_number,
     deceleration_rate_to_avoid_crash,
     deceleration_to_safety_time,
     enhanced_time_to_collision,
@@ -354,9 +353,7 @@ CRIME: Final = {
         "BTN",
         "",
         "BTN",
-        lambda gap, rear, front, _: brake_threat_number(
-            required_deceleration(gap, rear, front, 0.0), BRAKING
-        ),
+        lambda gap, rear, front, _: required_deceleration(gap, rear, front, 0.0) / BRAKING,
         (
             Reason(
                 "Its required deceleration has no sign of the closing speed, see above.",

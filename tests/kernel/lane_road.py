@@ -56,10 +56,15 @@ class LaneRoad:
         marks = np.array([[lane, lane, role, 0, 0, who, who]])
         self.vehicles = np.vstack([self.vehicles, row])
         self.marks = np.vstack([self.marks, marks])
-        locate(self.lanes, self.links, None, self.vehicles, self.marks, who)
+        locate(self.road, who)
         return who
+
+    @property
+    def road(self) -> n.Road:
+        """What the kernels take, with new scratch."""
+        lists = n.make_lists(self.count, len(self.vehicles))
+        return n.Road(self.lanes, self.links, self.vehicles, self.marks, *lists)
 
     def decide(self) -> None:
         """Let the drivers decide."""
-        lists = n.make_lists(self.count, len(self.vehicles))
-        decide(self.lanes, self.links, None, self.vehicles, self.marks, *lists)
+        decide(self.road)

@@ -11,7 +11,6 @@ from adeye.kernel.control import (
     idm_acceleration,
     lane_keeping_steering,
     limit_jerk,
-    speed_keeping_acceleration,
 )
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local, offset_curvature, position
@@ -169,23 +168,3 @@ def test_jerk_is_limited_both_ways() -> None:
     assert limit_jerk(0.0, -5.0, 10.0, 0.05) == -0.5
     assert limit_jerk(0.0, 0.2, 10.0, 0.05) == 0.2
     assert math.isnan(limit_jerk(0.0, math.nan, 10.0, 0.05))
-
-
-@pytest.mark.parametrize(
-    ("speed", "target"), [(0.0, 30.0), (30.0, 20.0), (30.0, 0.0), (20.0, 21.0)]
-)
-def test_target_speed_is_reached_softly(speed: float, target: float) -> None:
-    state = at(STRAIGHT, 0.0, 1.75, speed)
-    command = 0.0
-    speeds, commands = [], [command]
-    for _ in range(1200):
-        command = speed_keeping_acceleration(state[3], command, target, 1.5, 1.5, 3.0, 1.2, 0.05)
-        advance_ego(state, command, 0.0, 0.05, *VEHICLE, state)
-        speeds.append(state[3])
-        commands.append(command)
-    assert speeds[-1] == pytest.approx(target, abs=0.01)
-    beyond = (max(speeds) - target) if target > speed else (target - min(speeds))
-    assert beyond < 0.15
-    assert np.abs(np.diff(commands)).max() <= 1.2 * 0.05 + 1e-12
-    assert min(commands) >= -3.0
-    assert max(commands) <= 1.5

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.detection_range import (
     FARTHEST,
     contrast_range,
@@ -14,7 +13,6 @@ from adeye.kernel.detection_range import (
     focal_length,
     needed_ranges,
     pixel_range,
-    speed_within,
     sure_beams,
 )
 
@@ -98,18 +96,5 @@ def test_who_is_not_faster_needs_the_margin_only() -> None:
     assert out.tolist() == [2.0, 2.0]
 
 
-@pytest.mark.parametrize("speed", [0.1, 8.0, 36.0, 80.0])
-@pytest.mark.parametrize("delay", [0.0, 0.35, 3.0])
-def test_speed_within_is_the_inverse_of_the_stopping_distance(speed: float, delay: float) -> None:
-    way = stopping_distance(speed, delay, 6.0)
-    assert speed_within(way, delay, 6.0) == pytest.approx(speed, rel=1e-12)
-
-
-def test_without_distance_or_brakes_one_must_stand() -> None:
-    assert speed_within(-1.0, 0.5, 6.0) == 0.0
-    assert speed_within(100.0, 0.5, 0.0) == 0.0
-
-
 def test_unknown_is_never_a_range() -> None:
-    assert math.isnan(speed_within(math.nan, 0.5, 6.0))
     assert math.isnan(contrast_range(0.5, 0.05, math.nan, DAY, 0.0))

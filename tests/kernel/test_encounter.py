@@ -9,8 +9,11 @@ from hypothesis import strategies as st
 
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import (
+    BRAKING,
+    REACTION_TIME,
     closest_encounter,
     planar_time_to_collision,
+    reachable_distance,
     worst_time_to_collision,
 )
 
@@ -118,24 +121,51 @@ def test_passing_neighbour_has_its_lateral_distance() -> None:
     assert distance == pytest.approx(math.hypot(26.0, 1.5), rel=1e-12)
 
 
-@pytest.mark.parametrize("place", range(315))
-def test_passing_neighbour_is_nearest_first_on_a_road_of_any_heading(place: int) -> None:
-    # Sine and cosine of a heading are rounded: no edge is along the motion to the last digit.
-    heading = 0.01 * place
-    c, s = math.cos(heading), math.sin(heading)
-    time, distance = closest_encounter(
-        50.0 * c - 5.0 * s, 50.0 * s + 5.0 * c, -10.0 * c, -10.0 * s,
-        heading, 4.0, 2.0, heading, 2.0, 2.0,
-    )  # fmt: skip
-    assert time == pytest.approx((50.0 - 2.0 - 1.0) / 10.0, rel=1e-12)
-    assert distance == pytest.approx(5.0 - 1.0 - 1.0, rel=1e-12)
+def test_passing_neighbour_is_nearest_first_on_a_road_of_any_heading() -> None:
+    for place in range(315):
+        # Sine and cosine of a heading are rounded: no edge is along the motion to the last digit.
+        heading = 0.01 * place
+        c, s = math.cos(heading), math.sin(heading)
+        time, distance = closest_encounter(
+            50.0 * c - 5.0 * s, 50.0 * s + 5.0 * c, -10.0 * c, -10.0 * s,
+            heading, 4.0, 2.0, heading, 2.0, 2.0,
+        )  # fmt: skip
+        assert time == pytest.approx((50.0 - 2.0 - 1.0) / 10.0, rel=1e-12)
+        assert distance == pytest.approx(5.0 - 1.0 - 1.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("which", range(4))
-def test_unknown_number_stays_one(which: int) -> None:
-    motion = [10.0, 1.0, -1.0, 0.0]
-    motion[which] = math.nan
-    dx, dy, rate_x, rate_y = motion
-    assert math.isnan(planar_time_to_collision(dx, dy, rate_x, rate_y, *CAR, *CAR))
-    assert math.isnan(closest_encounter(dx, dy, rate_x, rate_y, *CAR, *CAR)[1])
-    assert math.isnan(worst_time_to_collision(dx, dy, rate_x, rate_y, 3.0, 1.0))
+def test_unknown_number_stays_one() -> None:
+    for which in range(4):
+        motion = [10.0, 1.0, -1.0, 0.0]
+        motion[which] = math.nan
+        dx, dy, rate_x, rate_y = motion
+        assert math.isnan(planar_time_to_collision(dx, dy, rate_x, rate_y, *CAR, *CAR))
+        assert math.isnan(closest_encounter(dx, dy, rate_x, rate_y, *CAR, *CAR)[1])
+        assert math.isnan(worst_time_to_collision(dx, dy, rate_x, rate_y, 3.0, 1.0))
+
+
+# --- What the ego reaches before it stands --------------------------------------------------------
+
+GRAVITY = 9.80665
+
+
+@pytest.mark.parametrize("speed", [1.0, 15.0, 36.0])
+def test_dry_road_allows_emergency_braking(speed: float) -> None:
+    way = speed * REACTION_TIME + speed**2 / (2.0 * BRAKING)
+    assert reachable_distance(speed, 0.9) == pytest.approx(way)
+
+
+def test_slippery_road_limits_the_braking() -> None:
+    assert reachable_distance(20.0, 0.3) == pytest.approx(20.0 + 400.0 / (2.0 * 0.3 * GRAVITY))
+
+
+def test_it_grows_with_speed_and_falls_with_friction() -> None:
+    by_speed = [reachable_distance(speed, 0.7) for speed in (0.0, 5.0, 10.0, 30.0)]
+    assert by_speed == sorted(by_speed)
+    assert by_speed[0] == 0.0
+    by_friction = [reachable_distance(20.0, friction) for friction in (0.1, 0.3, 0.6)]
+    assert by_friction == sorted(by_friction, reverse=True)
+
+
+def test_unknown_speed_is_unknown() -> None:
+    assert math.isnan(reachable_distance(math.nan, 0.5))

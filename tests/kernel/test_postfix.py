@@ -54,104 +54,102 @@ def test_codes_are_different() -> None:
     assert len(set(codes)) == len(codes) == len(OPERATOR_CODES) + len(FUNCTION_CODES) + 2
 
 
-@pytest.mark.parametrize(
-    ("word", "left", "right", "answer"),
-    [
-        ("+", 2.0, 3.0, 5.0),
-        ("-", 2.0, 3.0, -1.0),
-        ("*", 2.0, 3.0, 6.0),
-        ("/", 3.0, 2.0, 1.5),
-        ("/", 1.0, 0.0, INF),
-        ("/", -1.0, 0.0, -INF),
-        ("/", 1.0, -0.0, -INF),
-        ("/", 0.0, 0.0, NAN),
-        ("/", NAN, 0.0, NAN),
-        ("+", INF, -INF, NAN),
-        ("*", 1e308, 10.0, INF),
-        ("**", 2.0, 10.0, 1024.0),
-        ("**", -2.0, 3.0, -8.0),
-        ("**", -2.0, 2.0, 4.0),
-        ("**", -2.0, -1.0, -0.5),
-        ("**", -2.0, 0.5, NAN),
-        ("**", 0.0, -1.0, INF),
-        ("**", NAN, 0.0, NAN),
-        ("**", 0.0, NAN, NAN),
-        ("**", 1e300, 2.0, INF),
-        ("min", 2.0, 3.0, 2.0),
-        ("min", 3.0, 2.0, 2.0),
-        ("min", NAN, 2.0, NAN),
-        ("min", 2.0, NAN, NAN),
-        ("max", 2.0, 3.0, 3.0),
-        ("max", NAN, 2.0, NAN),
-        ("max", 2.0, NAN, NAN),
-        ("and", 1.0, 2.0, 1.0),
-        ("and", 1.0, 0.0, 0.0),
-        ("and", 1.0, NAN, 0.0),
-        ("or", 0.0, -1.0, 1.0),
-        ("or", 0.0, 0.0, 0.0),
-        ("or", 0.0, NAN, 0.0),
-        ("==", 0.0, -0.0, 1.0),
-        ("!=", 1.0, 2.0, 1.0),
-        ("!=", 1.0, 1.0, 0.0),
-        ("!=", INF, INF, 0.0),
-        ("<", 1.0, 2.0, 1.0),
-        ("<", 2.0, 2.0, 0.0),
-        ("<=", 2.0, 2.0, 1.0),
-        ("<=", 3.0, 2.0, 0.0),
-        (">", 2.0, 1.0, 1.0),
-        (">", 2.0, 2.0, 0.0),
-        (">=", 2.0, 2.0, 1.0),
-        (">=", 1.0, 2.0, 0.0),
-    ],
-)
-def test_operation_of_two(word: str, left: float, right: float, answer: float) -> None:
-    assert same(run(left, right, word), answer)
+OF_TWO = [
+    ("+", 2.0, 3.0, 5.0),
+    ("-", 2.0, 3.0, -1.0),
+    ("*", 2.0, 3.0, 6.0),
+    ("/", 3.0, 2.0, 1.5),
+    ("/", 1.0, 0.0, INF),
+    ("/", -1.0, 0.0, -INF),
+    ("/", 1.0, -0.0, -INF),
+    ("/", 0.0, 0.0, NAN),
+    ("/", NAN, 0.0, NAN),
+    ("+", INF, -INF, NAN),
+    ("*", 1e308, 10.0, INF),
+    ("**", 2.0, 10.0, 1024.0),
+    ("**", -2.0, 3.0, -8.0),
+    ("**", -2.0, 2.0, 4.0),
+    ("**", -2.0, -1.0, -0.5),
+    ("**", -2.0, 0.5, NAN),
+    ("**", 0.0, -1.0, INF),
+    ("**", NAN, 0.0, NAN),
+    ("**", 0.0, NAN, NAN),
+    ("**", 1e300, 2.0, INF),
+    ("min", 2.0, 3.0, 2.0),
+    ("min", 3.0, 2.0, 2.0),
+    ("min", NAN, 2.0, NAN),
+    ("min", 2.0, NAN, NAN),
+    ("max", 2.0, 3.0, 3.0),
+    ("max", NAN, 2.0, NAN),
+    ("max", 2.0, NAN, NAN),
+    ("and", 1.0, 2.0, 1.0),
+    ("and", 1.0, 0.0, 0.0),
+    ("and", 1.0, NAN, 0.0),
+    ("or", 0.0, -1.0, 1.0),
+    ("or", 0.0, 0.0, 0.0),
+    ("or", 0.0, NAN, 0.0),
+    ("==", 0.0, -0.0, 1.0),
+    ("!=", 1.0, 2.0, 1.0),
+    ("!=", 1.0, 1.0, 0.0),
+    ("!=", INF, INF, 0.0),
+    ("<", 1.0, 2.0, 1.0),
+    ("<", 2.0, 2.0, 0.0),
+    ("<=", 2.0, 2.0, 1.0),
+    ("<=", 3.0, 2.0, 0.0),
+    (">", 2.0, 1.0, 1.0),
+    (">", 2.0, 2.0, 0.0),
+    (">=", 2.0, 2.0, 1.0),
+    (">=", 1.0, 2.0, 0.0),
+]
 
 
-@pytest.mark.parametrize("word", ["==", "!=", "<", "<=", ">", ">="])
-@pytest.mark.parametrize(("left", "right"), [(NAN, 1.0), (1.0, NAN), (NAN, NAN)])
-def test_comparison_with_nan_is_false(word: str, left: float, right: float) -> None:
-    assert run(left, right, word) == 0.0
+def test_operation_of_two() -> None:
+    for word, left, right, answer in OF_TWO:
+        assert same(run(left, right, word), answer), (word, left, right)
+
+
+def test_comparison_with_nan_is_false() -> None:
+    for word in ("==", "!=", "<", "<=", ">", ">="):
+        for left, right in ((NAN, 1.0), (1.0, NAN), (NAN, NAN)):
+            assert run(left, right, word) == 0.0
+
+
+OF_ONE = [
+    ("not", 0.0, 1.0),
+    ("not", 2.0, 0.0),
+    ("not", NAN, 0.0),
+    ("negative", 2.0, -2.0),
+    ("abs", -2.0, 2.0),
+    ("sqrt", 9.0, 3.0),
+    ("sqrt", -1.0, NAN),
+    ("floor", 1.5, 1.0),
+    ("floor", -1.5, -2.0),
+    ("floor", 1e300, 1e300),
+    ("floor", -INF, -INF),
+    ("ceil", 1.5, 2.0),
+    ("ceil", 1e300, 1e300),
+    ("sin", 0.5, sin(0.5)),
+    ("sin", INF, NAN),
+    ("cos", 0.5, cos(0.5)),
+    ("exp", 1.0, exp(1.0)),
+    ("exp", 709.5, exp(709.5)),
+    ("exp", 1000.0, INF),
+    ("log", 2.0, log(2.0)),
+    ("log", 0.0, -INF),
+    ("log", -1.0, NAN),
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("word", "value", "answer"),
-    [
-        ("not", 0.0, 1.0),
-        ("not", 2.0, 0.0),
-        ("not", NAN, 0.0),
-        ("negative", 2.0, -2.0),
-        ("abs", -2.0, 2.0),
-        ("sqrt", 9.0, 3.0),
-        ("sqrt", -1.0, NAN),
-        ("floor", 1.5, 1.0),
-        ("floor", -1.5, -2.0),
-        ("floor", 1e300, 1e300),
-        ("floor", -INF, -INF),
-        ("ceil", 1.5, 2.0),
-        ("ceil", 1e300, 1e300),
-        ("sin", 0.5, sin(0.5)),
-        ("sin", INF, NAN),
-        ("cos", 0.5, cos(0.5)),
-        ("exp", 1.0, exp(1.0)),
-        ("exp", 709.5, exp(709.5)),
-        ("exp", 1000.0, INF),
-        ("log", 2.0, log(2.0)),
-        ("log", 0.0, -INF),
-        ("log", -1.0, NAN),
-    ],
-)
-def test_operation_of_one(word: str, value: float, answer: float) -> None:
-    assert same(run(value, word), answer)
-    assert same(unary(CODES[word], value), answer)
+def test_operation_of_one() -> None:
+    for word, value, answer in OF_ONE:
+        assert same(run(value, word), answer), (word, value)
+        assert same(unary(CODES[word], value), answer), (word, value)
 
 
-@pytest.mark.parametrize(
-    "word", ["negative", "abs", "sqrt", "floor", "ceil", "sin", "cos", "exp", "log"]
-)
-def test_number_computed_from_nan_is_nan(word: str) -> None:
-    assert math.isnan(run(NAN, word))
+def test_number_computed_from_nan_is_nan() -> None:
+    for word in ("negative", "abs", "sqrt", "floor", "ceil", "sin", "cos", "exp", "log"):
+        assert math.isnan(run(NAN, word))
 
 
 @pytest.mark.parametrize(

@@ -140,15 +140,9 @@ FORMS = {
     "required": Form(
         criticality.required_deceleration, following.required, (GAP, SPEED, SPEED, CHANGE)
     ),
-    "btn": Form(criticality.brake_threat_number, following.btn, (SPEED, MAYBE)),
     "mtc": Form(margins.margin_to_collision, following.mtc, (ROOM, SPEED, FRONT, BRAKING)),
     "psd": Form(margins.proportion_of_stopping_distance, following.psd, (ROOM, SPEED, BRAKING)),
     "stopping": Form(criticality.stopping_distance, following.stopping, (SPEED, SHORT, MAYBE)),
-    "ramped_stopping": Form(
-        lambda v, t, c, j, more: criticality.ramped_stopping_distance(v, t, c, j, c + more),
-        lambda v, t, c, j, more: following.ramped_stopping(v, t, c, j, c + more),
-        (SPEED, SHORT, between(0.0, 2.0, 0.0, 0.4), between(1.0, 30.0, 12.65), BRAKING),
-    ),
     "ttb": Form(
         evasion.time_to_brake, evading.time_to_brake,
         (ROOM, CLOSING, SPEED, between(0.0, 20.0, INF, often=0.5), MAYBE),

@@ -21,7 +21,6 @@ from adeye.kernel.stops import (
     place_kind,
     rate_footprint,
     sight_distance,
-    stopping_distance,
 )
 from adeye.spec.channels import StopRatings
 
@@ -66,12 +65,6 @@ def test_sight_in_a_curve_is_that_of_the_circle() -> None:
     exact = 2.0 * radius * math.acos(1.0 - inside / radius)
     assert sight_distance(1.0 / radius, inside) == pytest.approx(exact, rel=2e-3)
     assert sight_distance(0.0, inside) == math.inf
-
-
-def test_stopping_distances_are_those_of_the_table() -> None:
-    """130 km/h, 0.5 s and 5 m/s², 1 s and 4 m/s²."""
-    assert stopping_distance(LIMIT, 0.5, 5.0) == pytest.approx(148.5, abs=0.05)
-    assert stopping_distance(LIMIT, 1.0, 4.0) == pytest.approx(199.1, abs=0.05)
 
 
 def test_tighter_curves_are_rated_worse() -> None:

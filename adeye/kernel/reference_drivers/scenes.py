@@ -60,8 +60,6 @@ from adeye.kernel.reference_drivers.parameters import (
 )
 from adeye.kernel.reference_drivers.reactions import following_distance
 
-__all__ = ["SCRATCH_SIZE", "drive_scene", "drive_scenes"]
-
 Floats = NDArray[np.float64]
 
 LONGEST: Final = 300.0

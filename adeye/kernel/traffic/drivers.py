@@ -45,6 +45,7 @@ from adeye.kernel.traffic.network import (
     TARGET,
     TIME_GAP,
     TIMER,
+    Road,
     S,
     X,
     Y,
@@ -58,8 +59,6 @@ from adeye.kernel.traffic.network import (
     see_around,
     sort_along,
 )
-
-__all__ = ["MANY", "decide", "desired_gap", "following_acceleration", "not_zero"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -139,264 +138,163 @@ def _interaction(vehicles: Floats, driver: int, rear: int, front: int, distance:
 
 
 @inlined
-def following_acceleration(
-    lanes: Floats,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    driver: int,
-    rear: int,
-    front: int,
-) -> float:
+def following_acceleration(road: Road, driver: int, rear: int, front: int) -> float:
     """Return the acceleration of a vehicle behind another one, as a driver thinks [m/s²].
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH).
-        marks: (N, MARK_WIDTH).
+        road: As it is.
         driver: Whose parameters count.
         rear: Who accelerates; 0 for nobody (-1) and for fixed objects.
         front: Who drives ahead of it, -1 for nobody.
     """
     acceleration = 0.0
-    if rear >= 0 and marks[rear, ROLE] != FIXED:
-        lane = marks[rear, LANE]
-        acceleration = _free_acceleration(vehicles, driver, rear, lanes[lane, LIMIT])
+    if rear >= 0 and road.marks[rear, ROLE] != FIXED:
+        lane = road.marks[rear, LANE]
+        acceleration = _free_acceleration(road.vehicles, driver, rear, road.lanes[lane, LIMIT])
         if front >= 0:
-            distance = place_along(lanes, curves, vehicles, marks, lane, front) - vehicles[rear, S]
-            acceleration -= _interaction(vehicles, driver, rear, front, distance)
+            distance = place_along(road, lane, front) - road.vehicles[rear, S]
+            acceleration -= _interaction(road.vehicles, driver, rear, front, distance)
     return acceleration
 
 
 @inlined
-def _find_front(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-    who: int,
-    s: float,
-) -> int:
-    if vehicles.shape[0] < MANY:
-        see_around(lanes, links, curves, vehicles, seen, listed, lane)
-        front, _ = neighbours(lanes, links, seen, lane, who, s)
+def _find_front(road: Road, lane: int, who: int, s: float) -> int:
+    if road.vehicles.shape[0] < MANY:
+        see_around(road, lane)
+        front, _ = neighbours(road, lane, who, s)
     else:
-        list_around(lanes, links, curves, vehicles, marks, seen, along, listed, lane)
-        front = front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
+        list_around(road, lane)
+        front = front_listed(road, lane, who, s)
     return front
 
 
 @inlined
-def _find_both(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-    who: int,
-    s: float,
-) -> tuple[int, int]:
-    if vehicles.shape[0] < MANY:
-        see_around(lanes, links, curves, vehicles, seen, listed, lane)
-        front, rear = neighbours(lanes, links, seen, lane, who, s)
+def _find_both(road: Road, lane: int, who: int, s: float) -> tuple[int, int]:
+    if road.vehicles.shape[0] < MANY:
+        see_around(road, lane)
+        front, rear = neighbours(road, lane, who, s)
     else:
-        list_around(lanes, links, curves, vehicles, marks, seen, along, listed, lane)
-        front = front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
-        rear = rear_listed(lanes, links, seen, along, listed, lane, who, s)
+        list_around(road, lane)
+        front = front_listed(road, lane, who, s)
+        rear = rear_listed(road, lane, who, s)
     return front, rear
 
 
 @inlined
-def _should_abort(
-    lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints, who: int
-) -> bool:
+def _should_abort(road: Road, who: int) -> bool:
     """Tell whether somebody close ahead is on the way to the same lane."""
-    lane, target = marks[who, LANE], marks[who, TARGET]
+    lane, target = road.marks[who, LANE], road.marks[who, TARGET]
     found = False
-    for other in range(vehicles.shape[0]):
+    for other in range(road.vehicles.shape[0]):
         if (
             other != who
-            and marks[other, TARGET] == target
-            and marks[other, LANE] != target
-            and marks[other, ROLE] >= CRUISING
+            and road.marks[other, TARGET] == target
+            and road.marks[other, LANE] != target
+            and road.marks[other, ROLE] >= CRUISING
         ):
-            distance = place_along(lanes, curves, vehicles, marks, lane, other) - vehicles[who, S]
-            found |= 0.0 < distance < desired_gap(vehicles, who, who, other)
+            distance = place_along(road, lane, other) - road.vehicles[who, S]
+            found |= 0.0 < distance < desired_gap(road.vehicles, who, who, other)
     return found
 
 
 @inlined
-def _is_better(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    who: int,
-    free: float,
-    here: float,
-    lane: int,
-    s: float,
-) -> bool:
+def _is_better(road: Road, who: int, free: float, here: float, lane: int, s: float) -> bool:
     """Tell whether MOBIL wants a change to a lane, where the driver would be at a place [m].
 
     ``free`` is its acceleration on an empty lane, ``here`` that on its own lane [m/s²].
     """
-    ahead, behind = _find_both(
-        lanes, links, curves, vehicles, marks, seen, along, listed, lane, who, s
-    )
+    ahead, behind = _find_both(road, lane, who, s)
     there = free
     if ahead >= 0:
-        own = marks[who, LANE]
-        distance = place_along(lanes, curves, vehicles, marks, own, ahead) - vehicles[who, S]
-        there = free - _interaction(vehicles, who, who, ahead, distance)
+        own = road.marks[who, LANE]
+        distance = place_along(road, own, ahead) - road.vehicles[who, S]
+        there = free - _interaction(road.vehicles, who, who, ahead, distance)
     # The cheaper half of the question first.
     if there - here < LEAST_GAIN:
         return False
-    imposed = following_acceleration(lanes, curves, vehicles, marks, who, behind, who)
+    imposed = following_acceleration(road, who, behind, who)
     return not imposed < -IMPOSED_BRAKING
 
 
 @compiled
-def _choose_lane(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    who: int,
-    free: float,
-    here: float,
-) -> None:
+def _choose_lane(road: Road, who: int, free: float, here: float) -> None:
     """Go on with a change of lanes, give it up, or think of one as it is time to."""
-    lane = marks[who, LANE]
-    target = marks[who, TARGET]
+    lane = road.marks[who, LANE]
+    target = road.marks[who, TARGET]
     if lane != target:
-        if links[lane, FIRST] == links[target, FIRST] and _should_abort(
-            lanes, curves, vehicles, marks, who
-        ):
-            marks[who, TARGET] = lane
+        if road.links[lane, FIRST] == road.links[target, FIRST] and _should_abort(road, who):
+            road.marks[who, TARGET] = lane
         return
-    vehicles[who, TIMER] = 0.0
-    if abs(vehicles[who, SPEED]) < LEAST_SPEED:
+    road.vehicles[who, TIMER] = 0.0
+    if abs(road.vehicles[who, SPEED]) < LEAST_SPEED:
         return
-    place, count = links[lane, PLACE], links[lane, COUNT]
+    place, count = road.links[lane, PLACE], road.links[lane, COUNT]
     for side in range(-1, 2, 2):
         if not 0 <= place + side < count:
             continue
         other = lane + side
-        s, lateral = lane_local(lanes, other, curves, vehicles[who, X], vehicles[who, Y])
-        if is_reachable(lanes, other, s, lateral) and _is_better(
-            lanes, links, curves, vehicles, marks, seen, along, listed, who, free, here, other, s
+        s, lateral = lane_local(road.lanes, other, road.vehicles[who, X], road.vehicles[who, Y])
+        if is_reachable(road.lanes, other, s, lateral) and _is_better(
+            road, who, free, here, other, s
         ):
-            marks[who, TARGET] = other
+            road.marks[who, TARGET] = other
 
 
 @inlined
-def _follow_road(
-    lanes: Floats, links: Ints, curves: Floats | None, vehicles: Floats, marks: Ints, who: int
-) -> None:
+def _follow_road(road: Road, who: int) -> None:
     """Steer for the next lane near the end of one."""
-    target = marks[who, TARGET]
-    s = place_along(lanes, curves, vehicles, marks, target, who)
-    if s > lanes[target, LANE_LENGTH] - PASSED:
-        marks[who, TARGET] = next_lane(
-            lanes, links, curves, target, vehicles[who, X], vehicles[who, Y]
+    target = road.marks[who, TARGET]
+    s = place_along(road, target, who)
+    if s > road.lanes[target, LANE_LENGTH] - PASSED:
+        road.marks[who, TARGET] = next_lane(
+            road.lanes, road.links, target, road.vehicles[who, X], road.vehicles[who, Y]
         )
 
 
 @inlined
-def _decide_one(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    who: int,
-) -> None:
-    lane = marks[who, LANE]
-    front = _find_front(
-        lanes, links, curves, vehicles, marks, seen, along, listed, lane, who, vehicles[who, S]
-    )
-    free = _free_acceleration(vehicles, who, who, lanes[lane, LIMIT])
+def _decide_one(road: Road, who: int) -> None:
+    lane = road.marks[who, LANE]
+    front = _find_front(road, lane, who, road.vehicles[who, S])
+    free = _free_acceleration(road.vehicles, who, who, road.lanes[lane, LIMIT])
     acceleration = free
     if front >= 0:
-        distance = place_along(lanes, curves, vehicles, marks, lane, front) - vehicles[who, S]
-        acceleration = free - _interaction(vehicles, who, who, front, distance)
-    if marks[who, ROLE] == CHANGING and (
-        marks[who, TARGET] != lane or vehicles[who, TIMER] > CHANGE_PERIOD
+        distance = place_along(road, lane, front) - road.vehicles[who, S]
+        acceleration = free - _interaction(road.vehicles, who, who, front, distance)
+    if road.marks[who, ROLE] == CHANGING and (
+        road.marks[who, TARGET] != lane or road.vehicles[who, TIMER] > CHANGE_PERIOD
     ):
-        _choose_lane(
-            lanes, links, curves, vehicles, marks, seen, along, listed, who, free, acceleration
-        )
-    target = marks[who, TARGET]
+        _choose_lane(road, who, free, acceleration)
+    target = road.marks[who, TARGET]
     if target != lane:
-        s = place_along(lanes, curves, vehicles, marks, target, who)
-        front = _find_front(
-            lanes, links, curves, vehicles, marks, seen, along, listed, target, who, s
-        )
+        s = place_along(road, target, who)
+        front = _find_front(road, target, who, s)
         other = free
         if front >= 0:
             # Measured along the lane that it is on, whichever the other one is found on.
-            distance = place_along(lanes, curves, vehicles, marks, lane, front) - vehicles[who, S]
-            other = free - _interaction(vehicles, who, who, front, distance)
+            distance = place_along(road, lane, front) - road.vehicles[who, S]
+            other = free - _interaction(road.vehicles, who, who, front, distance)
         acceleration = min(acceleration, other)
-    vehicles[who, ACCELERATION] = clip(acceleration, -MAX_ACCELERATION, MAX_ACCELERATION)
+    road.vehicles[who, ACCELERATION] = clip(acceleration, -MAX_ACCELERATION, MAX_ACCELERATION)
 
 
 @inlined
-def decide(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-) -> None:
+def decide(road: Road) -> None:
     """Let the drivers of a run choose lanes and accelerations, one after the other.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH) in and out: timer and acceleration.
-        marks: (N, MARK_WIDTH) in and out: target lanes.
-        seen: (L, N) scratch, see ``neighbours.make_lists``.
-        along: (L, N) scratch.
-        listed: (L, 1 + N) scratch.
+        road: In and out: timers, accelerations and target lanes.
     """
-    forget_lists(listed)
-    if vehicles.shape[0] >= MANY:
-        sort_along(vehicles, marks)
-    for who in range(vehicles.shape[0]):
-        role = marks[who, ROLE]
+    forget_lists(road.listed)
+    if road.vehicles.shape[0] >= MANY:
+        sort_along(road.vehicles, road.marks)
+    for who in range(road.vehicles.shape[0]):
+        role = road.marks[who, ROLE]
         # One who cruises follows the road even after a crash, in highway-env.
-        if role < CRUISING or (role >= FOLLOWING and marks[who, CRASHED] != 0):
+        if role < CRUISING or (role >= FOLLOWING and road.marks[who, CRASHED] != 0):
             continue
-        _follow_road(lanes, links, curves, vehicles, marks, who)
+        _follow_road(road, who)
         if role >= FOLLOWING:
-            _decide_one(lanes, links, curves, vehicles, marks, seen, along, listed, who)
+            _decide_one(road, who)
             continue
-        missing = vehicles[who, DESIRED_SPEED] - vehicles[who, SPEED]
-        vehicles[who, ACCELERATION] = 1.0 / SPEED_TIME * missing
+        missing = road.vehicles[who, DESIRED_SPEED] - road.vehicles[who, SPEED]
+        road.vehicles[who, ACCELERATION] = 1.0 / SPEED_TIME * missing

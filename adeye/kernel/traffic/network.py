@@ -18,7 +18,7 @@ Source:
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,76 +141,48 @@ def is_alone_nearest(lanes: Floats, lane: int, lateral: float) -> bool:
 
 
 @inlined
-def _weight(
-    lanes: Floats, lane: int, curves: Floats | None, s: float, lateral: float, heading: float
-) -> float:
+def _weight(lanes: Floats, lane: int, s: float, lateral: float, heading: float) -> float:
     """Return the distance of a place from a lane, with a radian for a metre."""
-    turned = wrapped(heading - lane_heading(lanes, lane, curves, s))
+    turned = wrapped(heading - lane_heading(lanes, lane, s))
     return distance_to_lane(lanes, lane, s, lateral) + abs(turned)
-
-
-@compiled
-def search_lanes(
-    lanes: Floats, curves: Floats | None, x: float, y: float, heading: float
-) -> tuple[int, float, float]:
-    """Find the lane that a vehicle is on by looking at every lane.
-
-    Args:
-        lanes: (L, LANE_WIDTH), L >= 1.
-        curves: See ``kernel.traffic.lanes``.
-        x: [m].
-        y: [m].
-        heading: [rad].
-
-    Returns:
-        The lane nearest in place and direction, the first of equals, and the place (s, lateral)
-        beside it [m].
-    """
-    found = 0
-    found_s, found_lateral = lane_local(lanes, 0, curves, x, y)
-    least = _weight(lanes, 0, curves, found_s, found_lateral, heading)
-    for number in range(1, lanes.shape[0]):
-        s, lateral = lane_local(lanes, number, curves, x, y)
-        weight = _weight(lanes, number, curves, s, lateral, heading)
-        if weight < least:
-            least, found, found_s, found_lateral = weight, number, s, lateral
-    return found, found_s, found_lateral
 
 
 @inlined
 def nearest_lane(
     lanes: Floats,
     links: Ints,
-    curves: Floats | None,
     guess: int,
     x: float,
     y: float,
     heading: float,
 ) -> tuple[int, float, float]:
-    """Find what ``search_lanes`` finds, beginning where it probably is.
+    """Find the lane that a vehicle is on: the nearest in place and direction, the first of equals.
 
-    A lane is skipped if it is further away for certain than the best one so far; the best is known
-    early because the guess, its neighbours and what follows it are looked at first.
+    It begins where that probably is. A lane is skipped if it is further away for certain than the
+    best one so far; the best is known early because the guess, its neighbours and what follows it
+    are looked at first.
 
     Args:
         lanes: (L, LANE_WIDTH), L >= 1.
         links: (L, T), see ``build_links``.
-        curves: See ``kernel.traffic.lanes``.
         guess: Lane of the vehicle a tick ago.
         x: [m].
         y: [m].
         heading: [rad].
+
+    Returns:
+        The lane, and the place (s, lateral) beside it [m].
     """
     found = guess
-    found_s, found_lateral = lane_local(lanes, guess, curves, x, y)
-    least = _weight(lanes, guess, curves, found_s, found_lateral, heading)
+    found_s, found_lateral = lane_local(lanes, guess, x, y)
+    least = _weight(lanes, guess, found_s, found_lateral, heading)
     if not 0.0 <= found_s <= lanes[guess, LANE_LENGTH]:
         # Past the end of its lane a vehicle is on the road that follows.
         for k in range(links[guess, NEXT_ROADS]):
             first = links[guess, LIST + k]
             number = first + min(links[guess, PLACE], links[first, COUNT] - 1)
-            s, lateral = lane_local(lanes, number, curves, x, y)
-            weight = _weight(lanes, number, curves, s, lateral, heading)
+            s, lateral = lane_local(lanes, number, x, y)
+            weight = _weight(lanes, number, s, lateral, heading)
             if weight < least or (weight == least and number < found):
                 least, found, found_s, found_lateral = weight, number, s, lateral
     begun = found
@@ -221,17 +193,15 @@ def nearest_lane(
             dx, dy = x - lanes[number, LANE_X], y - lanes[number, LANE_Y]
             if abs(lanes[number, RADIUS] - math.sqrt(dx * dx + dy * dy)) > least + _SLACK:
                 continue
-        s, lateral = lane_local(lanes, number, curves, x, y)
-        weight = _weight(lanes, number, curves, s, lateral, heading)
+        s, lateral = lane_local(lanes, number, x, y)
+        weight = _weight(lanes, number, s, lateral, heading)
         if weight < least or (weight == least and number < found):
             least, found, found_s, found_lateral = weight, number, s, lateral
     return found, found_s, found_lateral
 
 
 @compiled
-def next_lane(
-    lanes: Floats, links: Ints, curves: Floats | None, lane: int, x: float, y: float
-) -> int:
+def next_lane(lanes: Floats, links: Ints, lane: int, x: float, y: float) -> int:
     """Return the lane to go on in at the end of a lane; itself if none follows.
 
     Of each road that follows, the same lane if it has as many, else the nearest one; of these, the
@@ -240,13 +210,12 @@ def next_lane(
     Args:
         lanes: (L, LANE_WIDTH).
         links: (L, T), see ``build_links``.
-        curves: See ``kernel.traffic.lanes``.
         lane: That ends.
         x: Of the vehicle [m].
         y: Of the vehicle [m].
     """
-    s, _ = lane_local(lanes, lane, curves, x, y)
-    x, y = lane_point(lanes, lane, curves, s, 0.0)
+    s, _ = lane_local(lanes, lane, x, y)
+    x, y = lane_point(lanes, lane, s, 0.0)
     chosen = lane
     least = math.inf
     for k in range(links[lane, NEXT_ROADS]):
@@ -256,7 +225,7 @@ def next_lane(
             begin = first + links[lane, PLACE]
             end = begin + 1
         for number in range(begin, end):
-            along, lateral = lane_local(lanes, number, curves, x, y)
+            along, lateral = lane_local(lanes, number, x, y)
             distance = distance_to_lane(lanes, number, along, lateral)
             if distance < least:
                 least, chosen = distance, number
@@ -306,6 +275,28 @@ MARGIN: Final = 1.0
 """A vehicle is seen on a lane up to this far beside it [m]."""
 
 
+class Road(NamedTuple):
+    """The lanes of a run, the things on them, and scratch for a tick.
+
+    Attributes:
+        lanes: (L, LANE_WIDTH).
+        links: (L, T), see ``build_links``.
+        vehicles: (N, VEHICLE_WIDTH).
+        marks: (N, MARK_WIDTH).
+        seen: (L, N), see ``make_lists``.
+        along: (L, N).
+        listed: (L, 1 + N).
+    """
+
+    lanes: Floats
+    links: Ints
+    vehicles: Floats
+    marks: Ints
+    seen: Floats
+    along: Floats
+    listed: Ints
+
+
 def make_lists(lanes: int, things: int) -> tuple[Floats, Floats, Ints]:
     """Make room for who is seen on the lanes of a network, as scratch for a tick.
 
@@ -320,13 +311,11 @@ def make_lists(lanes: int, things: int) -> tuple[Floats, Floats, Ints]:
 
 
 @inlined
-def place_along(
-    lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints, lane: int, who: int
-) -> float:
+def place_along(road: Road, lane: int, who: int) -> float:
     """Return where somebody is along a lane [m]."""
-    s = vehicles[who, S]
-    if marks[who, LANE] != lane:
-        s, _ = lane_local(lanes, lane, curves, vehicles[who, X], vehicles[who, Y])
+    s = road.vehicles[who, S]
+    if road.marks[who, LANE] != lane:
+        s, _ = lane_local(road.lanes, lane, road.vehicles[who, X], road.vehicles[who, Y])
     return s
 
 
@@ -343,9 +332,7 @@ def forget_lists(listed: Ints) -> None:
 
 
 @inlined
-def _place_seen(
-    lanes: Floats, curves: Floats | None, lane: int, reach: float, x: float, y: float
-) -> float:
+def _place_seen(lanes: Floats, lane: int, reach: float, x: float, y: float) -> float:
     """Return where a point is along a lane [m], NaN if not seen on it."""
     near = True
     if lanes[lane, KIND] != STRAIGHT:
@@ -355,42 +342,29 @@ def _place_seen(
             near &= abs(lanes[lane, RADIUS] - math.sqrt(dx * dx + dy * dy)) <= reach
     place = math.nan
     if near:
-        s, lateral = lane_local(lanes, lane, curves, x, y)
+        s, lateral = lane_local(lanes, lane, x, y)
         if is_on_lane(lanes, lane, s, lateral, MARGIN):
             place = s
     return place
 
 
 @inlined
-def see_around(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    seen: Floats,
-    listed: Ints,
-    lane: int,
-) -> None:
+def see_around(road: Road, lane: int) -> None:
     """Find out who is seen on a lane and those linked to it, unless that is known.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH).
-        seen: (L, N) out, see ``make_lists``.
-        listed: (L, 1 + N) out: which lanes are known.
+        road: Out: who is seen, and which lanes are known.
         lane: Where to look.
     """
-    for link in range(-1, links[lane, LINKED]):
-        number = lane if link < 0 else _linked(links, lane, link)
-        if listed[number, 0] != UNSEEN:
+    for link in range(-1, road.links[lane, LINKED]):
+        number = lane if link < 0 else _linked(road.links, lane, link)
+        if road.listed[number, 0] != UNSEEN:
             continue
-        listed[number, 0] = 0
-        reach = lanes[number, WIDTH] / 2.0 + MARGIN
-        for who in range(vehicles.shape[0]):
-            x, y = vehicles[who, X], vehicles[who, Y]
-            seen[number, who] = _place_seen(lanes, curves, number, reach, x, y)
+        road.listed[number, 0] = 0
+        reach = road.lanes[number, WIDTH] / 2.0 + MARGIN
+        for who in range(road.vehicles.shape[0]):
+            x, y = road.vehicles[who, X], road.vehicles[who, Y]
+            road.seen[number, who] = _place_seen(road.lanes, number, reach, x, y)
 
 
 @inlined
@@ -403,15 +377,11 @@ def _link_offset(lanes: Floats, links: Ints, lane: int, link: int) -> float:
 
 
 @inlined
-def neighbours(
-    lanes: Floats, links: Ints, seen: Floats, lane: int, who: int, s: float
-) -> tuple[int, int]:
+def neighbours(road: Road, lane: int, who: int, s: float) -> tuple[int, int]:
     """Find who is ahead of and who is behind somebody on a lane, by looking at everybody.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        seen: (L, N) see ``see_around``.
+        road: After ``see_around``.
         lane: Where to look.
         who: For whom.
         s: Where that is along the lane [m].
@@ -422,12 +392,14 @@ def neighbours(
     """
     front = rear = -1
     front_s, rear_s = math.inf, -math.inf
-    count = links[lane, LINKED]
-    for other in range(seen.shape[1]):
-        place = seen[lane, other]
+    count = road.links[lane, LINKED]
+    for other in range(road.seen.shape[1]):
+        place = road.seen[lane, other]
         link = 0
         while link < count and math.isnan(place):
-            place = seen[_linked(links, lane, link), other] + _link_offset(lanes, links, lane, link)
+            place = road.seen[_linked(road.links, lane, link), other] + _link_offset(
+                road.lanes, road.links, lane, link
+            )
             link += 1
         if other != who:
             if s <= place <= front_s:
@@ -450,70 +422,44 @@ def sort_along(vehicles: Floats, marks: Ints) -> None:
 
 
 @compiled
-def _list_lane(
-    lanes: Floats,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-) -> None:
-    reach = lanes[lane, WIDTH] / 2.0 + MARGIN
+def _list_lane(road: Road, lane: int) -> None:
+    reach = road.lanes[lane, WIDTH] / 2.0 + MARGIN
     count = 0
-    for k in range(marks.shape[0]):
-        who = marks[k, ORDER]
-        s = _place_seen(lanes, curves, lane, reach, vehicles[who, X], vehicles[who, Y])
-        seen[lane, who] = s
+    for k in range(road.marks.shape[0]):
+        who = road.marks[k, ORDER]
+        s = _place_seen(road.lanes, lane, reach, road.vehicles[who, X], road.vehicles[who, Y])
+        road.seen[lane, who] = s
         if math.isnan(s):
             continue
         place = count
         while place > 0 and (
-            along[lane, place - 1] > s
-            or (along[lane, place - 1] == s and listed[lane, place] > who)
+            road.along[lane, place - 1] > s
+            or (road.along[lane, place - 1] == s and road.listed[lane, place] > who)
         ):
-            along[lane, place] = along[lane, place - 1]
-            listed[lane, 1 + place] = listed[lane, place]
+            road.along[lane, place] = road.along[lane, place - 1]
+            road.listed[lane, 1 + place] = road.listed[lane, place]
             place -= 1
-        along[lane, place], listed[lane, 1 + place] = s, who
+        road.along[lane, place], road.listed[lane, 1 + place] = s, who
         count += 1
-    listed[lane, 0] = count
+    road.listed[lane, 0] = count
     for k in range(count):
-        who = listed[lane, 1 + k]
-        if marks[who, LANE] == lane:
-            marks[who, RANK] = k
+        who = road.listed[lane, 1 + k]
+        if road.marks[who, LANE] == lane:
+            road.marks[who, RANK] = k
 
 
 @inlined
-def list_around(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-) -> None:
+def list_around(road: Road, lane: int) -> None:
     """Sort who is seen on a lane and those linked to it, unless that is done.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH).
-        marks: (N, MARK_WIDTH) in and out: the rank.
-        seen: (L, N) out, see ``make_lists``.
-        along: (L, N) out.
-        listed: (L, 1 + N) out.
+        road: Out: the lists, and the ranks in the marks.
         lane: Where to look.
     """
-    for link in range(-1, links[lane, LINKED]):
-        number = lane if link < 0 else _linked(links, lane, link)
-        if listed[number, 0] == UNSEEN:
-            _list_lane(lanes, curves, vehicles, marks, seen, along, listed, number)
+    for link in range(-1, road.links[lane, LINKED]):
+        number = lane if link < 0 else _linked(road.links, lane, link)
+        if road.listed[number, 0] == UNSEEN:
+            _list_lane(road, number)
 
 
 @inlined
@@ -540,39 +486,29 @@ def _first_at(along: Floats, lane: int, count: int, offset: float, s: float) -> 
 
 
 @inlined
-def front_listed(
-    lanes: Floats,
-    links: Ints,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-    who: int,
-    s: float,
-) -> int:
+def front_listed(road: Road, lane: int, who: int, s: float) -> int:
     """Find who is ahead, as ``neighbours`` does, in the lists that ``list_around`` made.
 
     Of equal places the higher number is ahead, as when everybody is looked at in turn.
     """
     front = -1
     front_s = math.inf
-    for link in range(-1, links[lane, LINKED]):
-        number = lane if link < 0 else _linked(links, lane, link)
-        offset = 0.0 if link < 0 else _link_offset(lanes, links, lane, link)
-        count = listed[number, 0]
-        if number == marks[who, LANE] and link < 0 and seen[number, who] == s:
-            k = marks[who, RANK]
-            while k > 0 and along[number, k - 1] == s:
+    for link in range(-1, road.links[lane, LINKED]):
+        number = lane if link < 0 else _linked(road.links, lane, link)
+        offset = 0.0 if link < 0 else _link_offset(road.lanes, road.links, lane, link)
+        count = road.listed[number, 0]
+        if number == road.marks[who, LANE] and link < 0 and road.seen[number, who] == s:
+            k = road.marks[who, RANK]
+            while k > 0 and road.along[number, k - 1] == s:
                 k -= 1
         else:
-            k = _first_at(along, number, count, offset, s)
-        while k < count and along[number, k] + offset <= front_s:
-            other, place = listed[number, 1 + k], along[number, k] + offset
+            k = _first_at(road.along, number, count, offset, s)
+        while k < count and road.along[number, k] + offset <= front_s:
+            other, place = road.listed[number, 1 + k], road.along[number, k] + offset
             if (
                 other != who
                 and (place < front_s or other > front)
-                and not _is_seen_before(links, seen, lane, link, other)
+                and not _is_seen_before(road.links, road.seen, lane, link, other)
             ):
                 front, front_s = other, place
             k += 1
@@ -580,29 +516,20 @@ def front_listed(
 
 
 @inlined
-def rear_listed(
-    lanes: Floats,
-    links: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    lane: int,
-    who: int,
-    s: float,
-) -> int:
+def rear_listed(road: Road, lane: int, who: int, s: float) -> int:
     """Find who is behind, as ``front_listed`` does; of equal places it is the lower number."""
     rear = -1
     rear_s = -math.inf
-    for link in range(-1, links[lane, LINKED]):
-        number = lane if link < 0 else _linked(links, lane, link)
-        offset = 0.0 if link < 0 else _link_offset(lanes, links, lane, link)
-        k = _first_at(along, number, listed[number, 0], offset, s) - 1
-        while k >= 0 and along[number, k] + offset >= rear_s:
-            other, place = listed[number, 1 + k], along[number, k] + offset
+    for link in range(-1, road.links[lane, LINKED]):
+        number = lane if link < 0 else _linked(road.links, lane, link)
+        offset = 0.0 if link < 0 else _link_offset(road.lanes, road.links, lane, link)
+        k = _first_at(road.along, number, road.listed[number, 0], offset, s) - 1
+        while k >= 0 and road.along[number, k] + offset >= rear_s:
+            other, place = road.listed[number, 1 + k], road.along[number, k] + offset
             if (
                 other != who
                 and (place > rear_s or other < rear)
-                and not _is_seen_before(links, seen, lane, link, other)
+                and not _is_seen_before(road.links, road.seen, lane, link, other)
             ):
                 rear, rear_s = other, place
             k -= 1

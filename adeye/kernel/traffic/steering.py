@@ -42,26 +42,13 @@ from adeye.kernel.traffic.network import (
     TARGET,
     TIMER,
     TOP_SPEED,
+    Road,
     S,
     X,
     Y,
     is_alone_nearest,
     nearest_lane,
 )
-
-__all__ = [
-    "advance_fast",
-    "advance_reference",
-    "decide_fast",
-    "locate",
-    "locate_drivers",
-    "move_fast",
-    "move_reference",
-    "slip_sine",
-    "steer_fast",
-    "steer_reference",
-    "steering_tangent",
-]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -130,15 +117,13 @@ def slip_sine(
 
 
 @inlined
-def _ahead(
-    lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints, who: int
-) -> tuple[float, float]:
+def _ahead(road: Road, who: int) -> tuple[float, float]:
     """Return the direction of the target lane a little ahead [rad] and the place beside it [m]."""
-    s, lateral = vehicles[who, S], vehicles[who, LATERAL]
-    target = marks[who, TARGET]
-    if target != marks[who, LANE]:
-        s, lateral = lane_local(lanes, target, curves, vehicles[who, X], vehicles[who, Y])
-    return lane_heading(lanes, target, curves, s + vehicles[who, SPEED] * PURSUIT_TIME), lateral
+    s, lateral = road.vehicles[who, S], road.vehicles[who, LATERAL]
+    target = road.marks[who, TARGET]
+    if target != road.marks[who, LANE]:
+        s, lateral = lane_local(road.lanes, target, road.vehicles[who, X], road.vehicles[who, Y])
+    return lane_heading(road.lanes, target, s + road.vehicles[who, SPEED] * PURSUIT_TIME), lateral
 
 
 @inlined
@@ -166,32 +151,27 @@ def _limit_braking(vehicles: Floats, who: int, step: float) -> None:
 
 
 @inlined
-def steer_reference(lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints) -> None:
+def steer_reference(road: Road) -> None:
     """Let the drivers of a run steer for their target lanes; ``CONTROL`` is the steering tangent.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH) in and out.
-        marks: (N, MARK_WIDTH).
+        road: In and out: the control.
     """
-    for who in range(vehicles.shape[0]):
-        if marks[who, ROLE] >= CRUISING and marks[who, CRASHED] == 0:
-            future, lateral = _ahead(lanes, curves, vehicles, marks, who)
-            vehicles[who, CONTROL] = steering_tangent(
-                future, lateral, vehicles[who, HEADING], vehicles[who, SPEED], vehicles[who, LENGTH]
-            )
+    for who in range(road.vehicles.shape[0]):
+        if road.marks[who, ROLE] >= CRUISING and road.marks[who, CRASHED] == 0:
+            row = road.vehicles[who]
+            future, lateral = _ahead(road, who)
+            row[CONTROL] = steering_tangent(future, lateral, row[HEADING], row[SPEED], row[LENGTH])
 
 
 @inlined
-def steer_fast(lanes: Floats, curves: Floats | None, vehicles: Floats, marks: Ints) -> None:
+def steer_fast(road: Road) -> None:
     """Do what ``steer_reference`` does; ``CONTROL`` is the sine of the slip angle."""
-    for who in range(vehicles.shape[0]):
-        if marks[who, ROLE] >= CRUISING and marks[who, CRASHED] == 0:
-            future, lateral = _ahead(lanes, curves, vehicles, marks, who)
-            vehicles[who, CONTROL] = slip_sine(
-                future, lateral, vehicles[who, HEADING], vehicles[who, SPEED], vehicles[who, LENGTH]
-            )
+    for who in range(road.vehicles.shape[0]):
+        if road.marks[who, ROLE] >= CRUISING and road.marks[who, CRASHED] == 0:
+            row = road.vehicles[who]
+            future, lateral = _ahead(road, who)
+            row[CONTROL] = slip_sine(future, lateral, row[HEADING], row[SPEED], row[LENGTH])
 
 
 @inlined
@@ -261,100 +241,58 @@ def move_fast(vehicles: Floats, marks: Ints, step: float) -> None:
 
 
 @inlined
-def locate(
-    lanes: Floats, links: Ints, curves: Floats | None, vehicles: Floats, marks: Ints, who: int
-) -> None:
+def locate(road: Road, who: int) -> None:
     """Find the lane that somebody is on, and the place beside it.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH) in and out.
-        marks: (N, MARK_WIDTH) in and out; the lane of a tick ago, or any.
+        road: In and out: lane and place; the lane is that of a tick ago, or any.
         who: For whom.
     """
-    lane, x, y = marks[who, LANE], vehicles[who, X], vehicles[who, Y]
-    s, lateral = straight_local(lanes, lane, x, y)
-    if not is_alone_nearest(lanes, lane, lateral):
-        heading = vehicles[who, HEADING]
-        marks[who, LANE], s, lateral = nearest_lane(lanes, links, curves, lane, x, y, heading)
-    vehicles[who, S], vehicles[who, LATERAL] = s, lateral
+    lane, x, y = road.marks[who, LANE], road.vehicles[who, X], road.vehicles[who, Y]
+    s, lateral = straight_local(road.lanes, lane, x, y)
+    if not is_alone_nearest(road.lanes, lane, lateral):
+        heading = road.vehicles[who, HEADING]
+        road.marks[who, LANE], s, lateral = nearest_lane(
+            road.lanes, road.links, lane, x, y, heading
+        )
+    road.vehicles[who, S], road.vehicles[who, LATERAL] = s, lateral
 
 
 @inlined
-def locate_drivers(
-    lanes: Floats, links: Ints, curves: Floats | None, vehicles: Floats, marks: Ints
-) -> None:
+def locate_drivers(road: Road) -> None:
     """Find the lanes of all vehicles that drivers steer."""
-    for who in range(vehicles.shape[0]):
-        if marks[who, ROLE] >= CRUISING:
-            locate(lanes, links, curves, vehicles, marks, who)
+    for who in range(road.vehicles.shape[0]):
+        if road.marks[who, ROLE] >= CRUISING:
+            locate(road, who)
 
 
 @inlined
-def decide_fast(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-) -> None:
+def decide_fast(road: Road) -> None:
     """Do what ``drivers.decide`` does, in the fast arithmetic where there is one."""
-    if lanes[0, ALONGSIDE] != 0.0:
-        decide_alongside(lanes, vehicles, marks, seen, along, listed)
+    if road.lanes[0, ALONGSIDE] != 0.0:
+        decide_alongside(road)
     else:
-        decide(lanes, links, curves, vehicles, marks, seen, along, listed)
+        decide(road)
 
 
 @inlined
-def advance_reference(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    step: float,
-) -> None:
+def advance_reference(road: Road, step: float) -> None:
     """Advance the vehicles of one run that drivers steer by one tick, in the reference arithmetic.
 
     Args:
-        lanes: (L, LANE_WIDTH).
-        links: Of the lanes, see ``kernel.traffic.network``.
-        curves: See ``kernel.traffic.lanes``.
-        vehicles: (N, VEHICLE_WIDTH) in and out.
-        marks: (N, MARK_WIDTH) in and out.
-        seen: (L, N) scratch, see ``neighbours.make_lists``.
-        along: (L, N) scratch.
-        listed: (L, 1 + N) scratch.
+        road: In and out.
         step: [s].
     """
-    decide(lanes, links, curves, vehicles, marks, seen, along, listed)
-    steer_reference(lanes, curves, vehicles, marks)
-    move_reference(vehicles, marks, step)
-    locate_drivers(lanes, links, curves, vehicles, marks)
+    decide(road)
+    steer_reference(road)
+    move_reference(road.vehicles, road.marks, step)
+    locate_drivers(road)
 
 
 @inlined
-def advance_fast(
-    lanes: Floats,
-    links: Ints,
-    curves: Floats | None,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    step: float,
-) -> None:
+def advance_fast(road: Road, step: float) -> None:
     """Do what ``advance_reference`` does, in the fast arithmetic."""
-    decide_fast(lanes, links, curves, vehicles, marks, seen, along, listed)
-    steer_fast(lanes, curves, vehicles, marks)
-    move_fast(vehicles, marks, step)
-    locate_drivers(lanes, links, curves, vehicles, marks)
+    decide_fast(road)
+    steer_fast(road)
+    move_fast(road.vehicles, road.marks, step)
+    locate_drivers(road)

@@ -13,6 +13,7 @@ from adeye.simulate.faults import command_faults as links
 from adeye.simulate.faults import sensor_faults as timing
 from adeye.simulate.faults.injector import DropOut, Silence
 from adeye.simulate.faults.sensor_faults import (
+    CHANGES,
     BlindSector,
     Ghost,
     Jump,
@@ -119,14 +120,7 @@ INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "clock_drift"): timing.ClockDrift,
     ("sensors", "delay"): timing.Delay,
     ("sensors", "sample_loss"): timing.SampleLoss,
-    ("sensors", "bias"): NumberFault,
-    ("sensors", "scale"): NumberFault,
-    ("sensors", "drift"): NumberFault,
-    ("sensors", "noise"): NumberFault,
-    ("sensors", "quantise"): NumberFault,
-    ("sensors", "stuck_at"): NumberFault,
-    ("sensors", "spike"): NumberFault,
-    ("sensors", "bit_flip"): NumberFault,
+    **{("sensors", model): NumberFault for model in CHANGES},
     ("sensors", "jump"): Jump,
     ("sensors", "miss"): Miss,
     ("sensors", "ghost"): Ghost,
@@ -154,10 +148,10 @@ INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("links", "delay"): links.LinkDelay,
     ("links", "reorder"): links.Reorder,
     ("links", "duplicate"): links.Duplicate,
-    ("hooks", "tracks_lost"): Hook,
-    ("hooks", "planner_frozen"): Hook,
-    ("hooks", "monitors_frozen"): Hook,
-    ("hooks", "map_shifted"): Hook,
+    **{
+        ("hooks", model): Hook
+        for model in ("tracks_lost", "planner_frozen", "monitors_frozen", "map_shifted")
+    },
     ("actuators", "loss"): actuators.Loss,
     ("actuators", "fade"): actuators.Fade,
     ("actuators", "offset"): actuators.Offset,

@@ -15,6 +15,7 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.random import normal, uniform
 from adeye.signals import spec_columns
 from adeye.simulate.channels.guard import silenced
+from adeye.simulate.faults.rows import nothing_yet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -178,7 +179,7 @@ class DropOut:
         faulty.detections[active] = 0.0
         faulty.source[active] = -1
         if self._last is None:
-            self._last = _nothing(measurement)
+            self._last = nothing_yet(measurement)
         faulty.stamp[active] = self._last.stamp[active]
         if faulty.estimate is not None and self._last.estimate is not None:
             faulty.estimate[active] = self._last.estimate[active]
@@ -211,18 +212,6 @@ class Silence:
             self._last = command
             return command
         if self._last is None:
-            self._last = command.copy()
-            self._last.acceleration[:] = 0.0
-            self._last.steering_angle[:] = 0.0
-            self._last.stamp[:] = -1.0
+            self._last = nothing_yet(command)
         self._last = silenced(command, self._last, active)
         return self._last
-
-
-def _nothing(measurement: Measurement) -> Measurement:
-    """What a sensor delivers before its first sample."""
-    nothing = measurement.copy()
-    nothing.stamp[:] = -1.0
-    if nothing.estimate is not None:
-        nothing.estimate[:] = 0.0
-    return nothing

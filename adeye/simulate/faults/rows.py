@@ -203,6 +203,7 @@ def relocate(road: RoadMap, runs: Bools, estimate: Floats) -> None:
     _relocate(road.segments, road.lane_width, road.lanes, runs, estimate)
 
 
+@compiled
 def shift_points(points: Floats, runs: Bools, yaw: Floats, x: Floats, y: Floats) -> None:
     """Move the returns of lidars as a turned and shifted sensor sees them.
 
@@ -213,7 +214,24 @@ def shift_points(points: Floats, runs: Bools, yaw: Floats, x: Floats, y: Floats)
         x: (B, 1) how far it is ahead of its place [m].
         y: (B, 1) how far to the left [m].
     """
-    _shift_points(points, runs, yaw, x, y)
+    for run in range(points.shape[0]):
+        if not runs[run]:
+            continue
+        for beam in range(points.shape[1]):
+            point = points[run, beam]
+            if not point[POINT_RANGE] > 0.0:
+                continue
+            if x[run, 0] != 0.0 or y[run, 0] != 0.0:
+                s, c = sin_cos(point[POINT_BEARING])
+                rise, level = sin_cos(point[POINT_ELEVATION])
+                height = point[POINT_RANGE] * rise
+                along = point[POINT_RANGE] * level * c - x[run, 0]
+                across = point[POINT_RANGE] * level * s - y[run, 0]
+                way = math.sqrt(along * along + across * across)
+                point[POINT_RANGE] = math.sqrt(way * way + height * height)
+                point[POINT_BEARING] = atan2(across, along)
+                point[POINT_ELEVATION] = atan2(height, way)
+            point[POINT_BEARING] -= yaw[run, 0]
 
 
 @compiled
@@ -249,28 +267,6 @@ def _relocate(
         else:
             place[:] = math.nan
             place[PLACE_LANE] = -1.0
-
-
-@compiled
-def _shift_points(points: Floats, runs: Bools, yaw: Floats, x: Floats, y: Floats) -> None:
-    for run in range(points.shape[0]):
-        if not runs[run]:
-            continue
-        for beam in range(points.shape[1]):
-            point = points[run, beam]
-            if not point[POINT_RANGE] > 0.0:
-                continue
-            if x[run, 0] != 0.0 or y[run, 0] != 0.0:
-                s, c = sin_cos(point[POINT_BEARING])
-                rise, level = sin_cos(point[POINT_ELEVATION])
-                height = point[POINT_RANGE] * rise
-                along = point[POINT_RANGE] * level * c - x[run, 0]
-                across = point[POINT_RANGE] * level * s - y[run, 0]
-                way = math.sqrt(along * along + across * across)
-                point[POINT_RANGE] = math.sqrt(way * way + height * height)
-                point[POINT_BEARING] = atan2(across, along)
-                point[POINT_ELEVATION] = atan2(height, way)
-            point[POINT_BEARING] -= yaw[run, 0]
 
 
 # --- Lists of detections as faults change them: still packed, and in order of distance ------------

@@ -5,22 +5,21 @@ What it then does is the matter of its injector, see ``ports``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from adeye.errors import SpecError
 from adeye.kernel.jit import compiled
-from adeye.kernel.postfix import run_program
+from adeye.kernel.postfix import Programs, is_satisfied
 from adeye.kernel.random import owner_id, uniform
 from adeye.signals import SwitchFaults
 from adeye.simulate.faults.catalogue import make_injector
 from adeye.simulate.faults.command_faults import part_of
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.simulate.faults.sensor_faults import Pixels
-from adeye.simulate.world.storyboard import TriggerTable
+from adeye.simulate.world.storyboard import TriggerTable, compile_conditions
 from adeye.spec.architecture import ACTUATORS, targets_of
-from adeye.spec.expression import Expression, Program, to_program
 from adeye.spec.sensor_faults import SensorFault
 
 if TYPE_CHECKING:
@@ -38,6 +37,22 @@ TIME_TOLERANCE = 1e-9
 
 ONSET_DRAW: Final = 0xFFFFFFFF
 """Index of the draw of an onset: the last one there is, far from what an injector draws."""
+
+
+class Times(NamedTuple):
+    """When the faults of a batch are present.
+
+    Attributes:
+        at: (B, F) onset [s], NaN for one by a condition.
+        duration: (B, F) [s].
+        every: (B, F) time from one onset to the next [s], inf without.
+        onsets: (B, F) how many onsets there are.
+    """
+
+    at: Floats
+    duration: Floats
+    every: Floats
+    onsets: Floats
 
 
 class FaultPlan:
@@ -64,14 +79,13 @@ class FaultPlan:
         self.ids: tuple[str, ...] = tuple(fault.id for fault in first.faults)
         _check(cases, self.ids)
         shape = (len(cases), len(self.ids))
-        self._at = np.full(shape, np.nan)
-        self._duration = np.full(shape, np.inf)
-        self._every = np.full(shape, np.inf)
-        self._times = np.full(shape, np.inf)
+        times = self._times = Times(
+            np.full(shape, np.nan), *(np.full(shape, np.inf) for _ in range(3))
+        )
         for run, case in enumerate(cases):
             for index, fault in enumerate(case.faults):
                 if fault.onset.at is not None:
-                    self._at[run, index] = fault.onset.at
+                    times.at[run, index] = fault.onset.at
                 if fault.onset.between is not None:
                     first_at, last_at = fault.onset.between
                     share = uniform(
@@ -80,17 +94,27 @@ class FaultPlan:
                         0,
                         ONSET_DRAW,
                     )
-                    self._at[run, index] = first_at + share * (last_at - first_at)
+                    times.at[run, index] = first_at + share * (last_at - first_at)
                 if fault.duration is not None:
-                    self._duration[run, index] = fault.duration
+                    times.duration[run, index] = fault.duration
                 if fault.every is not None:
-                    self._every[run, index] = fault.every
+                    times.every[run, index] = fault.every
                 if fault.times is not None:
-                    self._times[run, index] = fault.times
+                    times.onsets[run, index] = fault.times
         self._begun = np.full(shape, np.nan)
         self._triggers = TriggerTable.of(cases, context)
-        self._programs = _Programs.of(cases, self._triggers.index)
-        self._triggers.watch(self._programs.ops, self._programs.args)
+        self._numbers: Ints = np.full(shape, -1, dtype=np.int64)
+        self._programs = compile_conditions(
+            (
+                ((run, index), fault.onset.when)
+                for run, case in enumerate(cases)
+                for index, fault in enumerate(case.faults)
+                if fault.onset.when is not None
+            ),
+            self._triggers.index,
+            self._numbers,
+        )
+        self._triggers.watch(self._programs)
         self._sound_switch = SwitchFaults.none(len(cases))
         self._injectors: dict[str, list[tuple[int, str, Any]]] = {}
         self._bodies: dict[str, list[tuple[int, Pixels]]] = {}
@@ -122,19 +146,14 @@ class FaultPlan:
         active = np.zeros(self._begun.shape, dtype=np.bool_)
         if not self.ids:
             return active
-        programs = self._programs
+        has_programs = (self._numbers >= 0).any()
         _update(
             scene.time,
             scene.running,
-            self._at,
-            self._duration,
-            self._every,
             self._times,
-            self._triggers.values(scene) if programs.count else np.zeros((active.shape[0], 1)),
-            programs.ops,
-            programs.args,
-            programs.lengths,
-            programs.number,
+            self._triggers.values(scene) if has_programs else np.zeros((active.shape[0], 1)),
+            self._programs,
+            self._numbers,
             self._begun,
             active,
         )
@@ -277,47 +296,6 @@ class FaultPlan:
         )
 
 
-class _Programs:
-    """The onset conditions of a batch as postfix programs.
-
-    Attributes:
-        count: P different programs.
-        ops: (P, L) operations.
-        args: (P, L) their arguments.
-        lengths: (P,).
-        number: (B, F) program of each fault, -1 for one that begins at a time.
-    """
-
-    def __init__(self, compiled_programs: Sequence[Program], number: Ints) -> None:
-        self.count = len(compiled_programs)
-        self.number = number
-        width = max((len(program.ops) for program in compiled_programs), default=1)
-        self.ops = np.zeros((max(1, self.count), width), dtype=np.int64)
-        self.args = np.zeros((max(1, self.count), width), dtype=np.float64)
-        self.lengths = np.zeros(max(1, self.count), dtype=np.int64)
-        for row, program in enumerate(compiled_programs):
-            self.ops[row, : len(program.ops)] = program.ops
-            self.args[row, : len(program.args)] = program.args
-            self.lengths[row] = len(program.ops)
-
-    @classmethod
-    def of(cls, cases: Sequence[TestCase], index: Mapping[str, int]) -> _Programs:
-        """Compile each different condition once."""
-        known: dict[str, int] = {}
-        programs: list[Program] = []
-        number = np.full((len(cases), len(cases[0].faults)), -1, dtype=np.int64)
-        for run, case in enumerate(cases):
-            for column, fault in enumerate(case.faults):
-                when: Expression | None = fault.onset.when
-                if when is None:
-                    continue
-                if when.text not in known:
-                    known[when.text] = len(programs)
-                    programs.append(to_program(when, index))
-                number[run, column] = known[when.text]
-        return cls(programs, number)
-
-
 def _check(cases: Sequence[TestCase], ids: tuple[str, ...]) -> None:
     for case in cases:
         if tuple(fault.id for fault in case.faults) != ids:
@@ -347,38 +325,27 @@ def _check_target(fault: Fault, architecture: Architecture) -> None:
 def _update(  # noqa: PLR0913, PLR0917 - a kernel
     time: float,
     running: Bools,
-    at: Floats,
-    duration: Floats,
-    every: Floats,
-    times: Floats,
+    times: Times,
     variables: Floats,
-    ops: Ints,
-    args: Floats,
-    lengths: Ints,
-    number: Ints,
+    programs: Programs,
+    numbers: Ints,
     begun: Floats,
     active: Bools,
 ) -> None:
-    for run in range(at.shape[0]):
+    for run in range(begun.shape[0]):
         if not running[run]:
             continue
-        for fault in range(at.shape[1]):
-            program = number[run, fault]
+        for fault in range(begun.shape[1]):
+            number = numbers[run, fault]
             if np.isnan(begun[run, fault]):
-                if program < 0:
-                    if time >= at[run, fault] - TIME_TOLERANCE:
-                        begun[run, fault] = at[run, fault]
-                else:
-                    length = lengths[program]
-                    value = run_program(
-                        ops[program, :length], args[program, :length], variables[run]
-                    )
-                    # NaN compares false: an undefined condition begins nothing.
-                    if value > 0.0 or value < 0.0:
-                        begun[run, fault] = time
+                if number < 0:
+                    if time >= times.at[run, fault] - TIME_TOLERANCE:
+                        begun[run, fault] = times.at[run, fault]
+                elif is_satisfied(programs, number, variables[run]):
+                    begun[run, fault] = time
             last = begun[run, fault]
-            if every[run, fault] < np.inf:
-                gone = np.floor((time - last + TIME_TOLERANCE) / every[run, fault])
-                last += min(gone, times[run, fault] - 1.0) * every[run, fault]
+            if times.every[run, fault] < np.inf:
+                gone = np.floor((time - last + TIME_TOLERANCE) / times.every[run, fault])
+                last += min(gone, times.onsets[run, fault] - 1.0) * times.every[run, fault]
             # NaN compares false, too: what has not begun is not active.
-            active[run, fault] = time < last + duration[run, fault] - TIME_TOLERANCE
+            active[run, fault] = time < last + times.duration[run, fault] - TIME_TOLERANCE

@@ -36,6 +36,7 @@ from adeye.simulate.faults.rows import (
     column,
     indices_of,
     is_within,
+    nothing_yet,
     place_of,
     sensor_column,
     shift_points,
@@ -263,7 +264,7 @@ class Stale:
     def apply(self, measurement: Measurement, moment: Moment) -> Measurement:
         """Return the measurement with an earlier one in the active runs."""
         if self._last is None:
-            self._last = nothing_of(measurement)
+            self._last = nothing_yet(measurement)
         self._last = held_back(measurement, self._last, moment.active)
         return self._last
 
@@ -325,7 +326,7 @@ class Delay:
         self._draws.count(measurement)
         active = moment.active
         if self._last is None:
-            self._last = nothing_of(measurement)
+            self._last = nothing_yet(measurement)
         self._due[~active] = -np.inf
         for due, _ in self._waiting:
             due[~active] = np.inf
@@ -378,7 +379,7 @@ class SampleLoss:
             self._burst = np.where(coming, burst, self._burst)
             self._lost = np.where(coming, lost, self._lost)
         if self._last is None:
-            self._last = nothing_of(measurement)
+            self._last = nothing_yet(measurement)
         self._last = held_back(measurement, self._last, self._lost)
         return self._last
 
@@ -387,25 +388,6 @@ def sample_age(measurement: Measurement, moment: Moment) -> Floats:
     """Return how long after the first onset each newest sample was made (B,) [s], at least 0."""
     age: Floats = np.maximum(0.0, moment.age - (moment.time - measurement.stamp))
     return age
-
-
-def nothing_of(measurement: Measurement) -> Measurement:
-    """Return what a sensor delivers before its first sample."""
-    nothing = measurement.copy()
-    nothing.stamp[:] = -1.0
-    nothing.fresh[:] = False
-    nothing.mask[:] = False
-    nothing.detections[:] = 0.0
-    nothing.source[:] = -1
-    for array, value in (
-        (nothing.estimate, 0.0),
-        (nothing.points, 0.0),
-        (nothing.hits, -1),
-        (nothing.values, np.nan),
-    ):
-        if array is not None:
-            array[:] = value
-    return nothing
 
 
 def overlaid(measurement: Measurement, other: Measurement, runs: Bools) -> Measurement:
@@ -457,7 +439,7 @@ class NumberFault:
         first: Any = context.specs[0]
         self._signal: str = first.signal
         self._draws = Draws(context)
-        self._change = _CHANGES[first.model](context, self._draws)
+        self._change = CHANGES[first.model](context, self._draws)
         self._road = context.scene.road
         self._objects = len(context.scene.object_ids)
         self._seat = Seat(context)
@@ -534,7 +516,7 @@ def _added(values: Floats, size: Floats) -> Floats:
     return np.where(size == 0.0, values, values + size)
 
 
-_CHANGES: Final[Mapping[str, Callable[[InjectorContext, Draws], Change]]] = {
+CHANGES: Final[Mapping[str, Callable[[InjectorContext, Draws], Change]]] = {
     "bias": _bias,
     "scale": _scale,
     "drift": _drift,

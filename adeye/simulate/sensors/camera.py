@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, no_measurement, sample_at
+from adeye.delivery import no_measurement, sample_at
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled
@@ -24,14 +24,13 @@ from adeye.simulate.sensors.exposure import (
     PATCH_WIDTH,
     expose,
 )
-from adeye.simulate.sensors.imaging import Image, draw, empty_image, log_of_miss, wipe
-from adeye.simulate.sensors.recognition import FOUND, recognise
+from adeye.simulate.sensors.imaging import draw, empty_image, log_of_miss, wipe
+from adeye.simulate.sensors.recognition import FOUND, Memory, recognise
+from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth
 from adeye.simulate.world.weather import light_extinction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
     from adeye.signals import Surroundings
@@ -58,12 +57,11 @@ class Frame:
     visible: Bools
 
 
-class PhysicalCameraSensor:
+class PhysicalCameraSensor(Sampling):
     """A camera with an image and a detector that looks at nothing else."""
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        self._context = context
         scene = context.scene
         specs = [cast("PhysicalCamera", spec) for spec in context.specs]
         self._parameters = parameter_record(
@@ -75,14 +73,15 @@ class PhysicalCameraSensor:
         objects = len(scene.object_ids)
         columns, rows = specs[0].columns, specs[0].rows
         self._image = empty_image(columns, rows, objects)
-        self._runs: Ints = np.zeros((columns * rows, RUN_WIDTH), dtype=np.int64)
-        self._votes: Ints = np.zeros(objects, dtype=np.int64)
         self._room = objects + SPARE
-        self._found: Floats = np.zeros((self._room, FOUND))
-        self._order: Ints = np.zeros(self._room, dtype=np.int64)
-        self._sample_number = 0
-        first = no_measurement(scene.runs, self._room, with_estimate=False)
-        self._delivery = Delivery.of(context, first)
+        self._memory = Memory(
+            self._image,
+            np.zeros((columns * rows, RUN_WIDTH), dtype=np.int64),
+            np.zeros(objects, dtype=np.int64),
+            np.zeros((self._room, FOUND)),
+            np.zeros(self._room, dtype=np.int64),
+        )
+        super().__init__(context, no_measurement(scene.runs, self._room, with_estimate=False))
 
     def cover(self, patches: Sequence[Floats]) -> None:
         """Lay further patches on the image, in place of those laid on before.
@@ -97,12 +96,6 @@ class PhysicalCameraSensor:
         _fill_misses(self._parameters, laid)
         self._patches = laid
 
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
-
     def frame(self, scene: Scene, run: int = 0) -> Frame:
         """Take a picture as the next sample would; nothing of the sensor changes.
 
@@ -115,12 +108,11 @@ class PhysicalCameraSensor:
         objects, sizes = scene.objects[run], context.object_sizes[run]
         first, stop = draw(parameters, scene.ego[run], objects, sizes, image)
         covered = image.owner.T.copy()
+        stream = Stream(context.stream_seeds[run], self._owner, self._sample_number)
         first, stop = expose(
             parameters,
             self._patches[run],
-            context.stream_seeds[run],
-            np.uint64(self._context.owner),
-            self._sample_number,
+            stream,
             objects,
             sizes,
             context.object_classes,
@@ -136,29 +128,9 @@ class PhysicalCameraSensor:
         return frame
 
     def _sample(self, scene: Scene) -> Measurement:
-        context = self._context.scene
-        sample = sample_at(scene.time, context.runs, self._room)
-        _sample_batch(
-            self._parameters,
-            self._patches,
-            context.stream_seeds,
-            np.uint64(self._context.owner),
-            self._sample_number,
-            scene.ego,
-            scene.objects,
-            context.object_sizes,
-            context.object_classes,
-            scene.running,
-            self._image,
-            self._runs,
-            self._votes,
-            self._found,
-            self._order,
-            sample.mask,
-            sample.detections,
-            sample.source,
-        )
-        self._sample_number += 1
+        sample = sample_at(scene.time, self._context.scene.runs, self._room)
+        truth, found = self._truth(scene), Found.of(sample)
+        _sample_batch(self._parameters, self._patches, truth, self._memory, found)
         return sample
 
 
@@ -243,57 +215,18 @@ def _fill_misses(parameters: Any, patches: Floats) -> None:
 
 
 @compiled
-def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    patches: Floats,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    classes: Ints,
-    running: Bools,
-    image: Image,
-    runs: Ints,
-    votes: Ints,
-    found: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
+def _sample_batch(
+    parameters: Any, patches: Floats, truth: Truth, memory: Memory, found: Found
 ) -> None:
     """Sample every run of a batch, one after the other in one image; empty where it has ended."""
-    for run in range(ego.shape[0]):
-        if not running[run]:
+    image, classes = memory.image, truth.classes
+    for run in range(truth.running.shape[0]):
+        if not truth.running[run]:
             continue
-        first, stop = draw(parameters[run], ego[run], objects[run], sizes[run], image)
-        first, stop = expose(
-            parameters[run],
-            patches[run],
-            seeds[run],
-            owner,
-            number,
-            objects[run],
-            sizes[run],
-            classes,
-            image,
-            first,
-            stop,
-        )
-        recognise(
-            parameters[run],
-            patches[run],
-            classes,
-            image,
-            first,
-            stop,
-            runs,
-            votes,
-            found,
-            order,
-            mask[run],
-            detections[run],
-            source[run],
-        )
+        record, laid = parameters[run], patches[run]
+        objects, sizes = truth.objects[run], truth.sizes[run]
+        first, stop = draw(record, truth.ego[run], objects, sizes, image)
+        stream = Stream(truth.seeds[run], truth.owner, truth.number)
+        first, stop = expose(record, laid, stream, objects, sizes, classes, image, first, stop)
+        recognise(record, laid, classes, memory, first, stop, run, found)
         wipe(image, first, stop)

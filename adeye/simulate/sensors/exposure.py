@@ -53,11 +53,10 @@ from adeye.simulate.sensors.imaging import (
     shown_contrast,
     skip,
 )
+from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.weather import veil
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from adeye.signals import Floats, Ints
 
 # --- What is sure of many pixels at once: that they show their object, or that they do not --------
@@ -254,9 +253,7 @@ does not change much from side to side."""
 def expose(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     patches: Floats,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     objects: Floats,
     sizes: Floats,
     classes: Ints,
@@ -269,9 +266,7 @@ def expose(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         parameters: Record of the camera and the environment.
         patches: (P, PATCH_WIDTH).
-        seed: Stream seed of the run.
-        owner: Owner number of the camera.
-        number: Number of the sample.
+        stream: Of the run.
         objects: (M, 5) states.
         sizes: (M, 3) [m].
         classes: (M,).
@@ -300,8 +295,8 @@ def expose(  # noqa: PLR0913, PLR0917 - a kernel
         right = min(left + STRIP, end)
         if _part(parameters, patches, classes, image, left, right):
             for column in range(left, right):
-                _expose_column(parameters, patches, seed, owner, number, classes, image, column)
-    return _add_ghosts(parameters, patches, seed, owner, number, image, first, stop)
+                _expose_column(parameters, patches, stream, classes, image, column)
+    return _add_ghosts(parameters, patches, stream, image, first, stop)
 
 
 @inlined
@@ -410,12 +405,10 @@ def _add_run(patches: Floats, image: Image, number: int, column: int, row: int, 
 
 
 @inlined
-def _expose_column(  # noqa: PLR0913, PLR0917 - a kernel
+def _expose_column(
     parameters: Any,
     patches: Floats,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     classes: Ints,
     image: Image,
     column: int,
@@ -437,7 +430,7 @@ def _expose_column(  # noqa: PLR0913, PLR0917 - a kernel
                 kind = classes[thing]
                 for pixel in range(row, end):
                     image.owner[column, pixel] = _shown(
-                        parameters, patches, seed, owner, number, kind, thing, column, pixel, image
+                        parameters, patches, stream, kind, thing, column, pixel, image
                     )
         row = end
 
@@ -493,9 +486,7 @@ def patch_at(patches: Floats, column: int, row: int) -> tuple[float, float, int]
 def _shown(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     patches: Floats,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     kind: int,
     thing: int,
     column: int,
@@ -516,19 +507,17 @@ def _shown(  # noqa: PLR0913, PLR0917 - a kernel
     noise = 0.0
     if variance > 0.0:
         pixel = column * image.owner.shape[1] + row
-        noise = math.sqrt(variance) * noise_of(pixel, seed, owner, number)
+        noise = math.sqrt(variance) * noise_of(pixel, stream)
     if not contrast + noise >= threshold:
         return NOTHING
     return thing if contrast >= noise else GHOST
 
 
 @inlined
-def _add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
+def _add_ghosts(
     parameters: Any,
     patches: Floats,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     image: Image,
     first: int,
     stop: int,
@@ -550,7 +539,7 @@ def _add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         index = (region + 2) * columns * rows
         height = bottom - top
-        place = skip(missing, seed, owner, number, index)
+        place = skip(missing, stream, index)
         while place < (right - left) * height:
             column, row = left + place // height, top + place % height
             _, _, noisiest = patch_at(patches, column, row)
@@ -560,5 +549,5 @@ def _add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
                 image.span[column, 1] = max(image.span[column, 1], row + 1)
                 first, stop = min(first, column), max(stop, column + 1)
             index += 1
-            place += 1 + skip(missing, seed, owner, number, index)
+            place += 1 + skip(missing, stream, index)
     return first, stop

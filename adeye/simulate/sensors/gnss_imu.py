@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, no_measurement
+from adeye.delivery import no_measurement
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -45,6 +45,7 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.simulate.sensors.sampling import Sampling, Truth, rear_axles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,14 +97,11 @@ def next_bias(
 
 # --- A satellite receiver: place and velocity over ground of its antenna, with bias and outages ---
 
-PLACE_DRAWS, VELOCITY_DRAWS, GNSS_BIAS_DRAWS = 0, 1, 2
-"""Pairs of random numbers of a sample, for x and y each."""
-
 TOLERANCE = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""
 
 
-class GnssSensor:
+class GnssSensor(Sampling):
     """Place and velocity of the antenna in the map, with white noise and a slowly changing bias.
 
     In an outage the receiver goes on and delivers samples without a fix: their stamp is new, their
@@ -112,7 +110,6 @@ class GnssSensor:
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        self._context = context
         runs = context.scene.runs
         specs = [cast("Gnss", spec) for spec in context.specs]
         period = context.every * context.scene.step
@@ -125,22 +122,12 @@ class GnssSensor:
         self._outages = _outages(specs)
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, 2))
-        self._sample_number = 0
         self._empty = no_values(runs, len(context.scene.object_ids), len(GNSS_COLUMNS))
-        self._delivery = Delivery.of(context, self._empty)
-
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
+        super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
-        seeds, owner = self._context.scene.stream_seeds, np.uint64(self._context.owner)
-        for pair in (PLACE_DRAWS, VELOCITY_DRAWS, GNSS_BIAS_DRAWS):
-            first, second = self._draws[2 * pair : 2 * pair + 2]
-            normal_pairs(seeds, owner, self._sample_number, pair, first, second)
-        values: Floats = np.empty((seeds.shape[0], len(GNSS_COLUMNS)))
+        _draw_pairs(self._truth(scene), self._draws)
+        values: Floats = np.empty((scene.ego.shape[0], len(GNSS_COLUMNS)))
         _sample_gnss(
             self._parameters,
             self._outages,
@@ -152,8 +139,14 @@ class GnssSensor:
             self._bias,
             values,
         )
-        self._sample_number += 1
         return with_values(self._empty, scene.time, values)
+
+
+def _draw_pairs(truth: Truth, draws: tuple[Floats, ...]) -> None:
+    """Draw the numbers of a sample, three pairs (B,) of them."""
+    for pair in range(3):
+        first, second = draws[2 * pair : 2 * pair + 2]
+        normal_pairs(truth.seeds, truth.owner, truth.number, pair, first, second)
 
 
 def no_values(runs: int, objects: int, columns: int) -> Measurement:
@@ -178,13 +171,6 @@ def with_values(empty: Measurement, time: float, values: Floats) -> Measurement:
         fresh=np.zeros(runs, dtype=np.bool_),
         values=values,
     )
-
-
-def rear_axles(context: SensorContext) -> Floats:
-    """Return how far the rear axle is behind the box centre (B,) [m]; 0 without vehicle records."""
-    if not context.vehicles:
-        return np.zeros(context.scene.runs)
-    return np.array([0.5 * vehicle.wheelbase for vehicle in context.vehicles])
 
 
 def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
@@ -270,12 +256,8 @@ def _is_out(outages: Floats, time: float) -> bool:
 
 # --- An inertial unit: acceleration of its place and turning rate of the ego, with bias -----------
 
-ACCELERATION_DRAWS, YAW_RATE_DRAWS, IMU_BIAS_DRAWS = 0, 1, 2
-"""Pairs of random numbers of a sample: noise along and across; noise and bias of the yaw rate;
-bias along and across."""
 
-
-class ImuSensor:
+class ImuSensor(Sampling):
     """Acceleration along the vehicle's axes at the mount and yaw rate, means since the last sample.
 
     Units integrate what they measure and hand out the increments, so nothing that happens between
@@ -286,7 +268,6 @@ class ImuSensor:
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        self._context = context
         runs = context.scene.runs
         specs = [cast("Imu", spec) for spec in context.specs]
         period = context.every * context.scene.step
@@ -299,26 +280,15 @@ class ImuSensor:
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, 3))
         self._before: Floats | None = None
-        self._sample_number = 0
         self._empty = no_values(runs, len(context.scene.object_ids), len(IMU_COLUMNS))
-        self._delivery = Delivery.of(context, self._empty)
-
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
+        super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
-        context = self._context.scene
-        owner = np.uint64(self._context.owner)
-        for pair in (ACCELERATION_DRAWS, YAW_RATE_DRAWS, IMU_BIAS_DRAWS):
-            first, second = self._draws[2 * pair : 2 * pair + 2]
-            normal_pairs(context.stream_seeds, owner, self._sample_number, pair, first, second)
-        values: Floats = np.empty((context.runs, len(IMU_COLUMNS)))
+        _draw_pairs(self._truth(scene), self._draws)
+        values: Floats = np.empty((scene.ego.shape[0], len(IMU_COLUMNS)))
         _sample_imu(
             self._parameters,
-            self._context.every * context.step,
+            self._context.every * self._context.scene.step,
             self._sample_number == 0,
             scene.running,
             scene.ego,
@@ -327,7 +297,6 @@ class ImuSensor:
             self._bias,
             values,
         )
-        self._sample_number += 1
         self._before = scene.ego.copy()
         return with_values(self._empty, scene.time, values)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.delivery import Delivery, insert, no_measurement, sample_at
+from adeye.delivery import insert, no_measurement, sample_at
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
@@ -35,7 +35,6 @@ from adeye.signals import (
     PLACE_D,
     PLACE_HEADING,
     PLACE_OFFSET,
-    Bools,
     Floats,
     Ints,
     Measurement,
@@ -43,91 +42,56 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.gnss_imu import rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adeye.ports import SensorContext
 
 POSE_DRAWS, SPEED_DRAW = 0, 1
 """Pairs of random numbers of a sample: across the lane and heading; speed."""
 
 
-class LocalisationSensor:
+class LocalisationSensor(Sampling):
     """Ego pose and own motion, with white noise across the lane, in heading and in speed."""
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the noise of every run."""
-        self._context = context
         self._parameters = parameter_record(spec_columns(context.specs, _noise))
-        self._sample_number = 0
         runs = context.scene.runs
         self._draws = (np.zeros(runs), np.zeros(runs), np.zeros(runs), np.zeros(runs))
         self._empty = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
-        self._delivery = Delivery.of(context, self._empty)
+        super().__init__(context, self._empty)
 
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            estimate: Floats = np.empty((scene.ego.shape[0], len(ESTIMATE_COLUMNS)))
-            # It never detects anything, so all its samples share the empty arrays of that.
-            sample = replace(
-                self._empty,
-                stamp=np.full(scene.ego.shape[0], scene.time),
-                fresh=np.zeros(scene.ego.shape[0], dtype=np.bool_),
-                estimate=estimate,
-            )
-            _estimate(
-                self._parameters,
-                self._context.scene.stream_seeds,
-                np.uint64(self._context.owner),
-                self._sample_number,
-                scene.running,
-                scene.ego,
-                scene.ego_place,
-                self._draws,
-                estimate,
-            )
-            self._sample_number += 1
-            self._delivery.push(scene.tick, sample)
-        return self._delivery.newest(scene.tick)
+    def _sample(self, scene: Scene) -> Measurement:
+        runs = scene.ego.shape[0]
+        estimate: Floats = np.empty((runs, len(ESTIMATE_COLUMNS)))
+        _estimate(self._parameters, self._truth(scene), scene.ego_place, self._draws, estimate)
+        # It never detects anything, so all its samples share the empty arrays of that.
+        return replace(
+            self._empty,
+            stamp=np.full(runs, scene.time),
+            fresh=np.zeros(runs, dtype=np.bool_),
+            estimate=estimate,
+        )
 
 
-class GroundTruthSensor:
+class GroundTruthSensor(Sampling):
     """The scene as it is: every object and the ego's own state, without error."""
 
     def __init__(self, context: SensorContext) -> None:
         """Prepare for a batch."""
-        self._context = context
-        runs, objects = context.scene.runs, len(context.scene.object_ids)
+        objects = len(context.scene.object_ids)
         self._rear = rear_axles(context)
-        self._found: Floats = np.zeros((objects, 3))
+        self._places: Floats = np.zeros((objects, 3))
         self._order: Ints = np.zeros(objects, dtype=np.int64)
-        first = no_measurement(runs, len(context.scene.object_ids), with_estimate=True)
-        self._delivery = Delivery.of(context, first)
+        super().__init__(context, no_measurement(context.scene.runs, objects, with_estimate=True))
 
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            context = self._context.scene
-            sample = sample_at(scene.time, context.runs, len(context.object_ids))
-            sample.estimate = np.concatenate((scene.ego, scene.ego_place), axis=1)
-            _list_objects(
-                scene.ego,
-                scene.objects,
-                context.object_sizes,
-                context.object_classes,
-                self._rear,
-                scene.running,
-                self._found,
-                self._order,
-                sample.mask,
-                sample.detections,
-                sample.source,
-            )
-            self._delivery.push(scene.tick, sample)
-        return self._delivery.newest(scene.tick)
+    def _sample(self, scene: Scene) -> Measurement:
+        sample = sample_at(scene.time, self._context.scene.runs, len(self._order))
+        sample.estimate = np.concatenate((scene.ego, scene.ego_place), axis=1)
+        found = Found.of(sample)
+        _list_objects(self._truth(scene), self._rear, self._places, self._order, found)
+        return sample
 
 
 def _noise(spec: Any) -> dict[str, float]:
@@ -136,13 +100,9 @@ def _noise(spec: Any) -> dict[str, float]:
 
 
 @compiled
-def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
+def _estimate(
     parameters: Any,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    running: Bools,
-    ego: Floats,
+    truth: Truth,
     place: Floats,
     draws: tuple[Floats, Floats, Floats, Floats],
     estimate: Floats,
@@ -151,25 +111,21 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         parameters: (B,) record of the noise.
-        seeds: (B,) stream seeds.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        running: (B,).
-        ego: (B, 7) states.
+        truth: What is true.
         place: (B, 6) places.
         draws: (B,) scratch each.
         estimate: (B, 13) out.
     """
     across, turn, faster, rest = draws
-    normal_pairs(seeds, owner, number, POSE_DRAWS, across, turn)
-    normal_pairs(seeds, owner, number, SPEED_DRAW, faster, rest)
+    normal_pairs(truth.seeds, truth.owner, truth.number, POSE_DRAWS, across, turn)
+    normal_pairs(truth.seeds, truth.owner, truth.number, SPEED_DRAW, faster, rest)
     for run in range(estimate.shape[0]):
         row = estimate[run]
         for column in range(ESTIMATE_PLACE):
-            row[column] = ego[run, column]
+            row[column] = truth.ego[run, column]
         for column in range(row.shape[0] - ESTIMATE_PLACE):
             row[ESTIMATE_PLACE + column] = place[run, column]
-        if not running[run]:
+        if not truth.running[run]:
             continue
         record = parameters[run]
         if record["lateral_noise"] > 0.0:
@@ -188,58 +144,42 @@ def _estimate(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def _list_objects(  # noqa: PLR0913, PLR0917 - a kernel
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    classes: Ints,
-    rear: Floats,
-    running: Bools,
-    found: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
-) -> None:
+def _list_objects(truth: Truth, rear: Floats, places: Floats, order: Ints, found: Found) -> None:
     """List every object of a batch in the vehicle frame with its exact range rate.
 
     Args:
-        ego: (B, 7) states.
-        objects: (B, M, 5) states.
-        sizes: (B, M, 3).
-        classes: (M,).
+        truth: What is true; where a run has ended nothing is listed.
         rear: (B,) how far the rear axle is behind the ego's box centre [m].
-        running: (B,); where a run has ended nothing is listed.
-        found: (M, 3) scratch: place and range rate of each.
+        places: (M, 3) scratch: place and range rate of each.
         order: (M,) scratch.
-        mask: (B, M) out, like the next two empty on entry.
-        detections: (B, M, 7) out.
-        source: (B, M) out.
+        found: Out.
     """
-    for run in range(ego.shape[0]):
-        if not running[run]:
+    for run in range(truth.running.shape[0]):
+        if not truth.running[run]:
             continue
-        s, c = sin_cos(ego[run, EGO_HEADING])
-        forward, aside = point_velocity(ego[run, EGO_SPEED], ego[run, EGO_YAW_RATE], rear[run], 0.0)
-        for thing in range(objects.shape[1]):
-            state = objects[run, thing]
-            dx, dy = state[OBJECT_X] - ego[run, EGO_X], state[OBJECT_Y] - ego[run, EGO_Y]
+        ego = truth.ego[run]
+        s, c = sin_cos(ego[EGO_HEADING])
+        forward, aside = point_velocity(ego[EGO_SPEED], ego[EGO_YAW_RATE], rear[run], 0.0)
+        for thing in range(truth.objects.shape[1]):
+            state = truth.objects[run, thing]
+            dx, dy = state[OBJECT_X] - ego[EGO_X], state[OBJECT_Y] - ego[EGO_Y]
             distance = np.sqrt(dx * dx + dy * dy)
             sine, cosine = sin_cos(state[OBJECT_HEADING])
             vx = state[OBJECT_SPEED] * cosine - (forward * c - aside * s)
             vy = state[OBJECT_SPEED] * sine - (forward * s + aside * c)
-            found[thing, 0] = c * dx + s * dy
-            found[thing, 1] = -s * dx + c * dy
-            found[thing, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
-            insert(order, found, thing, thing, dx * dx + dy * dy)
-        for row in range(objects.shape[1]):
+            places[thing, 0] = c * dx + s * dy
+            places[thing, 1] = -s * dx + c * dy
+            places[thing, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
+            insert(order, places, thing, thing, dx * dx + dy * dy)
+        for row in range(truth.objects.shape[1]):
             thing = order[row]
-            mask[run, row] = True
-            source[run, row] = thing
-            detections[run, row, DETECTION_X] = found[thing, 0]
-            detections[run, row, DETECTION_Y] = found[thing, 1]
-            detections[run, row, DETECTION_RANGE_RATE] = found[thing, 2]
-            detections[run, row, DETECTION_HAS_RANGE_RATE] = 1.0
-            detections[run, row, DETECTION_LENGTH] = sizes[run, thing, 0]
-            detections[run, row, DETECTION_WIDTH] = sizes[run, thing, 1]
-            detections[run, row, DETECTION_CLASS] = classes[thing]
+            found.mask[run, row] = True
+            found.source[run, row] = thing
+            detection = found.detections[run, row]
+            detection[DETECTION_X] = places[thing, 0]
+            detection[DETECTION_Y] = places[thing, 1]
+            detection[DETECTION_RANGE_RATE] = places[thing, 2]
+            detection[DETECTION_HAS_RANGE_RATE] = 1.0
+            detection[DETECTION_LENGTH] = truth.sizes[run, thing, 0]
+            detection[DETECTION_WIDTH] = truth.sizes[run, thing, 1]
+            detection[DETECTION_CLASS] = truth.classes[thing]

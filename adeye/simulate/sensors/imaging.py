@@ -29,6 +29,7 @@ from adeye.kernel.raster import (
     trace,
 )
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, OBJECT_CLASSES, Floats, Ints
+from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CONTRAST, DEFAULT_SIZES
 from adeye.simulate.world.weather import GREY, SUN_ILLUMINANCE
 
@@ -299,24 +300,22 @@ def log_of_miss(threshold: float, sigma: float) -> float:
 
 
 @inlined
-def skip(missing: float, seed: np.uint64, owner: np.uint64, sample: int, index: int) -> int:
+def skip(missing: float, stream: Stream, index: int) -> int:
     """Draw how many pixels in a row noise alone leaves below the threshold.
 
     The geometric distribution: as if every pixel had its own draw, for one draw per crossing.
 
     Args:
         missing: ``log_of_miss`` of the pixels, negative.
-        seed: Stream seed of the run.
-        owner: Of the sensor.
-        sample: Number of its sample.
+        stream: Of the run.
         index: Of the draw.
     """
-    count = log(uniform(seed, owner, sample, index)) / missing
+    count = log(uniform(stream.seed, stream.owner, stream.number, index)) / missing
     return int(count) if count < _FAR else _FAR
 
 
 @inlined
-def noise_of(pixel: int, seed: np.uint64, owner: np.uint64, sample: int) -> float:
+def noise_of(pixel: int, stream: Stream) -> float:
     """Draw the standard normal noise of a pixel; two of them share a pair."""
-    one, other = normal_pair(seed, owner, sample, pixel >> 1)
+    one, other = normal_pair(stream.seed, stream.owner, stream.number, pixel >> 1)
     return other if pixel & 1 else one

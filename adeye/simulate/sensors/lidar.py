@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, no_measurement
+from adeye.delivery import no_measurement
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs_at, uniform
@@ -37,7 +36,6 @@ from adeye.signals import (
     POINT_COLUMNS,
     POINT_ELEVATION,
     POINT_RANGE,
-    Bools,
     Floats,
     Ints,
     Measurement,
@@ -45,13 +43,12 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.simulate.sensors.sampling import Sampling, Truth
 from adeye.simulate.world.weather import ROAD_REFLECTIVITY, lidar_rain_noise, lidar_range
 from adeye.spec.sensors import PhysicalLidar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from adeye.ports import SensorContext
     from adeye.spec.architecture import Architecture
@@ -69,45 +66,38 @@ GROUND: Final = -1
 """What a beam has hit that has met no object but the ground."""
 
 
-@compiled
-def sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    running: Bools,
-    tables: Floats,
-    table_of: Ints,
-    beams: int,
-    reach: Floats,
-    looks: Floats,
-    spans: Ints,
-    nearest: Floats,
-    who: Ints,
-    order: Ints,
-    ways: Floats,
-    points: Floats,
-    hits: Ints,
-    returns: Ints,
-    counts: Ints,
-) -> None:
-    """Sample every run of a batch; one that has ended has no returns.
+class Frame(NamedTuple):
+    """Memory of one sample, and which of its rows are not empty.
 
-    Args:
-        parameters: (B,) records of the sensor's parameters and the weather.
-        seeds: (B,) stream seeds.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        ego: (B, 7) states.
-        objects: (B, M, 5) states.
-        sizes: (B, M, 3).
-        running: (B,) runs that have not ended.
+    Attributes:
+        points: (B, P, 3).
+        hits: (B, P).
+        returns: (B, P) beams whose rows are not empty, in the first places.
+        counts: (B,) how many they are.
+    """
+
+    points: Floats
+    hits: Ints
+    returns: Ints
+    counts: Ints
+
+    @classmethod
+    def of(cls, runs: int, beams: int) -> Self:
+        """Make an empty one."""
+        return cls(
+            points=np.zeros((runs, beams, len(POINT_COLUMNS))),
+            hits=np.full((runs, beams), GROUND, dtype=np.int64),
+            returns=np.empty((runs, beams), dtype=np.int64),
+            counts=np.zeros(runs, dtype=np.int64),
+        )
+
+
+class Memory(NamedTuple):
+    """What a lidar knows of its beams and the objects beforehand, and scratch for a run.
+
+    Attributes:
         tables: (G, BEAM_WIDTH, P) beams, see ``fill_beams``.
         table_of: (B,) which of them a run has.
-        beams: In a layer.
         reach: (B, M + 1) how near each object must be, and the ground [m].
         looks: (M, OUTLINE_WIDTH) scratch.
         spans: (M, 2 * TURNS) scratch.
@@ -115,72 +105,51 @@ def sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
         who: (P,) scratch.
         order: (2, P) scratch.
         ways: (3, P) scratch.
-        points: (B, P, 3) in: as an earlier sample left it; out.
-        hits: (B, P) likewise.
-        returns: (B, P) likewise: the rows of ``points`` that are not empty.
-        counts: (B,) how many they are; in and out.
     """
-    for run in range(ego.shape[0]):
-        for place in range(counts[run]):
-            beam = returns[run, place]
-            points[run, beam, POINT_RANGE] = 0.0
-            points[run, beam, POINT_BEARING] = 0.0
-            points[run, beam, POINT_ELEVATION] = 0.0
-            hits[run, beam] = GROUND
-        counts[run] = 0
-        if not running[run]:
+
+    tables: Floats
+    table_of: Ints
+    reach: Floats
+    looks: Floats
+    spans: Ints
+    nearest: Floats
+    who: Ints
+    order: Ints
+    ways: Floats
+
+
+@compiled
+def sample_batch(parameters: Any, truth: Truth, beams: int, memory: Memory, frame: Frame) -> None:
+    """Sample every run of a batch; one that has ended has no returns.
+
+    Args:
+        parameters: (B,) records of the sensor's parameters and the weather.
+        truth: What is true.
+        beams: In a layer.
+        memory: Scratch.
+        frame: In: as an earlier sample left it; out.
+    """
+    for run in range(truth.running.shape[0]):
+        for place in range(frame.counts[run]):
+            beam = frame.returns[run, place]
+            frame.points[run, beam, POINT_RANGE] = 0.0
+            frame.points[run, beam, POINT_BEARING] = 0.0
+            frame.points[run, beam, POINT_ELEVATION] = 0.0
+            frame.hits[run, beam] = GROUND
+        frame.counts[run] = 0
+        if not truth.running[run]:
             continue
-        table = tables[table_of[run]]
-        count = _scan(
-            parameters[run],
-            ego[run],
-            objects[run],
-            sizes[run],
-            table,
-            beams,
-            reach[run],
-            looks,
-            spans,
-            nearest,
-            who,
-            order[0],
-            ways[0],
-        )
-        counts[run] = _measure(
-            parameters[run],
-            seeds[run],
-            owner,
-            number,
-            table,
-            who,
-            order[0][:count],
-            ways[0][:count],
-            order[1][:count],
-            ways[1][:count],
-            ways[2][:count],
-            points[run],
-            hits[run],
-            returns[run],
-        )
+        count = _scan(parameters[run], truth, run, beams, memory)
+        frame.counts[run] = _measure(parameters[run], truth, run, count, memory, frame)
 
 
 @inlined
-def _scan(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    table: Floats,
-    beams: int,
-    reach: Floats,
-    looks: Floats,
-    spans: Ints,
-    nearest: Floats,
-    who: Ints,
-    order: Ints,
-    ways: Floats,
-) -> int:
+def _scan(parameters: Any, truth: Truth, run: int, beams: int, memory: Memory) -> int:
     """Cast the beams of one run; list those that come back in ``order``, return their number."""
+    ego, objects, sizes = truth.ego[run], truth.objects[run], truth.sizes[run]
+    table, reach = memory.tables[memory.table_of[run]], memory.reach[run]
+    looks, spans, nearest, who = memory.looks, memory.spans, memory.nearest, memory.who
+    order, ways = memory.order[0], memory.ways[0]
     s, c = sin_cos(ego[EGO_HEADING])
     sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
     sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
@@ -192,32 +161,10 @@ def _scan(  # noqa: PLR0913, PLR0917 - a kernel
     for thing in range(objects.shape[0]):
         farthest = max(farthest, reach[thing])
     for thing in range(objects.shape[0]):
-        _find_spans(
-            parameters,
-            ahead_x,
-            ahead_y,
-            sensor_x,
-            sensor_y,
-            objects[thing],
-            sizes[thing],
-            farthest,
-            beams,
-            looks[thing],
-            spans[thing],
-        )
-        _scan_spans(
-            looks[thing],
-            sizes[thing],
-            s,
-            c,
-            parameters,
-            table,
-            beams,
-            thing,
-            spans[thing],
-            nearest,
-            who,
-        )
+        look, span, size = looks[thing], spans[thing], sizes[thing]
+        sight(sensor_x, sensor_y, objects[thing], size, look)
+        _find_spans(parameters, ahead_x, ahead_y, size, farthest, beams, look, span)
+        _scan_spans(look, size, s, c, parameters, table, beams, thing, span, nearest, who)
     if has_ground:
         return _list_hits(0, table.shape[1] - 1, table, reach, nearest, who, order, ways, 0)
     count = 0
@@ -237,9 +184,6 @@ def _find_spans(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     ahead_x: float,
     ahead_y: float,
-    sensor_x: float,
-    sensor_y: float,
-    box: Floats,
     size: Floats,
     farthest: float,
     beams: int,
@@ -249,7 +193,6 @@ def _find_spans(  # noqa: PLR0913, PLR0917 - a kernel
     """Find which beams of a layer may meet a box: first and last beam of up to three intervals."""
     for part in range(0, 2 * TURNS, 2):
         span[part], span[part + 1] = 0, -1
-    sight(sensor_x, sensor_y, box, size, look)
     # Whatever is behind it is beyond every reach, too. NaN compares false.
     if not look[DISTANCE] - look[HALF] <= farthest:
         return
@@ -348,43 +291,26 @@ def _list_hits(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def _measure(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
-    table: Floats,
-    who: Ints,
-    order: Ints,
-    ways: Floats,
-    indices: Ints,
-    farther: Floats,
-    aside: Floats,
-    points: Floats,
-    hits: Ints,
-    returns: Ints,
+def _measure(
+    parameters: Any, truth: Truth, run: int, hits: int, memory: Memory, frame: Frame
 ) -> int:
     """Measure the hits of one run with their noise; its numbers are drawn by beam.
 
     Args:
         parameters: Record of the sensor's parameters and the weather.
-        seed: Stream seed of the run.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        table: (BEAM_WIDTH, P).
-        who: (P,) what each beam hits.
-        order: (C,) the beams that come back.
-        ways: (C,) how far [m].
-        indices: (C,) scratch.
-        farther: (C,) scratch.
-        aside: (C,) scratch.
-        points: (P, 3) empty in, out.
-        hits: (P,) likewise.
-        returns: (P,) out: rows of ``points`` that are not empty.
+        truth: Whose random numbers are drawn.
+        run: Which one.
+        hits: How many beams come back.
+        memory: Which these are, how far, and scratch.
+        frame: Empty in, out.
 
     Returns:
-        Number of these rows.
+        Number of the rows of ``points`` that are not empty.
     """
+    table = memory.tables[memory.table_of[run]]
+    order, ways = memory.order[0][:hits], memory.ways[0][:hits]
+    indices, farther, aside = memory.order[1][:hits], memory.ways[1][:hits], memory.ways[2][:hits]
+    seed, owner, number = truth.seeds[run], truth.owner, truth.number
     sigma, rain_noise = parameters["range_noise"], parameters["rain_noise"]
     bearing_noise, drop_out = parameters["bearing_noise"], parameters["drop_out"]
     has_noise = sigma > 0.0 or rain_noise > 0.0 or bearing_noise > 0.0
@@ -405,11 +331,12 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
             bearing += bearing_noise * aside[place]
             if way <= 0.0:
                 continue
-        points[beam, POINT_RANGE] = way
-        points[beam, POINT_BEARING] = bearing
-        points[beam, POINT_ELEVATION] = table[BEAM_ELEVATION, beam]
-        hits[beam] = who[beam]
-        returns[count] = beam
+        point = frame.points[run, beam]
+        point[POINT_RANGE] = way
+        point[POINT_BEARING] = bearing
+        point[POINT_ELEVATION] = table[BEAM_ELEVATION, beam]
+        frame.hits[run, beam] = memory.who[beam]
+        frame.returns[run, count] = beam
         count += 1
     return count
 
@@ -438,7 +365,7 @@ def sample_bytes(architecture: Architecture) -> int:
     return FRAMES * beams * (len(POINT_COLUMNS) + 2) * np.dtype(np.float64).itemsize
 
 
-class LidarSensor:
+class LidarSensor(Sampling):
     """A lidar that delivers the returns of its beams; it detects no objects itself.
 
     Beams stand layer by layer, see ``kernel.scan.fill_beams``. Where a beam's nearest hit returns
@@ -450,15 +377,15 @@ class LidarSensor:
         self._context = context
         scene = context.scene
         specs = [cast("PhysicalLidar", spec) for spec in context.specs]
-        self._tables, self._table_of, departure = _tables(specs)
+        tables, table_of, departure = _tables(specs)
         self._beams = specs[0].beams
-        slopes = self._tables[:, BEAM_SLOPE]
+        slopes = tables[:, BEAM_SLOPE]
         self._parameters = parameter_record(
             {
                 **spec_columns(specs, _numbers),
-                "departure": departure[self._table_of],
-                "has_ground": slopes.min(axis=1)[self._table_of] < 0.0,
-                "is_level": np.abs(slopes).max(axis=1)[self._table_of] == 0.0,
+                "departure": departure[table_of],
+                "has_ground": slopes.min(axis=1)[table_of] < 0.0,
+                "is_level": np.abs(slopes).max(axis=1)[table_of] == 0.0,
                 "rain": scene.surroundings.rain,
                 "visibility": scene.surroundings.fog_visibility,
                 "rain_noise": [lidar_rain_noise(float(r)) for r in scene.surroundings.rain],
@@ -466,27 +393,24 @@ class LidarSensor:
         )
         objects, size = len(scene.object_ids), specs[0].beams * specs[0].layers
         # The last column is that of the ground.
-        self._reach: Floats = np.zeros((scene.runs, objects + 1))
-        _fill_reach(self._parameters, scene.object_reflectivity, self._reach)
-        self._looks: Floats = np.zeros((objects, OUTLINE_WIDTH))
-        self._spans: Ints = np.zeros((objects, 2 * TURNS), dtype=np.int64)
-        self._nearest: Floats = np.full(size, np.inf)
-        self._who: Ints = np.full(size, GROUND, dtype=np.int64)
-        self._order: Ints = np.zeros((2, size), dtype=np.int64)
-        self._ways: Floats = np.zeros((3, size))
-        self._frames: list[_Frame] = []
-        self._sample_number = 0
+        reach: Floats = np.zeros((scene.runs, objects + 1))
+        _fill_reach(self._parameters, scene.object_reflectivity, reach)
+        self._memory = Memory(
+            tables,
+            table_of,
+            reach,
+            np.zeros((objects, OUTLINE_WIDTH)),
+            np.zeros((objects, 2 * TURNS), dtype=np.int64),
+            np.full(size, np.inf),
+            np.full(size, GROUND, dtype=np.int64),
+            np.zeros((2, size), dtype=np.int64),
+            np.zeros((3, size)),
+        )
+        self._frames: list[Frame] = []
         self._nothing = no_measurement(scene.runs, objects, with_estimate=False)
-        first = self._shown(self._frame(), -1.0)
-        self._delivery = Delivery.of(context, first)
+        super().__init__(context, self._shown(self._frame(), -1.0))
 
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
-
-    def _shown(self, frame: _Frame, time: float) -> Measurement:
+    def _shown(self, frame: Frame, time: float) -> Measurement:
         """Return a sample of a time [s] whose returns are in a frame."""
         runs, nothing = self._context.scene.runs, self._nothing
         return Measurement(
@@ -501,67 +425,17 @@ class LidarSensor:
         )
 
     def _sample(self, scene: Scene) -> Measurement:
-        context, frame = self._context.scene, self._frame()
-        sample_batch(
-            self._parameters,
-            context.stream_seeds,
-            np.uint64(self._context.owner),
-            self._sample_number,
-            scene.ego,
-            scene.objects,
-            context.object_sizes,
-            scene.running,
-            self._tables,
-            self._table_of,
-            self._beams,
-            self._reach,
-            self._looks,
-            self._spans,
-            self._nearest,
-            self._who,
-            self._order,
-            self._ways,
-            frame.points,
-            frame.hits,
-            frame.returns,
-            frame.counts,
-        )
-        self._sample_number += 1
+        frame = self._frame()
+        sample_batch(self._parameters, self._truth(scene), self._beams, self._memory, frame)
         return self._shown(frame, scene.time)
 
-    def _frame(self) -> _Frame:
+    def _frame(self) -> Frame:
         """Return a frame that nobody looks at any more, or a new one: fresh memory is dear."""
         for frame in self._frames:
             if sys.getrefcount(frame.points) <= _FREE and sys.getrefcount(frame.hits) <= _FREE:
                 return frame
-        self._frames.append(_Frame.of(self._context.scene.runs, len(self._nearest)))
+        self._frames.append(Frame.of(self._context.scene.runs, len(self._memory.nearest)))
         return self._frames[-1]
-
-
-@dataclass(frozen=True, slots=True)
-class _Frame:
-    """Memory of one sample, and which of its rows are not empty.
-
-    Attributes:
-        points: (B, P, 3).
-        hits: (B, P).
-        returns: (B, P) beams whose rows are not empty, in the first places.
-        counts: (B,) how many they are.
-    """
-
-    points: Floats
-    hits: Ints
-    returns: Ints
-    counts: Ints
-
-    @classmethod
-    def of(cls, runs: int, beams: int) -> _Frame:
-        return cls(
-            points=np.zeros((runs, beams, len(POINT_COLUMNS))),
-            hits=np.full((runs, beams), GROUND, dtype=np.int64),
-            returns=np.empty((runs, beams), dtype=np.int64),
-            counts=np.zeros(runs, dtype=np.int64),
-        )
 
 
 def _numbers(spec: PhysicalLidar) -> dict[str, float]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, insert, no_measurement, sample_at
+from adeye.delivery import insert, no_measurement, sample_at
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -38,7 +38,6 @@ from adeye.signals import (
     EGO_YAW_RATE,
     OBJECT_CLASSES,
     OBJECT_SPEED,
-    Bools,
     Floats,
     Ints,
     Measurement,
@@ -46,13 +45,11 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.gnss_imu import rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, NEPER, radar_rain_extinction
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adeye.ports import SensorContext
     from adeye.spec.sensors import PhysicalRadar
 
@@ -279,14 +276,12 @@ def _gather(parameters: Any, echoes: Floats) -> int:
 
 
 @inlined
-def _received(
-    parameters: Any, seed: np.uint64, owner: np.uint64, number: int, thing: int, signal: float
-) -> float:
+def _received(parameters: Any, stream: Stream, thing: int, signal: float) -> float:
     """Draw the power of a cell in units of the mean noise; 0 if it stays below the threshold.
 
     Echo and noise of a fluctuating (Swerling 1) target have an exponentially distributed power.
     """
-    chance = uniform(seed, owner, number, DRAWS * thing)
+    chance = uniform(stream.seed, stream.owner, stream.number, DRAWS * thing)
     received = -(1.0 + signal) * log(chance)
     return received if received > parameters["threshold"] else 0.0
 
@@ -294,9 +289,7 @@ def _received(
 @inlined
 def detect(
     parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     echoes: Floats,
     order: Ints,
 ) -> int:
@@ -304,9 +297,7 @@ def detect(
 
     Args:
         parameters: Record of the sensor.
-        seed: Stream seed of the run.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
+        stream: Of the run.
         echoes: (M, ECHO_WIDTH) of objects in, of detections out.
         order: (>= M,) out: the detections, nearest first.
 
@@ -323,21 +314,19 @@ def detect(
         # The rest is weaker still.
         if not signal > LEAST_SIGNAL:
             return count
-        received = _received(parameters, seed, owner, number, thing, signal)
+        received = _received(parameters, stream, thing, signal)
         if received > 0.0:
             first = DRAWS * thing + 1
-            _measure(parameters, seed, owner, number, first, received, echoes[thing])
+            _measure(parameters, stream, first, received, echoes[thing])
             x, y = echoes[thing, ECHO_X], echoes[thing, ECHO_Y]
             insert(order, echoes[:, ECHO_X:], count, thing, x * x + y * y)
             count += 1
 
 
 @inlined
-def _measure(  # noqa: PLR0913, PLR0917 - a kernel
+def _measure(
     parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     first: int,
     received: float,
     echo: Floats,
@@ -346,9 +335,7 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         parameters: Record of the sensor.
-        seed: Stream seed of the run.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
+        stream: Of the run.
         first: Index of the first of two draws.
         received: Power in units of the mean noise.
         echo: (ECHO_WIDTH,) in and out.
@@ -358,8 +345,8 @@ def _measure(  # noqa: PLR0913, PLR0917 - a kernel
         with a constant of 1 for all three; what the power of this sample is, not its mean, decides.
     """
     sigma = max(FINEST, 1.0 / math.sqrt(2.0 * received))
-    along, aside = normal_pair(seed, owner, number, first)
-    faster = normal(seed, owner, number, first + 1)
+    along, aside = normal_pair(stream.seed, stream.owner, stream.number, first)
+    faster = normal(stream.seed, stream.owner, stream.number, first + 1)
     echo[ECHO_RANGE] += sigma * parameters["range_resolution"] * along
     echo[ECHO_BEARING] += sigma * parameters["bearing_resolution"] * aside
     rate = echo[ECHO_RATE] + sigma * parameters["range_rate_resolution"] * faster
@@ -402,9 +389,7 @@ def most_events(mean: float) -> int:
 @inlined
 def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
+    stream: Stream,
     velocity: tuple[float, float],
     objects: int,
     count: int,
@@ -418,9 +403,7 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
 
     Args:
         parameters: Record of the sensor.
-        seed: Stream seed of the run.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
+        stream: Of the run.
         velocity: Of the sensor along and across its boresight [m/s].
         objects: M.
         count: Detections so far.
@@ -434,24 +417,31 @@ def add_ghosts(  # noqa: PLR0913, PLR0917 - a kernel
         parameters["ghosts"],
         parameters["no_ghost"],
         parameters["most_ghosts"],
-        uniform(seed, owner, number, FIRST_GHOST),
+        uniform(stream.seed, stream.owner, stream.number, FIRST_GHOST),
     )
     most = parameters["max_range_rate"]
     for event in range(ghosts):
         first = FIRST_GHOST + 4 * (event + 1)
         ghost = echoes[objects + event]
-        ghost[ECHO_RANGE] = parameters["range"] * uniform(seed, owner, number, first)
-        aside = 2.0 * uniform(seed, owner, number, first + 1) - 1.0
+        ghost[ECHO_RANGE] = parameters["range"] * uniform(
+            stream.seed, stream.owner, stream.number, first
+        )
+        aside = 2.0 * uniform(stream.seed, stream.owner, stream.number, first + 1) - 1.0
         ghost[ECHO_BEARING] = parameters["half_view"] * aside
-        if uniform(seed, owner, number, first + 2) < parameters["clutter_share"]:
+        if (
+            uniform(stream.seed, stream.owner, stream.number, first + 2)
+            < parameters["clutter_share"]
+        ):
             ghost[ECHO_RANGE] = math.sqrt(parameters["range"] * ghost[ECHO_RANGE])
             s, c = sin_cos(ghost[ECHO_BEARING])
             sigma = parameters["range_rate_resolution"] / math.sqrt(2.0 * parameters["threshold"])
-            rate = sigma * normal(seed, owner, number, first + 3)
+            rate = sigma * normal(stream.seed, stream.owner, stream.number, first + 3)
             rate -= velocity[0] * c + velocity[1] * s
             ghost[ECHO_RATE] = folded(rate, most)
         else:
-            ghost[ECHO_RATE] = most * (2.0 * uniform(seed, owner, number, first + 3) - 1.0)
+            ghost[ECHO_RATE] = most * (
+                2.0 * uniform(stream.seed, stream.owner, stream.number, first + 3) - 1.0
+            )
         count = _take_ghost(parameters, objects + event, count, echoes, order)
     return count
 
@@ -474,7 +464,25 @@ NOTHING_KNOWN: Final = -1.0
 """Class of a detection: a radar does not tell what it is."""
 
 
-class RadarSensor:
+class Memory(NamedTuple):
+    """What a radar knows of the objects, and scratch for a run.
+
+    Attributes:
+        cross_sections: (M, 2) of ends and sides [m²].
+        pieces: (M, 2) scratch.
+        looks: (M, OUTLINE_WIDTH) scratch.
+        echoes: (K, ECHO_WIDTH) scratch.
+        order: (K,) scratch: the detections, nearest first.
+    """
+
+    cross_sections: Floats
+    pieces: Floats
+    looks: Floats
+    echoes: Floats
+    order: Ints
+
+
+class RadarSensor(Sampling):
     """A radar that reports points with a range rate, and now and then one that is not there.
 
     Plan view: neither ground nor elevation takes part, and there is one path to each object, so it
@@ -483,7 +491,6 @@ class RadarSensor:
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        self._context = context
         scene = context.scene
         specs = [cast("PhysicalRadar", spec) for spec in context.specs]
         columns = spec_columns(specs, _numbers)
@@ -497,46 +504,20 @@ class RadarSensor:
                 "rear": rear_axles(context),
             }
         )
-        self._objects = len(scene.object_ids)
-        ghosts = int(columns["most_ghosts"].max())
-        self._rows = self._objects + ghosts
-        self._cross_sections = cross_sections(scene.object_classes)
-        self._pieces: Floats = np.zeros((self._objects, 2))
-        self._looks: Floats = np.zeros((self._objects, OUTLINE_WIDTH))
-        self._echoes: Floats = np.zeros((self._rows, ECHO_WIDTH))
-        self._order: Ints = np.zeros(self._rows, dtype=np.int64)
-        self._sample_number = 0
-        first = no_measurement(scene.runs, self._rows, with_estimate=False)
-        self._delivery = Delivery.of(context, first)
-
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
+        objects = len(scene.object_ids)
+        self._rows = objects + int(columns["most_ghosts"].max())
+        self._memory = Memory(
+            cross_sections(scene.object_classes),
+            np.zeros((objects, 2)),
+            np.zeros((objects, OUTLINE_WIDTH)),
+            np.zeros((self._rows, ECHO_WIDTH)),
+            np.zeros(self._rows, dtype=np.int64),
+        )
+        super().__init__(context, no_measurement(scene.runs, self._rows, with_estimate=False))
 
     def _sample(self, scene: Scene) -> Measurement:
-        context = self._context.scene
-        sample = sample_at(scene.time, context.runs, self._rows)
-        _sample_batch(
-            self._parameters,
-            context.stream_seeds,
-            np.uint64(self._context.owner),
-            self._sample_number,
-            scene.ego,
-            scene.objects,
-            context.object_sizes,
-            self._cross_sections,
-            scene.running,
-            self._pieces,
-            self._looks,
-            self._echoes,
-            self._order,
-            sample.mask,
-            sample.detections,
-            sample.source,
-        )
-        self._sample_number += 1
+        sample = sample_at(scene.time, self._context.scene.runs, self._rows)
+        _sample_batch(self._parameters, self._truth(scene), self._memory, Found.of(sample))
         return sample
 
 
@@ -573,105 +554,40 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
 
 
 @compiled
-def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    cross_sections: Floats,
-    running: Bools,
-    pieces: Floats,
-    looks: Floats,
-    echoes: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
-) -> None:
+def _sample_batch(parameters: Any, truth: Truth, memory: Memory, found: Found) -> None:
     """Sample every run of a batch: empty where it has ended.
 
     Args:
         parameters: (B,) records of the sensor's parameters and the weather.
-        seeds: (B,) stream seeds.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        ego: (B, 7) states.
-        objects: (B, M, 5) states.
-        sizes: (B, M, 3).
-        cross_sections: (M, 2) of ends and sides [m²].
-        running: (B,) runs that have not ended.
-        pieces: (M, 2) scratch.
-        looks: (M, OUTLINE_WIDTH) scratch.
-        echoes: (K, ECHO_WIDTH) scratch.
-        order: (K,) scratch: the detections, nearest first.
-        mask: (B, K) out.
-        detections: (B, K, 7) out.
-        source: (B, K) out.
+        truth: What is true.
+        memory: Scratch.
+        found: Out.
     """
-    for run in range(ego.shape[0]):
-        count = 0
-        if running[run]:
-            count = _sample_run(
-                parameters[run],
-                seeds[run],
-                owner,
-                number,
-                ego[run],
-                objects[run],
-                sizes[run],
-                cross_sections,
-                pieces,
-                looks,
-                echoes,
-                order,
-            )
-        _write(objects.shape[1], count, echoes, order, mask[run], detections[run], source[run])
+    objects = truth.objects.shape[1]
+    for run in range(truth.running.shape[0]):
+        if not truth.running[run]:
+            continue
+        count = _sample_run(parameters[run], truth, run, memory)
+        for row in range(count):
+            thing = memory.order[row]
+            echo, detection = memory.echoes[thing], found.detections[run, row]
+            found.mask[run, row] = True
+            found.source[run, row] = thing if thing < objects else -1
+            detection[DETECTION_X] = echo[ECHO_X]
+            detection[DETECTION_Y] = echo[ECHO_Y]
+            detection[DETECTION_RANGE_RATE] = echo[ECHO_RATE]
+            detection[DETECTION_HAS_RANGE_RATE] = 1.0
+            detection[DETECTION_CLASS] = NOTHING_KNOWN
 
 
 @inlined
-def _write(  # noqa: PLR0913, PLR0917 - a kernel
-    objects: int,
-    count: int,
-    echoes: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
-) -> None:
-    """Write the detections of one run, nearest first; see ``_sample_batch``."""
-    for row in range(count):
-        thing = order[row]
-        mask[row] = True
-        source[row] = thing if thing < objects else -1
-        detections[row, DETECTION_X] = echoes[thing, ECHO_X]
-        detections[row, DETECTION_Y] = echoes[thing, ECHO_Y]
-        detections[row, DETECTION_RANGE_RATE] = echoes[thing, ECHO_RATE]
-        detections[row, DETECTION_HAS_RANGE_RATE] = 1.0
-        detections[row, DETECTION_CLASS] = NOTHING_KNOWN
-
-
-@inlined
-def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    seed: np.uint64,
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    cross_sections: Floats,
-    pieces: Floats,
-    looks: Floats,
-    echoes: Floats,
-    order: Ints,
-) -> int:
+def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
     """Detect in one run, see ``_sample_batch``; return the number of detections.
 
     The sensor moves with the ego: with its rear axle, and around that as the ego turns.
     """
+    ego, objects, sizes = truth.ego[run], truth.objects[run], truth.sizes[run]
+    looks, echoes = memory.looks, memory.echoes
     s, c = sin_cos(ego[EGO_HEADING])
     lever_x = c * parameters["x"] - s * parameters["y"]
     lever_y = s * parameters["x"] + c * parameters["y"]
@@ -696,20 +612,19 @@ def _sample_run(  # noqa: PLR0913, PLR0917 - a kernel
             (velocity_x, velocity_y),
             objects[thing],
             sizes[thing],
-            cross_sections[thing],
+            memory.cross_sections[thing],
             looks[thing],
             echoes[thing],
         )
         # Who is too weak anyway need not be looked for behind others.
         if echoes[thing, ECHO_SIGNAL] > LEAST_SIGNAL:
-            share = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
+            share = visible_share(thing, ahead_x, ahead_y, sizes, looks, memory.pieces)
             echoes[thing, ECHO_SIGNAL] *= share
-    found = detect(parameters, seed, owner, number, echoes[:count], order)
+    stream = Stream(truth.seeds[run], truth.owner, truth.number)
+    found = detect(parameters, stream, echoes[:count], memory.order)
     forward = ahead_x * velocity_x + ahead_y * velocity_y
     sideways = ahead_x * velocity_y - ahead_y * velocity_x
-    return add_ghosts(
-        parameters, seed, owner, number, (forward, sideways), count, found, echoes, order
-    )
+    return add_ghosts(parameters, stream, (forward, sideways), count, found, echoes, memory.order)
 
 
 @inlined

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, insert, no_measurement, sample_at
+from adeye.delivery import insert, no_measurement, sample_at
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
@@ -41,7 +41,6 @@ from adeye.signals import (
     EGO_Y,
     EGO_YAW_RATE,
     OBJECT_SPEED,
-    Bools,
     Floats,
     Ints,
     Measurement,
@@ -49,7 +48,7 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
-from adeye.simulate.sensors.gnss_imu import rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
 from adeye.simulate.world.weather import (
     camera_range,
     glare_contrast,
@@ -281,32 +280,27 @@ def _disturb(items: Floats, noise: Floats, count: int) -> None:
 @inlined
 def write(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
-    ego: Floats,
-    sizes: Floats,
-    classes: Ints,
+    truth: Truth,
+    run: int,
     seen: Seen,
     row: int,
     first: int,
     order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
+    found: Found,
 ) -> None:
     """Write what one run of a block has measured, by increasing distance.
 
     Args:
         kind: CAMERA, RADAR or LIDAR.
-        ego: (7,) state.
-        sizes: (M, 3).
-        classes: (M,).
+        truth: What is true.
+        run: Which one.
         seen: Of the block, measured.
         row: Of the run in its block.
         first: Its first item.
         order: (M,) scratch.
-        mask: (M,) out.
-        detections: (M, 7) out.
-        source: (M,) out.
+        found: Out.
     """
+    ego, sizes = truth.ego[run], truth.sizes[run]
     count = seen.ends[row] - first
     c, s, x, y = seen.poses[row]
     items, things = seen.items.T[first:], seen.things[first:]
@@ -318,15 +312,16 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
     for place in range(count):
         item = order[place]
         thing = things[item]
-        mask[place] = True
-        source[place] = thing
-        detections[place, DETECTION_X] = items[item, SEEN_X]
-        detections[place, DETECTION_Y] = items[item, SEEN_Y]
-        detections[place, DETECTION_RANGE_RATE] = items[item, SEEN_RATE]
-        detections[place, DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
-        detections[place, DETECTION_LENGTH] = sizes[thing, 0]
-        detections[place, DETECTION_WIDTH] = sizes[thing, 1]
-        detections[place, DETECTION_CLASS] = classes[thing]
+        found.mask[run, place] = True
+        found.source[run, place] = thing
+        detection = found.detections[run, place]
+        detection[DETECTION_X] = items[item, SEEN_X]
+        detection[DETECTION_Y] = items[item, SEEN_Y]
+        detection[DETECTION_RANGE_RATE] = items[item, SEEN_RATE]
+        detection[DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
+        detection[DETECTION_LENGTH] = sizes[thing, 0]
+        detection[DETECTION_WIDTH] = sizes[thing, 1]
+        detection[DETECTION_CLASS] = truth.classes[thing]
 
 
 # --- Object-level camera, radar and lidar: field of view, range, occlusion by geometry, noise -----
@@ -336,12 +331,29 @@ _NOISES = ("bearing_noise", "distance_noise", "range_noise", "range_rate_noise")
 _OPTIONAL = {**dict.fromkeys(_NOISES, 0.0), "night_range": 1.0, "reference_reflectivity": 1.0}
 
 
-class RangingSensor:
+class Memory(NamedTuple):
+    """What a sensor knows of the objects beforehand, and scratch.
+
+    Attributes:
+        reach: (B, M) how near each object must be [m].
+        extents: (3, B * M) see ``sight.fill_extents``.
+        pieces: (M, 2) scratch.
+        looks: (OUTLINE_WIDTH, BLOCK * M) scratch: how the objects of a block look.
+        order: (M,) scratch: what a run sees, in order.
+    """
+
+    reach: Floats
+    extents: Floats
+    pieces: Floats
+    looks: Floats
+    order: Ints
+
+
+class RangingSensor(Sampling):
     """A camera, radar or lidar that reports boxes."""
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        self._context = context
         scene = context.scene
         self._kind = _KINDS[context.specs[0].kind]
         specs = [cast("Camera | Radar | Lidar", spec) for spec in context.specs]
@@ -358,49 +370,30 @@ class RangingSensor:
             }
         )
         self._objects = len(scene.object_ids)
-        self._reach: Floats = np.zeros((scene.runs, self._objects))
-        fill_reach(self._kind, self._parameters, scene.object_reflectivity, self._reach)
-        self._pieces: Floats = np.zeros((self._objects, 2))
-        self._extents: Floats = np.zeros((3, scene.runs * self._objects))
-        fill_extents(scene.object_sizes, self._extents)
-        self._looks: Floats = np.zeros((OUTLINE_WIDTH, BLOCK * self._objects))
+        reach: Floats = np.zeros((scene.runs, self._objects))
+        fill_reach(self._kind, self._parameters, scene.object_reflectivity, reach)
+        extents: Floats = np.zeros((3, scene.runs * self._objects))
+        fill_extents(scene.object_sizes, extents)
+        self._memory = Memory(
+            reach,
+            extents,
+            np.zeros((self._objects, 2)),
+            np.zeros((OUTLINE_WIDTH, BLOCK * self._objects)),
+            np.zeros(self._objects, dtype=np.int64),
+        )
         self._seen = memory_for(self._objects)
-        self._order: Ints = np.zeros(self._objects, dtype=np.int64)
-        self._sample_number = 0
-        first = no_measurement(scene.runs, self._objects, with_estimate=False)
-        self._delivery = Delivery.of(context, first)
-
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
+        super().__init__(context, no_measurement(scene.runs, self._objects, with_estimate=False))
 
     def _sample(self, scene: Scene) -> Measurement:
-        context = self._context.scene
-        sample = sample_at(scene.time, context.runs, self._objects)
+        sample = sample_at(scene.time, self._context.scene.runs, self._objects)
         _sample_batch(
             self._kind,
             self._parameters,
-            context.stream_seeds,
-            np.uint64(self._context.owner),
-            self._sample_number,
-            scene.ego,
-            scene.objects,
-            context.object_sizes,
-            context.object_classes,
-            scene.running,
-            self._reach,
-            self._extents,
-            self._pieces,
-            self._looks,
+            self._truth(scene),
+            self._memory,
             self._seen,
-            self._order,
-            sample.mask,
-            sample.detections,
-            sample.source,
+            Found.of(sample),
         )
-        self._sample_number += 1
         return sample
 
 
@@ -422,26 +415,8 @@ def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
 
 
 @compiled
-def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
-    kind: int,
-    parameters: Any,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    classes: Ints,
-    running: Bools,
-    reach: Floats,
-    extents: Floats,
-    pieces: Floats,
-    looks: Floats,
-    seen: Seen,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
+def _sample_batch(
+    kind: int, parameters: Any, truth: Truth, memory: Memory, seen: Seen, found: Found
 ) -> None:
     """Detect the objects of each run and pack them by increasing distance; none where it has ended.
 
@@ -450,72 +425,46 @@ def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
     Args:
         kind: CAMERA, RADAR or LIDAR.
         parameters: (B,) records of the sensor's parameters and the weather.
-        seeds: (B,) stream seeds.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        ego: (B, 7) states.
-        objects: (B, M, 5) states.
-        sizes: (B, M, 3).
-        classes: (M,).
-        running: (B,).
-        reach: (B, M) how near each object must be [m].
-        extents: (3, B * M) see ``sight.fill_extents``.
-        pieces: (M, 2) scratch.
-        looks: (OUTLINE_WIDTH, BLOCK * M) scratch: how the objects of a block look.
+        truth: What is true.
+        memory: Of the objects, and scratch.
         seen: Scratch.
-        order: (M,) scratch: what a run sees, in order.
-        mask: (B, M) out.
-        detections: (B, M, 7) out.
-        source: (B, M) out.
+        found: Out.
     """
-    runs, things = objects.shape[:2]
+    runs, things = truth.objects.shape[:2]
     for begin in range(0, runs, BLOCK):
         stop = min(begin + BLOCK, runs)
-        _place(begin, stop, parameters, ego, objects, seen.poses, looks)
-        outlines((stop - begin) * things, begin * things, extents, looks)
+        _place(begin, stop, parameters, truth, seen.poses, memory.looks)
+        outlines((stop - begin) * things, begin * things, memory.extents, memory.looks)
         count = 0
         for run in range(begin, stop):
-            if running[run]:
-                row, views = (
-                    run - begin,
-                    looks.T[(run - begin) * things : (run - begin + 1) * things],
-                )
-                count = _look(
-                    kind, parameters[run], seeds[run], ego[run], objects[run], sizes[run],
-                    reach[run], pieces, views, seen, row, count,
-                )  # fmt: skip
+            if truth.running[run]:
+                row = run - begin
+                looks = memory.looks.T[row * things : (row + 1) * things]
+                count = _look(kind, parameters[run], truth, run, memory, looks, seen, row, count)
             seen.ends[run - begin] = count
-        measure(kind, seen, count, owner, number)
+        measure(kind, seen, count, truth.owner, truth.number)
         first = 0
         for run in range(begin, stop):
-            write(
-                kind, ego[run], sizes[run], classes, seen, run - begin, first,
-                order, mask[run], detections[run], source[run],
-            )  # fmt: skip
+            write(kind, truth, run, seen, run - begin, first, memory.order, found)
             first = seen.ends[run - begin]
 
 
 @inlined
-def _place(  # noqa: PLR0913, PLR0917 - a kernel
-    begin: int,
-    stop: int,
-    parameters: Any,
-    ego: Floats,
-    objects: Floats,
-    poses: Floats,
-    looks: Floats,
+def _place(
+    begin: int, stop: int, parameters: Any, truth: Truth, poses: Floats, looks: Floats
 ) -> None:
     """Find where the sensors of a block of runs are, and where the objects are from there."""
     place = 0
     for run in range(begin, stop):
         item = parameters[run]
-        s, c = sin_cos(ego[run, EGO_HEADING])
-        sensor_x = ego[run, EGO_X] + c * item["x"] - s * item["y"]
-        sensor_y = ego[run, EGO_Y] + s * item["x"] + c * item["y"]
+        ego = truth.ego[run]
+        s, c = sin_cos(ego[EGO_HEADING])
+        sensor_x = ego[EGO_X] + c * item["x"] - s * item["y"]
+        sensor_y = ego[EGO_Y] + s * item["x"] + c * item["y"]
         pose = poses[run - begin]
         pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
-        for thing in range(objects.shape[1]):
-            box = objects[run, thing]
+        for thing in range(truth.objects.shape[1]):
+            box = truth.objects[run, thing]
             looks[DX, place], looks[DY, place] = box[0] - sensor_x, box[1] - sensor_y
             looks[HEADING, place] = box[2]
             place += 1
@@ -525,12 +474,9 @@ def _place(  # noqa: PLR0913, PLR0917 - a kernel
 def _look(  # noqa: PLR0913, PLR0917 - a kernel
     kind: int,
     parameters: Any,
-    seed: np.uint64,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    reach: Floats,
-    pieces: Floats,
+    truth: Truth,
+    run: int,
+    memory: Memory,
     looks: Floats,
     seen: Seen,
     row: int,
@@ -538,19 +484,20 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
 ) -> int:
     """Note what one run of a block sees, without noise, behind the items before.
 
-    Args: as of ``_sample_batch``, of one run.
+    Args: as of ``_sample_batch``, the looks and the row in the block those of the run.
 
     Returns:
         Number of items.
     """
+    ego, objects, sizes = truth.ego[run], truth.objects[run], truth.sizes[run]
     c, s = seen.poses[row, 0], seen.poses[row, 1]
     ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
     is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
     for thing in range(objects.shape[0]):
-        left = reach[thing]
+        left = memory.reach[run, thing]
         if is_glared:
             left = reach_in_glare(parameters, left, looks[thing])
-        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, sizes, looks, pieces):
+        if not _is_seen(parameters, left, ahead_x, ahead_y, thing, sizes, looks, memory.pieces):
             continue
         look = looks[thing]
         distance = look[DISTANCE]
@@ -567,7 +514,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
             )
             rate -= forward * (c * ux + s * uy)
             rate -= aside * (c * uy - s * ux)
-        note(kind, parameters, seen, count, seed, thing, ux, uy, distance, rate)
+        note(kind, parameters, seen, count, truth.seeds[run], thing, ux, uy, distance, rate)
         count += 1
     return count
 

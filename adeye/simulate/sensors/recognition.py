@@ -9,7 +9,7 @@ has must do.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -44,15 +44,13 @@ from adeye.signals import (
     DETECTION_X,
     DETECTION_Y,
     OBJECT_CLASSES,
-    Bools,
     Floats,
     Ints,
 )
 from adeye.simulate.sensors.exposure import contrast_at, patch_at
+from adeye.simulate.sensors.imaging import Image
+from adeye.simulate.sensors.sampling import Found
 from adeye.simulate.world.objects import DEFAULT_SIZES
-
-if TYPE_CHECKING:
-    from adeye.simulate.sensors.imaging import Image
 
 _TYPICAL: Final = {
     **DEFAULT_SIZES,
@@ -78,21 +76,34 @@ _LOWEST: Final = 0.25
 FOUND: Final = 7
 
 
+class Memory(NamedTuple):
+    """Memory of a camera for one frame after the other.
+
+    Attributes:
+        image: The frame.
+        runs: (columns * rows, RUN_WIDTH) scratch.
+        votes: (M,) scratch.
+        items: (K, 7) scratch.
+        order: (K,) scratch.
+    """
+
+    image: Image
+    runs: Ints
+    votes: Ints
+    items: Floats
+    order: Ints
+
+
 @compiled
 def recognise(  # noqa: PLR0913, PLR0917 - a kernel
     parameters: Any,
     patches: Floats,
     classes: Ints,
-    image: Image,
+    memory: Memory,
     first: int,
     stop: int,
-    runs: Ints,
-    votes: Ints,
-    found: Floats,
-    order: Ints,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
+    run: int,
+    found: Found,
 ) -> None:
     """Detect what an image shows; the largest parts if there are more than fit.
 
@@ -100,17 +111,13 @@ def recognise(  # noqa: PLR0913, PLR0917 - a kernel
         parameters: Record of the camera and the environment.
         patches: (P, PATCH_WIDTH).
         classes: (M,) of the objects.
-        image: Exposed.
+        memory: With the image, exposed.
         first: First column in use.
         stop: Column behind the last in use.
-        runs: (columns * rows, RUN_WIDTH) scratch.
-        votes: (M,) scratch.
-        found: (K, 7) scratch.
-        order: (K,) scratch.
-        mask: (K,) out.
-        detections: (K, 7) out.
-        source: (K,) out.
+        run: Whose image it is.
+        found: Out.
     """
+    image, runs, items = memory.image, memory.runs, memory.items
     count = find_parts(first, stop, image.span, image.owner, image.nearness, classes, runs)
     kept = 0
     for part in range(count):
@@ -118,24 +125,24 @@ def recognise(  # noqa: PLR0913, PLR0917 - a kernel
             parameters, patches, runs, part, image
         ):
             continue
-        place = _room(found, kept, float(runs[part, PART_PIXELS]))
-        if place < 0 or not _locate(parameters, runs[part], image, found[place]):
+        place = _room(items, kept, float(runs[part, PART_PIXELS]))
+        if place < 0 or not _locate(parameters, runs[part], image, items[place]):
             continue
-        found[place, FOUND_PIXELS] = runs[part, PART_PIXELS]
-        found[place, FOUND_SOURCE] = main_owner(part, count, image.owner, runs, votes)
+        items[place, FOUND_PIXELS] = runs[part, PART_PIXELS]
+        items[place, FOUND_SOURCE] = main_owner(part, count, image.owner, runs, memory.votes)
         kept = max(kept, place + 1)
-    _name_once(found, kept)
+    _name_once(items, kept)
     for place in range(kept):
-        x, y = found[place, FOUND_X], found[place, FOUND_Y]
-        insert(order, found, place, place, x * x + y * y)
+        x, y = items[place, FOUND_X], items[place, FOUND_Y]
+        insert(memory.order, items, place, place, x * x + y * y)
     for row in range(kept):
-        item = found[order[row]]
-        mask[row] = True
-        source[row] = int(item[FOUND_SOURCE])
-        detections[row, DETECTION_X], detections[row, DETECTION_Y] = item[FOUND_X], item[FOUND_Y]
-        detections[row, DETECTION_LENGTH] = item[FOUND_LENGTH]
-        detections[row, DETECTION_WIDTH] = item[FOUND_WIDTH]
-        detections[row, DETECTION_CLASS] = item[FOUND_CLASS]
+        item, detection = items[memory.order[row]], found.detections[run, row]
+        found.mask[run, row] = True
+        found.source[run, row] = int(item[FOUND_SOURCE])
+        detection[DETECTION_X], detection[DETECTION_Y] = item[FOUND_X], item[FOUND_Y]
+        detection[DETECTION_LENGTH] = item[FOUND_LENGTH]
+        detection[DETECTION_WIDTH] = item[FOUND_WIDTH]
+        detection[DETECTION_CLASS] = item[FOUND_CLASS]
 
 
 @inlined

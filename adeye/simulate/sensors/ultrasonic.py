@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
-from adeye.delivery import Delivery, no_measurement, sample_at
+from adeye.delivery import no_measurement, sample_at
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
@@ -21,18 +21,16 @@ from adeye.signals import (
     EGO_Y,
     Bools,
     Floats,
-    Ints,
     Measurement,
     Scene,
     parameter_record,
     spec_columns,
 )
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth
 from adeye.spec.clock import period_ticks
 from adeye.spec.sensors import Ultrasonic
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from adeye.ports import SensorContext
 
 NOTHING_KNOWN: Final = -1.0
@@ -42,7 +40,7 @@ _TOUCH: Final = 1e-9
 """Boxes that touch do not hide each other's surface [m]."""
 
 
-class UltrasonicSensor:
+class UltrasonicSensor(Sampling):
     """A sensor that knows how far the nearest thing in its cone is, and nothing else.
 
     The detection lies on the axis of the cone, wherever in the cone the echo came from. Surfaces
@@ -57,7 +55,6 @@ class UltrasonicSensor:
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run, and those of the sensors that it may hear."""
-        self._context = context
         scene = context.scene
         specs = [cast("Ultrasonic", spec) for spec in context.specs]
         self._parameters = parameter_record(spec_columns(specs, _numbers))
@@ -71,36 +68,13 @@ class UltrasonicSensor:
         # Rows of other sensors, so that one type serves for none and for many.
         self._others = np.stack([self._parameters, *listed])
         self._fires: Bools = np.zeros(len(listed) + 1, dtype=np.bool_)
-        self._sample_number = 0
-        first = no_measurement(scene.runs, 1, with_estimate=False)
-        self._delivery = Delivery.of(context, first)
-
-    def sense(self, scene: Scene) -> Measurement:
-        """Sample if it is time to, and return the newest delivered sample."""
-        if self._delivery.is_due(scene.tick):
-            self._delivery.push(scene.tick, self._sample(scene))
-        return self._delivery.newest(scene.tick)
+        super().__init__(context, no_measurement(scene.runs, 1, with_estimate=False))
 
     def _sample(self, scene: Scene) -> Measurement:
-        context = self._context.scene
-        sample = sample_at(scene.time, context.runs, 1)
+        sample = sample_at(scene.time, self._context.scene.runs, 1)
         self._fires[1:] = [scene.tick % every == 0 for every in self._every]
-        _sample_batch(
-            self._parameters,
-            self._others,
-            self._fires,
-            context.stream_seeds,
-            np.uint64(self._context.owner),
-            self._sample_number,
-            scene.ego,
-            scene.objects,
-            context.object_sizes,
-            scene.running,
-            sample.mask,
-            sample.detections,
-            sample.source,
-        )
-        self._sample_number += 1
+        truth, found = self._truth(scene), Found.of(sample)
+        _sample_batch(self._parameters, self._others, self._fires, truth, found)
         return sample
 
 
@@ -121,53 +95,34 @@ def _numbers(spec: Ultrasonic) -> dict[str, float]:
 
 
 @compiled
-def _sample_batch(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    others: Any,
-    fires: Bools,
-    seeds: NDArray[np.uint64],
-    owner: np.uint64,
-    number: int,
-    ego: Floats,
-    objects: Floats,
-    sizes: Floats,
-    running: Bools,
-    mask: Bools,
-    detections: Floats,
-    source: Ints,
-) -> None:
+def _sample_batch(parameters: Any, others: Any, fires: Bools, truth: Truth, found: Found) -> None:
     """Sample every run of a batch: empty where it has ended.
 
     Args:
         parameters: (B,) records of the sensor.
         others: (1 + S, B) records of the sensors that it may hear; the first row is itself.
         fires: (1 + S,) which of them fire now.
-        seeds: (B,) stream seeds.
-        owner: Owner number of the sensor.
-        number: Number of the sample.
-        ego: (B, 7) states.
-        objects: (B, M, 5) states.
-        sizes: (B, M, 3).
-        running: (B,) runs that have not ended.
-        mask: (B, 1) out.
-        detections: (B, 1, 7) out.
-        source: (B, 1) out.
+        truth: What is true.
+        found: Out.
     """
-    for run in range(ego.shape[0]):
-        thing = -1
-        if running[run]:
-            own = parameters[run]
-            thing, way = _nearest_echo(own, others, fires, run, ego[run], objects[run], sizes[run])
+    for run in range(truth.running.shape[0]):
+        if not truth.running[run]:
+            continue
+        own = parameters[run]
+        thing, way = _nearest_echo(
+            own, others, fires, run, truth.ego[run], truth.objects[run], truth.sizes[run]
+        )
         if thing < 0:
             continue
         if own["range_noise"] > 0.0:
             # Of what nearly touches it may be below zero: cut, its mean would be wrong.
-            way += own["range_noise"] * normal(seeds[run], owner, number, 0)
+            way += own["range_noise"] * normal(truth.seeds[run], truth.owner, truth.number, 0)
         s, c = sin_cos(own["yaw"])
-        mask[run, 0], source[run, 0] = True, thing
-        detections[run, 0, DETECTION_X] = own["x"] + way * c
-        detections[run, 0, DETECTION_Y] = own["y"] + way * s
-        detections[run, 0, DETECTION_CLASS] = NOTHING_KNOWN
+        found.mask[run, 0], found.source[run, 0] = True, thing
+        detection = found.detections[run, 0]
+        detection[DETECTION_X] = own["x"] + way * c
+        detection[DETECTION_Y] = own["y"] + way * s
+        detection[DETECTION_CLASS] = NOTHING_KNOWN
 
 
 @inlined

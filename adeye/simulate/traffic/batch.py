@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.kernel.elementary import sin_cos
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import owner_id, uniform
 from adeye.kernel.traffic.lanes import LANE_WIDTH, write_arc, write_straight
 from adeye.kernel.traffic.network import (
@@ -41,6 +41,7 @@ from adeye.kernel.traffic.network import (
     TIMER,
     TOP_SPEED,
     VEHICLE_WIDTH,
+    Road,
     X,
     Y,
     build_links,
@@ -106,18 +107,18 @@ class BatchTraffic(Staged):
         self._stage = stage = Stage(world, cases)
         road = world.context.road
         pieces = road.segments.shape[1]
-        self._lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, LANE_WIDTH))
-        self._links = build_links(
+        lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, LANE_WIDTH))
+        links = build_links(
             [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
         )
-        build_lanes(road.segments, self._links, road.lane_width, RUN_OUT, self._lanes)
-        self._vehicles, self._marks = _begin_vehicles(world)
-        things = self._vehicles.shape[1]
-        self._lists = make_lists(self._lanes.shape[1], things)
+        build_lanes(road.segments, links, road.lane_width, RUN_OUT, lanes)
+        vehicles, marks = _begin_vehicles(world)
+        scratch = make_lists(lanes.shape[1], vehicles.shape[1])
+        self._roads = Road(lanes, links, vehicles, marks, *scratch)
         self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
         self._is_reactive = not world.scripted.all()
         if self._is_reactive:
-            locate_all_vehicles(self._lanes, self._links, self._vehicles, self._marks)
+            locate_all_vehicles(self._roads)
         return world.context, stage.scene()
 
     def step(self, command: Floats, friction: Floats | None = None) -> Scene:
@@ -130,27 +131,10 @@ class BatchTraffic(Staged):
         stage = self._require_stage()
         running = stage.ending.running.copy()
         if self._is_reactive:
-            self._react(
-                running,
-                self._lanes,
-                self._links,
-                self._vehicles,
-                self._marks,
-                *self._lists,
-                stage.world.context.step,
-                self._reacted,
-            )
+            self._react(running, self._roads, stage.world.context.step, self._reacted)
         stage.advance(command, self._reacted, friction)
         if self._is_reactive:
-            show_placed(
-                running,
-                stage.ego,
-                stage.objects,
-                self._lanes,
-                self._links,
-                self._vehicles,
-                self._marks,
-            )
+            show_placed(running, stage.ego, stage.objects, self._roads)
         return stage.scene()
 
 
@@ -250,59 +234,61 @@ def build_lanes(
         mark_alongside(out[run], links)
 
 
+@inlined
+def _road_of(roads: Road, run: int) -> Road:
+    """Return the road of one run."""
+    return Road(
+        roads.lanes[run],
+        roads.links,
+        roads.vehicles[run],
+        roads.marks[run],
+        roads.seen,
+        roads.along,
+        roads.listed,
+    )
+
+
 @compiled
-def locate_all_vehicles(lanes: Floats, links: Ints, vehicles: Floats, marks: Ints) -> None:
+def locate_all_vehicles(roads: Road) -> None:
     """Find the lane of everything on the road at the beginning; drivers keep to theirs.
 
     Args:
-        lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.traffic.network``.
-        vehicles: (B, N, VEHICLE_WIDTH) in and out.
-        marks: (B, N, MARK_WIDTH) in and out.
+        roads: In and out: lanes, vehicles and marks of all runs (B, ...).
     """
-    for run in range(lanes.shape[0]):
-        for who in range(vehicles.shape[1]):
-            vehicle = vehicles[run, who]
+    for run in range(roads.lanes.shape[0]):
+        road = _road_of(roads, run)
+        for who in range(road.vehicles.shape[0]):
+            vehicle = road.vehicles[who]
             vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
-            locate(lanes[run], links, None, vehicles[run], marks[run], who)
-            marks[run, who, TARGET] = marks[run, who, LANE]
+            locate(road, who)
+            road.marks[who, TARGET] = road.marks[who, LANE]
 
 
 @compiled
-def show_placed(  # noqa: PLR0913, PLR0917 - a kernel
-    running: Bools,
-    ego: Floats,
-    objects: Floats,
-    lanes: Floats,
-    links: Ints,
-    vehicles: Floats,
-    marks: Ints,
-) -> None:
+def show_placed(running: Bools, ego: Floats, objects: Floats, roads: Road) -> None:
     """Show the ego and the scripted actors to the drivers.
 
     Args:
         running: (B,) runs to do it in.
         ego: (B, 7) states.
         objects: (B, M, 5) states.
-        lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.traffic.network``.
-        vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
-        marks: (B, 1 + M, MARK_WIDTH) in and out.
+        roads: In and out: lanes, vehicles and marks of all runs (B, ...).
     """
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        for who in range(vehicles.shape[1]):
-            if marks[run, who, ROLE] != PLACED:
+        road = _road_of(roads, run)
+        for who in range(road.vehicles.shape[0]):
+            if road.marks[who, ROLE] != PLACED:
                 continue
-            vehicle = vehicles[run, who]
+            vehicle = road.vehicles[who]
             state = ego[run] if who == 0 else objects[run, who - 1]
             vehicle[X], vehicle[Y], vehicle[HEADING] = state[0], state[1], state[2]
             vehicle[SPEED] = state[3]
             if who > 0:
                 vehicle[DESIRED_SPEED] = state[3]
             vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
-            locate(lanes[run], links, None, vehicles[run], marks[run], who)
+            locate(road, who)
 
 
 @compiled
@@ -317,57 +303,27 @@ def _write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
 
 
 @compiled
-def react_reference(  # noqa: PLR0913, PLR0917 - a kernel
-    running: Bools,
-    lanes: Floats,
-    links: Ints,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    step: float,
-    reacted: Floats,
-) -> None:
+def react_reference(running: Bools, roads: Road, step: float, reacted: Floats) -> None:
     """Advance the reactive actors of all runs by one tick, in the reference arithmetic.
 
     Args:
         running: (B,) runs to do it in.
-        lanes: (B, L, LANE_WIDTH).
-        links: (L, T) of the lanes, see ``kernel.traffic.network``.
-        vehicles: (B, 1 + M, VEHICLE_WIDTH) in and out.
-        marks: (B, 1 + M, MARK_WIDTH) in and out.
-        seen: (L, 1 + M) scratch, see ``kernel.traffic.network.make_lists``.
-        along: (L, 1 + M) scratch.
-        listed: (L, 2 + M) scratch.
+        roads: In and out: lanes, vehicles and marks of all runs (B, ...).
         step: [s].
         reacted: (B, A, 5) states of the reactive actors, out.
     """
     for run in range(running.shape[0]):
         if running[run]:
-            advance_reference(
-                lanes[run], links, None, vehicles[run], marks[run], seen, along, listed, step
-            )
-            _write_reacted(vehicles[run], marks[run], reacted[run])
+            road = _road_of(roads, run)
+            advance_reference(road, step)
+            _write_reacted(road.vehicles, road.marks, reacted[run])
 
 
 @compiled
-def react_fast(  # noqa: PLR0913, PLR0917 - a kernel
-    running: Bools,
-    lanes: Floats,
-    links: Ints,
-    vehicles: Floats,
-    marks: Ints,
-    seen: Floats,
-    along: Floats,
-    listed: Ints,
-    step: float,
-    reacted: Floats,
-) -> None:
+def react_fast(running: Bools, roads: Road, step: float, reacted: Floats) -> None:
     """Do what ``react_reference`` does, in the fast arithmetic."""
     for run in range(running.shape[0]):
         if running[run]:
-            advance_fast(
-                lanes[run], links, None, vehicles[run], marks[run], seen, along, listed, step
-            )
-            _write_reacted(vehicles[run], marks[run], reacted[run])
+            road = _road_of(roads, run)
+            advance_fast(road, step)
+            _write_reacted(road.vehicles, road.marks, reacted[run])

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import advance_ego_fading, fade
+from adeye.kernel.motion import FRICTION, advance_ego_fading, fade
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
 from adeye.kernel.road import lane_center, lane_of, local
-from adeye.kernel.storyboard import begin_events, end_actions, move_actors
+from adeye.kernel.storyboard import Events, begin_events, end_actions, move_actors
 from adeye.signals import (
     PLACE_CURVATURE,
     PLACE_D,
@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from adeye.simulate.world.formulas import Situation
 
 # --- The ego stage: commands become motion within the limits of vehicle and road ------------------
-
-FRICTION: Final = 8
-"""Column of the limits of an ego that holds the friction coefficient."""
 
 
 class Ego:
@@ -100,33 +97,14 @@ def move_egos(running: Bools, command: Floats, limits: Floats, step: float, stat
     Args:
         running: (B,).
         command: (B, 2) acceleration [m/s²] and steering angle [rad].
-        limits: (B, 13) arguments of ``kernel.motion.advance_ego_fading`` from the wheelbase on.
+        limits: (B, 13), see ``kernel.motion.advance_ego_fading``.
         step: Master clock [s].
         states: (B, 7) in and out.
     """
     for run in range(running.shape[0]):
         if running[run]:
-            row = limits[run]
-            advance_ego_fading(
-                states[run],
-                command[run, 0],
-                command[run, 1],
-                step,
-                row[0],
-                row[1],
-                row[2],
-                row[3],
-                row[4],
-                row[5],
-                row[6],
-                row[7],
-                row[8],
-                row[9],
-                row[10],
-                row[11],
-                row[12],
-                states[run],
-            )
+            acceleration, angle = command[run, 0], command[run, 1]
+            advance_ego_fading(states[run], acceleration, angle, step, limits[run], states[run])
 
 
 # --- When runs end: at contact, after horizon and tail, a tail after the goal, at the road's end --
@@ -344,9 +322,12 @@ class Stage:
         self._actors: Floats = world.actors.copy()
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
-        self._begun: Floats = np.full((self.runs, len(context.event_ids)), np.nan)
-        self._ended: Bools = np.zeros(self._begun.shape, dtype=np.bool_)
-        self._due: Ints = np.full(self._begun.shape, -1, dtype=np.int64)
+        shape = (self.runs, len(context.event_ids))
+        self._events = Events(
+            due=np.full(shape, -1, dtype=np.int64),
+            begun=np.full(shape, np.nan),
+            ended=np.zeros(shape, dtype=np.bool_),
+        )
         self._motion = Ego(cases, context)
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
@@ -393,8 +374,8 @@ class Stage:
             ego_place=self._ego_place,
             objects=self.objects,
             object_places=self._object_places,
-            begun=self._begun,
-            ended=self._ended,
+            begun=self._events.begun,
+            ended=self._events.ended,
             contact=contacts.touched,
             impact_speed=contacts.impact_speed,
             foreign_contact=contacts.foreign,
@@ -415,24 +396,18 @@ class Stage:
             self._object_places,
         )
         if len(world.context.event_ids):
-            self._begun, self._ended = self._begun.copy(), self._ended.copy()
+            past = self._events
+            events = self._events = Events(past.due, past.begun.copy(), past.ended.copy())
             tick, step = self._tick, world.context.step
-            end_actions(running, script.actions, tick, step, self._begun, self._actors, self._ended)
+            end_actions(running, script, tick, step, events, self._actors)
             begin_events(
                 running,
-                script.ops,
-                script.args,
-                script.lengths,
-                script.programs,
+                script,
                 world.triggers.values(self.scene()),
                 world.triggers.first_event,
-                script.actions,
-                script.order,
                 tick,
                 tick_time(tick, step),
-                self._due,
-                self._begun,
-                self._ended,
+                events,
                 self._actors,
             )
         self.ending.update(self._tick, self._ego_place[:, 0], self._contacts.touched)

@@ -12,14 +12,20 @@ from adeye.errors import SpecError, suggest
 from adeye.kernel.elementary import asin, atan
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import local, mark_on_road, offset_curvature, position
-from adeye.kernel.storyboard import ACTION_RELATIVE, ACTOR_WIDTH, WALKS, advance, place_actor
+from adeye.kernel.storyboard import (
+    ACTION_RELATIVE,
+    ACTOR_WIDTH,
+    WALKS,
+    Script,
+    advance,
+    place_actor,
+)
 from adeye.signals import ILLUMINANCE, ROAD_EDGE, Bools, Floats, RoadMap, SceneContext, Surroundings
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick, Situation
 from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES, class_indices
 from adeye.simulate.world.roads import build_roads
 from adeye.simulate.world.storyboard import (
     WALKER,
-    Script,
     TriggerTable,
     check_lanes,
     compile_script,
@@ -366,7 +372,7 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
     triggers = TriggerTable.of(cases, context)
     script = compile_script(formulas, road, triggers.index, context.step)
     speeds = script.actions[..., ACTION_RELATIVE]
-    triggers.watch(script.ops, script.args, speeds[speeds >= 0.0].astype(np.int64))
+    triggers.watch(script.programs, speeds[speeds >= 0.0].astype(np.int64))
     wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])
     return World(
         context=context,

@@ -9,8 +9,7 @@ Gaps run along the lane that the ego drives, see ``kernel.road.lane_way``.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from adeye.errors import SpecError
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.elementary import cos, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.postfix import PUSH_VARIABLE
+from adeye.kernel.postfix import PUSH_VARIABLE, Programs
 from adeye.kernel.road import lane_way
 from adeye.kernel.storyboard import (
     ACTION_ACTOR,
@@ -37,6 +36,7 @@ from adeye.kernel.storyboard import (
     EVENT_VARIABLES,
     LINEAR,
     SINUSOIDAL,
+    Script,
 )
 from adeye.signals import (
     EGO_HEADING,
@@ -62,34 +62,13 @@ from adeye.spec.expression import Expression, Program, parse, to_program
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from adeye.signals import RoadMap
     from adeye.simulate.world.formulas import Situation
     from adeye.spec.scenario import LogicalScenario, Parameter
 
 # --- Compile a storyboard: actions as rows of numbers, triggers as postfix programs ---------------
-
-
-@dataclass(frozen=True, slots=True)
-class Script:
-    """The storyboard of a batch with V events.
-
-    Attributes:
-        actions: (B, V, ACTION_WIDTH), see ``kernel.storyboard``.
-        ops: (P, L) operations of the P different trigger programs.
-        args: (P, L) their arguments.
-        lengths: (P,) how many operations belong to each.
-        programs: (B, V) program of each event.
-        order: (V,) the events in the order in which those of one tick act.
-    """
-
-    actions: Floats
-    ops: Ints
-    args: Floats
-    lengths: Ints
-    programs: Ints
-    order: Ints
 
 
 WALKER: Final = "pedestrian"
@@ -138,7 +117,9 @@ def compile_script(
             row[:, ACTION_RELATIVE] = index[f"{event.speed.relative_to}.speed"]
     events = list(scenario.storyboard)
     order = np.array([events.index(name) for name in scenario.acting_order], dtype=np.int64)
-    return Script(actions, *_compile_triggers(formulas, index), order)
+    numbers = np.zeros(actions.shape[:2], dtype=np.int64)
+    programs = compile_conditions(_triggers(formulas), index, numbers)
+    return Script(actions, programs, numbers, order)
 
 
 def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
@@ -240,27 +221,37 @@ def _field(event: str, action: str, field: str) -> Pick:
     return pick
 
 
-def _compile_triggers(
-    formulas: Formulas, index: Mapping[str, int]
-) -> tuple[Ints, Floats, Ints, Ints]:
-    known: dict[str, int] = {}
-    compiled: list[Program] = []
-    numbers = np.zeros((formulas.runs, len(formulas.scenario.storyboard)), dtype=np.int64)
+def _triggers(formulas: Formulas) -> Iterator[tuple[Any, Expression]]:
+    """List where each trigger belongs, and itself."""
     for scenario, rows, _ in formulas.parts:
         for column, event in enumerate(scenario.storyboard.values()):
-            text = event.when.text
-            if text not in known:
-                known[text] = len(compiled)
-                compiled.append(to_program(event.when, index))
-            numbers[rows, column] = known[text]
-    width = max((len(program.ops) for program in compiled), default=0)
-    ops = np.zeros((len(compiled), width), dtype=np.int64)
-    args = np.zeros((len(compiled), width))
+            yield (rows, column), event.when
+
+
+def compile_conditions(
+    conditions: Iterable[tuple[Any, Expression]], index: Mapping[str, int], numbers: Ints
+) -> Programs:
+    """Compile each different condition once.
+
+    Args:
+        conditions: Where in the numbers each belongs, and itself.
+        index: Column of each variable.
+        numbers: Out: which program each has.
+    """
+    known: dict[str, int] = {}
+    compiled: list[Program] = []
+    for place, when in conditions:
+        if when.text not in known:
+            known[when.text] = len(compiled)
+            compiled.append(to_program(when, index))
+        numbers[place] = known[when.text]
+    lengths = [len(program.ops) for program in compiled] or [0]
+    ops = np.zeros((len(lengths), max(lengths)), dtype=np.int64)
+    args = np.zeros(ops.shape)
     for number, program in enumerate(compiled):
         ops[number, : len(program.ops)] = program.ops
         args[number, : len(program.args)] = program.args
-    lengths = np.array([len(program.ops) for program in compiled], dtype=np.int64)
-    return ops, args, lengths, numbers
+    return Programs(ops, args, np.array(lengths, dtype=np.int64))
 
 
 # --- Trigger variables: what a condition of a storyboard or of a fault's onset may name -----------
@@ -353,16 +344,15 @@ class TriggerTable:
         columns = {name: np.array([case.parameters[name] for case in cases]) for name in names}
         return cls(context, columns)
 
-    def watch(self, ops: Ints, args: Floats, also: Ints | None = None) -> None:
+    def watch(self, programs: Programs, also: Ints | None = None) -> None:
         """Fill from now on only what some programs read: most conditions name few of the variables.
 
         Args:
-            ops: (P, L) operations of the programs, see ``kernel.postfix``.
-            args: (P, L) their arguments.
+            programs: Conditions.
             also: (N,) variables that something else reads.
         """
         self._wanted[:] = False
-        self._wanted[args[ops == PUSH_VARIABLE].astype(np.int64)] = True
+        self._wanted[programs.args[programs.ops == PUSH_VARIABLE].astype(np.int64)] = True
         if also is not None:
             self._wanted[also] = True
 

@@ -146,11 +146,11 @@ def test_lateral_variant_takes_half_a_metre() -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("column", range(columns.VIEW_SIZE))
-def test_what_is_unknown_asks_for_no_number(model: str, column: int) -> None:
-    row = view()
-    row[column] = math.nan
-    assert math.isnan(limits(model, row, 1)[0])
+def test_what_is_unknown_asks_for_no_number(model: str) -> None:
+    for column in range(columns.VIEW_SIZE):
+        row = view()
+        row[column] = math.nan
+        assert math.isnan(limits(model, row, 1)[0])
 
 
 @pytest.mark.slow

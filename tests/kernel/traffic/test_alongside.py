@@ -21,12 +21,12 @@ DUE = 1.5
 
 def both(road: Any) -> tuple[tuple[Floats, Ints], tuple[Floats, Ints]]:
     """Return vehicles and marks after the decisions here and by ``drivers.decide``."""
-    seen, along, listed = n.make_lists(len(road.lanes), len(road.vehicles))
-    vehicles, marks = road.vehicles.copy(), road.marks.copy()
-    k.decide_alongside(road.lanes, vehicles, marks, seen, along, listed)
-    expected, choices = road.vehicles.copy(), road.marks.copy()
-    decide(road.lanes, road.links, None, expected, choices, seen, along, listed)
-    return (vehicles, marks), (expected, choices)
+    ours, expected = (
+        road.road._replace(vehicles=road.vehicles.copy(), marks=road.marks.copy()) for _ in range(2)
+    )
+    k.decide_alongside(ours)
+    decide(expected)
+    return (ours.vehicles, ours.marks), (expected.vehicles, expected.marks)
 
 
 def agree(road: Any) -> Floats:
@@ -117,12 +117,11 @@ def test_beyond_the_ends_nobody_is_seen() -> None:
 
 def test_the_order_of_a_tick_ago_changes_nothing() -> None:
     ours = convert(scene("straight", 31, 20))
-    lists = n.make_lists(len(ours.lanes), len(ours.vehicles))
     found = []
     for order in (np.arange(20), np.arange(20)[::-1], np.roll(np.arange(20), 7)):
         vehicles, marks = ours.vehicles.copy(), ours.marks.copy()
         marks[:, n.ORDER] = order
-        k.decide_alongside(ours.lanes, vehicles, marks, *lists)
+        k.decide_alongside(ours.road._replace(vehicles=vehicles, marks=marks))
         found.append(vehicles[:, n.ACCELERATION].copy())
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])

@@ -9,31 +9,25 @@ from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic.lanes import LANE_WIDTH, lane_local, write_straight
 from adeye.kernel.traffic.network import build_links
 from adeye.kernel.traffic.steering import locate
-from adeye.signals import Floats, Ints
 from benchmarks.support.highway_scenes import ROADS, Converted, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad
 
 
-def both(
-    lanes: Floats, links: Ints, traffic: tuple[Floats, Ints], lane: int, who: int, s: float
-) -> tuple[int, int]:
-    """Return the one answer of the two searches on straight lanes."""
-    vehicles, marks = traffic
-    seen, along, listed = n.make_lists(len(lanes), len(vehicles))
-    n.forget_lists(listed)
-    n.see_around(lanes, links, None, vehicles, seen, listed, lane)
-    found = n.neighbours(lanes, links, seen, lane, who, s)
-    n.forget_lists(listed)
-    n.sort_along(vehicles, marks)
-    n.list_around(lanes, links, None, vehicles, marks, seen, along, listed, lane)
-    front = n.front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
-    assert (front, n.rear_listed(lanes, links, seen, along, listed, lane, who, s)) == found
+def both(road: n.Road, lane: int, who: int, s: float) -> tuple[int, int]:
+    """Return the one answer of the two searches."""
+    plain = road._replace(seen=road.seen.copy(), listed=road.listed.copy())
+    n.forget_lists(plain.listed)
+    n.see_around(plain, lane)
+    found = n.neighbours(plain, lane, who, s)
+    n.forget_lists(road.listed)
+    n.sort_along(road.vehicles, road.marks)
+    n.list_around(road, lane)
+    assert (n.front_listed(road, lane, who, s), n.rear_listed(road, lane, who, s)) == found
     return found
 
 
 def around(road: LaneRoad, lane: int, who: int) -> tuple[int, int]:
-    place = float(road.vehicles[who, n.S])
-    return both(road.lanes, road.links, (road.vehicles, road.marks), lane, who, place)
+    return both(road.road, lane, who, float(road.vehicles[who, n.S]))
 
 
 def test_alone_nobody_is_ahead_or_behind() -> None:
@@ -90,66 +84,44 @@ def test_a_fixed_object_is_seen() -> None:
     assert around(road, 0, who) == (thing, -1)
 
 
-def two_roads() -> tuple[Floats, Ints]:
-    """One lane of 100 m after another."""
-    lanes = np.zeros((2, LANE_WIDTH))
-    write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, math.inf)
-    write_straight(lanes[1], 100.0, 0.0, 0.0, 100.0, 4.0, math.inf)
-    return lanes, build_links([("a", "b", 1), ("b", "c", 1)])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("me", "other", "expected"), [(80, 140, (1, -1)), (140, 80, (-1, 1))])
 def test_beyond_the_ends_of_a_lane_the_linked_ones_count(
     me: float, other: float, expected: tuple[int, int]
 ) -> None:
-    lanes, links = two_roads()
+    lanes = np.zeros((2, LANE_WIDTH))
+    for number in range(2):
+        write_straight(lanes[number], 100.0 * number, 0.0, 0.0, 100.0, 4.0, math.inf)
+    roads = [("a", "b", 1), ("b", "c", 1)]
     vehicles = np.zeros((2, n.VEHICLE_WIDTH))
     vehicles[:, n.X], vehicles[:, n.COSINE] = (me, other), 1.0
     marks = np.zeros((2, n.MARK_WIDTH), dtype=np.int64)
     marks[:, n.ORDER] = 0, 1
+    road = n.Road(lanes, build_links(roads), vehicles, marks, *n.make_lists(2, 2))
     for who in range(2):
-        locate(lanes, links, None, vehicles, marks, who)
+        locate(road, who)
     lane, s = int(marks[0, n.LANE]), float(vehicles[0, n.S])
-    assert both(lanes, links, (vehicles, marks), lane, 0, s) == expected
-    unlinked = build_links([("a", "b", 1), ("b", "c", 1)], connected=False)
-    assert both(lanes, unlinked, (vehicles, marks), lane, 0, s) == (-1, -1)
+    assert both(road, lane, 0, s) == expected
+    unlinked = build_links(roads, connected=False)
+    assert both(road._replace(links=unlinked), lane, 0, s) == (-1, -1)
 
 
 def test_place_along_is_kept_on_the_own_lane_and_computed_on_others() -> None:
     road = LaneRoad()
     who = road.put(1, 100.0)
     road.vehicles[who, n.S] = 101.0
-    assert n.place_along(road.lanes, None, road.vehicles, road.marks, 1, who) == 101.0
-    assert n.place_along(road.lanes, None, road.vehicles, road.marks, 0, who) == 100.0
+    assert n.place_along(road.road, 1, who) == 101.0
+    assert n.place_along(road.road, 0, who) == 100.0
 
 
 def answers(ours: Converted) -> set[tuple[int, int]]:
     """See that both searches agree on everybody's own lane and on all others."""
-    seen, along, listed = ours.lists
-    lanes, links, curves, vehicles, marks = (
-        ours.lanes,
-        ours.links,
-        ours.curves,
-        ours.vehicles,
-        ours.marks,
-    )
-    plain = n.make_lists(len(lanes), len(vehicles))
-    n.forget_lists(listed)
-    n.forget_lists(plain[2])
-    n.sort_along(vehicles, marks)
-    found = set()
-    for who in range(len(vehicles)):
-        for lane in range(len(lanes)):
-            s = n.place_along(lanes, curves, vehicles, marks, lane, who)
-            n.see_around(lanes, links, curves, vehicles, plain[0], plain[2], lane)
-            naive = n.neighbours(lanes, links, plain[0], lane, who, s)
-            n.list_around(lanes, links, curves, vehicles, marks, seen, along, listed, lane)
-            front = n.front_listed(lanes, links, marks, seen, along, listed, lane, who, s)
-            rear = n.rear_listed(lanes, links, seen, along, listed, lane, who, s)
-            assert (front, rear) == naive
-            found.add(naive)
-    return found
+    road = ours.road
+    return {
+        both(road, lane, who, n.place_along(road, lane, who))
+        for who in range(len(road.vehicles))
+        for lane in range(len(road.lanes))
+    }
 
 
 @pytest.mark.slow
@@ -161,7 +133,7 @@ def test_sorted_search_is_the_naive_one_to_the_bit(kind: str, seed: int) -> None
     # Again with many in equal places, and with the order of the tick before.
     ours.vehicles[5:10, n.X : n.SPEED] = ours.vehicles[0, n.X : n.SPEED]
     for who in range(len(ours.vehicles)):
-        locate(ours.lanes, ours.links, ours.curves, ours.vehicles, ours.marks, who)
+        locate(ours.road, who)
     answers(ours)
 
 
@@ -171,16 +143,15 @@ def test_neighbours_are_highway_env_s(kind: str, seed: int) -> None:
     road = scene(kind, seed, 6)
     ours = convert(road)
     things = [*road.vehicles, *road.objects]
-    seen, _, listed = ours.lists
-    n.forget_lists(listed)
+    n.forget_lists(ours.road.listed)
     names = list(road.network.lanes_dict())
     draw = Draw(seed)
     for who, vehicle in enumerate(road.vehicles):
         for lane in {int(ours.marks[who, n.LANE]), draw.below(len(names))}:
             x, y = ours.vehicles[who, [n.X, n.Y]]
-            s, _ = lane_local(ours.lanes, lane, ours.curves, x, y)
-            n.see_around(ours.lanes, ours.links, ours.curves, ours.vehicles, seen, listed, lane)
-            found = n.neighbours(ours.lanes, ours.links, seen, lane, who, s)
+            s, _ = lane_local(ours.lanes, lane, x, y)
+            n.see_around(ours.road, lane)
+            found = n.neighbours(ours.road, lane, who, s)
             theirs = road.neighbour_vehicles(vehicle, names[lane])
             expected = [things.index(v) if v is not None else -1 for v in theirs]
             assert list(found) == expected

@@ -9,6 +9,7 @@ from adeye.kernel.traffic.lanes import (
     LANE_LENGTH,
     LANE_WIDTH,
     lane_heading,
+    lane_local,
     lane_point,
     straight_local,
     write_arc,
@@ -48,38 +49,46 @@ def test_unconnected_lanes_are_followed_but_not_looked_into() -> None:
     assert links[:, k.NEXT_ROADS].tolist() == [1, 0]
 
 
-def places(lanes: Floats, curves: Floats | None, count: int) -> list[tuple[float, float, float]]:
+def places(lanes: Floats, count: int) -> list[tuple[float, float, float]]:
     """Return poses near lanes of a network, and some far away."""
     draw = Draw(3)
     found = []
     for _ in range(count):
         lane = draw.below(len(lanes))
         s = draw.between(-8.0, min(lanes[lane, LANE_LENGTH], 400.0) + 8.0)
-        x, y = lane_point(lanes, lane, curves, s, draw.between(-6.0, 6.0))
+        x, y = lane_point(lanes, lane, s, draw.between(-6.0, 6.0))
         turned = draw.between(-0.5, 0.5) if draw.chance(0.8) else draw.between(-4.0, 4.0)
-        found.append((x, y, lane_heading(lanes, lane, curves, s) + turned))
+        found.append((x, y, lane_heading(lanes, lane, s) + turned))
     return [*found, (1e4, -1e4, 0.0), (-500.0, 300.0, 3.0)]
+
+
+def looked_for(lanes: Floats, x: float, y: float, heading: float) -> tuple[int, float, float]:
+    """Return the lane nearest in place and direction, and the place beside it, of all lanes."""
+    found = [lane_local(lanes, number, x, y) for number in range(len(lanes))]
+    weights = [k._weight(lanes, number, *place, heading) for number, place in enumerate(found)]
+    number = int(np.argmin(weights))
+    return (number, *found[number])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_nearest_lane_is_found_from_any_guess_to_the_bit(kind: str) -> None:
     road = ROADS[kind](connected=True)
-    lanes, links, curves = convert_network(road.network, connected=True)
-    for x, y, heading in places(lanes, curves, 25):
-        expected = k.search_lanes(lanes, curves, x, y, heading)
+    lanes, links = convert_network(road.network, connected=True)
+    for x, y, heading in places(lanes, 25):
+        expected = looked_for(lanes, x, y, heading)
         for guess in range(0, len(lanes), 3):
-            assert k.nearest_lane(lanes, links, curves, guess, x, y, heading) == expected
+            assert k.nearest_lane(lanes, links, guess, x, y, heading) == expected
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_nearest_lane_is_highway_env_s_closest_lane(kind: str) -> None:
     road = ROADS[kind](connected=True)
-    lanes, _, curves = convert_network(road.network, connected=True)
+    lanes, _ = convert_network(road.network, connected=True)
     names = list(road.network.lanes_dict())
-    for x, y, heading in places(lanes, curves, 40):
-        found, _, _ = k.search_lanes(lanes, curves, x, y, heading)
+    for x, y, heading in places(lanes, 40):
+        found, _, _ = looked_for(lanes, x, y, heading)
         assert names[found] == road.network.get_closest_lane_index(np.array([x, -y]), -heading)
 
 
@@ -87,13 +96,13 @@ def test_nearest_lane_is_highway_env_s_closest_lane(kind: str) -> None:
 @pytest.mark.parametrize("kind", ROADS)
 def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     road = ROADS[kind](connected=True)
-    lanes, links, curves = convert_network(road.network, connected=True)
+    lanes, links = convert_network(road.network, connected=True)
     names = list(road.network.lanes_dict())
     answers = set()
     for lane, name in enumerate(names):
         for lateral in (-3.0, 0.5, 5.0):
-            x, y = lane_point(lanes, lane, curves, float(lanes[lane, LANE_LENGTH]) - 1.0, lateral)
-            found = k.next_lane(lanes, links, curves, lane, x, y)
+            x, y = lane_point(lanes, lane, float(lanes[lane, LANE_LENGTH]) - 1.0, lateral)
+            found = k.next_lane(lanes, links, lane, x, y)
             assert names[found] == road.network.next_lane(name, position=np.array([x, -y]))
             answers.add(found != lane)
     # At the crossing every road is followed by another one.
@@ -104,7 +113,7 @@ def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
 def test_at_the_end_of_the_last_road_the_lane_goes_on_as_itself() -> None:
     lanes = np.zeros((1, LANE_WIDTH))
     write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, np.inf)
-    assert k.next_lane(lanes, k.build_links([("a", "b", 1)]), None, 0, 99.0, 0.0) == 0
+    assert k.next_lane(lanes, k.build_links([("a", "b", 1)]), 0, 99.0, 0.0) == 0
 
 
 def straight_road(heading: float = 0.0, widths: tuple[float, ...] = (4.0, 4.0, 3.0)) -> Floats:
@@ -151,7 +160,7 @@ def test_lanes_of_anything_else_are_not_alongside() -> None:
 @pytest.mark.parametrize("kind", [kind for kind in ROADS if kind != "straight"])
 def test_only_the_straight_road_of_highway_env_is_alongside(kind: str) -> None:
     for connected in (False, True):
-        lanes, _, _ = convert_network(ROADS[kind](connected=connected).network, connected=connected)
+        lanes, _ = convert_network(ROADS[kind](connected=connected).network, connected=connected)
         assert not lanes[:, ALONGSIDE].any()
 
 
@@ -165,11 +174,11 @@ def test_alone_nearest_is_the_lane_that_looking_at_all_finds(heading: float) -> 
     for _ in range(3000):
         number = draw.below(3)
         s, lateral = draw.between(-40.0, 340.0), draw.between(-6.0, 6.0)
-        x, y = lane_point(lanes, number, None, s, lateral)
+        x, y = lane_point(lanes, number, s, lateral)
         direction = heading + draw.between(-3.0, 3.0)
         place = straight_local(lanes, number, x, y)
         if k.is_alone_nearest(lanes, number, place[1]):
-            assert k.search_lanes(lanes, None, x, y, direction) == (number, *place)
+            assert looked_for(lanes, x, y, direction) == (number, *place)
             sure += 1
     assert 500 < sure < 2000
 

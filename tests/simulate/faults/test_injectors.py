@@ -1,9 +1,14 @@
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
 
+from adeye.kernel.random import normal, owner_id, uniform
 from adeye.signals import OK, SILENT, ControlCommand, Measurement
+from adeye.simulate.faults.injector import Draws, InjectorContext
 from adeye.testing.sensors import injector, moment
+from tests.simulate.faults.streams import CONTEXT, RUNS, streams
 
 FIRST = np.array([True, False])
 NONE = np.zeros(2, dtype=np.bool_)
@@ -109,3 +114,85 @@ def test_channel_silent_from_the_start_has_no_command() -> None:
     faulty = made("silent").apply(command(1.0), moment(FIRST))
     assert faulty.stamp.tolist() == [-1.0, 1.0]
     assert faulty.acceleration.tolist() == [0.0, 1.0]
+
+
+OWNER = np.uint64(owner_id("fault/tested"))
+
+
+def draws(owner: np.uint64 = OWNER) -> Draws:
+    return Draws(InjectorContext([], CONTEXT, 0.05, owner))
+
+
+def test_draw_is_named_by_seed_owner_sample_and_index() -> None:
+    made = draws()
+    item = streams()["truth"][0]
+    item.fresh[:] = [True, False, True]
+    made.count(item)
+    made.count(item)
+    indices = np.array([[0, 5]] * RUNS)
+    for run, number in enumerate((2, 0, 2)):
+        seed = CONTEXT.stream_seeds[run]
+        for place, index in enumerate((0, 5)):
+            assert made.uniforms(indices)[run, place] == uniform(seed, OWNER, number, index)
+            assert made.normals(indices)[run, place] == normal(seed, OWNER, number, index)
+
+
+def test_sample_that_is_shown_again_has_the_same_draws() -> None:
+    made = draws()
+    before = made.shares(3)
+    item = streams()["truth"][0].copy()
+    item.fresh[:] = False
+    made.count(item)
+    assert made.shares(3).tolist() == before.tolist()
+    item.fresh[:] = True
+    made.count(item)
+    assert not set(made.shares(3)) & set(before)
+
+
+def test_every_fault_has_its_own() -> None:
+    other = np.uint64(owner_id("fault/other"))
+    assert not set(draws().shares(0)) & set(draws(other).shares(0))
+
+
+# --- Channels are told of the faults inside them when these come and go, and not otherwise --------
+
+OFF = np.array([False, False])
+
+
+class Listener:
+    """Writes down what it is told."""
+
+    hooks = ("map_shifted", "tracks_lost")
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str, list[bool], list[float]]] = []
+
+    def inject(self, hook: str, active: Any, size: Any) -> None:
+        self.told.append((hook, active.tolist(), size.tolist()))
+
+
+def test_channel_hears_of_every_change_and_of_nothing_else() -> None:
+    offsets: list[dict[str, Any]] = [{"offset": "0.5 m"}, {"offset": "-1 m"}]
+    fault = injector("map_shifted", "hooks.nominal", runs=2, parameters=offsets)
+    channel = Listener()
+    for active in (OFF, OFF, FIRST, FIRST, OFF, OFF):
+        assert fault.apply(channel, moment(active)) is channel
+    sizes = [0.5, -1.0]
+    assert channel.told == [
+        ("map_shifted", [True, False], sizes),
+        ("map_shifted", [False, False], sizes),
+    ]
+
+
+def test_model_without_a_size_has_the_size_one() -> None:
+    channel = Listener()
+    injector("tracks_lost", "hooks.nominal", runs=2).apply(channel, moment(FIRST))
+    assert channel.told == [("tracks_lost", [True, False], [1.0, 1.0])]
+
+
+def test_fault_that_never_comes_is_never_told() -> None:
+    channel = Listener()
+    fault = injector("tracks_lost", "hooks.nominal", runs=2)
+    for _ in range(5):
+        fault.apply(channel, moment(OFF))
+    assert channel.told == []

@@ -140,16 +140,19 @@ FIRST = list(
 """Of each model and signal one sensor, which is tried at every change."""
 
 
-def of(combinations: list[tuple[str, str, str]]) -> pytest.MarkDecorator:
-    """Try all, those of ``FIRST`` always."""
-    items = [
-        pytest.param(*item, marks=() if item in FIRST else pytest.mark.slow)
-        for item in combinations
-    ]
-    return pytest.mark.parametrize(("model", "sensor", "signal"), items)
+def by_model(items: list[tuple[str, str, str]]) -> pytest.MarkDecorator:
+    """Try all of a model, those of ``FIRST`` always."""
+    trials = []
+    for model in dict.fromkeys(model for model, _, _ in items):
+        own = [item for item in items if item[0] == model]
+        trials.append(pytest.param([item for item in own if item in FIRST], id=model))
+        rest = [item for item in own if item not in FIRST]
+        trials.append(pytest.param(rest, id=f"{model} elsewhere", marks=pytest.mark.slow))
+    return pytest.mark.parametrize("combinations", trials)
 
 
-every = of(EVERY)
+Combinations = list[tuple[str, str, str]]
+every = by_model(EVERY)
 
 
 def test_every_model_of_sensors_is_among_those_tested() -> None:
@@ -161,23 +164,24 @@ def test_every_model_of_sensors_is_among_those_tested() -> None:
 
 @every
 def test_fault_acts_from_its_onset_to_its_end_and_in_its_runs_only(
-    model: str, sensor: str, signal: str
+    combinations: Combinations,
 ) -> None:
-    pairs = played(made(model, sensor, full(model, signal)), sensor)
-    for tick, (given, faulty) in enumerate(pairs):
-        assert same(given, streams()[sensor][tick])
-        assert same(given, faulty, 1)
-        if tick < ONSET or (tick >= END and model not in MEMORY):
-            assert faulty is given
-    changed = [tick for tick, (given, faulty) in enumerate(pairs) if not same(given, faulty)]
-    if is_without_size(model, sensor, signal):
-        assert not changed
-    elif model in LATER:
-        assert changed[0] == first_made_after(ONSET, sensor)
-    elif model == "freeze":
-        assert changed[0] == first_unlike(ONSET - 1, sensor)
-    else:
-        assert changed[0] == ONSET
+    for model, sensor, signal in combinations:
+        pairs = played(made(model, sensor, full(model, signal)), sensor)
+        for tick, (given, faulty) in enumerate(pairs):
+            assert same(given, streams()[sensor][tick])
+            assert same(given, faulty, 1)
+            if tick < ONSET or (tick >= END and model not in MEMORY):
+                assert faulty is given
+        changed = [tick for tick, (given, faulty) in enumerate(pairs) if not same(given, faulty)]
+        if is_without_size(model, sensor, signal):
+            assert not changed
+        elif model in LATER:
+            assert changed[0] == first_made_after(ONSET, sensor)
+        elif model == "freeze":
+            assert changed[0] == first_unlike(ONSET - 1, sensor)
+        else:
+            assert changed[0] == ONSET
 
 
 def is_without_size(model: str, sensor: str, signal: str) -> bool:
@@ -203,20 +207,22 @@ def first_unlike(tick: int, sensor: str) -> int:
 
 
 @pytest.mark.slow
-@of([item for item in EVERY if item[0] in NULL])
-def test_fault_of_no_size_changes_no_bit(model: str, sensor: str, signal: str) -> None:
-    for given, faulty in played(made(model, sensor, null(model, signal)), sensor):
-        assert same(given, faulty)
+@by_model([item for item in EVERY if item[0] in NULL])
+def test_fault_of_no_size_changes_no_bit(combinations: Combinations) -> None:
+    for model, sensor, signal in combinations:
+        for given, faulty in played(made(model, sensor, null(model, signal)), sensor):
+            assert same(given, faulty)
 
 
 @every
-def test_runs_do_not_know_of_each_other(model: str, sensor: str, signal: str) -> None:
-    together = played(made(model, sensor, full(model, signal)), sensor)
-    for run in range(RUNS):
-        injector = made(model, sensor, full(model, signal), runs=[run])
-        alone = played(injector, sensor, runs=[run])
-        for (_, one), (_, other) in zip(together, alone, strict=True):
-            assert same(one.map(lambda array, run=run: array[run : run + 1]), other)
+def test_runs_do_not_know_of_each_other(combinations: Combinations) -> None:
+    for model, sensor, signal in combinations:
+        together = played(made(model, sensor, full(model, signal)), sensor)
+        for run in range(RUNS):
+            injector = made(model, sensor, full(model, signal), runs=[run])
+            alone = played(injector, sensor, runs=[run])
+            for (_, one), (_, other) in zip(together, alone, strict=True):
+                assert same(one.map(lambda array, run=run: array[run : run + 1]), other)
 
 
 @pytest.mark.slow

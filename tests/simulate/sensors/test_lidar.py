@@ -9,11 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats
 from adeye.simulate.sensors.lidar import LidarSensor, sample_bytes
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.testing import check_sensor
 from tests.simulate.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
-from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context, sensor_context
+from tests.simulate.sensors.scenes import (
+    CAR,
+    TRUCK,
+    architecture,
+    scene,
+    scene_context,
+    sensor_context,
+)
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
 
 if TYPE_CHECKING:
@@ -151,3 +159,255 @@ def test_object_at_no_place_returns_nothing() -> None:
     context = scene_context([CAR, CAR])
     found = look(context, scene(context, [(np.nan, 0.0), (20.0, 0.0, np.nan)]))
     assert len(returns(found)) == 0
+
+
+# --- Returns of a physical lidar on hand-made scenes: which beams, how far, how noisy -------------
+
+# --- geometry -------------------------------------------------------------------------------------
+
+
+def test_ring_of_beams_on_a_wall_gives_its_distance_over_the_cosine() -> None:
+    context = scene_context([WALL])
+    found = returns(look(context, scene(context, [(20.1, 0.0)])))
+    bearings = found[:, POINT_BEARING]
+    assert found[:, POINT_RANGE] == pytest.approx(20.0 / np.cos(bearings))
+    # As far as a car of the wall's reflectivity is seen, in steps of half a degree.
+    reach = 150.0 * math.sqrt(0.5 / 0.9)
+    assert len(found) == 2 * math.floor(math.acos(20.0 / reach) / (0.5 * DEGREE) + 0.5)
+
+
+@pytest.mark.parametrize("distance", [10.0, 25.0, 60.0])
+@pytest.mark.parametrize("width", [1.0, 2.0])
+def test_plate_returns_as_many_beams_as_fit_into_its_angle(distance: float, width: float) -> None:
+    context = scene_context([(0.001, width, 2.0)])
+    found = returns(look(context, scene(context, [(distance, 0.0)])))
+    angle = 2.0 * math.atan(0.5 * width / distance)
+    assert abs(len(found) - angle / (0.5 * DEGREE)) <= 1.0
+
+
+def test_empty_beam_is_a_row_of_zeros_and_has_hit_nothing() -> None:
+    context = scene_context()
+    points, hits = parts(look(context, scene(context, [(20.0, 0.0)])))
+    empty = points[0, :, POINT_RANGE] == 0.0
+    assert 0 < np.count_nonzero(~empty) < 30
+    assert not points[0, empty].any()
+    assert (hits[0, empty] == -1).all()
+    assert (hits[0, ~empty] == 0).all()
+
+
+def test_yaw_of_twenty_degrees_shifts_every_bearing_by_it() -> None:
+    context = scene_context()
+    shown = scene(context, [(20.0, 3.0)])
+    plain = look(context, shown, field_of_view="60 deg", beams=240)
+    turned = look(
+        context, shown, field_of_view="60 deg", beams=240, mount={"z": "0.8 m", "yaw": "20 deg"}
+    )
+    rows, shifted = returns(plain), returns(turned)
+    # Twenty degrees are eighty beams: the same directions, by other beams.
+    assert shifted == pytest.approx(rows)
+    first, last = np.flatnonzero(parts(plain)[0][0, :, POINT_RANGE])[[0, -1]]
+    moved = np.flatnonzero(parts(turned)[0][0, :, POINT_RANGE])[[0, -1]]
+    assert moved.tolist() == [first - 80, last - 80]
+
+
+def test_points_are_in_the_vehicle_frame_wherever_the_ego_is() -> None:
+    context = scene_context([TRUCK])
+    plain = returns(look(context, scene(context, [(30.0, 4.0, 0.1)])))
+    turn = math.pi / 2.0
+    ego = (100.0, 50.0, turn, 0.0)
+    moved = returns(look(context, scene(context, [(96.0, 80.0, 0.1 + turn)], ego=ego)))
+    assert moved == pytest.approx(plain)
+
+
+def test_mount_is_where_the_range_counts_from() -> None:
+    context = scene_context([WALL])
+    ahead = look(context, scene(context, [(20.1, 0.0)]), mount={"x": "2 m", "y": "1 m", "z": "1 m"})
+    assert returns(ahead)[:, POINT_RANGE].min() == pytest.approx(18.0, abs=1e-3)
+
+
+def test_object_behind_the_seam_of_a_whole_turn_is_hit_from_both_sides() -> None:
+    context = scene_context()
+    bearings = returns(look(context, scene(context, [(-20.0, 0.0)])))[:, POINT_BEARING]
+    assert (bearings > 0.0).any()
+    assert (bearings < 0.0).any()
+    assert len(bearings) == len(returns(look(context, scene(context, [(20.0, 0.0)]))))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 180.0, -140.0])
+def test_field_of_view_is_where_beams_are(yaw: float) -> None:
+    context = scene_context([(1.0, 1.0, 2.0)] * 36)
+    ring = [(30.0 * math.cos(k * 10 * DEGREE), 30.0 * math.sin(k * 10 * DEGREE)) for k in range(36)]
+    mount = {"z": "0.8 m", "yaw": f"{yaw} deg"}
+    _, hits = parts(look(context, scene(context, ring), field_of_view="90 deg", mount=mount))
+    seen = {int(thing) for thing in hits[0] if thing >= 0}
+    assert seen == {(round(yaw / 10) + k) % 36 for k in range(-4, 5)}
+
+
+# --- occlusion and height -------------------------------------------------------------------------
+
+
+def test_actor_behind_a_truck_has_no_return_until_geometry_lets_it_in() -> None:
+    context = scene_context([TRUCK, CAR])
+    # The truck's near left corner is at (20, 1.25): its shadow ends at y = 1.25 / 20 x. The car's
+    # near left corner is at x = 40, where the shadow ends at 2.5.
+    lidar = sensor(context, beams=4096)
+    for tick in range(40):
+        y = 0.1 * tick
+        found = lidar.sense(scene(context, [(25.0, 0.0), (42.25, y)], tick=2 * tick))
+        count = len(returns(found, 1))
+        if y + 0.9 < 2.5:
+            assert count == 0, y
+        elif y + 0.9 > 2.5 + 40.0 * 2.0 * math.pi / 4096:
+            assert count > 0, y
+
+
+def test_layer_above_a_low_object_sees_what_is_behind_it() -> None:
+    context = scene_context([(4.0, 2.0, 1.0), (4.0, 6.0, 3.0)])
+    shown = scene(context, [(20.0, 0.0), (40.0, 0.0)])
+    for height, things in ((0.9, {0, 1}), (1.1, {1})):
+        _, hits = parts(look(context, shown, mount={"z": f"{height} m"}, beams=2000))
+        assert {int(thing) for thing in hits[0] if thing >= 0} == things
+    low = look(context, shown, mount={"z": "0.9 m"}, beams=2000)
+    # The far one is wider, so only its edges are in view.
+    assert np.abs(returns(low, 1)[:, POINT_BEARING]).min() > math.atan(1.0 / 18.0) - 0.01
+
+
+def test_layers_see_a_low_and_a_high_object_on_one_bearing() -> None:
+    context = scene_context([(4.0, 2.0, 1.0), (4.0, 3.0, 3.0)])
+    shown = scene(context, [(20.0, 0.0), (40.0, 0.0)])
+    found = look(
+        context, shown, layers=2, vertical_field_of_view="2 deg", beams=360, mount={"z": "1 m"}
+    )
+    low, high = returns(found, 0), returns(found, 1)
+    ahead = np.abs(high[:, POINT_BEARING]) < 0.03
+    assert (low[:, POINT_ELEVATION] < 0.0).all()
+    assert (high[ahead][:, POINT_ELEVATION] > 0.0).all()
+    assert ahead.any()
+
+
+def test_beam_that_points_down_returns_from_the_ground() -> None:
+    context = scene_context()
+    found = look(
+        context,
+        scene(context, [(5.0, 50.0)]),
+        layers=1,
+        field_of_view="1 deg",
+        beams=3,
+        mount={"z": "1 m", "pitch": "5 deg"},
+    )
+    points, hits = parts(found)
+    assert points[0, 1, POINT_RANGE] == pytest.approx(1.0 / math.sin(5.0 * DEGREE))
+    assert points[0, 1, POINT_ELEVATION] == pytest.approx(-5.0 * DEGREE)
+    assert (hits == -1).all()
+
+
+def test_ground_beyond_its_range_returns_nothing() -> None:
+    context = scene_context()
+    flat = {"field_of_view": "1 deg", "beams": 3, "mount": {"z": "1 m", "pitch": "0.5 deg"}}
+    assert len(returns(look(context, scene(context, [(5.0, 50.0)]), **flat))) == 0
+
+
+def test_pitch_of_the_mount_loses_a_low_object_far_ahead() -> None:
+    context = scene_context()
+    shown = scene(context, [(40.0, 0.0)])
+    assert len(returns(look(context, shown), 0)) > 0
+    nose_up = {"z": "0.8 m", "pitch": "-2 deg"}
+    assert len(returns(look(context, shown, mount=nose_up), 0)) == 0
+    # 2 degrees over 17.75 m are 0.62 m: below its roof.
+    assert len(returns(look(context, scene(context, [(20.0, 0.0)]), mount=nose_up), 0)) > 0
+
+
+def test_pitched_lidar_finds_the_beams_that_meet_an_object_beside_it() -> None:
+    # Pitch turns bearings about the side by degrees: the interval of beams must be wide enough.
+    context = scene_context([(3.0, 3.0, 4.0)])
+    for bearing in range(0, 360, 15):
+        place = (12.0 * math.cos(bearing * DEGREE), 12.0 * math.sin(bearing * DEGREE))
+        mount = {"z": "1 m", "pitch": "25 deg"}
+        layers = {"layers": 8, "vertical_field_of_view": "60 deg", "beams": 180}
+        found = look(context, scene(context, [place]), mount=mount, **layers)
+        rows = returns(found, 0)
+        half = math.atan(1.5 / 12.0)
+        off = np.mod(rows[:, POINT_BEARING] - bearing * DEGREE + math.pi, 2.0 * math.pi) - math.pi
+        assert off.min() < -0.5 * half, bearing
+        assert off.max() > 0.5 * half, bearing
+
+
+# --- noise ----------------------------------------------------------------------------------------
+
+
+def noisy(runs: int = 1, rain: float = 0.0, **changes: Any) -> Floats:
+    """Return ranges and bearings of the middle of a wall 50 m ahead, off by what they should be."""
+    context = scene_context([WALL], runs=runs, rain=rain)
+    context.object_reflectivity[:] = 1.0
+    found = look(
+        context,
+        scene(context, [(50.1, 0.0)]),
+        field_of_view="20 deg",
+        beams=400,
+        range="50 km",
+        **changes,
+    )
+    points, _ = parts(found)
+    angles = ((np.arange(400) + 0.5) / 400 - 0.5) * 20.0 * DEGREE
+    ways = 50.0 / np.cos(angles)
+    return np.stack(
+        [points[:, :, POINT_RANGE] / ways * 50.0 - 50.0, points[:, :, POINT_BEARING] - angles]
+    )
+
+
+@pytest.mark.parametrize(
+    ("rain", "sigma"), [(0.5, 0.155), (1.5, 0.604), (3.5, 0.941), (7.5, 0.999), (40.0, 1.0)]
+)
+def test_noise_in_rain_at_fifty_metres_is_that_of_the_published_table(
+    rain: float, sigma: float
+) -> None:
+    off = noisy(runs=20, rain=rain * MM_PER_HOUR)[0]
+    assert off.std() == pytest.approx(sigma, rel=0.03)
+    assert abs(off.mean()) < 4.0 * sigma / math.sqrt(off.size)
+
+
+def test_noise_of_range_and_bearing_is_that_of_the_spec() -> None:
+    ranges, bearings = noisy(runs=20, range_noise="0.05 m", bearing_noise="0.1 deg")
+    assert ranges.std() == pytest.approx(0.05, rel=0.03)
+    assert bearings.std() == pytest.approx(0.1 * DEGREE, rel=0.03)
+    assert abs(np.corrcoef(ranges.ravel(), bearings.ravel())[0, 1]) < 4.0 / math.sqrt(ranges.size)
+    for array in (ranges, bearings):
+        assert abs(np.corrcoef(array[:, :-1].ravel(), array[:, 1:].ravel())[0, 1]) < 0.05
+
+
+def test_variances_of_the_device_and_of_rain_add_up() -> None:
+    both = noisy(runs=20, rain=1.5 * MM_PER_HOUR, range_noise="0.604 m")[0]
+    assert both.std() == pytest.approx(0.604 * math.sqrt(2.0), rel=0.03)
+
+
+def test_without_noise_there_is_none() -> None:
+    assert noisy() == pytest.approx(np.zeros((2, 1, 400)), abs=1e-12)
+
+
+def test_drop_out_loses_its_share_of_returns_and_alters_no_other() -> None:
+    whole = noisy(runs=20, range_noise="0.05 m")[0]
+    part = noisy(runs=20, range_noise="0.05 m", drop_out=0.2)[0]
+    lost = part == -50.0
+    assert np.count_nonzero(lost) / lost.size == pytest.approx(0.2, abs=0.02)
+    assert np.array_equal(whole[~lost], part[~lost])
+
+
+def test_noise_of_a_beam_is_the_same_whatever_else_is_there() -> None:
+    one = scene_context([WALL])
+    two = scene_context([CAR, WALL, TRUCK])
+    noise = {"range_noise": "0.1 m", "bearing_noise": "0.1 deg", "drop_out": 0.1}
+    alone = returns(look(one, scene(one, [(30.0, 0.0)]), **noise), 0)
+    with_others = returns(
+        look(two, scene(two, [(-20.0, 0.0), (30.0, 0.0), (15.0, 2.0)]), **noise), 1
+    )
+    bearings = {row[POINT_RANGE] for row in alone}
+    assert 50 < len(with_others) < len(alone)
+    assert {row[POINT_RANGE] for row in with_others} <= bearings
+
+
+def test_two_lidars_have_noise_of_their_own() -> None:
+    context = scene_context([WALL])
+    shown = scene(context, [(30.0, 0.0)])
+    left = look(context, shown, name="left", range_noise="0.1 m")
+    right = look(context, shown, name="right", range_noise="0.1 m")
+    assert not np.array_equal(parts(left)[0], parts(right)[0])

@@ -108,7 +108,7 @@ def test_only_a_straight_road_has_its_lanes_alongside(make_scenario: Make, make_
         traffic = BatchTraffic("fast")
         traffic.reset([make_case(make_scenario(**content, horizon="30 s"))])
         is_straight = world not in ("left", "right")
-        assert (traffic._lanes[..., ALONGSIDE] == float(is_straight)).all()
+        assert (traffic._roads.lanes[..., ALONGSIDE] == float(is_straight)).all()
 
 
 @pytest.mark.slow

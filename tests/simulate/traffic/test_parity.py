@@ -31,23 +31,17 @@ class Plan(NamedTuple):
     contacts: int
 
 
-# 112 scenes.
+# 55 scenes.
 PLANS = {
     "straight": Plan({2: 4, 3: 4, 5: 6, 8: 3, 12: 2, 20: 1, 50: 1}, 5000, 60, 5),
     "curved": Plan({2: 6, 3: 4, 5: 6, 12: 2, 20: 1}, 4000, 30, 6),
-    "merge": Plan({2: 6, 3: 4, 5: 6, 12: 2, 20: 1}, 4000, 25, 8),
-    "roundabout": Plan({2: 6, 3: 4, 5: 6, 12: 2, 20: 1}, 4000, 12, 15),
     "intersection": Plan({2: 8, 3: 4, 5: 6, 12: 2, 20: 1}, 4000, 0, 4),
-    "polyline": Plan({2: 8, 3: 4, 5: 1}, 3000, 1, 0),
 }
 # Of many vehicles, and of the two networks where they change lanes all the time.
 LONG_PLANS = {
     "straight": Plan({5: 30, 20: 6, 35: 2, 50: 2}, 7500, 200, 10),
     "curved": Plan({5: 30, 20: 6, 35: 2, 50: 1}, 6000, 150, 20),
-    "merge": Plan({5: 40, 20: 4, 35: 1}, 7500, 120, 12),
-    "roundabout": Plan({5: 30, 20: 3, 35: 1}, 5000, 30, 30),
     "intersection": Plan({5: 40, 20: 4, 35: 1}, 5000, 0, 12),
-    "polyline": Plan({5: 8, 8: 3, 12: 2}, 1500, 8, 2),
 }
 
 
@@ -86,9 +80,9 @@ def test_reference_is_highway_env_to_a_billionth_in_many_scenes(kind: str) -> No
     check(kind, LONG_PLANS[kind])
 
 
-def test_the_plans_are_a_hundred_scenes_of_two_to_fifty_vehicles() -> None:
+def test_the_plans_are_fifty_scenes_of_two_to_fifty_vehicles() -> None:
     assert set(PLANS) == set(LONG_PLANS) == set(ROADS)
-    assert sum(sum(plan.counts.values()) for plan in PLANS.values()) >= 100
+    assert sum(sum(plan.counts.values()) for plan in PLANS.values()) >= 50
     sizes = {vehicles for plan in PLANS.values() for vehicles in plan.counts}
     assert (min(sizes), max(sizes)) == (2, 50)
 
@@ -170,7 +164,7 @@ def difference(kind: str, seed: int, vehicles: int) -> tuple[float, int, int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [kind for kind in ROADS if kind != "polyline"])
+@pytest.mark.parametrize("kind", ROADS)
 def test_fast_is_the_reference_to_a_billionth(kind: str) -> None:
     # In none of these scenes a decision hangs on the last bits; where one does, both are right.
     counts = {2: 30, 5: 30, 12: 8, 20: 4, 50: 1}
@@ -190,8 +184,8 @@ def test_fast_is_the_reference_to_a_billionth(kind: str) -> None:
 def test_fast_is_highway_env_to_a_billionth() -> None:
     found: list[Comparison] = [
         compare(scene(kind, seed, 5), kernel=advance_crashing_fast)
-        for kind in ("straight", "curved", "merge", "roundabout", "intersection")
-        for seed in range(4)
+        for kind in ("straight", "curved", "intersection")
+        for seed in range(6)
     ]
     assert max(result.worst for result in found) <= SAME
     assert sum(result.changes for result in found) > 5

@@ -1,13 +1,25 @@
 """The stage: storyboards in closed loop, frozen runs, the order of a tick."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import PLACE_D, PLACE_LANE, PLACE_S, Floats, Scene
-from adeye.simulate.traffic.stage import Stage
+from adeye.errors import SpecError
+from adeye.signals import (
+    PLACE_CURVATURE,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_LANE,
+    PLACE_OFFSET,
+    PLACE_S,
+    Floats,
+    Ints,
+    Scene,
+)
+from adeye.simulate.traffic.stage import Ending, Stage, locate, locate_all
 from adeye.simulate.world.compile import compile_world
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
@@ -249,3 +261,192 @@ def test_a_target_speed_may_be_relative_to_a_speed_now(
         horizon="12 s",
     )
     assert run([make_case(slow)])[-1].objects[0, 0, 3] == 0.0
+
+
+# --- Runs end at contact, after horizon and tail, or a tail after the goal ------------------------
+
+NOTHING: Ints = np.array([-1], dtype=np.int64)
+
+
+def end(
+    goal: float = np.inf, *, horizon: float = 1.0, tail: float = 0.5, road: float = 1000.0
+) -> Ending:
+    length = np.array([road])
+    return Ending(step=0.1, horizon=horizon, tail=tail, goal=np.array([goal]), road_length=length)
+
+
+def drive(ending: Ending, speed: float = 10.0, contact_at: int = 10_000) -> int:
+    """Return the tick at which the run ends; it drives past s = 0 at tick 0."""
+    tick = 0
+    while True:
+        touched = np.array([0 if tick >= contact_at else -1], dtype=np.int64)
+        ending.update(tick, np.array([speed * 0.1 * tick]), touched)
+        if not ending.running[0]:
+            return tick
+        tick += 1
+
+
+def test_a_run_without_goal_ends_after_horizon_and_tail() -> None:
+    ending = end()
+    assert drive(ending) == 15
+    assert ending.horizon_row.tolist() == [10]
+    assert ending.complete.tolist() == [True]
+    assert ending.arrived.tolist() == [False]
+
+
+def test_a_run_that_reaches_its_goal_ends_a_tail_later() -> None:
+    ending = end(goal=4.0)
+    assert drive(ending) == 9
+    assert ending.horizon_row.tolist() == [4]
+    assert ending.complete.tolist() == [True]
+    assert ending.arrived.tolist() == [True]
+
+
+def test_a_goal_that_is_reached_in_the_tail_changes_nothing() -> None:
+    ending = end(goal=12.0)
+    assert drive(ending) == 15
+    assert ending.horizon_row.tolist() == [10]
+    assert ending.arrived.tolist() == [False]
+
+
+def test_contact_ends_a_run_at_once_and_it_is_not_complete() -> None:
+    ending = end()
+    assert drive(ending, contact_at=6) == 6
+    assert ending.horizon_row.tolist() == [6]
+    assert ending.complete.tolist() == [False]
+    assert ending.ended.tolist() == [True]
+
+
+def test_contact_in_the_tail_keeps_the_row_of_the_goal() -> None:
+    ending = end(goal=4.0)
+    assert drive(ending, contact_at=7) == 7
+    assert ending.horizon_row.tolist() == [4]
+    assert ending.complete.tolist() == [False]
+
+
+def test_without_a_tail_the_goal_ends_the_run_at_once() -> None:
+    assert drive(end(goal=4.0, tail=0.0)) == 4
+
+
+def test_initial_contact_ends_the_run_before_it_begins() -> None:
+    ending = end()
+    assert drive(ending, contact_at=0) == 0
+    assert ending.horizon_row.tolist() == [0]
+
+
+def test_the_end_of_the_road_ends_a_run_whose_last_row_on_it_counts() -> None:
+    ending = end(road=4.5)
+    assert drive(ending) == 5
+    assert ending.horizon_row.tolist() == [4]
+    assert ending.complete.tolist() == [False]
+    on_it = end(road=5.0)
+    assert drive(on_it) == 6
+
+
+def test_the_begin_of_the_road_is_an_end_too() -> None:
+    ending = end()
+    assert drive(ending, speed=-10.0) == 1
+    assert ending.horizon_row.tolist() == [0]
+
+
+def test_what_happens_first_ends_the_run() -> None:
+    assert drive(end(road=4.5), contact_at=3) == 3
+    assert drive(end(road=4.5, goal=4.0, tail=0.0)) == 4
+    arrived = end(road=4.5, goal=3.0)
+    assert drive(arrived) == 5
+    assert arrived.horizon_row.tolist() == [3]
+    assert arrived.complete.tolist() == [False]
+
+
+def test_an_unknown_place_is_no_end_of_the_road() -> None:
+    ending = end()
+    ending.update(0, np.array([np.nan]), NOTHING)
+    assert ending.running.tolist() == [True]
+
+
+def test_a_run_that_has_ended_stays_ended() -> None:
+    ending = end()
+    drive(ending, contact_at=6)
+    ending.update(7, np.array([0.0]), NOTHING)
+    assert ending.running.tolist() == [False]
+    assert ending.complete.tolist() == [False]
+
+
+def test_runs_of_a_batch_end_one_by_one() -> None:
+    length = np.full(2, 1000.0)
+    goal = np.array([3.0, np.inf])
+    ending = Ending(step=0.1, horizon=1.0, tail=0.0, goal=goal, road_length=length)
+    seen = []
+    for tick in range(11):
+        ending.update(tick, np.full(2, float(tick)), np.full(2, -1))
+        seen.append(ending.running.tolist())
+    assert seen[2:4] == [[True, True], [False, True]]
+    assert seen[-1] == [False, False]
+    assert ending.horizon_row.tolist() == [3, 10]
+
+
+def test_a_horizon_between_two_ticks_is_refused() -> None:
+    with pytest.raises(SpecError, match=r"horizon: 0\.25 s is no whole number of steps"):
+        end(horizon=0.25)
+
+
+# --- Places on the road: lanes from the right, offsets to the left --------------------------------
+
+STRAIGHT = np.array([[0.0, 0.0, 0.0, 1000.0, 0.0]])
+LEFT = np.array([[0.0, 0.0, 0.0, 300.0, 0.01]])
+
+
+def place(x: float, y: float, road: Floats = STRAIGHT) -> Floats:
+    out = np.zeros(6)
+    locate(road, 3.5, 3, x, y, out)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("y", "lane", "offset"),
+    [(1.75, 0, 0.0), (5.75, 1, 0.5), (8.25, 2, -0.5), (0.0, 0, -1.75)],
+)
+def test_a_point_on_the_road_has_its_lane_and_its_distance_left_of_the_centre(
+    y: float, lane: int, offset: float
+) -> None:
+    found = place(120.0, y)
+    assert found[PLACE_LANE] == lane
+    assert found[PLACE_OFFSET] == pytest.approx(offset)
+    assert found[PLACE_S] == 120.0
+
+
+@pytest.mark.parametrize(("y", "offset"), [(-1.0, -2.75), (12.0, 3.25)])
+def test_off_the_lanes_the_offset_counts_from_the_nearest(y: float, offset: float) -> None:
+    found = place(120.0, y)
+    assert found[PLACE_LANE] == -1
+    assert found[PLACE_OFFSET] == pytest.approx(offset)
+
+
+def test_in_a_left_curve_the_road_turns_left() -> None:
+    # A quarter circle of 100 m around (0, 100).
+    found = place(97.0, 100.0, LEFT)
+    assert found[PLACE_S] == pytest.approx(50.0 * math.pi)
+    assert found[PLACE_D] == pytest.approx(3.0)
+    assert found[PLACE_HEADING] == pytest.approx(math.pi / 2)
+    assert found[PLACE_CURVATURE] == 0.01
+
+
+def test_no_number_is_nowhere() -> None:
+    found = place(math.nan, 0.0)
+    assert found[PLACE_LANE] == -1
+    assert np.isnan(found[[PLACE_S, PLACE_D, PLACE_OFFSET]]).all()
+
+
+def test_ego_and_objects_of_running_runs_are_located() -> None:
+    ego = np.zeros((2, 7))
+    ego[:, 0], ego[:, 1] = 10.0, 1.75
+    objects = np.zeros((2, 2, 5))
+    objects[:, :, 0], objects[:, :, 1] = [[20.0, 30.0]], [[5.25, -1.0]]
+    ego_place, places = np.full((2, 6), 7.0), np.full((2, 2, 6), 7.0)
+    roads, widths = np.stack([STRAIGHT] * 2), np.array([3.5, 3.5])
+    locate_all(np.array([True, False]), ego, objects, roads, widths, 3, ego_place, places)
+    assert ego_place[0, :2].tolist() == [10.0, 1.75]
+    assert places[0, :, PLACE_S].tolist() == [20.0, 30.0]
+    assert places[0, :, PLACE_LANE].tolist() == [1.0, -1.0]
+    assert (ego_place[1] == 7.0).all()
+    assert (places[1] == 7.0).all()
