@@ -1,6 +1,4 @@
-"""What the report of the mini campaign tells beyond verdicts, before and after it is measured.
-What a report says about preventability.
-"""
+"""What the campaign says of preventability, timing and safe stops."""
 
 from __future__ import annotations
 

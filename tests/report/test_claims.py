@@ -1,7 +1,4 @@
-"""Claims: counts by another way, what the design forbids, and that nothing missing helps.
-What a report says about its points depends on how they were chosen.
-A planted loss of field of view is found sooner on the same situations than on different ones.
-"""
+"""Claims of confidence: bounds, refusals, strata."""
 
 from __future__ import annotations
 

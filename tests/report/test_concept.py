@@ -1,6 +1,4 @@
-"""What a report repeats from the files of a campaign.
-What the report says of decompositions, dependent failures and broken rules.
-"""
+"""The safety concept in the report: goals, FSRs, elements, decompositions."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The same figures as those of the commands, and plain words where there are none.
-The sentence of the report about the step.
-"""
+"""How far evidence reaches: coverage, step, repeated results."""
 
 from __future__ import annotations
 

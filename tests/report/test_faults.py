@@ -1,6 +1,4 @@
-"""What a report tells of the faults of the mini campaign, before and after they are measured.
-What the confirm time trades, over a campaign with a noisy place and over made-up figures.
-"""
+"""Faults in the report: groups, rates, takeovers."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The verification table: one row for each FSR and architecture, with its evidence.
-Open points: nothing that is not shown is left out.
-Verdicts and events of the database as a report has them.
-"""
+"""The table of verification: each FSR with its verdicts, margins and worst runs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Cells that neither a terminal nor a spreadsheet obeys.
-Numbers of a suite in words: rounding never flatters.
-"""
+"""Numbers and names for people."""
 
 import csv
 import io

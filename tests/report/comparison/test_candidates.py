@@ -1,7 +1,4 @@
-"""Costs, the front, what one sensor adds, and who saw first.
-Costs that add up, sensors that count, and the one sensor that tells two suites apart.
-Same test cases: situation, fault entry and the axes that both have.
-"""
+"""Candidates of a comparison: which are on the front, which one to choose, and why."""
 
 from __future__ import annotations
 

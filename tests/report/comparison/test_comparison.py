@@ -1,6 +1,4 @@
-"""The record of a comparison refuses to contradict itself.
-What a comparison may be asked, and what is refused with what is allowed.
-"""
+"""Two architectures compared: by pairs of test cases, with what the numbers allow to say."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Exports: the same bytes from every database, whole or not at all, never over something else.
-Forms for other tools: each is written, and a file without a form is refused.
-Tables as files: types, units, groups, the same bytes, and what happens without pyarrow.
-"""
+"""Tables for other programs: files that open as they were written, whole or not at all."""
 
 from __future__ import annotations
 

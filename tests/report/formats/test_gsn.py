@@ -1,7 +1,4 @@
-"""The goal structure: what is claimed, what supports it, and what is not developed.
-The drawing of a goal structure: everything is in it, nothing overlaps.
-The goal structure as Mermaid text.
-"""
+"""The argument from goals to evidence: its tree, its drawing, its files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""What a manifest says, and that it notices whatever is not so any more.
-Keys and signatures; each change to what was signed is noticed.
-"""
+"""Manifests: what is signed, and how an altered file is told."""
 
 from __future__ import annotations
 

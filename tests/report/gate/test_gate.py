@@ -1,7 +1,4 @@
-"""What changed against a baseline, on hand-made campaigns: nothing is silently compared.
-Which findings decide, and with which exit code.
-A stored campaign judged: alone, against its own baseline, altered, and written down.
-"""
+"""The gate: what fails, what regressed, and what cannot be compared any more."""
 
 from __future__ import annotations
 

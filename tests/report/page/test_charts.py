@@ -1,6 +1,4 @@
-"""The picture of a comparison: places, ticks, labels.
-Labels beside dots: apart from one another, off the dots, in their area, tied to their dot.
-"""
+"""Charts of the page: bars, fronts and labels that stand where the numbers say."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""One run of a trace as the replay that a page embeds.
-Which signals of a run are plotted, and how.
-"""
+"""A run on the page: what its trace holds, packed for replay."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Suites arranged for a page: every row as long as its heads, marks where something is short.
-The page of suites: closed against the network and scripts, texts escaped, readable as drawn.
-"""
+"""The page of sensor suites: its tables, charts and figures."""
 
 import base64
 import hashlib
