@@ -272,17 +272,19 @@ class ReportBuilder:
                     counts={key: count for key, count in item.counts.items() if count},
                     runs=sum(item.counts.values()),
                     min_exercised=1,
+                    note="",
                     **self._worst(run, record),
                 )
 
     def _total(self, total: Total) -> Cell:
         run, record = total.worst or (None, None)
         none = {} if total.verdict is not None else {"counts": {}, "exercised": 0, "runs": 0}
-        return Cell.of(total, **none, **self._worst(run, record))
+        return Cell.of(total, scenario=None, **none, **self._worst(run, record))
 
     def _worst(self, run: RunRef | None, record: VerdictRecord | None) -> dict[str, Any]:
         if run is None or record is None:
-            return {"worst_run": None, "command": self._command("adeye query failing-fsrs")}
+            command = self._command("adeye query failing-fsrs")
+            return {"margin": None, "binding": None, "worst_run": None, "command": command}
         return {
             "margin": margin_of(record),
             "binding": binding_of(record),

@@ -162,6 +162,12 @@ class ClaimOptions:
             raise UsageError(f"there is no method {self.method!r}", remedy=f"{', '.join(METHODS)}.")
 
 
+_UNTOLD: Final[Mapping[str, None]] = dict.fromkeys(
+    ("share", "interval", "upper", "upper_varied", "rate_per_h", "needed")
+)
+"""What a claim has no number for before it is allowed."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Counts:
     points: int
@@ -351,7 +357,7 @@ class _Claimer:
         self, about: Mapping[str, Any], scenario: str, counts: _Counts, level: float
     ) -> Claim:
         refusal = self._refusal(scenario, counts)
-        base = Claim.of(counts, **about, scenario=scenario, refusal=refusal)
+        base = Claim.of(counts, **about, **_UNTOLD, scenario=scenario, refusal=refusal)
         if refusal:
             return base
         options = self._options
@@ -388,7 +394,7 @@ class _Claimer:
         refusal = f"no exposure of {', '.join(unknown)}" if unknown else ""
         if not total.exercised:
             refusal = "its precondition never held"
-        base = Claim.of(total, **about, scenario="", refusal=refusal)
+        base = Claim.of(total, **about, **_UNTOLD, scenario="", refusal=refusal)
         if refusal:
             return base
         rates = [float(self._exposures[name] or 0.0) for name in strata]

@@ -228,6 +228,7 @@ def binding_of(record: VerdictRecord) -> Binding | None:
         difference=record.margin,
         unit=record.unit or "",
         note=record.detail or "",
+        obligation_time_s=None,
     )
 
 

@@ -29,10 +29,12 @@ def of_row(record: Callable[..., Record], stored: Mapping[Any, Any], **others: A
         record: Its class, a dataclass.
         stored: Values by column.
         others: Fields that the row has not, or not as they are.
+
+    Raises:
+        KeyError: A field is neither given nor in the row; none keeps its default unsaid.
     """
     names: list[str] = [item.name for item in fields(record)]  # type: ignore[arg-type]
-    same = {name: stored[name] for name in names if name in stored}
-    return record(**{**same, **others})
+    return record(**{name: stored[name] for name in names if name not in others}, **others)
 
 
 @dataclass(frozen=True)

@@ -1,3 +1,5 @@
+"""Records that the store takes and gives."""
+
 import math
 from typing import Any
 
@@ -16,7 +18,15 @@ from adeye.store.records import (
     Plan,
     VerdictRecord,
     WorkState,
+    of_row,
 )
+
+
+def test_a_field_that_the_row_lacks_is_no_default() -> None:
+    row = {"value": 1.0, "status": "value", "time_s": 2.0, "actor": None}
+    assert of_row(MetricValue, row) == MetricValue(1.0, "value", 2.0)
+    with pytest.raises(KeyError, match="status"):
+        of_row(MetricValue, {"value": 1.0})
 
 
 @pytest.mark.parametrize(

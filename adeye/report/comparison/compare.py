@@ -239,6 +239,7 @@ class _Comparer:
             return None
         return Difference.of(
             counts,
+            inference=None,
             fsr=compared.fsrs[fsr],
             a=pair.a,
             b=pair.b,

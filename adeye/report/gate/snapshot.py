@@ -115,6 +115,7 @@ def _total_cell(item: Total) -> BaselineCell:
     margin, unit = (judged.margin, judged.unit) if judged else (None, None)
     return BaselineCell.of(
         item,
+        scenario=None,
         counts=_counts(item.counts),
         margin=_margin(margin, unit, judged.robustness_low if judged else None),
         run=run.result_digest if run else None,

@@ -23,10 +23,13 @@ class Part(BaseModel):
         """Return a record with what something has under the names of its fields, and with the rest.
 
         Args:
-            source: Is asked for what is not given; what it does not have keeps its default.
+            source: Is asked for every field that is not given.
             others: What it does not have, or has in another form.
+
+        Raises:
+            AttributeError: A field is neither given nor there; none keeps its default unsaid.
         """
-        asked = [name for name in cls.model_fields if name not in others and hasattr(source, name)]
+        asked = [name for name in cls.model_fields if name not in others]
         return cls(**{name: getattr(source, name) for name in asked}, **others)
 
 

@@ -313,6 +313,7 @@ def run_ref(item: Row[Any]) -> RunRef:
         test_case=item.test_case_digest,
         inside_odd=bool(item.inside_odd),
         is_done=bool(stored.get("is_done", True)),
+        is_drive=False,
         point=json.loads(stored.get("point", "{}")),
     )
 

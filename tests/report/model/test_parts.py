@@ -1,10 +1,4 @@
-"""Records of preventability, timing and safe stops: they refuse to contradict themselves.
-Records of the concept refuse what is none.
-Records of how far evidence reaches: what does not add up is refused.
-Records about faults that contradict themselves are refused.
-Records of change: they refuse to contradict themselves.
-Records of the verification table.
-"""
+"""Parts of a report contradict neither themselves nor what they are read from."""
 
 from __future__ import annotations
 
@@ -21,6 +15,14 @@ from adeye.report.model.part import Binding, Label, Margin, Part, RunVerdict
 from tests.report.fake_assessment import fault_timing, impact, preventability, stop
 from tests.report.fake_evidence import coverage, line
 from tests.report.fake_faults import evidence, group
+
+
+def test_a_field_that_the_source_lacks_is_no_default() -> None:
+    judged = RunVerdict(fsr="FSR-01", verdict=Verdict.PASS, margin=None, binding=None, note="x")
+    assert RunVerdict.of(judged, note="") == judged.model_copy(update={"note": ""})
+    with pytest.raises(AttributeError, match="note"):
+        RunVerdict.of(Label(label="FSR-01", value="PASS"), fsr="", verdict=Verdict.PASS,
+                      margin=None, binding=None)  # fmt: skip
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
