@@ -364,13 +364,22 @@ def as_a_fault_that_changes_nothing(project: Project) -> None:
         sweep["faults.far.onset.at"] = [f"{time} s" for time in (2, 2.5, 3, 3.5, 4)]
 
 
-# With the fault there are the two runs without it, too.
+def as_a_stuck_switch_that_has_nowhere_to_go(project: Project) -> None:
+    with project.edited_odd() as odd:
+        odd["faults"] = [{"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}]
+        odd["scenarios"][0]["faults"] = ["jam"]
+        sweep = odd["scenarios"][0]["sweep"]["parameters"]
+        sweep["faults.jam.onset.at"] = [f"{time} s" for time in (1, 1.5, 2, 2.5, 3)]
+
+
+# With a fault there are the two runs without it, too.
 WAYS = [
     (as_other_names, 10),
     (as_replicates, 10),
     (as_copies_of_the_file, 10),
     (as_an_axis_without_effect, 10),
     (as_a_fault_that_changes_nothing, 12),
+    (as_a_stuck_switch_that_has_nowhere_to_go, 12),
 ]
 
 

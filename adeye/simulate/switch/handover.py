@@ -49,14 +49,18 @@ def connect(  # noqa: PLR0913, PLR0917 - a kernel
 
     Returns:
         The channel that has authority and why; during a handover the old one, or nobody where it is
-        not usable or is to coast meanwhile.
+        not usable or is to coast meanwhile. The reason is the fault only while that keeps the
+        switch from what was decided.
     """
     record, words, memory = bench.records[run], bench.words[run], bench.memory[run]
     if is_stuck:
         if words[CONNECTED] == START:
             words[CONNECTED] = int(record["default"])
         words[PENDING] = NO_CHANNEL
-        return int(words[CONNECTED]), REASON_STUCK
+        # Where it lies at what was chosen it is kept from nothing: two faults that keep it from
+        # nothing at different times give one and the same result.
+        acting = int(words[CONNECTED])
+        return acting, reason if acting == chosen else REASON_STUCK
     if chosen == NO_CHANNEL:
         words[PENDING] = NO_CHANNEL
         return NO_CHANNEL, reason

@@ -81,12 +81,13 @@ def named(name: str, model: str, at: str, **more: Any) -> dict[str, Any]:
 
 FAULTS = [
     *MINI["faults"],
+    named("stuck_till_then", "stuck", "0.5 s", duration="2 s"),
     named("stuck_early", "stuck", "1 s"),
     named("stuck_for_a_while", "stuck", "1 s", duration="4 s"),
     named("late", "late", "0 s", delay="0.4 s"),
     named("late_by_nothing", "late", "0 s", delay="0 s"),
 ]
-OTHERS = [fault["id"] for fault in FAULTS[2:]]
+OTHERS = [fault["id"] for fault in FAULTS[len(MINI["faults"]) :]]
 
 
 @pytest.fixture(scope="module")
@@ -126,18 +127,24 @@ def differing(one: Trace, other: Trace) -> set[str]:
     }
 
 
-def test_fault_that_does_nothing_changes_no_bit_but_its_own_flag(traces: dict[str, Trace]) -> None:
-    assert differing(traces["late_by_nothing"], traces["nominal_silent"]) == {"fault_active"}
+@pytest.mark.parametrize("name", ["late_by_nothing", "stuck_till_then"])
+def test_fault_that_keeps_the_switch_from_nothing_changes_no_bit_but_its_own_flag(
+    traces: dict[str, Trace], name: str
+) -> None:
+    assert differing(traces[name], traces["nominal_silent"]) == {"fault_active"}
 
 
 def test_stuck_switch_never_leaves_the_holder(traces: dict[str, Trace]) -> None:
     trace, sound = traces["stuck_early"], traces["nominal_silent"]
+    nominal = trace.layout.channels.index("nominal")
     onset = round(1.0 / STEP)
-    rows = slice(onset, int(trace.length[0]) - 1)
-    assert set(trace["authority"][0, rows].tolist()) == {trace.layout.channels.index("nominal")}
+    moved = onset + int(np.flatnonzero(sound["authority"][0, onset:] != nominal)[0])
+    assert moved > onset
+    rows = slice(moved, int(trace.length[0]) - 1)
+    assert set(trace["authority"][0, rows].tolist()) == {nominal}
     assert {REASON_LABELS[int(code)] for code in trace["reason"][0, rows]} == {"stuck"}
     for column in ("ego", "command", "authority", "reason"):
-        before = trace[column][0, :onset], sound[column][0, :onset]
+        before = trace[column][0, :moved], sound[column][0, :moved]
         assert before[0].tobytes() == before[1].tobytes()
     assert measured(trace, "takeover_time_s")[1] == "incomplete"
     assert measured(sound, "takeover_time_s")[1] == "value"
