@@ -6,12 +6,14 @@ import hashlib
 import inspect
 import os
 import sys
+import time
 import traceback
 from collections.abc import Callable
-from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -19,12 +21,13 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import BaseModel, ValidationError
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.identity import file_digest
 from adeye.outputs import reads
 from adeye.supervision import guest, is_asked
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from pydantic_core import ErrorDetails
 
@@ -33,8 +36,14 @@ Nameable = Callable[[Any], bool]
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
+_STARTED: Final = 19
+"""Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
 _CACHE: dict[tuple[str, str, str], Part] = {}
 _SEEN: dict[Path, str] = {}
+_EXECUTED: dict[str, str] = {}
+"""Hash of the source that each module of a plug-in's package was executed from."""
+_LOOKED: dict[str, float] = {}
+"""When the modules of each such package were last compared with their files [s since 1970]."""
 
 LARGEST_FILE: Final = 2**30
 """Largest file that is hashed [bytes]. Our choice: weights of the networks that drive are smaller,
@@ -168,8 +177,7 @@ def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
                 f"{shown(name)} has {size / 2**30:.1f} GiB, more than {LARGEST_FILE / 2**30:g} GiB",
                 remedy="List smaller files: all of it is hashed whenever a campaign is planned.",
             )
-        with path.open("rb") as stream:
-            found = hashlib.file_digest(stream, "sha256").hexdigest()
+        found = file_digest(path)
     except OSError as error:
         raise _unreadable(name, error) from error
     if _SEEN.setdefault(path, found) != found:
@@ -315,7 +323,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        with guest(name), _folder_kept():
+        with guest(name):
             exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
     except BaseException as error:
         sys.modules.pop(label, None)
@@ -325,23 +333,10 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     return module
 
 
-@contextmanager
-def _folder_kept() -> Iterator[None]:
-    """Stay in the working folder, which relative paths of the user are meant from."""
-    try:
-        before = Path.cwd()
-    except FileNotFoundError:  # it was removed, so nothing is found from there anyway
-        yield
-        return
-    try:
-        yield
-    finally:
-        os.chdir(before)
-
-
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
+    before = _in_memory(source.partition(".")[0])
     try:
-        with guest(name), _folder_kept():
+        with guest(name):
             module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error
@@ -356,13 +351,88 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
         if is_asked(error):
             raise
         raise _import_error(name, source, error) from error
-    digest = files_digest(_module_files(name, module))
+    files = _module_files(name, module)
+    _require_executed(name, source.partition(".")[0], before)
+    digest = files_digest(files)
     known = _CACHE.get((source, attribute, digest))
     return known or _remember((source, attribute, digest), name, module, is_nameable)
 
 
+def _in_memory(package: str) -> dict[str, ModuleType]:
+    """Return the modules of a package that were executed from a source file, by their names."""
+    return {
+        key: module
+        for key, module in list(sys.modules.items())
+        if key.partition(".")[0] == package and str(getattr(module, "__file__", "")).endswith(".py")
+    }
+
+
+def _require_executed(name: str, package: str, before: Mapping[str, ModuleType]) -> None:
+    """Refuse a package whose modules in memory are not what its files are now.
+
+    A result names its code by the files, so it must be made by these.
+
+    Args:
+        name: As the user wrote it.
+        package: Top level of the module's name.
+        before: Modules of it that were in memory before the plug-in was imported.
+
+    Raises:
+        SpecError: A file was changed since its module was imported, or the byte code beside it,
+            which Python trusts by time and size, is of another source.
+    """
+    now = _wall_time()
+    since = _LOOKED.get(package, _process_start())
+    for key, module in _in_memory(package).items():
+        path = Path(str(module.__file__))
+        content, state = path.read_bytes(), path.stat()
+        digest = hashlib.sha256(content).hexdigest()
+        known = _EXECUTED.get(key)
+        is_late = key in before and max(state.st_mtime, state.st_ctime) > since
+        if known is None and not is_late and _is_byte_code_of(module, content):
+            _EXECUTED[key] = known = digest
+        if known != digest:
+            if known is not None or is_late:
+                raise SpecError(
+                    f"{name}: {key} is in memory as it was before {path} was written",
+                    remedy="Start again in a new process (a notebook: a new kernel).",
+                )
+            raise SpecError(
+                f"{name}: the byte code of {key} is of another source than {path}",
+                remedy=f"Delete {path.parent / '__pycache__'}.",
+            )
+    _LOOKED[package] = now
+
+
+def _is_byte_code_of(module: ModuleType, content: bytes) -> bool:
+    """Tell whether what Python keeps compiled of a module is what its source compiles to."""
+    spec = module.__spec__
+    loader = spec.loader if spec is not None else None
+    if spec is None or not isinstance(loader, SourceFileLoader):
+        return True
+    if spec.cached is None or not Path(spec.cached).is_file():
+        return True
+    compiled: Any = loader.source_to_code(content, str(module.__file__))
+    return bool(compiled == loader.get_code(spec.name))
+
+
+def _wall_time() -> float:
+    return time.time()  # noqa: TID251 - to be compared with times of files
+
+
+@cache
+def _process_start() -> float:
+    """Return when this process began [s since 1970]; where nobody tells, when it asked first."""
+    try:
+        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        started = int(fields[_STARTED]) / os.sysconf("SC_CLK_TCK")
+        return _wall_time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - started)
+    except (OSError, ValueError, AttributeError, IndexError):
+        return _wall_time()
+
+
 def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
-    """List the module's file, or every source file of the package that it belongs to."""
+    """List the module's file, or every file of the package that it belongs to."""
     top = sys.modules[module.__name__.partition(".")[0]]
     folders = [Path(folder) for folder in getattr(top, "__path__", [])]
     if folders:
@@ -377,9 +447,27 @@ def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
 
 
 def package_files(folders: Iterable[Path]) -> list[tuple[str, Path]]:
-    """List the source files of a package with their labels."""
-    found = ((folder, path) for folder in folders for path in folder.rglob("*.py"))
-    return sorted((path.relative_to(folder).as_posix(), path) for folder, path in found)
+    """List the files of a package with their labels: sources, native libraries and data.
+
+    What Python keeps compiled and what is hidden is left out; links are followed.
+    """
+    found: list[tuple[str, Path]] = []
+    for folder in folders:
+        entered: set[str] = set()
+        for place, below, names in os.walk(folder, followlinks=True):
+            entered.add(os.path.realpath(place))
+            below[:] = [
+                name
+                for name in below
+                if name != "__pycache__"
+                and not name.startswith(".")
+                and os.path.realpath(Path(place, name)) not in entered
+            ]
+            paths = (Path(place, name) for name in names if not name.startswith("."))
+            found += (
+                (path.relative_to(folder).as_posix(), path) for path in paths if path.is_file()
+            )
+    return sorted(found)
 
 
 def files_digest(files: Iterable[tuple[str, Path]]) -> str:

@@ -42,6 +42,10 @@ _SETTLE_S: Final = 0.05
 _notes: memoryview = memoryview(bytearray(NOTES_BYTES))
 _names: Final[dict[str, int]] = {}
 _slots: Final[dict[int, int]] = {}
+_inside: Final[set[int]] = set()
+"""Threads in which code from outside works."""
+_folder = ""
+"""Working folder before any of them began; empty if it is gone."""
 _worker = 0
 
 
@@ -59,7 +63,8 @@ class guest:  # noqa: N801 - read as `with guest(name):`
     """Code from outside works in here.
 
     A process that it forked and that would come back from it is ended: it would do everything that
-    follows twice. What it raises is left to who contains it, or is turned into ``PluginError``.
+    follows twice. The working folder, which relative paths of the user are meant from, is the same
+    afterwards. What it raises is left to who contains it, or is turned into ``PluginError``.
     """
 
     __slots__ = ("_former", "_kind", "_name", "_pid", "_slot")
@@ -77,6 +82,10 @@ class guest:  # noqa: N801 - read as `with guest(name):`
         self._pid = os.getpid()
         self._slot = _SLOTS + _slots.setdefault(threading.get_ident(), len(_slots) % _MOST)
         self._former = _notes[self._slot]
+        if not self._former:
+            if not _inside:
+                _remember_folder()
+            _inside.add(self._slot)
         _notes[self._slot] = _names.get(self._name) or _number(self._name)
 
     def __exit__(
@@ -85,9 +94,29 @@ class guest:  # noqa: N801 - read as `with guest(name):`
         if os.getpid() != self._pid:
             _leave_fork(self._name)
         _notes[self._slot] = self._former
+        if not self._former:
+            _inside.discard(self._slot)
+            _return_to_folder()
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(f"the {self._kind} {self._name} raised {told(error)}") from error
+
+
+def _remember_folder() -> None:
+    global _folder  # noqa: PLW0603 - a process has one
+    try:
+        _folder = os.getcwd()  # noqa: PTH109 - of every call of a guest, so it is to be cheap
+    except OSError:  # it was removed, so nothing is found from there anyway
+        _folder = ""
+
+
+def _return_to_folder() -> None:
+    try:
+        is_same = os.getcwd() == _folder  # noqa: PTH109 - see above
+    except OSError:
+        is_same = False
+    if _folder and not is_same:
+        os.chdir(_folder)
 
 
 def _number(name: str) -> int:

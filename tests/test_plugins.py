@@ -1,4 +1,10 @@
+"""Parts from outside the package: found by name, hashed as what is executed, checked."""
+
 import hashlib
+import importlib
+import os
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -55,6 +61,98 @@ def test_module_is_loaded_with_the_digest_of_its_source() -> None:
     assert part.obj.__name__ == "JSONDecoder"
     assert part.source_digest == load_part("json.encoder:JSONEncoder", Path()).source_digest
     assert part.source_digest != load_part("bisect:bisect", Path()).source_digest
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A package on the path, ``bought`` with the module ``drive``, imported by nobody yet."""
+    folder = tmp_path / "bought"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "drive.py").write_text("class Mine:\n    gain = 1\n")
+    (folder / "core.so").write_bytes(b"one")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    yield folder
+    for name in [name for name in sys.modules if name.partition(".")[0] == "bought"]:
+        del sys.modules[name]
+        registry._EXECUTED.pop(name, None)
+    registry._LOOKED.pop("bought", None)
+
+
+def edited(path: Path) -> None:
+    path.write_text(path.read_text().replace("1", "2"))
+
+
+def edited_in_disguise(path: Path) -> None:
+    """Change a source as ``cp -p`` or an archive may: of one size, at one time."""
+    was = path.stat()
+    edited(path)
+    os.utime(path, ns=(was.st_atime_ns, was.st_mtime_ns))
+
+
+@pytest.mark.parametrize("change", [edited, edited_in_disguise])
+def test_package_that_was_changed_since_it_was_loaded_is_refused(
+    package: Path, change: Callable[[Path], None]
+) -> None:
+    assert load_part("bought.drive:Mine", Path()).obj.gain == 1
+    assert load_part("bought.drive:Mine", Path()).obj.gain == 1
+    change(package / "drive.py")
+    for _ in range(2):
+        with pytest.raises(
+            SpecError, match=r"bought\.drive is in memory as it was before .* written"
+        ):
+            load_part("bought.drive:Mine", Path())
+
+
+@pytest.fixture
+def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """This process, as if it began when the package was there."""
+    began = (package / "core.so").stat().st_ctime
+    monkeypatch.setattr(registry, "_process_start", lambda: began)
+
+
+@pytest.mark.usefixtures("process")
+def test_package_that_somebody_else_loaded_and_then_changed_is_refused(package: Path) -> None:
+    importlib.import_module("bought.drive")
+    edited(package / "drive.py")
+    with pytest.raises(SpecError, match=r"bought\.drive is in memory as it was before"):
+        load_part("bought.drive:Mine", Path())
+
+
+@pytest.mark.usefixtures("process", "package")
+def test_package_that_somebody_else_loaded_and_left_alone_is_taken() -> None:
+    importlib.import_module("bought.drive")
+    assert load_part("bought.drive:Mine", Path()).obj.gain == 1
+
+
+def test_byte_code_of_another_source_is_refused(package: Path) -> None:
+    importlib.import_module("bought.drive")
+    for name in ("bought.drive", "bought"):
+        del sys.modules[name]
+    edited_in_disguise(package / "drive.py")
+    importlib.invalidate_caches()
+    with pytest.raises(SpecError, match=r"byte code of bought\.drive is of another") as error:
+        load_part("bought.drive:Mine", Path())
+    assert "__pycache__" in error.value.remedy
+
+
+def test_digest_of_a_package_covers_all_its_files(package: Path, tmp_path: Path) -> None:
+    first = load_part("bought.drive:Mine", Path()).source_digest
+    (package / "__pycache__" / "noise").write_text("what Python keeps is no source")
+    (package / ".hidden").write_text("nor is what an editor keeps")
+    assert load_part("bought.drive:Mine", Path()).source_digest == first
+    (package / "core.so").write_bytes(b"two")
+    second = load_part("bought.drive:Mine", Path()).source_digest
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "weights.bin").write_bytes(b"0.5")
+    (elsewhere / "round").symlink_to(package)
+    (package / "data").symlink_to(elsewhere)
+    third = load_part("bought.drive:Mine", Path()).source_digest
+    (elsewhere / "weights.bin").write_bytes(b"0.6")
+    fourth = load_part("bought.drive:Mine", Path()).source_digest
+    assert len({first, second, third, fourth}) == 4
 
 
 @pytest.mark.parametrize(

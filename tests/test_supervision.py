@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,7 +20,6 @@ from tests.project import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
 PROGRAM = """
 import atexit, ctypes, os, signal, sys, threading, time
@@ -311,3 +311,33 @@ def test_program_that_is_left_by_a_stray_exit_is_not_good(monkeypatch: pytest.Mo
     with guest("./part.py:Part"):
         pass
     assert entry.main(["plan"]) == 3
+
+
+def test_working_folder_is_what_it_was_before_any_guest_came(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    entered, left = threading.Event(), threading.Event()
+
+    def other() -> None:
+        with guest("other.py:Part"):
+            entered.set()
+            left.wait(10)
+
+    thread = threading.Thread(target=other)
+    with guest("part.py:Part"):
+        os.chdir("elsewhere")
+        with guest("inner.py:Part"):
+            thread.start()
+            entered.wait(10)
+    assert Path.cwd() == tmp_path
+    os.chdir("elsewhere")
+    left.set()
+    thread.join()
+    assert Path.cwd() == tmp_path
+    # Whoever calls from elsewhere the next time finds that again.
+    os.chdir("elsewhere")
+    with guest("part.py:Part"):
+        os.chdir("/")
+    assert Path.cwd() == tmp_path / "elsewhere"
