@@ -30,6 +30,13 @@ _VIEWS: Final = {
     "postgresql": "SELECT c.relname, COALESCE(obj_description(c.oid), '') FROM pg_class c "  # noqa: S608 - own names
     f"WHERE c.relkind = 'v' AND c.relnamespace = '{SCHEMA}'::regnamespace",
 }
+_TRIGGERS: Final = {
+    "sqlite": "SELECT name FROM sqlite_master WHERE type = 'trigger' ORDER BY name",
+    "postgresql": "SELECT t.tgname FROM pg_trigger t JOIN pg_class c ON c.oid = t.tgrelid "  # noqa: S608 - own names
+    f"WHERE NOT t.tgisinternal AND c.relnamespace = '{SCHEMA}'::regnamespace "
+    f"UNION ALL SELECT rulename FROM pg_rules WHERE schemaname = '{SCHEMA}' ORDER BY 1",
+}
+"""What acts when somebody writes; a rule of PostgreSQL does so, too."""
 _OBJECTS: Final = {
     "sqlite": "SELECT 1 FROM sqlite_master",
     "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",  # noqa: S608 - own names
@@ -115,6 +122,8 @@ def _as_kept(connection: Connection, view: str) -> str:
 def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Name triggers, views and functions that are gone or say something else, and what is wrong.
 
+    Views of other people may stand beside ours; their triggers may not.
+
     Args:
         connection: In a transaction.
         expected: Statement that made each trigger and view, by name.
@@ -133,6 +142,9 @@ def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tup
             yield name, "is missing"
         elif present[name] != statement:
             yield name, "is not as this release makes it"
+    for name in connection.exec_driver_sql(_TRIGGERS[connection.dialect.name]).scalars():
+        if name not in given:
+            yield str(name), "acts on what is written, and no release makes it"
 
 
 def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dict[str, str]:

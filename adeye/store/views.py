@@ -215,7 +215,7 @@ def fitting(connection: Connection, name: str) -> str:
 def ensure_scenario_views(connection: Connection) -> None:
     """Make or renew the view of every scenario whose parameters changed."""
     present = catalog.views(connection)
-    for view, ddl in _wanted(connection).items():
+    for view, ddl in scenario_views(connection).items():
         if present.get(view) == catalog.mark(connection, ddl):
             continue
         if view in present:
@@ -223,7 +223,8 @@ def ensure_scenario_views(connection: Connection) -> None:
         catalog.create_view(connection, view, ddl)
 
 
-def _wanted(connection: Connection) -> dict[str, str]:
+def scenario_views(connection: Connection) -> dict[str, str]:
+    """Return the statement of each view that the scenarios in a database ask for, by its name."""
     scenarios = connection.exec_driver_sql(
         "SELECT DISTINCT scenario FROM campaign_case ORDER BY scenario"
     ).scalars()

@@ -153,6 +153,39 @@ def test_dropped_trigger_and_changed_view_are_named(
     }
 
 
+def test_block_that_is_done_without_its_results_is_named(
+    repository: Repository, example: Any, raw: sqlite3.Connection
+) -> None:
+    plan = repository.plan_campaign(example.record(), example.cases(4), block_size=4)
+    raw.execute("UPDATE work SET state = 'done', owner = NULL")
+    named = [str(item) for item in repository.verify()]
+    assert f"run {plan.campaign}: 0 results are there, blocks of 4 cases are done" in named
+
+
+def test_view_of_a_scenario_and_trigger_of_somebody_else_are_named(
+    repository: Repository, campaign: str, raw: sqlite3.Connection
+) -> None:
+    assert campaign
+    found = raw.execute("SELECT name FROM sqlite_master WHERE name LIKE 'v_runs_%'").fetchall()
+    view, *others = (name for (name,) in found)
+    assert repository.verify() == ()
+    raw.execute(f"DROP VIEW {view}")
+    raw.execute(f"CREATE VIEW {view} AS SELECT 99.0 AS min_distance_m")
+    raw.execute("CREATE VIEW my_own AS SELECT 1")
+    raw.execute(
+        "CREATE TRIGGER helpful BEFORE INSERT ON verdict WHEN NEW.verdict = 'FAIL' "
+        "BEGIN SELECT RAISE(IGNORE); END"
+    )
+    named = {(item.table, item.row) for item in repository.verify()}
+    assert named == {("schema", view), ("schema", "helpful")}
+    assert ("schema", "helpful") in {
+        (item.table, item.row) for item in repository.unsound(campaign)
+    }
+    for name in others:
+        raw.execute(f"DROP VIEW {name}")
+    assert len(repository.verify()) == 2 + len(others)
+
+
 def test_edited_row_is_named_with_its_key(
     repository: Repository, campaign: str, raw: sqlite3.Connection
 ) -> None:
