@@ -7,7 +7,6 @@ if everything is still as planned after its block.
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
+from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugins import (
     Loc,
@@ -293,7 +293,7 @@ def _digest(source: str, folder: Path) -> str:
     module = source.rpartition(":")[0]
     try:
         if module.endswith(".py"):
-            return hashlib.sha256((folder / module).resolve().read_bytes()).hexdigest()
+            return file_digest((folder / module).resolve())
         # The finder of files only looks; import_module would execute the package.
         spec = PathFinder.find_spec(module.partition(".")[0])
         if spec is None:
@@ -411,8 +411,7 @@ class Source:
         try:
             if self.path is None:
                 return source_digest(self.name, self.folder) == self.digest
-            with self.path.open("rb") as stream:
-                return hashlib.file_digest(stream, "sha256").hexdigest() == self.digest
+            return file_digest(self.path) == self.digest
         except (OSError, SpecError):
             return False
 

@@ -34,7 +34,7 @@ from adeye.judge.uncertainty import judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT, Injected, idle_faults
-from adeye.spec.load import OddFiles, load_odd
+from adeye.spec.load import INPUTS, OddFiles, load_odd
 from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
@@ -535,6 +535,7 @@ class CampaignPlan:
             units=self._units(),
             provenance={
                 **provenance(self.path),
+                INPUTS: self.files.inputs(),
                 FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from adeye.errors import IntegrityError, PlatformError
+from adeye.identity import file_digest
 from adeye.judge.evaluate import ERROR as JUDGED_ERROR
 from adeye.judge.evaluate import FAIL, INCONCLUSIVE, Evaluation, JudgementColumns, evaluate_trace
 from adeye.judge.metrics import METRICS
@@ -29,7 +30,6 @@ from adeye.outputs import BESIDE_DATABASE
 from adeye.simulate.engine import blank_layout
 from adeye.store.evidence.roots import (
     SUFFIX,
-    content_name,
     copy_kept,
     find_kept,
     folder_of,
@@ -141,7 +141,7 @@ def _write(trace: Trace, folder: Path) -> str:
         try:
             with os.fdopen(descriptor, "wb") as stream:
                 np.savez(stream, **arrays)
-            name = content_name(Path(temporary))
+            name = file_digest(Path(temporary))
             Path(temporary).replace(folder / f"{name}{SUFFIX}")
         finally:
             # What came to its place is no more where it was written.
@@ -451,7 +451,7 @@ def _present(folder: Path) -> dict[str, Path]:
 
 def _problem(path: Path, name: str) -> str:
     try:
-        return "" if kept_path(path.parent, name) and content_name(path) == name else "is altered"
+        return "" if kept_path(path.parent, name) and file_digest(path) == name else "is altered"
     except OSError as error:
         return f"cannot be read ({error.strerror})"
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from adeye.errors import AdeyeError, InputError
+from adeye.identity import file_digest
 from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
 from adeye.report.credibility import RESULT
-from adeye.spec.load import load_odd
+from adeye.spec.load import INPUTS, load_odd
 from adeye.store.location import Place, locate
 from adeye.store.repository import Repository
 
@@ -35,7 +38,12 @@ def guarding(
         return
     with guarded(files, taken=_belonging(place), also_read=also_read, renewed=renewed):
         if any(path.is_file() for path in asked):
-            for odd in _planned_from(place):
+            planned = _planned(place)
+            inputs = [item[INPUTS] for item in planned if INPUTS in item]
+            for path in asked:
+                if path.is_file() and any(_is_input(path, known) for known in inputs):
+                    reads(path)
+            for odd in {str(item.get("odd_path", "")) for item in planned} - {""}:
                 # What cannot be planned any more was read as far as it goes.
                 with contextlib.suppress(OSError, InputError):
                     for path in load_odd(odd).named_files():
@@ -51,11 +59,25 @@ def _belonging(place: Place) -> Iterator[Path]:
     yield beside.with_name(RESULT)
 
 
-def _planned_from(place: Place) -> Iterable[str]:
-    """Name the files of the ODDs of a database; whoever opens it next says why it cannot be."""
+def _planned(place: Place) -> Sequence[Mapping[str, Any]]:
+    """Return where campaigns were planned and executed; none of a database that cannot be read."""
     try:
         with Repository.open(place, create=False) as repository:
-            found = repository.campaigns()
+            campaigns = repository.campaigns()
+            sessions = (repository.evidence.sessions(item.id) for item in campaigns)
+            return [item.provenance for item in (*campaigns, *chain.from_iterable(sessions))]
     except AdeyeError:
         return ()
-    return {str(item.provenance.get("odd_path", "")) for item in found} - {""}
+
+
+def _is_input(path: Path, inputs: Mapping[str, str]) -> bool:
+    """Tell whether a file is what a campaign was planned from, or stands in its place by now.
+
+    Whoever calls may stand in another folder than who ran the campaign, and the ODD may have been
+    changed since; so it is known by its content, or by its place in a project.
+    """
+    real = path.resolve()
+    places = [Path(place).parts for place in inputs]
+    if any(len(parts) > 1 and real.parts[-len(parts) :] == parts for parts in places):
+        return True
+    return path.stat().st_size > 0 and file_digest(path) in inputs.values()

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.identity import file_digest
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceName, read_name, reference_content
 from adeye.spec.concept import Concept, asil_problems
@@ -24,6 +25,8 @@ from adeye.units import shown
 
 Spec = TypeVar("Spec", bound=Record)
 
+INPUTS: Final = "inputs"
+"""Key of a campaign's provenance: what ``OddFiles.inputs`` gives."""
 SCENARIOS: Final = "scenarios_db"
 """Folder of scenarios, of a project and of the package."""
 
@@ -81,6 +84,24 @@ class OddFiles:
                 for name in (text, text.rpartition(":")[0]):
                     if name and _is(Path.is_file, loaded.path.parent / name):
                         yield loaded.path.parent / name
+
+    def inputs(self) -> dict[str, str]:
+        """Hash the project's files that it was read from, and those that these name.
+
+        Returns:
+            sha256 by the place relative to the folder that the ODD's folder lies in. What lies
+            elsewhere, such as a shipped scenario, is left out.
+        """
+        project = self.odd.path.resolve().parent.parent
+        loaded: tuple[Loaded[Any], ...]
+        loaded = (self.odd, self.concept, *self.scenarios.values(), *self.architectures.values())
+        read = (Path(document.path) for item in loaded for document in item.documents)
+        paths = {path.resolve() for path in (*read, *self.named_files())}
+        return {
+            path.relative_to(project).as_posix(): file_digest(path)
+            for path in sorted(paths)
+            if path.is_relative_to(project) and path.is_file()
+        }
 
 
 def load_odd(path: str | Path) -> OddFiles:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 
 import pytest
 import typer
+import yaml
 
 from adeye.cli import options as completion
 from adeye.cli.app import app
@@ -441,6 +443,28 @@ def test_no_verb_writes_over_what_was_planned(adeye: Any, project: Path, option:
         refused(adeye, project, option, target)
         for link in project.glob("link*"):
             link.unlink()
+
+
+def test_input_of_a_campaign_is_known_from_another_folder_and_after_an_edit(
+    adeye: Any, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned = project / "odd" / "mine.json"
+    content = yaml.safe_load((project / ODD).read_text("utf-8"))
+    planned.write_text(json.dumps({**content, "odd": "mine"}), "utf-8")
+    assert adeye("run", "odd/mine.json").code == 0
+    elsewhere = project / "elsewhere"
+    elsewhere.mkdir()
+    shutil.copy(planned, elsewhere / "copy.json")
+    monkeypatch.chdir(elsewhere)
+    monkeypatch.setenv("ADEYE_DB", "../x.db")
+    refused(adeye, elsewhere, "report --report-json", "../odd/mine.json")
+    refused(adeye, elsewhere, "report --report-json", "copy.json")
+    planned.write_text('{"odd": "nothing that can be planned"}', "utf-8")
+    refused(adeye, elsewhere, "report --report-json", "../odd/mine.json")
+    # An empty file, and one of that name in no such folder, is anybody's.
+    for name in ("empty.json", "mine.json"):
+        (elsewhere / name).touch()
+        assert adeye("report", "--report-json", name).code == 0
 
 
 @pytest.mark.parametrize("way", ["./x.xml", "odd/../x.xml", "link.xml", "X.XML"])

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.identity import digest_bytes
+from adeye.identity import digest_bytes, file_digest
 from adeye.outputs import reads
-from adeye.store.evidence.roots import SUFFIX, content_name, find_kept, folders_of
+from adeye.store.evidence.roots import SUFFIX, find_kept, folders_of
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
 from adeye.units import shown
@@ -110,7 +110,7 @@ def _file(path: Path, folder: Path) -> dict[str, Any]:
 def _sha256(path: Path) -> str:
     reads(path)
     try:
-        return content_name(path)
+        return file_digest(path)
     except OSError as error:
         raise InputError(
             f"{path} cannot be read: {error.strerror}", remedy="Restore it from a copy."
@@ -185,7 +185,7 @@ def _differs(item: Any, folder: Path) -> str:
     try:
         if not path.resolve().is_relative_to(folder.resolve()) or not path.is_file():
             return "is missing"
-        return "" if content_name(path) == _word(item, "sha256") else "is altered"
+        return "" if file_digest(path) == _word(item, "sha256") else "is altered"
     except OSError as error:
         return f"cannot be read ({error.strerror})"
 

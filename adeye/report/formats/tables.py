@@ -10,7 +10,6 @@ release, names every column with its unit, and holds the SHA-256 of each file.
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,6 +20,7 @@ from types import TracebackType
 from typing import Any, Final, Literal, Protocol, Self, get_args
 
 from adeye.errors import InputError, UsageError
+from adeye.identity import file_digest
 from adeye.outputs import replacing, replacing_folder
 from adeye.report.cells import csv_cell
 from adeye.report.files import guarding
@@ -377,8 +377,6 @@ def _files(
 ) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, path in places.items():
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
         table = source.tables[name]
         columns = [
             {key: value for key, value in asdict(column).items() if value}
@@ -388,7 +386,7 @@ def _files(
             "table": name,
             "text": table.text,
             "rows": rows[name],
-            "sha256": digest,
+            "sha256": file_digest(path),
             "columns": columns,
         }
     return found

@@ -28,7 +28,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, select
 
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.identity import digest
+from adeye.identity import digest, file_digest
 from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
 from adeye.store.cases import JUDGED
@@ -804,16 +804,16 @@ def copy_kept(name: str, folders: Sequence[Path], into: Path) -> Path | None:
     if found is None:
         raise IntegrityError(f"the kept trace {name[:12]}{SUFFIX} is gone. Run 'adeye db verify'.")
     try:
-        content = content_name(found)
+        content = file_digest(found)
         into.mkdir(parents=True, exist_ok=True)
         here = kept_path(into, name)
-        if here is not None and content_name(here) == content:
+        if here is not None and file_digest(here) == content:
             return None
         descriptor, temporary = tempfile.mkstemp(suffix=".tmp", dir=into)
         os.close(descriptor)
         try:
             shutil.copyfile(found, temporary)
-            if content_name(Path(temporary)) != content:
+            if file_digest(Path(temporary)) != content:
                 raise IntegrityError(f"the copy of {name[:12]}{SUFFIX} is not the same. Try again.")
             return Path(temporary).replace(into / f"{name}{SUFFIX}")
         finally:
@@ -822,13 +822,3 @@ def copy_kept(name: str, folders: Sequence[Path], into: Path) -> Path | None:
         raise PlatformError(
             f"traces cannot be copied to {into}: {error.strerror}. Free space, or allow it."
         ) from error
-
-
-def content_name(path: Path) -> str:
-    """Name a file after its content: sha256 in hex.
-
-    Raises:
-        OSError: It cannot be read.
-    """
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import InputError, IntegrityError
+from adeye.identity import file_digest
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence import roots
 from adeye.store.evidence.roots import (
@@ -20,7 +21,6 @@ from adeye.store.evidence.roots import (
     Proof,
     Root,
     Tree,
-    content_name,
     find_kept,
     folder_of,
     folders_of,
@@ -341,9 +341,9 @@ NAMES -= {NAME}
 def test_file_is_named_after_its_content(tmp_path: Path) -> None:
     path = tmp_path / f"a{SUFFIX}"
     path.write_bytes(b"traces")
-    assert content_name(path) == hashlib.sha256(b"traces").hexdigest()
+    assert file_digest(path) == hashlib.sha256(b"traces").hexdigest()
     path.write_bytes(b"traceS")
-    assert content_name(path) != hashlib.sha256(b"traces").hexdigest()
+    assert file_digest(path) != hashlib.sha256(b"traces").hexdigest()
 
 
 def test_folder_is_beside_the_database() -> None:
