@@ -105,6 +105,21 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Read a JSON object for ``json.loads``, whose readers would take the last of two equal keys.
+
+    Raises:
+        ValueError: A key is there twice.
+    """
+    made = dict(pairs)
+    if len(made) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        msg = f"{twice!r} is there twice"
+        raise ValueError(msg)
+    return made
+
+
 def stream_seed(
     odd_seed: int, replicate: int, scenario: str, parameters: Mapping[str, float]
 ) -> int:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from adeye.store.repository import Repository
 
 CAUSES: Final = {
+    "withdrawn": "results are withdrawn by {subject}",
     "scenario": "scenario {subject} has changed",
     "parameters": "a default value of scenario {subject} has changed",
     "architecture": "the executable part of architecture {subject} has changed",
@@ -138,12 +139,17 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
     now, by_place = _planned(plan)
     requirements = _Requirements(repository, plan, campaign)
     pairs: dict[tuple[str, str], tuple[str, str]] = {}
+    withdrawn = {
+        item.result_digest: ("withdrawn", f"{item.author}: {item.reason}")
+        for item in repository.evidence.withdrawals(campaign.id)
+    }
     evidence = 0
     groups: dict[tuple[str, str], list[tuple[str, str, str]]] = defaultdict(list)
     for stored in repository.again.evidence(campaign.id):
         key = stored.scenario, stored.architecture, stored.result
         here = now.get(key)
         why = None if here is not None else _why(stored, by_place)
+        why = withdrawn.get(stored.result, why)
         for fsr in stored.fsrs:
             evidence += 1
             reason = why or requirements.why(stored, fsr, is_inside=bool(here))

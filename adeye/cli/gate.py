@@ -189,6 +189,7 @@ def stale(
     from adeye.campaign.plan import make_plan
     from adeye.campaign.stale import find_stale
     from adeye.errors import InputError
+    from adeye.spec.load import find_odd
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
@@ -198,7 +199,8 @@ def stale(
         if campaign is None:
             what = "the database has no campaign" if name is None else f"no campaign of ODD {name}"
             raise InputError(what, remedy="Run an ODD first: adeye run ODD")
-        path = odd or Path(str(campaign.provenance.get("odd_path", "")))
+        told = str(campaign.provenance.get("odd_path", ""))
+        path = odd or find_odd(told, repository.location.beside.parent)
         if plan is None:
             if not path.is_file():
                 raise InputError(

@@ -336,7 +336,8 @@ class Frame:
     def _by_formula(self, result: StlColumns, runs: Ints) -> _Ruling:
         words = result.program.words
         node, status, error = result.node[runs], result.status[runs], result.error[runs]
-        is_vacuous = result.vacuous[runs]
+        # What only holds because no row lies as far back as it looks was asked of nothing.
+        is_vacuous = result.vacuous[runs] | ((status == _BEFORE) & (result.verdict[runs] > 0))
         satisfied = np.where(is_vacuous, VACUOUS, PASS)
         decided = np.array([INCONCLUSIVE, 0, FAIL])[result.verdict[runs]]
         verdict = np.where(result.verdict[runs] > 0, satisfied, decided)
@@ -479,7 +480,7 @@ def _reason(verdict: int, words: Words, status: int, word: int) -> str | None:
     detail = None
     if verdict == INCONCLUSIVE:
         detail = _OPEN.get(BINDING_STATUSES[status], "the trace does not decide it")
-    elif verdict == VACUOUS:
+    elif verdict == VACUOUS and status != _BEFORE:
         detail = "the precondition never held"
     if status == _NO_CONFLICT:
         return _and(detail, "no conflict")

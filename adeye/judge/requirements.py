@@ -14,7 +14,7 @@ import numpy as np
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
-from adeye.judge.stl.constancy import FAR, first_constant
+from adeye.judge.stl.constancy import first_constant
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.stl.syntax import (
@@ -35,6 +35,7 @@ from adeye.judge.stl.syntax import (
 from adeye.judge.trace_signals import is_decision, plan_dictionary
 from adeye.kernel.relation import differences
 from adeye.signals import SignalType
+from adeye.spec.plausible import farthest
 from adeye.units import UNITS, Dimension, read_quantity, shown
 
 if TYPE_CHECKING:
@@ -91,6 +92,14 @@ def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str,
         ExpressionError: The formula cannot be read.
     """
     return () if formula is None else _written(formula, tuple(sorted(constants.items())))[2]
+
+
+def named_faults(formula: str | None, constants: Parameters) -> tuple[str, ...]:
+    """List the ids of the faults that a formula names; arguments and errors as above."""
+    if formula is None:
+        return ()
+    names = (name.split(".") for name in _written(formula, tuple(sorted(constants.items())))[1])
+    return tuple(dict.fromkeys(name[1] for name in names if name[0] == "fault" and len(name) > 2))
 
 
 def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
@@ -203,17 +212,17 @@ def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | N
     metric, written = bound.metric, requirement.bound
     if written is None or written.unusual_side:
         return
+    far = farthest(unit_exponents(metric.unit) or (0, 0, 0))
     if bound.is_lower:
-        is_wrong, end = metric.worse == "higher", metric.least
-        end = -FAR if end is None else end
-        cannot_fail = bound.limit <= end
+        is_wrong, end, sign = metric.worse == "higher", metric.least, -1.0
     else:
-        is_wrong, end = metric.worse == "lower", metric.most
-        end = FAR if end is None else end
-        cannot_fail = bound.limit >= end
+        is_wrong, end, sign = metric.worse == "lower", metric.most, 1.0
+    limit = sign * far if end is None else end
+    cannot_fail = (bound.limit - limit) * sign >= 0.0
     if cannot_fail:
-        what = f"'{bound.text}' cannot fail: no value is {'below' if bound.is_lower else 'above'}"
-        what += f" {end:g}"
+        value = "value" if end is not None else "plausible value"
+        side = "below" if bound.is_lower else "above"
+        what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}"
     elif is_wrong:
         what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
     else:
@@ -249,7 +258,7 @@ Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
 
-JUDGE_VERSION = 3
+JUDGE_VERSION = 4
 """Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9

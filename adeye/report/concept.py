@@ -36,7 +36,7 @@ from adeye.report.model.part import Label, Place
 from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Scenario
 from adeye.spec import architecture
 from adeye.spec.concept import Concept, Requirement, scheme
-from adeye.spec.load import OddFiles, load_odd
+from adeye.spec.load import OddFiles, find_odd, load_odd, repository_of
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.read.checking import Violation
@@ -86,26 +86,6 @@ def places_of(
     return Places(place, _fsrs(files, concept), _scenarios(files, odd))
 
 
-def find_odd(path: str, near: Path | None = None) -> Path:
-    """Find the file of an ODD that was named from a folder that nobody remembers.
-
-    Args:
-        path: As it was named.
-        near: Folder of the database, which often lies beside it.
-
-    Returns:
-        The path as it is, if it leads to a file from here; else where it does from the folder of
-        the database or one above; else where it would from the root of the repository.
-    """
-    asked, here = Path(path), (near or Path()).resolve()
-    tried = (asked, *(folder / asked for folder in (here, *here.parents)))
-    known = next((item for item in tried if item.is_file()), None)
-    if known is None:
-        root = _repository(here)
-        known = asked if root is None else root / asked
-    return asked if known is asked else Path(os.path.relpath(known))
-
-
 def uri_of(path: str) -> str:
     """Write a path as a code host looks it up: from the root of its repository, percent-encoded.
 
@@ -117,12 +97,8 @@ def uri_of(path: str) -> str:
     """
     asked = Path(path)
     whole = asked.parent.resolve() / asked.name
-    root = _repository(whole.parent) or os.path.commonpath([whole.parent, Path.cwd()])
+    root = repository_of(whole.parent) or os.path.commonpath([whole.parent, Path.cwd()])
     return quote(os.fsencode(whole.relative_to(root).as_posix()))
-
-
-def _repository(folder: Path) -> Path | None:
-    return next((item for item in (folder, *folder.parents) if (item / ".git").exists()), None)
 
 
 def _fsrs(files: OddFiles, concept: Concept) -> dict[str, Place]:

@@ -12,7 +12,7 @@ from adeye.errors import AdeyeError, InputError
 from adeye.identity import file_digest
 from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
 from adeye.report.credibility import RESULT
-from adeye.spec.load import INPUTS, load_odd
+from adeye.spec.load import INPUTS, find_odd, load_odd
 from adeye.store.location import Place, locate
 from adeye.store.repository import Repository
 
@@ -46,7 +46,7 @@ def guarding(
             for odd in {str(item.get("odd_path", "")) for item in planned} - {""}:
                 # What cannot be planned any more was read as far as it goes.
                 with contextlib.suppress(OSError, InputError):
-                    for path in load_odd(odd).named_files():
+                    for path in load_odd(find_odd(odd, locate(place).beside.parent)).named_files():
                         reads(path)
             require_unread()
         yield
@@ -64,8 +64,9 @@ def _planned(place: Place) -> Sequence[Mapping[str, Any]]:
     try:
         with Repository.open(place, create=False) as repository:
             campaigns = repository.campaigns()
-            sessions = (repository.evidence.sessions(item.id) for item in campaigns)
-            return [item.provenance for item in (*campaigns, *chain.from_iterable(sessions))]
+            sessions = [repository.evidence.sessions(item.id) for item in campaigns]
+            found = [item.provenance for item in campaigns]
+            return [*found, *(item.provenance for item in chain.from_iterable(sessions))]
     except AdeyeError:
         return ()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -197,6 +198,34 @@ def load_grid(path: str | Path) -> Loaded[GridSettings]:
         SpecError: Anything is wrong; the message has file, line and column.
     """
     return _load(Path(path), GridSettings)
+
+
+def find_odd(path: str, near: Path | None = None) -> Path:
+    """Find the file of an ODD that was named from a folder that nobody remembers.
+
+    Args:
+        path: As it was named.
+        near: Folder of the database, which often lies beside it.
+
+    Returns:
+        Where it leads to a file from the folder of the database or one above: whoever asks may
+        stand in another project that has such a file, too. Else the path as it is, if it does from
+        here; else where it would from the root of the repository.
+    """
+    asked, here = Path(path), (near or Path()).resolve()
+    above = () if near is None else (here, *here.parents)
+    tried = (*(folder / asked for folder in above), asked)
+    known = next((item for item in tried if item.is_file()), None)
+    if known is None:
+        root = repository_of(here)
+        known = asked if root is None else root / asked
+    is_here = known is asked or known.resolve() == asked.resolve()
+    return asked if is_here else Path(os.path.relpath(known))
+
+
+def repository_of(folder: Path) -> Path | None:
+    """Return the root of the repository that a folder is in; None outside of one."""
+    return next((item for item in (folder, *folder.parents) if (item / ".git").exists()), None)
 
 
 def shipped(folder: str) -> Path:

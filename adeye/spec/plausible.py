@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from fnmatch import fnmatchcase
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import (
     Annotated,
     Any,
@@ -99,6 +99,10 @@ is of whatever has the dimension otherwise. Our choice: what no road vehicle, se
 weather is beyond, with room to spare. Some are narrower where more is known:
 ``FileRecord.own_limits``.
 """
+
+
+_FAR: Final = 1e6
+"""Beyond it in SI nothing about a drive is: 11 days, 1,000 km."""
 
 
 def _known(name: str) -> str:
@@ -209,6 +213,23 @@ def _bound_of(path: str, dimension: Dimension) -> str:
 def _in_si(name: str, dimension: Dimension) -> tuple[float, float]:
     low, high, _ = BOUNDS[name]
     return parse_quantity(low, dimension), parse_quantity(high, dimension)
+
+
+@cache
+def farthest(exponents: tuple[int, int, int]) -> float:
+    """Return the magnitude beyond which nothing that has a dimension is plausible.
+
+    Args:
+        exponents: Of length, time and angle.
+
+    Returns:
+        In SI; without a bound of the dimension what nothing about a drive reaches, whatever it is.
+    """
+    bound = (item for item in Dimension if item.exponents == exponents and _bound_of("", item))
+    dimension = next(bound, None)
+    if dimension is None:
+        return _FAR
+    return max(map(abs, _in_si(dimension.name.lower(), dimension)))
 
 
 def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:

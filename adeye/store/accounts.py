@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, Final
@@ -23,8 +23,9 @@ from sqlalchemy import Connection, Table, and_, select
 
 from adeye.errors import InputError
 from adeye.judge.evaluate import read_never_held
-from adeye.judge.requirements import nested_antecedents
+from adeye.judge.requirements import named_faults, nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
+from adeye.judge.stl.parser import Parameters
 from adeye.signals import Ints
 from adeye.store.cases import JUDGED
 from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
@@ -156,12 +157,15 @@ _DONE: Final = f"""
 
 # Behind the links of parts stands that of all but the presence of faults, in newer databases.
 # Most campaigns have no two equal results, which one sort tells; no verdict is read then.
+_HAPPENED: Final = f"""CASE WHEN LENGTH(h.links) > {LINK_LENGTH} * (r.trace_rows / h.every_rows)
+                THEN SUBSTR(h.links, {LINK_LENGTH} * (r.trace_rows / h.every_rows) + 1)
+                ELSE r.trace_digest END"""
+"""What happened in a run, whatever faults were present meanwhile."""
+
 _REPEATED: Final = f"""
     WITH done AS (
         SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
-            CASE WHEN LENGTH(h.links) > {LINK_LENGTH} * (r.trace_rows / h.every_rows)
-                THEN SUBSTR(h.links, {LINK_LENGTH} * (r.trace_rows / h.every_rows) + 1)
-                ELSE r.trace_digest END AS happened
+            {_HAPPENED} AS happened
         FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
         LEFT JOIN chain h ON h.run_number = r.number
         WHERE c.campaign_id = ?),
@@ -184,6 +188,29 @@ _PASSED: Final = f"""
     JOIN run r ON r.result_digest = c.result_digest
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
     WHERE c.campaign_id = ? AND f.fsr_id = ? AND v.verdict = 'PASS'
+"""  # noqa: S608 - JUDGED is a constant of this package
+
+_ABOUT_FAULTS: Final = f"""
+    WITH done AS (
+        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
+            {{has_fault}} AS has_fault,
+            {_HAPPENED} AS happened
+        FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
+        JOIN test_case t ON t.digest = c.test_case_digest
+        LEFT JOIN chain h ON h.run_number = r.number
+        WHERE c.campaign_id = ?),
+    same AS (
+        SELECT architecture, scenario, happened, MIN(has_fault) AS is_new FROM done
+        GROUP BY architecture, scenario, happened)
+    SELECT c.architecture
+    FROM done c
+    JOIN same s ON s.architecture = c.architecture AND s.scenario = c.scenario
+        AND s.happened = c.happened
+    JOIN campaign_fsr f ON {JUDGED}
+    JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
+    WHERE f.fsr_id = ? AND v.exercised = 1
+    GROUP BY c.architecture HAVING MIN(c.has_fault) = 1 AND MAX(s.is_new) = 0
+    ORDER BY c.architecture
 """  # noqa: S608 - JUDGED is a constant of this package
 
 Done = tuple[str, int, int, str, str, str, int]
@@ -283,7 +310,7 @@ def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row])
 
 
 def _never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
-    """List the nested implications whose antecedent held in no run that PASSes."""
+    """List what no run asked for: nested implications, and effects of the faults that FSRs name."""
     found = connection.exec_driver_sql(
         "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
         "WHERE c.id = ? ORDER BY f.id",
@@ -291,16 +318,42 @@ def _never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
     )
     rows: list[Row] = []
     for fsr, content in found.all():
-        rows += _never_held(connection, campaign_id, fsr, _antecedents(content))
+        rows += _without_effect(connection, campaign_id, fsr, _read(named_faults, content))
+        antecedents = _read(nested_antecedents, content)
+        rows += _never_held(connection, campaign_id, fsr, antecedents)
     return rows
 
 
-def _antecedents(content: str) -> tuple[str, ...]:
+def _without_effect(
+    connection: Connection, campaign_id: str, fsr: str, faults: Sequence[str]
+) -> Iterator[Row]:
+    """Say of an FSR that names faults where these changed nothing in any run that exercises it.
+
+    Each of those runs is, but for the presence of the faults, one of the same scenario without any
+    of them: what the FSR says about a vehicle with the fault was never asked.
+    """
+    if not faults:
+        return
+    entry = "'+' || t.fault_entry || '+'"
+    has_fault = " OR ".join([f"REPLACE({entry}, ?, '') <> {entry}"] * len(faults))
+    found = connection.exec_driver_sql(
+        _ABOUT_FAULTS.format(has_fault=f"CASE WHEN {has_fault} THEN 1 ELSE 0 END"),
+        (*(f"+{name}+" for name in faults), campaign_id, fsr),
+    )
+    told = f"({' or '.join(f'fault.{name}' for name in faults)} changes the run)"
+    for architecture in found.scalars():
+        yield row(never_held, (campaign_id, fsr, architecture, 0, told, 1))
+
+
+def _read(
+    what: Callable[[str | None, Parameters], tuple[str, ...]], content: str
+) -> tuple[str, ...]:
+    """Read something off the formula of an FSR."""
     try:
         told = json.loads(content)
         values = told.get("parameters", {}).items()
         named = {name: read_quantity(str(value)) for name, value in values}
-        return nested_antecedents(told.get("formula"), named)
+        return what(told.get("formula"), named)
     except (ValueError, LookupError, TypeError, AttributeError, InputError):
         # What is no formula is refused where a plan is made; what was altered is named by itself.
         return ()

@@ -424,7 +424,8 @@ never_held = insert_only(
     flag_column("decides"),
 )
 """Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
-done; they decide where a run satisfies the FSR only because of that."""
+done; they decide where a run satisfies the FSR only because of that. At place 0, which decides,
+that the faults an FSR names changed nothing in any run that exercises it."""
 
 RECOUNTED: Final = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 """Tables that plan and results tell whole: verification makes them again instead of trusting a

@@ -104,6 +104,7 @@ class AxisReader:
         kind, path = self.resolve(name, where)
         _check_varied(name, kind, path, where)
         values = tuple(self._value(name, kind, text, where) for text in texts)
+        _check_looked_at(name, kind, path, values, where)
         if distinct:
             _require_distinct(name, texts, values, where)
         return Axis(name, kind, path, texts, values, where)
@@ -160,6 +161,7 @@ class AxisReader:
         _check_varied(name, kind, path, where)
         if spec.choice is not None:
             values = tuple(self._value(name, kind, text, where) for text in levels_of(spec))
+            _check_looked_at(name, kind, path, values, where)
             _require_distinct(name, levels_of(spec), values, where)
         elif kind != "parameter":
             raise SweepError(
@@ -206,6 +208,19 @@ def _check_varied(name: str, kind: Kind, path: tuple[str, ...], where: SourceLoc
             f"{name}: this tells one {kind.removesuffix('s')} from another and cannot vary",
             where=where,
             remedy=remedy or f"Write another {kind.removesuffix('s')} beside it.",
+        )
+
+
+def _check_looked_at(
+    name: str, kind: Kind, path: tuple[str, ...], values: Sequence[Any], where: SourceLocation
+) -> None:
+    """Refuse to vary how long one looks: one drive would count as several results."""
+    if kind == "scenario" and path in {("horizon",), ("tail",)} and len(values) > 1:
+        raise SweepError(
+            f"{name}: what happens is the same however long one looks, and would count "
+            f"{len(values)} times",
+            where=where,
+            remedy="Give one value, the longest that is needed.",
         )
 
 

@@ -433,7 +433,6 @@ def test_fault_that_may_act_passes(load: Callable[..., OddFiles], changes: dict[
     [
         ("faults.out.onset.at", ["2 s", "20 s"], {"onset": {"at": "1 s"}}),
         ("faults.out.duration", ["2 s", "0 s"], {"duration": "1 s"}),
-        ("scenario.horizon", ["12 s", "1 s"], {"onset": {"at": "2 s"}}),
         ("lateral_speed", ["1 m/s", "2 m/s"], {"onset": {"when": "lateral_speed < 1.5 m/s"}}),
     ],
 )

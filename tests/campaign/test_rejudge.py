@@ -17,7 +17,7 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence.roots import folder_of
 from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
-from adeye.store.write import queue as leasing
+from adeye.store.write import results as writing
 from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows
 from tests.tampering import unguarded
 
@@ -366,7 +366,9 @@ def as_a_fault_that_changes_nothing(project: Project) -> None:
 
 def as_a_stuck_switch_that_has_nowhere_to_go(project: Project) -> None:
     with project.edited_odd() as odd:
-        odd["faults"] = [{"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}]
+        odd["faults"] = [
+            {"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}
+        ]
         odd["scenarios"][0]["faults"] = ["jam"]
         sweep = odd["scenarios"][0]["sweep"]["parameters"]
         sweep["faults.jam.onset.at"] = [f"{time} s" for time in (1, 1.5, 2, 2.5, 3)]
@@ -426,13 +428,13 @@ def test_architecture_under_two_ids_is_executed_once_and_shares_its_results(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     executed: list[int] = []
-    record = vars(leasing)["record_runs"]
+    record = vars(writing)["record_runs"]
 
     def recording(connection: Any, block: Any) -> Any:
         executed.append(len(block))
         return record(connection, block)
 
-    monkeypatch.setattr(leasing, "record_runs", recording)
+    monkeypatch.setattr(writing, "record_runs", recording)
     write_quiet(project, "renamed", title="Another title", text="Another text")
     with project.edited_odd() as odd:
         odd["architectures"].append("architectures/renamed.yaml")
@@ -480,3 +482,21 @@ def test_nested_implication_that_no_run_asks_for_is_never_silent(
     summary = ask("1 s")
     assert (total(project).verdict, total(project).exercised) == (Verdict.PASS, 2)
     assert "never held" not in summary.message
+
+
+@pytest.mark.slow
+def test_requirement_about_a_fault_that_changes_nothing_is_not_tested(project: Project) -> None:
+    as_a_fault_that_changes_nothing(project)
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0] |= {
+            "formula": "always(rise(fault.far.active) implies always[0 s, 1 s] not contact)",
+            "min_exercised": 1,
+        }
+    summary = project.run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert "FSR-01 VACUOUS" in summary.message
+    assert "(fault.far changes the run) never held" in summary.message
+    with project.edited_odd() as odd:
+        odd["faults"][0] |= {"beyond": "1 m"}
+    summary = project.run()
+    assert (summary.exit_code, total(project).exercised) == (ExitCode.FAILED, 10)

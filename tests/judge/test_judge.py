@@ -88,6 +88,23 @@ def test_precondition_that_never_holds_is_vacuous(hand_made: Any) -> None:
     assert "the precondition never held" in str(found.detail)
 
 
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "always(historically[60 s, 61 s] contact)",
+        "always(rise(authority.safety) implies historically[60 s, 61 s] contact)",
+        "always(not once[60 s, 61 s] (not contact))",
+    ],
+)
+def test_past_before_the_first_row_tests_nothing(hand_made: Any, formula: str) -> None:
+    made = hand_made().set("authority", 1, rows=slice(5, None))
+    found = judged(made, fsr(formula=formula))
+    assert (found.verdict, found.is_exercised) == (VACUOUS, False)
+    assert found.detail == "nothing lies that far back"
+    near = judged(made, fsr(formula="always(historically[0.2 s, 0.3 s] not contact)"))
+    assert (near.verdict, near.is_exercised) == (PASS, True)
+
+
 @pytest.mark.parametrize(("takeover", "verdict"), [(8, PASS), (9, FAIL)])
 def test_mastered_failure_of_a_channel_passes(
     hand_made: Any, takeover: int, verdict: Verdict

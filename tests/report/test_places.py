@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from adeye.report.concept import Places, find_odd, places_of, uri_of
+from adeye.report.concept import Places, places_of, uri_of
 from adeye.report.model.part import Place
-from adeye.spec.load import OddFiles, load_odd, shipped
+from adeye.spec.load import OddFiles, find_odd, load_odd, shipped
 
 
 @pytest.fixture
@@ -101,6 +101,11 @@ def test_odd_is_found_from_the_folder_of_the_database(
     monkeypatch.chdir(root / "sub")
     found = find_odd("odd/motorway_chauffeur.yaml", root / ".adeye")
     assert found == Path("../odd/motorway_chauffeur.yaml")
+    # Another project may have such a file, too.
+    (root / "sub" / "odd").mkdir()
+    (root / "sub" / "odd" / "motorway_chauffeur.yaml").touch()
+    assert find_odd("odd/motorway_chauffeur.yaml", root / ".adeye") == found
+    assert find_odd("odd/motorway_chauffeur.yaml") == Path("odd/motorway_chauffeur.yaml")
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("odd/gone.yaml")
     (root / ".git").mkdir()
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("../odd/gone.yaml")

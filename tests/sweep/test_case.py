@@ -272,7 +272,6 @@ def test_values_vary_inside_a_batch(load: Load, sweep: dict[str, Any]) -> None:
         only("architecture.switch.priority", ["safety", "nominal"], ["nominal", "safety"]),
         only("architecture.channels.nominal.links", ["localisation"], []),
         only("scenario.world.road.lanes", 2, 3),
-        only("scenario.horizon", "5 s", "6 s"),
         only("scenario.actors.cutter.kind", "car", "truck"),
     ],
 )
@@ -284,6 +283,8 @@ def test_architecture_fault_entry_and_step_part_batches(load: Load) -> None:
     assert len(keys(load(faults=[CAMERA_OUT_OF_STRUCTURE]))) == 4
     case = next(iter(expand(load()).cases()))
     assert structure_key(replace(case, step=0.025)) != structure_key(case)
+    longer = case.scenario.model_copy(update={"horizon": case.scenario.horizon + 1.0})
+    assert structure_key(replace(case, scenario=longer)) != structure_key(case)
     assert structure_key(replace(case, replicate=3)) == structure_key(case)
 
 

@@ -130,7 +130,7 @@ def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, desig
         (
             "lhs",
             8,
-            {"parameters": {"scenario.horizon": ["8 s", "9 s"]}},
+            {"parameters": {"architecture.sensors.front_camera.range": ["90 m", "120 m"]}},
             "scenario parameters only",
         ),
     ],

@@ -23,6 +23,7 @@ from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import PROCESS
+from adeye.spec.load import find_odd
 from adeye.store.evidence.roots import CertificateRecord, Executed
 from adeye.store.records import CampaignInfo, EngineKey, MetricValue, RunRef, StoredRun
 from adeye.store.repository import Repository
@@ -398,7 +399,7 @@ def certify(
     """
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
-        plan = _planned(campaign, name)
+        plan = _planned(repository, campaign, name)
         certificates = repository.hindsight.certificates
         executed = certificates.executed(campaign.id)
         chosen = draw([item for item in executed if not item.machine_dependent], sample)
@@ -456,15 +457,17 @@ def draw(executed: Iterable[Executed], size: int) -> list[Executed]:
     return [item for _, _, item in turns[:size]]
 
 
-def _planned(campaign: CampaignInfo, name: str | None) -> CampaignPlan:
+def _planned(repository: Repository, campaign: CampaignInfo, name: str | None) -> CampaignPlan:
     """Plan the ODD's file as it is now: it names plug-ins and where they are."""
-    path = name if name is not None and is_file_name(name) else campaign.provenance.get("odd_path")
+    is_file = name is not None and is_file_name(name)
+    path = name if is_file else campaign.provenance.get("odd_path")
     if not path:
         raise UsageError(
             f"campaign {campaign.id[:10]} does not say where its ODD is",
             remedy="Name the ODD's file in place of the campaign.",
         )
-    return planned_as(campaign, str(path))
+    near = None if is_file else repository.location.beside.parent
+    return planned_as(campaign, find_odd(str(path), near))
 
 
 def _recall(

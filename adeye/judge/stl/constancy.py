@@ -18,6 +18,7 @@ from adeye.judge.stl.syntax import (
     children,
     label_of,
 )
+from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,8 +31,7 @@ if TYPE_CHECKING:
 Interval: TypeAlias = tuple[float, float]
 
 _ANY: Final = (-math.inf, math.inf)
-FAR: Final = 1e6
-"""A limit beyond it, in SI, is one that nothing about a drive reaches: 11 days, 1,000 km."""
+_UNKNOWN: Final = (0, 0, 0)
 _MOST_PARTS: Final = 8
 """Different parts of a condition up to which all ways in which they hold are tried."""
 
@@ -90,9 +90,10 @@ def _equal(node: Equality) -> bool | None:
 
 
 def _limit(term: Term) -> Interval:
-    """Give the values of a term; one that lies too far counts as infinite."""
+    """Give the values of a term; a limit that nothing plausible reaches counts as infinite."""
     low, high = _values(term)
-    if low == high and abs(low) > FAR:
+    exponents = term.exponents if isinstance(term, Constant) else _UNKNOWN
+    if low == high and abs(low) > farthest(exponents):
         low = high = math.copysign(math.inf, low)
     return low, high
 

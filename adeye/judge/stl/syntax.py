@@ -233,6 +233,9 @@ def silence_of(node: Node) -> tuple[str, ...]:
 
 _Truth: TypeAlias = bool | None
 """None where it is open."""
+_LONGEST_AGE_S: Final = 10.0
+"""A longer bound on an age notices no failure in time [s]. Our choice: as long as a driver is given
+to take over (UN R157, 5.4)."""
 _OF_SILENCE: Final = (["channel", "status"], ["channel", "age"])
 
 
@@ -301,8 +304,9 @@ def _contrary(found: _Truth) -> _Truth:
 def _status_while_silent(node: Equality, channel: str) -> _Truth:
     if not isinstance(node.left, Signal) or node.left.name != f"channel.{channel}.status":
         return None
-    is_as_silent = {"silent": True, "fault": True, "ok": False}.get(label_of(node) or "")
-    return _contrary(is_as_silent) if node.is_negated else is_as_silent
+    # A channel that failed does not say so; whoever says that it has a fault did not fail.
+    is_as_silent = label_of(node) == "silent"
+    return is_as_silent is not node.is_negated
 
 
 def _age_while_silent(node: Comparison, channel: str) -> _Truth:
@@ -314,7 +318,9 @@ def _age_while_silent(node: Comparison, channel: str) -> _Truth:
     bound = node.right if is_left else node.left
     # No age is below zero, so that `>= 0` and `< 0` tell nothing apart; `> 0` and `<= 0` do.
     is_strict = is_above is ("=" not in node.operator)
-    if isinstance(bound, Constant) and not (bound.value > 0 or (bound.value == 0 and is_strict)):
+    if isinstance(bound, Constant) and not (
+        0 < bound.value <= _LONGEST_AGE_S or (bound.value == 0 and is_strict)
+    ):
         return None
     return is_above
 

@@ -19,8 +19,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.identity import digest_bytes, file_digest
+from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
+from adeye.identity import digest_bytes, file_digest, unique_keys
 from adeye.outputs import reads
 from adeye.store.evidence.roots import SUFFIX, find_kept, folders_of
 from adeye.store.records import CampaignInfo
@@ -139,7 +139,7 @@ def read_manifest(path: Path) -> tuple[bytes, dict[str, Any]]:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: more than {MAX_BYTES:,} bytes", remedy="Name a manifest.")
         content = path.read_bytes()
-        document = json.loads(content)
+        document = json.loads(content, object_pairs_hook=unique_keys)
     except OSError as error:
         raise InputError(
             f"{path} cannot be read: {error.strerror}", remedy="Name the manifest."
@@ -164,7 +164,15 @@ def differing(
         document: The manifest.
         folder: Where it is.
         repository: The database; None to look at the files alone.
+
+    Raises:
+        UsageError: There is nothing to look at.
     """
+    if repository is None and not document["files"]:
+        raise UsageError(
+            "the manifest names no files, so nothing would be compared",
+            remedy="Leave out --files-only, and name the database.",
+        )
     for item in document["files"]:
         problem = _differs(item, folder)
         if problem:
@@ -192,9 +200,12 @@ def _differs(item: Any, folder: Path) -> str:
 
 def _rows_differing(document: Mapping[str, Any], repository: Repository) -> Iterator[str]:
     campaign, evidence = document["campaign"], repository.evidence
-    if all(item.id != campaign for item in repository.campaigns()):
+    found = next((item for item in repository.campaigns() if item.id == campaign), None)
+    if found is None:
         yield f"campaign {campaign}: is not in the database"
         return
+    if found.odd != document["odd"]:
+        yield f"campaign {campaign}: is of the ODD {found.odd}, not of {document['odd']}"
     # The hashes below are those of the rows, which have to be those of their values.
     yield from map(str, repository.verify())
     root = evidence.computed_root(campaign)

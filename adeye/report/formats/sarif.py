@@ -18,10 +18,11 @@ from typing import Any, Final, Literal
 from adeye.errors import SourceLocation
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
-from adeye.report.concept import find_odd, uri_of
+from adeye.report.concept import uri_of
 from adeye.report.model.part import Place
 from adeye.report.model.report import Architecture, Cell, Fsr, Report, Scenario
 from adeye.report.words import binding_sentence, verdict_word
+from adeye.spec.load import find_odd
 from adeye.store.read.checking import Checked
 from adeye.store.read.totals import ChannelFailure
 from adeye.version import __version__

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from adeye.errors import IntegrityError, SourceLocation, SpecError
-from adeye.identity import digest
+from adeye.identity import digest, unique_keys
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
 from adeye.outputs import write_atomically
 from adeye.report.model.part import Asil, Count, Id, Margin, Part
@@ -325,7 +325,9 @@ def read_baseline(path: Path) -> Baseline:
 def _document(path: Path) -> dict[str, Any]:
     try:
         require_plain(path, MAX_BYTES)
-        document = json.loads(path.read_bytes(), parse_constant=_refuse, object_pairs_hook=_unique)
+        document = json.loads(
+            path.read_bytes(), parse_constant=_refuse, object_pairs_hook=unique_keys
+        )
     except FileNotFoundError as error:
         raise SpecError(
             "there is no such baseline",
@@ -343,16 +345,6 @@ def _document(path: Path) -> dict[str, Any]:
         raise _no_baseline(path, f"its schema is {found!r}, {SCHEMA!r} can be read")
     del document["schema"]
     return document
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    made = dict(pairs)
-    if len(made) != len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        msg = f"{twice!r} is there twice"
-        raise ValueError(msg)
-    return made
 
 
 def _refuse(word: str) -> None:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from adeye.signals import Floats, Scene, SceneContext
     from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
@@ -142,7 +144,15 @@ class _Guest:
 
     def sense(self, scene: Scene) -> Measurement:
         with guest(self._name, "sensor"):
-            return Measurement.map(self._sensor.sense(scene.copy()), np.array)
+            return Measurement.map(self._sensor.sense(scene.copy()), _as_told)
+
+
+def _as_told(values: Any) -> NDArray[Any]:
+    """Copy what a sensor answers; what lies below a mask was not measured."""
+    if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
+        msg = f"its answer has {hidden} masked samples, not numbers"
+        raise ValueError(msg)
+    return np.array(values)
 
 
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:

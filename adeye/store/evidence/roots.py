@@ -507,10 +507,17 @@ class Evidence:
             campaign: Id of the campaign.
 
         Raises:
-            InputError: There is no such run in the campaign.
+            InputError: There is no such run in the campaign, or it was withdrawn.
         """
         with self._database.read() as connection:
             found = find_run(connection, run, campaign)
+            if connection.exec_driver_sql(
+                "SELECT 1 FROM withdrawal WHERE result_digest = ?", (found.result_digest,)
+            ).first():
+                raise InputError(
+                    f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
+                    remedy="See 'adeye db info' for who did so, and prove another run.",
+                )
             leaf, proof, root = proof_of(connection, campaign, found.ordinal)
         path = tuple(item.hex() for item in proof.path)
         return RunProof(

@@ -41,7 +41,7 @@ from adeye.store.location import Location
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import progress
 from adeye.store.records import EngineKey, Finding
-from adeye.store.schema import trigger_ddl
+from adeye.store.schema import insert_only_ddl, trigger_ddl
 from adeye.store.views import scenario_views, view_ddl
 from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
@@ -165,8 +165,11 @@ def altered_definitions(
         connection: In a transaction.
         others: Statements of views that not every database has, by name.
     """
-    triggers = trigger_ddl(connection.dialect.name)
-    expected = {_second_name(ddl): ddl for ddl in (*triggers, *view_ddl().values())}
+    dialect = connection.dialect.name
+    made = [*trigger_ddl(dialect), *view_ddl().values()]
+    for table in plugin_tables(connection):
+        made += insert_only_ddl(table.name, dialect)
+    expected = {_second_name(ddl): ddl for ddl in made}
     for name, problem in catalog.altered(connection, {**expected, **(others or {})}):
         yield Finding("schema", name, problem)
 

@@ -14,6 +14,7 @@ from sqlalchemy import Connection, Row, RowMapping, func, select, text
 
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import Verdict
+from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import schema, tables
 from adeye.store.cases import JUDGED
@@ -262,7 +263,7 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
     if name.isascii() and name.isdigit() and len(name) < 10 and campaign is not None:
         by_ordinal = connection.execute(query.where(cases.c.ordinal == int(name))).first()
         if by_ordinal is not None:
-            return run_ref(by_ordinal)
+            return _unless_withdrawn(connection, run_ref(by_ordinal))
     columns = (
         cases.c.result_digest,
         tables.fork.c.result_digest,
@@ -286,7 +287,7 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
         raise InputError(
             f"run {name!r} is not in campaign {campaign}", remedy="Name the campaign it is in."
         )
-    ref = run_ref(found)
+    ref = _unless_withdrawn(connection, run_ref(found))
     if drive is not None:
         return replace(
             ref,
@@ -300,6 +301,17 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
         return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
     if twin is not None:
         return replace(ref, result_digest=digest, test_case=twin[0], is_done=True)
+    return ref
+
+
+def _unless_withdrawn(connection: Connection, ref: RunRef) -> RunRef:
+    """Return a reference to a run; whoever asked is told if its result is withdrawn."""
+    table = tables.withdrawal
+    for item in connection.execute(
+        table.select().where(table.c.result_digest == ref.result_digest)
+    ):
+        told = f"was withdrawn by {item.author}, so it is no evidence: {item.reason}"
+        notice(f"run {ref.result_digest[:12]} {told}")
     return ref
 
 

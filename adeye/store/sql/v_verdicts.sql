@@ -8,3 +8,4 @@ JOIN test_case t ON t.digest = c.test_case_digest
 JOIN campaign_fsr f ON $judged
 LEFT JOIN run r ON r.result_digest = c.result_digest
 LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    AND NOT EXISTS (SELECT 1 FROM withdrawal x WHERE x.result_digest = c.result_digest)

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from adeye.errors import InputError, IntegrityError, PlatformError
+from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
 from adeye.report.formats.manifest import (
     differing,
     encoded,
@@ -129,9 +129,21 @@ def test_campaign_and_traces_have_to_be_there(
 ) -> None:
     document["traces"] = [{"name": "x.npz", "sha256": "0" * 64}]
     assert list(differing(document, folder, repository)) == ["trace x.npz: is missing"]
+    document |= {"traces": [], "odd": "another"}
+    (line,) = differing(document, folder, repository)
+    assert "not of another" in line
     document["campaign"] = "f" * 32
     (line,) = differing(document, folder, repository)
     assert "is not in the database" in line
+
+
+def test_manifest_with_which_nothing_would_be_compared_is_refused(
+    document: dict[str, Any], folder: Path
+) -> None:
+    assert list(differing(document, folder, None)) == []
+    document["files"] = []
+    with pytest.raises(UsageError, match="names no files"):
+        list(differing(document, folder, None))
 
 
 def test_unfinished_campaign_is_not_signed(tmp_path: Path) -> None:
@@ -150,7 +162,7 @@ def test_file_elsewhere_or_missing_is_refused(repository: Repository, folder: Pa
         make_manifest(repository, campaign, [folder / "none.html"], folder)
 
 
-@pytest.mark.parametrize("text", ["", "[", "[]", "{}", "[" * 5000, "9" * 5000])
+@pytest.mark.parametrize("text", ["", "[", "[]", "{}", "[" * 5000, "9" * 5000, '{"a": 1, "a": 2}'])
 def test_what_is_no_manifest_is_an_input_error(tmp_path: Path, text: str) -> None:
     (tmp_path / "m.json").write_text(text)
     with pytest.raises(InputError, match=r"m\.json"):

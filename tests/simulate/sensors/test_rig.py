@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from adeye.errors import SpecError
+from adeye.errors import PluginError, SpecError
 from adeye.signals import Measurement, Scene
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.sweep.case import TestCase
@@ -221,6 +221,16 @@ def test_plugin_sensor_comes_from_the_folder_of_its_file(tmp_path: Path) -> None
     readings = sense(sensors, ticks=2, folder=tmp_path)
     assert not readings[-1]["front"].mask.any()
     assert readings[-1]["back"].mask.any()
+
+
+def test_answer_below_a_mask_is_refused(tmp_path: Path) -> None:
+    answer = "no_measurement(runs, count, with_estimate=False)"
+    hidden = f"{answer}.map(lambda values: np.ma.masked_array(values, mask=True))"
+    text = PLUGIN.replace(answer, hidden)
+    (tmp_path / "blind.py").write_text(f"import numpy as np\n{text}", "utf-8")
+    sensors = {"front": {"kind": "./blind.py:Blind", "rate": "20 Hz"}}
+    with pytest.raises(PluginError, match=r"blind\.py.*masked samples, not numbers"):
+        sense(sensors, ticks=1, folder=tmp_path)
 
 
 def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
