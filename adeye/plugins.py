@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import os
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
@@ -23,6 +19,14 @@ from pydantic import BaseModel, ValidationError
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import file_digest
 from adeye.outputs import reads
+from adeye.plugin_code import (
+    code_digest,
+    files_digest,
+    own_imports,
+    package_files,
+    require_executed,
+    with_imports,
+)
 from adeye.supervision import guest, is_asked
 from adeye.units import shown
 
@@ -36,14 +40,8 @@ Nameable = Callable[[Any], bool]
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
-_STARTED: Final = 19
-"""Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
 _CACHE: dict[tuple[str, str, str], Part] = {}
 _SEEN: dict[Path, str] = {}
-_EXECUTED: dict[str, str] = {}
-"""Hash of the source that each module of a plug-in's package was executed from."""
-_LOOKED: dict[str, float] = {}
-"""When the modules of each such package were last compared with their files [s since 1970]."""
 
 LARGEST_FILE: Final = 2**30
 """Largest file that is hashed [bytes]. Our choice: weights of the networks that drive are smaller,
@@ -263,8 +261,8 @@ def source_files(name: str, base_dir: Path) -> list[tuple[str, Path]]:
     source = name.rpartition(":")[0]
     if source.endswith(".py"):
         path = (base_dir / source).resolve()
-        return [(path.name, path)]
-    return _module_files(name, sys.modules[source])
+        return with_imports([(path.name, path)])
+    return with_imports(_module_files(name, sys.modules[source]))
 
 
 def source_digest(name: str, base_dir: Path) -> str:
@@ -273,10 +271,8 @@ def source_digest(name: str, base_dir: Path) -> str:
     Raises:
         OSError: A file is not there any more.
     """
-    files = source_files(name, base_dir)
-    if name.rpartition(":")[0].endswith(".py"):
-        return hashlib.sha256(files[0][1].read_bytes()).hexdigest()
-    return files_digest(files)
+    is_file = name.rpartition(":")[0].endswith(".py")
+    return code_digest(source_files(name, base_dir), is_file=is_file)
 
 
 def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str:
@@ -297,14 +293,15 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
 def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> Part:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
-    reads(path)
-    content = path.read_bytes()
-    digest = hashlib.sha256(content).hexdigest()
+    content, before = path.read_bytes(), frozenset(sys.modules)
+    files = [(path.name, path)]
+    digest = code_digest(with_imports(files), is_file=True)
     known = _CACHE.get((str(path), attribute, digest))
-    if known is not None:
-        return known if known.name == name else Part(known.obj, name, digest, known.version)
-    module = _execute(name, path, content, digest)
-    return _remember((str(path), attribute, digest), name, module, is_nameable)
+    if known is None:
+        module = _execute(name, path, content, digest)
+        known = _remember((str(path), attribute, digest), name, module, is_nameable)
+    require_executed(name, own_imports(files), before)
+    return known if known.name == name else Part(known.obj, name, digest, known.version)
 
 
 def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
@@ -334,7 +331,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
 
 
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
-    before = _in_memory(source.partition(".")[0])
+    before = frozenset(sys.modules)
     try:
         with guest(name):
             module = import_module(source)
@@ -352,83 +349,10 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
             raise
         raise _import_error(name, source, error) from error
     files = _module_files(name, module)
-    _require_executed(name, source.partition(".")[0], before)
-    digest = files_digest(files)
+    require_executed(name, (source.partition(".")[0], *own_imports(files)), before)
+    digest = files_digest(with_imports(files))
     known = _CACHE.get((source, attribute, digest))
     return known or _remember((source, attribute, digest), name, module, is_nameable)
-
-
-def _in_memory(package: str) -> dict[str, ModuleType]:
-    """Return the modules of a package that were executed from a source file, by their names."""
-    return {
-        key: module
-        for key, module in list(sys.modules.items())
-        if key.partition(".")[0] == package and str(getattr(module, "__file__", "")).endswith(".py")
-    }
-
-
-def _require_executed(name: str, package: str, before: Mapping[str, ModuleType]) -> None:
-    """Refuse a package whose modules in memory are not what its files are now.
-
-    A result names its code by the files, so it must be made by these.
-
-    Args:
-        name: As the user wrote it.
-        package: Top level of the module's name.
-        before: Modules of it that were in memory before the plug-in was imported.
-
-    Raises:
-        SpecError: A file was changed since its module was imported, or the byte code beside it,
-            which Python trusts by time and size, is of another source.
-    """
-    now = _wall_time()
-    since = _LOOKED.get(package, _process_start())
-    for key, module in _in_memory(package).items():
-        path = Path(str(module.__file__))
-        content, state = path.read_bytes(), path.stat()
-        digest = hashlib.sha256(content).hexdigest()
-        known = _EXECUTED.get(key)
-        is_late = key in before and max(state.st_mtime, state.st_ctime) > since
-        if known is None and not is_late and _is_byte_code_of(module, content):
-            _EXECUTED[key] = known = digest
-        if known != digest:
-            if known is not None or is_late:
-                raise SpecError(
-                    f"{name}: {key} is in memory as it was before {path} was written",
-                    remedy="Start again in a new process (a notebook: a new kernel).",
-                )
-            raise SpecError(
-                f"{name}: the byte code of {key} is of another source than {path}",
-                remedy=f"Delete {path.parent / '__pycache__'}.",
-            )
-    _LOOKED[package] = now
-
-
-def _is_byte_code_of(module: ModuleType, content: bytes) -> bool:
-    """Tell whether what Python keeps compiled of a module is what its source compiles to."""
-    spec = module.__spec__
-    loader = spec.loader if spec is not None else None
-    if spec is None or not isinstance(loader, SourceFileLoader):
-        return True
-    if spec.cached is None or not Path(spec.cached).is_file():
-        return True
-    compiled: Any = loader.source_to_code(content, str(module.__file__))
-    return bool(compiled == loader.get_code(spec.name))
-
-
-def _wall_time() -> float:
-    return time.time()  # noqa: TID251 - to be compared with times of files
-
-
-@cache
-def _process_start() -> float:
-    """Return when this process began [s since 1970]; where nobody tells, when it asked first."""
-    try:
-        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-        started = int(fields[_STARTED]) / os.sysconf("SC_CLK_TCK")
-        return _wall_time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - started)
-    except (OSError, ValueError, AttributeError, IndexError):
-        return _wall_time()
 
 
 def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
@@ -444,39 +368,6 @@ def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:
             remedy="A result names the code behind it; give a module that has a file.",
         )
     return [(Path(origin).name, Path(origin))]
-
-
-def package_files(folders: Iterable[Path]) -> list[tuple[str, Path]]:
-    """List the files of a package with their labels: sources, native libraries and data.
-
-    What Python keeps compiled and what is hidden is left out; links are followed.
-    """
-    found: list[tuple[str, Path]] = []
-    for folder in folders:
-        entered: set[str] = set()
-        for place, below, names in os.walk(folder, followlinks=True):
-            entered.add(os.path.realpath(place))
-            below[:] = [
-                name
-                for name in below
-                if name != "__pycache__"
-                and not name.startswith(".")
-                and os.path.realpath(Path(place, name)) not in entered
-            ]
-            paths = (Path(place, name) for name in names if not name.startswith("."))
-            found += (
-                (path.relative_to(folder).as_posix(), path) for path in paths if path.is_file()
-            )
-    return sorted(found)
-
-
-def files_digest(files: Iterable[tuple[str, Path]]) -> str:
-    """Hash files with their labels."""
-    digest = hashlib.sha256()
-    for label, path in files:
-        reads(path)
-        digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
-    return digest.hexdigest()
 
 
 def _remember(

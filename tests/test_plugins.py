@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from adeye import plugin_code
 from adeye import plugins as registry
 from adeye.errors import SpecError
 from adeye.plugins import load_part, plugins_digest, read_file, require, validate_parameters
@@ -76,8 +77,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield folder
     for name in [name for name in sys.modules if name.partition(".")[0] == "bought"]:
         del sys.modules[name]
-        registry._EXECUTED.pop(name, None)
-    registry._LOOKED.pop("bought", None)
+        plugin_code._EXECUTED.pop(name, None)
+    plugin_code._LOOKED.pop("bought", None)
 
 
 def edited(path: Path) -> None:
@@ -109,7 +110,7 @@ def test_package_that_was_changed_since_it_was_loaded_is_refused(
 def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """This process, as if it began when the package was there."""
     began = (package / "core.so").stat().st_ctime
-    monkeypatch.setattr(registry, "_process_start", lambda: began)
+    monkeypatch.setattr(plugin_code, "_process_start", lambda: began)
 
 
 @pytest.mark.usefixtures("process")
@@ -153,6 +154,27 @@ def test_digest_of_a_package_covers_all_its_files(package: Path, tmp_path: Path)
     (elsewhere / "weights.bin").write_bytes(b"0.6")
     fourth = load_part("bought.drive:Mine", Path()).source_digest
     assert len({first, second, third, fourth}) == 4
+
+
+def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
+    package: Path, folder: Path
+) -> None:
+    bare = load_part("./mine.py:Mine", folder)
+    assert bare.source_digest == hashlib.sha256((folder / "mine.py").read_bytes()).hexdigest()
+    text = (
+        "import json, numpy\nfrom bought.drive import Mine as Base\n\nclass Mine(Base):\n    pass\n"
+    )
+    (folder / "mine.py").write_text(text)
+    part = load_part("./mine.py:Mine", folder)
+    assert part.obj.gain == 1
+    labels = [label for label, _ in registry.source_files("./mine.py:Mine", folder)]
+    assert labels == ["mine.py", "bought/__init__.py", "bought/core.so", "bought/drive.py"]
+    (package / "weights.bin").write_bytes(b"data of another package")
+    assert load_part("./mine.py:Mine", folder) == part
+    edited(package / "drive.py")
+    assert registry.source_digest("./mine.py:Mine", folder) != part.source_digest
+    with pytest.raises(SpecError, match=r"bought\.drive is in memory as it was before"):
+        load_part("./mine.py:Mine", folder)
 
 
 @pytest.mark.parametrize(

@@ -18,13 +18,12 @@ from typing import TYPE_CHECKING, Final
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
+from adeye.plugin_code import code_digest, files_digest, package_files, with_imports
 from adeye.plugins import (
     Loc,
     Part,
     ReadFile,
-    files_digest,
     load_part,
-    package_files,
     plugins_digest,
     read_file,
     require,
@@ -293,14 +292,16 @@ def _digest(source: str, folder: Path) -> str:
     module = source.rpartition(":")[0]
     try:
         if module.endswith(".py"):
-            return file_digest((folder / module).resolve())
+            path = (folder / module).resolve()
+            return code_digest(with_imports([(path.name, path)]), is_file=True)
         # The finder of files only looks; import_module would execute the package.
         spec = PathFinder.find_spec(module.partition(".")[0])
         if spec is None:
             return ""
         folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
         origin = Path(spec.origin or "")
-        return files_digest(package_files(folders) if folders else [(origin.name, origin)])
+        files = package_files(folders) if folders else [(origin.name, origin)]
+        return files_digest(with_imports(files))
     except (OSError, ValueError):
         return ""
 

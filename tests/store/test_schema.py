@@ -22,14 +22,14 @@ from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
 from tests.store.rows import result_table_hash
 
-HELD = {"sqlite": "0008 aa01e7b12ce370c6", "postgresql": "0008 61943afce541ff31"}
+HELD = {"sqlite": "0009 2c4a3f4bb525814e", "postgresql": "0009 ba5e286a944a625d"}
 """Version, and digest of all statements that make it."""
 
 NEXT = """
 from alembic import op
 
-revision = "0009"
-down_revision = "0008"
+revision = "0010"
+down_revision = "0009"
 branch_labels = None
 depends_on = None
 
@@ -45,10 +45,10 @@ def upgrade() -> None:
 def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     folder = tmp_path / "migrations"
     shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
-    (folder / "versions" / "0009_noticed.py").write_text(NEXT)
+    (folder / "versions" / "0010_noticed.py").write_text(NEXT)
     monkeypatch.setattr(schema, "_FOLDER", folder)
-    monkeypatch.setattr(schema, "_HEAD", "0009")
-    return "0009"
+    monkeypatch.setattr(schema, "_HEAD", "0010")
+    return "0010"
 
 
 def ddl(path: Path) -> dict[str, str]:

@@ -52,6 +52,8 @@ TOLERANCE: Final = 0.1
 """Part of a step by which a row may be off its place: stamps are rounded, samples jitter."""
 MAX_BYTES: Final = 256 * 2**20
 """Largest CSV file that is read [bytes]; our choice: cells are kept as text."""
+_SHORTEST_S, _LONGEST_S = 1e-9, 1e6
+"""Between two rows: anything else is a time in another unit [s]."""
 _MOST_BITS: Final = 1023
 """Of whole numbers: more do not fit into a float."""
 _DELIMITERS: Final = (",", ";", "\t")
@@ -301,6 +303,13 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float, f
             name,
         )
     usual = float(np.median(steps))
+    if not _SHORTEST_S <= usual <= _LONGEST_S:
+        table.refuse(
+            f"rows are {usual:.6g} s apart, not {_SHORTEST_S:g} s to {_LONGEST_S:g} s",
+            "Say which unit the times have.",
+            1,
+            name,
+        )
     for row in np.flatnonzero(np.abs(steps - usual) > TOLERANCE * usual + TIME_SLACK)[:1]:
         table.refuse(
             f"{steps[row]:.6g} s after the row before, where {usual:.6g} s are usual",

@@ -128,6 +128,8 @@ def test_the_step_is_that_of_the_times(times: list[Any], unit: str, step: float)
         ([0, 1, 1, 2], 4, "time 1 s does not come after 1 s"),
         ([0, 2, 1, 3], 4, "time 1 s does not come after 2 s"),
         ([0, 1, 2, 4, 5], 5, "2 s after the row before, where 1 s are usual"),
+        ([0, 1e-320, 2e-320], 3, "s apart, not 1e-09 s to 1e+06 s"),
+        ([0, 1e300], 3, "rows are 1e+300 s apart, not 1e-09 s to 1e+06 s"),
         ([0, 1, "", 3], 4, "'' is not a time"),
         ([0, 1, "nan"], 4, "'nan' is not a time"),
         ([0, 1, "1_0"], 4, "'1_0' is not a time"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import sqlite3
 from dataclasses import replace
@@ -83,6 +84,30 @@ def test_withdrawn_result_is_no_evidence_in_any_campaign(
     assert repository.verify() == ()
     wider = example.campaign(repository, 12)
     assert gate_code(repository, repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
+
+
+def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
+    repository: Repository, campaign: str, raw: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    run = repository.find_run("1", campaign=campaign)
+    views = (
+        "SELECT verdict, exercised FROM v_verdicts WHERE run = ?",
+        "SELECT verdicts FROM v_runs WHERE run = ?",
+    )
+    seen = "SELECT SUM(done), SUM(exercised) FROM v_coverage"
+    before = raw.execute(seen).fetchone()
+    assert repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
+    assert not caplog.messages
+    assert {*raw.execute(views[0], (run.result_digest,)).fetchall()} == {("NOT_RUN", None)}
+    (verdicts,) = raw.execute(views[1], (run.result_digest,)).fetchone()
+    assert {*json.loads(verdicts).values()} == {"NOT_RUN"}
+    assert raw.execute(seen).fetchone() == (before[0] - 1, before[1] - 1)
+    assert repository.find_run(run.result_digest[:9]).result_digest == run.result_digest
+    assert caplog.messages == [
+        f"run {run.result_digest[:12]} was withdrawn by jo, so it is no evidence: wrong map"
+    ]
+    with pytest.raises(InputError, match="was withdrawn, so it is no evidence"):
+        repository.evidence.prove("1", campaign)
 
 
 @pytest.mark.slow

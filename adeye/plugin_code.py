@@ -1,0 +1,238 @@
+"""The code behind a part from outside: its files, their hash, and whether these are executed.
+
+A result names the code that made it by the files that hold it. So all of them are hashed, those of
+the modules that a part imports included where they are the user's own, and a process that holds an
+older state of one in memory is refused.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import os
+import sys
+import sysconfig
+import time
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import cache, lru_cache
+from importlib.machinery import SourceFileLoader, all_suffixes
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from adeye.errors import SpecError
+from adeye.identity import file_digest
+from adeye.outputs import reads
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+File = tuple[str, Path]
+"""A file with the label that it is hashed with, which does not hang on where it lies."""
+
+_EXECUTED: Final[dict[str, str]] = {}
+"""Hash of the source that each module of a plug-in's package was executed from."""
+_LOOKED: Final[dict[str, float]] = {}
+"""When the modules of each such package were last compared with their files [s since 1970]."""
+_STARTED: Final = 19
+"""Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
+_INSTALLED: Final = {"site-packages", "dist-packages"}
+"""Folders of installed packages, which are known by their versions."""
+
+
+def package_files(folders: Iterable[Path]) -> list[File]:
+    """List the files of a package: sources, native libraries and data.
+
+    What Python keeps compiled and what is hidden is left out; links are followed.
+    """
+    found: list[File] = []
+    for folder in folders:
+        entered: set[str] = set()
+        for place, below, names in os.walk(folder, followlinks=True):
+            entered.add(os.path.realpath(place))
+            below[:] = [
+                name
+                for name in below
+                if name != "__pycache__"
+                and not name.startswith(".")
+                and os.path.realpath(Path(place, name)) not in entered
+            ]
+            paths = (Path(place, name) for name in names if not name.startswith("."))
+            found += (
+                (path.relative_to(folder).as_posix(), path) for path in paths if path.is_file()
+            )
+    return sorted(found)
+
+
+def files_digest(files: Iterable[File]) -> str:
+    """Hash files with their labels."""
+    digest = hashlib.sha256()
+    for label, path in files:
+        reads(path)
+        digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def code_digest(files: Sequence[File], *, is_file: bool) -> str:
+    """Hash the code of a part: of one that is named by its file, and imports none, just that."""
+    if is_file and len(files) == 1:
+        reads(files[0][1])
+        return file_digest(files[0][1])
+    return files_digest(files)
+
+
+def with_imports(files: Iterable[File]) -> list[File]:
+    """Add the files of what sources import, and what that imports, where it is the user's own.
+
+    Neither the standard library nor an installed package is: these are known by their versions. Of
+    a package that is imported the code counts, but not its data.
+    """
+    found = list(files)
+    return [*found, *(file for own in own_imports(found).values() for file in own)]
+
+
+def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
+    """List the user's own packages and modules that sources import, with their files."""
+    left = list(files)
+    inside = {path.resolve() for _, path in left}
+    found: dict[str, list[File]] = {}
+    while left:
+        _, path = left.pop()
+        if path.suffix != ".py":
+            continue
+        for name in sorted(_imported(path)):
+            if name in found or (own := _own(name)) is None:
+                continue
+            found[name] = [] if {file.resolve() for _, file in own} & inside else own
+            left += found[name]
+    return {name: own for name, own in sorted(found.items()) if own}
+
+
+def _imported(path: Path) -> frozenset[str]:
+    state = path.stat()
+    return _names_in(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
+
+
+@lru_cache(maxsize=4096)
+def _names_in(path: Path, *_state: int) -> frozenset[str]:
+    """Return the top levels of the modules that a source imports anywhere in it."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):  # refused where it is executed
+        return frozenset()
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {item.name.partition(".")[0] for item in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+            names.add(node.module.partition(".")[0])
+    return frozenset(names - sys.stdlib_module_names - {"adeye"})
+
+
+def _own(name: str) -> list[File] | None:
+    """List the code of a package or module of the user; None of what is installed or not there."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+    if spec is None:
+        return None
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    is_file = spec.has_location and spec.origin is not None
+    places = folders or ([Path(str(spec.origin))] if is_file else [])
+    if not places or any(_is_installed(place.resolve()) for place in places):
+        return None
+    if not folders:
+        return [(places[0].name, places[0])]
+    endings = tuple(all_suffixes())
+    return [
+        (f"{name}/{label}", path)
+        for label, path in package_files(folders)
+        if label.endswith(endings)
+    ]
+
+
+def _is_installed(path: Path) -> bool:
+    return not _INSTALLED.isdisjoint(path.parts) or any(map(path.is_relative_to, _libraries()))
+
+
+@cache
+def _libraries() -> tuple[Path, ...]:
+    known = sysconfig.get_paths()
+    return tuple(Path(known[name]).resolve() for name in ("stdlib", "platstdlib"))
+
+
+def require_executed(name: str, packages: Iterable[str], before: Collection[str]) -> None:
+    """Refuse packages whose modules in memory are not what their files are now.
+
+    Args:
+        name: The part, as the user wrote it.
+        packages: Top levels of the names of modules that it was loaded from.
+        before: Names of the modules that were in memory before it was loaded.
+
+    Raises:
+        SpecError: A file was changed since its module was imported, or the byte code beside it,
+            which Python trusts by time and size, is of another source.
+    """
+    for package in packages:
+        now = _wall_time()
+        since = _LOOKED.get(package, _process_start())
+        for key, module in _in_memory(package):
+            _require_current(name, key, module, None if key not in before else since)
+        _LOOKED[package] = now
+
+
+def _in_memory(package: str) -> Iterator[tuple[str, ModuleType]]:
+    """Give the modules of a package that were executed from a source file, with their names."""
+    for key, module in list(sys.modules.items()):
+        is_source = str(getattr(module, "__file__", "")).endswith(".py")
+        if key.partition(".")[0] == package and is_source:
+            yield key, module
+
+
+def _require_current(name: str, key: str, module: ModuleType, since: float | None) -> None:
+    path = Path(str(module.__file__))
+    content, state = path.read_bytes(), path.stat()
+    digest = hashlib.sha256(content).hexdigest()
+    known = _EXECUTED.get(key)
+    is_late = since is not None and max(state.st_mtime, state.st_ctime) > since
+    if known is None and not is_late and _is_byte_code_of(module, content):
+        _EXECUTED[key] = known = digest
+    if known == digest:
+        return
+    if known is not None or is_late:
+        raise SpecError(
+            f"{name}: {key} is in memory as it was before {path} was written",
+            remedy="Start again in a new process (a notebook: a new kernel).",
+        )
+    raise SpecError(
+        f"{name}: the byte code of {key} is of another source than {path}",
+        remedy=f"Delete {path.parent / '__pycache__'}.",
+    )
+
+
+def _is_byte_code_of(module: ModuleType, content: bytes) -> bool:
+    """Tell whether what Python keeps compiled of a module is what its source compiles to."""
+    spec = module.__spec__
+    loader = spec.loader if spec is not None else None
+    if spec is None or not isinstance(loader, SourceFileLoader):
+        return True
+    if spec.cached is None or not Path(spec.cached).is_file():
+        return True
+    compiled: Any = loader.source_to_code(content, str(module.__file__))
+    return bool(compiled == loader.get_code(spec.name))
+
+
+def _wall_time() -> float:
+    return time.time()  # noqa: TID251 - to be compared with times of files
+
+
+@cache
+def _process_start() -> float:
+    """Return when this process began [s since 1970]; where nobody tells, when it asked first."""
+    try:
+        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        started = int(fields[_STARTED]) / os.sysconf("SC_CLK_TCK")
+        return _wall_time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - started)
+    except (OSError, ValueError, AttributeError, IndexError):
+        return _wall_time()
