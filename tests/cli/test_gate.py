@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -253,6 +254,18 @@ def test_illegal_decomposition_is_refused_with_its_line(adeye: Any, project: Pro
 
 
 @pytest.mark.slow
+def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Path) -> None:
+    db = tmp_path / "x.db"
+    shutil.copy(mini.db, db)
+    with Repository.open(db) as repository:
+        run = repository.find_run("0", campaign=repository.find_campaign().id)
+        repository.evidence.withdraw(run.result_digest, author="J. Doe", reason="wrong map")
+    found = adeye("stale", str(mini.project.odd), "--db", str(db), "--json").document
+    assert found["counts"] < found["evidence"]
+    assert [item["cause"] for item in found["stale"]] == ["withdrawn"]
+    assert "J. Doe: wrong map" in adeye("stale", str(mini.project.odd), "--db", str(db)).out
+
+
 def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:
     done = adeye("stale", str(mini.project.odd), "--db", str(mini.db))
     assert done.code == 0, done.err
