@@ -34,9 +34,12 @@ _TRIGGERS: Final = {
     "sqlite": "SELECT name FROM sqlite_master WHERE type = 'trigger' ORDER BY name",
     "postgresql": "SELECT t.tgname FROM pg_trigger t JOIN pg_class c ON c.oid = t.tgrelid "  # noqa: S608 - own names
     f"WHERE NOT t.tgisinternal AND c.relnamespace = '{SCHEMA}'::regnamespace "
-    f"UNION ALL SELECT rulename FROM pg_rules WHERE schemaname = '{SCHEMA}' ORDER BY 1",
+    f"UNION ALL SELECT rulename FROM pg_rules WHERE schemaname = '{SCHEMA}' "
+    f"UNION ALL SELECT policyname FROM pg_policies WHERE schemaname = '{SCHEMA}' "
+    f"UNION ALL SELECT proname FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace "
+    "ORDER BY 1",
 }
-"""What acts when somebody writes; a rule of PostgreSQL does so, too."""
+"""What acts when somebody writes or reads: of PostgreSQL rules, policies and functions, too."""
 _OBJECTS: Final = {
     "sqlite": "SELECT 1 FROM sqlite_master",
     "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",  # noqa: S608 - own names
@@ -144,7 +147,7 @@ def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tup
             yield name, "is not as this release makes it"
     for name in connection.exec_driver_sql(_TRIGGERS[connection.dialect.name]).scalars():
         if name not in given:
-            yield str(name), "acts on what is written, and no release makes it"
+            yield str(name), "acts on what is written or read, and no release makes it"
 
 
 def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dict[str, str]:
@@ -161,7 +164,11 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"  # noqa: S608 - own names
     ).all():
         statement = given.get(name, "")
-        found[name] = statement if f"$body${body}$body$" in statement else body
+        if f"$body${body}$body$" not in statement:
+            found[name] = body
+        else:
+            # One of the same name for other types would be called in its place.
+            found.setdefault(name, statement)
     made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
     may_make = connection.exec_driver_sql(
         "SELECT has_database_privilege(current_database(), 'TEMPORARY')"

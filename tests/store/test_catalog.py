@@ -67,6 +67,9 @@ def test_view_that_says_something_else_and_trigger_that_is_gone_are_named(
         "CREATE OR REPLACE FUNCTION insert_only() RETURNS trigger LANGUAGE plpgsql "
         "AS 'BEGIN RETURN OLD; END'",
         "CREATE RULE quiet AS ON INSERT TO verdict WHERE NEW.verdict = 'FAIL' DO INSTEAD NOTHING",
+        "CREATE FUNCTION round(float8, integer) RETURNS numeric LANGUAGE sql AS 'SELECT 9'",
+        "CREATE FUNCTION insert_only(integer) RETURNS integer LANGUAGE sql AS 'SELECT 9'",
+        "CREATE POLICY quiet ON verdict USING (verdict <> 'FAIL')",
         "CREATE TRIGGER quiet BEFORE INSERT ON verdict FOR EACH ROW "
         "EXECUTE FUNCTION suppress_redundant_updates_trigger()",
     ],
