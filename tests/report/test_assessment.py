@@ -18,8 +18,8 @@ from adeye.report.model.assessment import Assessment
 from adeye.report.model.report import Report
 from adeye.report.page.html import render
 from tests.project import Executed
-from tests.report.fake_assessment import impact
 from tests.report.pages import built, section
+from tests.report.parts import impact
 
 
 def told(report: Report) -> Assessment:

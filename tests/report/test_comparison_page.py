@@ -9,7 +9,7 @@ import pytest
 from adeye.report.model.report import Report
 from adeye.report.page.html import render, render_comparison
 from tests.report.browser import Browser
-from tests.report.comparison.test_comparison import candidate, comparison
+from tests.report.parts import candidate, comparison
 
 OVERLAPS = """(() => {
   const labels = [...document.querySelectorAll(".front .dot text")];

@@ -6,7 +6,7 @@ from typing import Any
 from adeye.judge.verdict import ExitCode
 from adeye.report.gate.baseline import Finding, Kind
 from adeye.report.impact import impact_of
-from tests.report.fake_assessment import impact
+from tests.report.parts import impact
 
 FOUND = (
     Finding(Kind.NEWLY_FAILING, "FAIL, PASS before", fsr="F", architecture="a", runs=("r1", "r2")),

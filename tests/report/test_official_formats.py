@@ -23,6 +23,7 @@ from adeye.report.model.report import Report
 from adeye.store.read.checking import CheckFinding
 from tests.report.fake import build_report
 from tests.report.formats.test_check_sarif import checked
+from tests.report.formats.test_sarif import log_of, require_sarif, result
 
 # --- SARIF
 
@@ -52,9 +53,16 @@ def finding_log() -> Any:
     return check_sarif(checked(*findings))
 
 
-@pytest.mark.parametrize("log", [verdict_log(), finding_log(), check_sarif(checked())])
+def related_log() -> Any:
+    return log_of(result(), result(where=None, related=((PLACE, "beside"),)))
+
+
+@pytest.mark.parametrize(
+    "log", [verdict_log(), finding_log(), related_log(), check_sarif(checked())]
+)
 def test_log_is_valid_by_the_schema_of_oasis(sarif_schema: Any, log: Any) -> None:
     sarif_schema.validate(log)
+    require_sarif(log)
     assert {rule["id"] for run in log["runs"] for rule in run["tool"]["driver"]["rules"]}
 
 
@@ -139,15 +147,15 @@ def test_reader_of_sarif_finds_every_result_with_its_rule_and_line(
     path.write_bytes(render_sarif(report))
     read = loader.load_sarif_file(str(path))
     assert read.get_distinct_tool_names() == ["adeye"]
-    written = verdict_log()["runs"][0]["results"]
-    records = read.get_records()
-    assert len(records) == len(written) > 5
-    for record, result in zip(records, written, strict=True):
-        place = result["locations"][0]["physicalLocation"]
-        assert record["Location"] == place["artifactLocation"]["uri"]
-        assert record["Line"] == place["region"]["startLine"]
-        assert record["Severity"] == result["level"]
-        assert record["Code"] == result["ruleId"]
+    written = []
+    for item in verdict_log()["runs"][0]["results"]:
+        place = item["locations"][0]["physicalLocation"]
+        uri, line = place["artifactLocation"]["uri"], place["region"]["startLine"]
+        written.append((uri, line, item["level"], item["ruleId"]))
+    keys = ("Location", "Line", "Severity", "Code")
+    found = [tuple(record[key] for key in keys) for record in read.get_records()]
+    assert found == written
+    assert len(found) > 5
 
 
 # --- ReqIF

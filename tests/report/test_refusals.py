@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from adeye.report.claims import Refusal, refusals_of
-from tests.report.fake_evidence import claim, claims, refused
+from tests.report.parts import claim, claims, refused
 
 
 def test_reasons_are_told_once_with_all_that_they_hold_for() -> None:

@@ -8,7 +8,6 @@ from lxml import etree
 
 from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
 from adeye.report.model.report import Report
-from tests.report.fake import build_report
 
 N = {"r": NAMESPACE}
 
@@ -97,7 +96,3 @@ def test_text_that_xml_cannot_hold_is_left_out(report: Report) -> None:
     strange = first.model_copy(update={"text": "a\x00<b>&\"'"})
     found = objects(read(report.model_copy(update={"fsrs": (strange, *others)})))
     assert "a<b>&\"'" in {item["ReqIF.Text"] for item in found.values()}
-
-
-def test_same_report_gives_the_same_bytes() -> None:
-    assert render_reqif(build_report()) == render_reqif(build_report())

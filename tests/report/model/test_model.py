@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.model.report import Architecture, Cell, Report
 from adeye.store.read.totals import ChannelFailure
-from tests.report.fake_evidence import claim, claims, line, step
+from tests.report.parts import claim, claims, line, step
 
 
 def rebuilt(report: Report, **changes: Any) -> Report:

@@ -12,9 +12,16 @@ from adeye.judge.verdict import Outcome, Verdict
 from adeye.report.model.assessment import FaultEvidence, Preventability, SafeStops
 from adeye.report.model.concept import OpenPoint, Realisation, SafetyGoal
 from adeye.report.model.part import Binding, Label, Margin, Part, RunVerdict
-from tests.report.fake_assessment import fault_timing, impact, preventability, stop
-from tests.report.fake_evidence import coverage, line
-from tests.report.fake_faults import evidence, group
+from tests.report.parts import (
+    coverage,
+    evidence,
+    fault_timing,
+    group,
+    impact,
+    line,
+    preventability,
+    stop,
+)
 
 
 def test_a_field_that_the_source_lacks_is_no_default() -> None:

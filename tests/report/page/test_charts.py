@@ -22,7 +22,7 @@ from adeye.report.page.charts import (
     ticks,
     width_of,
 )
-from tests.report.comparison.test_comparison import candidate, comparison
+from tests.report.parts import candidate, comparison
 
 
 def drawn(*points: tuple[str, float, int]) -> Front:

@@ -11,7 +11,7 @@ from adeye.report.comparison.records import Range
 from adeye.report.model.report import Report
 from adeye.report.page.html import render
 from adeye.report.page.views import arrange_claims
-from tests.report.fake_evidence import claim, claims, coverage, line, refused, step
+from tests.report.parts import claim, claims, coverage, line, refused, step
 
 PARTS = ("confidence", "odd_coverage", "step_uncertainty")
 

@@ -6,7 +6,7 @@ import pytest
 
 from adeye.report.model.assessment import FaultEvidence, FaultGroup
 from adeye.report.page.charts import HEIGHT, WIDTH, draw_bars, draw_trade
-from tests.report.fake_faults import curve, evidence, group, undetected
+from tests.report.parts import curve, evidence, group, undetected
 
 
 def drawn(*groups: FaultGroup) -> object:
