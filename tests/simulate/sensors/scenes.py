@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext
 from adeye.signals import (
@@ -20,13 +19,17 @@ from adeye.signals import (
     Surroundings,
 )
 from adeye.spec.architecture import Architecture
+from adeye.spec.sensors import BuiltInSensor
 from adeye.testing.scenes import ego_estimate, straight_road
+from pydantic import TypeAdapter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 CAR = (4.5, 1.8, 1.5)
 TRUCK = (10.0, 2.5, 3.8)
+RECORD: TypeAdapter[Any] = TypeAdapter(BuiltInSensor)
+
 EGO = (0.0, 0.0, 0.0, 0.0)
 """x, y, heading, speed: at the origin, so that the map and the vehicle frame are one."""
 
@@ -100,6 +103,20 @@ def scene(
         foreign_contact=np.zeros(runs, dtype=np.bool_),
         running=np.ones(runs, dtype=np.bool_),
     )
+
+
+def sensor_spec(model: str, **changes: Any) -> Any:
+    """Return the record of a sensor that looks ahead from the origin, twenty times a second.
+
+    Args:
+        model: Its kind, with ``/physical`` where it makes what the device makes.
+        changes: Fields of the record.
+    """
+    kind, _, fidelity = model.partition("/")
+    fields = {"kind": kind, "mount": {"x": "0 m"}, "rate": "20 Hz"}
+    if fidelity:
+        fields["fidelity"] = fidelity
+    return RECORD.validate_python(fields | changes)
 
 
 def sensor_context(

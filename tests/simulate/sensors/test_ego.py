@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from adeye.signals import (
     DETECTION_HAS_RANGE_RATE,
     DETECTION_RANGE_RATE,
@@ -21,6 +20,7 @@ from adeye.signals import (
 )
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
+
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
 
 EGO = (100.0, 5.25, 0.0, 20.0, -1.0, 0.01, 0.02)
@@ -51,19 +51,25 @@ def test_localisation_without_noise_is_the_truth() -> None:
     assert np.array_equal(estimate[:, ESTIMATE_PLACE:], shown.ego_place)
 
 
-def test_localisation_sees_no_object() -> None:
-    context = scene_context()
-    sensor = LocalisationSensor(sensor_context(localisation(), context))
-    assert not sensor.sense(scene(context, [(10.0, 0.0)])).mask.any()
-
-
 @pytest.mark.parametrize(
-    ("column", "sigma"),
-    [(EGO_Y, 0.1), (EGO_HEADING, math.radians(0.5)), (EGO_SPEED, 0.2)],
+    ("ego", "column", "sigma", "noise"),
+    [
+        (EGO, EGO_Y, 0.1, NOISE),
+        (EGO, EGO_HEADING, math.radians(0.5), NOISE),
+        (EGO, EGO_SPEED, 0.2, NOISE),
+        # Of an ego that stands, and of one whose heading is at the end of its range.
+        ((0.0, 0.0, 0.0, 0.0), EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
+        ((0.0, 0.0, math.pi, 5.0), EGO_HEADING, math.radians(2.0), {"heading_noise": "2 deg"}),
+    ],
 )
-def test_localisation_noise_has_the_stated_deviation(column: int, sigma: float) -> None:
-    context = scene_context(runs=RUNS)
-    error = estimates(context, **NOISE)[:, column] - EGO[column]
+def test_localisation_noise_has_the_stated_deviation(
+    ego: tuple[float, ...], column: int, sigma: float, noise: dict[str, str]
+) -> None:
+    values = estimates(scene_context(runs=RUNS), ego=ego, **noise)[:, column]
+    error = values - ego[column]
+    if column == EGO_HEADING:
+        assert np.abs(values).max() <= math.pi
+        error = (error + math.pi) % (2.0 * math.pi) - math.pi
     assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
     assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
 
@@ -79,35 +85,11 @@ def test_lateral_noise_is_across_the_lane_and_moves_the_place_on_the_road_with_i
         assert estimate[:, ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
 
 
-def test_noise_of_a_standing_ego_keeps_mean_and_deviation() -> None:
-    context = scene_context(runs=RUNS)
-    speed = estimates(context, ego=(0.0, 0.0, 0.0, 0.0), speed_noise="0.5 m/s")[:, EGO_SPEED]
-    assert speed.mean() == pytest.approx(0.0, abs=4.0 * 0.5 / math.sqrt(RUNS))
-    assert speed.std() == pytest.approx(0.5, rel=4.0 / math.sqrt(2.0 * RUNS))
-
-
-def test_heading_with_noise_stays_within_half_a_turn() -> None:
-    context = scene_context(runs=RUNS)
-    heading = estimates(context, ego=(0.0, 0.0, math.pi, 5.0), heading_noise="2 deg")[
-        :, EGO_HEADING
-    ]
-    assert np.abs(heading).max() <= math.pi
-    error = (heading - math.pi + math.pi) % (2.0 * math.pi) - math.pi
-    sigma = math.radians(2.0)
-    assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
-    assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
-
-
 def test_one_kind_of_noise_leaves_the_others_as_they_were() -> None:
     context = scene_context(runs=20)
     every, one = estimates(context, **NOISE), estimates(context, speed_noise="0.2 m/s")
     assert np.array_equal(every[:, EGO_SPEED], one[:, EGO_SPEED])
     assert not np.array_equal(every[:, EGO_Y], one[:, EGO_Y])
-
-
-def test_objects_leave_the_noise_as_it_was() -> None:
-    none, some = scene_context([], runs=5), scene_context([CAR] * 3, runs=5)
-    assert np.array_equal(estimates(none, **NOISE), estimates(some, **NOISE))
 
 
 def test_ground_truth_is_exact_and_complete() -> None:
@@ -140,20 +122,3 @@ def test_range_rate_of_what_stands_in_the_ego_is_zero_not_nan() -> None:
     context = scene_context()
     found = GroundTruthSensor(sensor_context(truth(), context)).sense(scene(context, [(0.0, 0.0)]))
     assert found.detections[0, 0, DETECTION_RANGE_RATE] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("model", "spec"), [(LocalisationSensor, localisation()), (GroundTruthSensor, truth())]
-)
-def test_latency_delivers_what_was_true_then(model: Any, spec: Any) -> None:
-    context = scene_context()
-    sensor = model(sensor_context(spec, context, latency=2))
-    speeds = []
-    for tick in range(5):
-        found = sensor.sense(
-            scene(context, [(50.0, 0.0)], ego=(0.0, 0.0, 0.0, 10.0 + tick), tick=tick)
-        )
-        speeds.append((float(found.stamp[0]), float(found.estimate[0, EGO_SPEED])))
-    stamps = [-1.0, -1.0, 0.0, 0.05, 0.1]
-    assert [stamp for stamp, _ in speeds] == pytest.approx(stamps)
-    assert [speed for _, speed in speeds[2:]] == [10.0, 11.0, 12.0]
