@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from adeye.ports import SensorContext
 from adeye.signals import Measurement, Scene
 from adeye.simulate.sensors.rig import BUILT_IN

@@ -8,7 +8,6 @@ from typing import Any
 from adeye.signals import POINT_RANGE, Floats, Ints, Measurement, Scene, SceneContext
 from adeye.simulate.sensors.lidar import LidarSensor
 from adeye.spec.sensors import PhysicalLidar
-
 from tests.simulate.sensors.scenes import sensor_context, sensor_spec
 
 DEGREE = math.pi / 180.0

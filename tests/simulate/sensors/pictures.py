@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
 from adeye.simulate.sensors.camera import Frame, PhysicalCameraSensor
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.sensors import PhysicalCamera
-
 from tests.simulate.sensors.scenes import sensor_context, sensor_spec
 
 if TYPE_CHECKING:

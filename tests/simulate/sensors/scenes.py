@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import TypeAdapter
+
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext
 from adeye.signals import (
@@ -21,7 +23,6 @@ from adeye.signals import (
 from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import BuiltInSensor
 from adeye.testing.scenes import ego_estimate, straight_road
-from pydantic import TypeAdapter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.channels import NominalParameters
-
 from tests.simulate.sensors.eyes import (
     EYES,
     PERSON,

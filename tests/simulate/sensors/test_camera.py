@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.world.weather import MM_PER_HOUR
-
 from tests.simulate.sensors.pictures import PERSON, camera, focal, look, spec
 from tests.simulate.sensors.scenes import (
     CAR,

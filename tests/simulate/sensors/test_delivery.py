@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.delivery import (
     Delays,
     Delivery,
@@ -16,7 +17,6 @@ from adeye.delivery import (
 )
 from adeye.kernel.random import owner_id
 from adeye.simulate.sensors.ranging import RangingSensor
-
 from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context, sensor_spec
 
 if TYPE_CHECKING:

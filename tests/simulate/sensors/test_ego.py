@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     DETECTION_HAS_RANGE_RATE,
     DETECTION_RANGE_RATE,
@@ -20,7 +21,6 @@ from adeye.signals import (
 )
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
-
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
 
 EGO = (100.0, 5.25, 0.0, 20.0, -1.0, 0.01, 0.02)

@@ -5,6 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.raster import GHOST, NOTHING
 from adeye.signals import OBJECT_CLASSES, Scene
@@ -21,9 +24,6 @@ from adeye.simulate.sensors.imaging import (
 )
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
 from tests.simulate.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
 

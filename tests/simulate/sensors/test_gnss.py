@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     EGO_HEADING,
     EGO_SPEED,
@@ -23,7 +24,6 @@ from adeye.signals import (
 from adeye.simulate.sensors.gnss_imu import GnssSensor, share_kept, share_new
 from adeye.spec.sensors import Gnss
 from adeye.testing.scenes import passenger_car
-
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context
 
 if TYPE_CHECKING:

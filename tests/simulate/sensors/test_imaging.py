@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
 from adeye.simulate.sensors.imaging import (
@@ -19,9 +22,6 @@ from adeye.simulate.sensors.imaging import (
 from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import GREY, SUN_ILLUMINANCE, veil
-from hypothesis import given
-from hypothesis import strategies as st
-
 from tests.simulate.sensors.pictures import HEIGHT, camera, focal, picture, pixels, spec
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
 

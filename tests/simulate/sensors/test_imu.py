@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -21,7 +22,6 @@ from adeye.signals import (
 from adeye.simulate.sensors.gnss_imu import ImuSensor
 from adeye.spec.sensors import Imu
 from adeye.testing.scenes import passenger_car
-
 from tests.simulate.channels.egos import drive
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context
 

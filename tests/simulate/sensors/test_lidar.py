@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats
 from adeye.simulate.sensors.lidar import sample_bytes
 from adeye.simulate.world.weather import MM_PER_HOUR
-
 from tests.simulate.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
 from tests.simulate.sensors.scenes import (
     CAR,

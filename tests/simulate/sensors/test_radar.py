@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -51,7 +52,6 @@ from adeye.simulate.world.weather import MM_PER_HOUR, RAIN_ALPHA, RAIN_K, radar_
 from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import PhysicalRadar
 from adeye.trace import Trace
-
 from tests.motorway import ARCHITECTURE, make_case, make_scenario
 from tests.simulate.sensors.scenes import (
     CAR,

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -18,7 +19,6 @@ from adeye.signals import (
 from adeye.simulate.sensors.ranging import (
     RangingSensor,
 )
-
 from tests.simulate.sensors.scenes import (
     CAR,
     TRUCK,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import ILLUMINANCE, Bools
 from adeye.simulate.channels.perception.clustering import Clustering
 from adeye.simulate.sensors.ranging import RangingSensor
@@ -16,7 +17,6 @@ from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, glare_contra
 from adeye.spec.sensors import (
     model_name,
 )
-
 from tests.simulate.sensors.scenes import (
     CAR,
     scene,

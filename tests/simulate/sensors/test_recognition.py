@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -19,7 +20,6 @@ from adeye.signals import (
     SceneContext,
 )
 from adeye.simulate.sensors.recognition import SIZES
-
 from tests.simulate.sensors.pictures import HEIGHT, PERSON, camera, focal, look, spec
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen
 

@@ -9,13 +9,13 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
+
 from adeye.errors import SpecError
 from adeye.signals import Measurement, Scene, SceneContext
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.sweep.case import TestCase
 from adeye.testing import check_sensor
-from pydantic import ValidationError
-
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 
 RADAR = {

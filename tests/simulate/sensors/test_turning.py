@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import DETECTION_RANGE_RATE, Floats
 from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.sensors import GroundTruth, model_name
 from adeye.testing.scenes import passenger_car
-
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context, sensor_spec
 
 POST = (0.02, 0.02, 1.0)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from adeye.signals import (
     DETECTION_CLASS,
     DETECTION_HAS_RANGE_RATE,
@@ -18,7 +19,6 @@ from adeye.signals import (
 )
 from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
 from adeye.spec.sensors import Sensor, Ultrasonic
-
 from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context, sensor_spec
 
 WALL = (0.2, 20.0, 2.0)
