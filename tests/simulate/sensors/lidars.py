@@ -1,7 +1,5 @@
 """Physical lidars for tests, and what came back to them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

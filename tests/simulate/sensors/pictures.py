@@ -1,18 +1,14 @@
 """Physical cameras on hand-made scenes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from adeye.signals import Measurement, Scene, SceneContext
 from adeye.simulate.sensors.camera import Frame, PhysicalCameraSensor
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.sensors import PhysicalCamera
 from tests.simulate.sensors.scenes import sensor_context, sensor_spec
-
-if TYPE_CHECKING:
-    from adeye.signals import Measurement, Scene, SceneContext
 
 PERSON = (0.5, 0.6, 1.75)
 HEIGHT = 1.3

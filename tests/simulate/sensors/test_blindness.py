@@ -1,9 +1,8 @@
 """Planted blindness: what a sensor cannot see is no track until physics lets it in."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,9 +21,6 @@ from tests.simulate.sensors.eyes import (
     record_of,
 )
 from tests.simulate.sensors.scenes import CAR
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 CLEAR = 1e9
 RAIN = 7.5 * MM_PER_HOUR

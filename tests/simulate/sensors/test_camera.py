@@ -1,7 +1,7 @@
 """The physical camera as a whole: range, weather, dead pixels, agreement with the object level."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,9 +18,6 @@ from tests.simulate.sensors.scenes import (
     sensor_context,
     sensor_spec,
 )
-
-if TYPE_CHECKING:
-    pass
 
 
 def reach(context: Any, sensor: Any, length: float, *, step: float = 0.25) -> float:

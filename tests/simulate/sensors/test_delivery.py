@@ -1,9 +1,7 @@
 """Rate and latency in whole ticks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +14,9 @@ from adeye.delivery import (
     sample_at,
 )
 from adeye.kernel.random import owner_id
+from adeye.signals import Floats, Measurement
 from adeye.simulate.sensors.ranging import RangingSensor
 from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context, sensor_spec
-
-if TYPE_CHECKING:
-    from adeye.signals import Floats, Measurement
 
 
 @pytest.mark.parametrize(

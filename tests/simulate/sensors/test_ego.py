@@ -6,19 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_RANGE_RATE,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    ESTIMATE_PLACE,
-    PLACE_D,
-    PLACE_OFFSET,
-    Floats,
-    SceneContext,
-)
+from adeye import signals
+from adeye.signals import Floats, SceneContext
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
@@ -47,19 +36,24 @@ def test_localisation_without_noise_is_the_truth() -> None:
     context = scene_context()
     shown = scene(context, [(0.0, 0.0)], ego=EGO)
     estimate = estimates(context)
-    assert np.array_equal(estimate[:, :ESTIMATE_PLACE], shown.ego)
-    assert np.array_equal(estimate[:, ESTIMATE_PLACE:], shown.ego_place)
+    assert np.array_equal(estimate[:, : signals.ESTIMATE_PLACE], shown.ego)
+    assert np.array_equal(estimate[:, signals.ESTIMATE_PLACE :], shown.ego_place)
 
 
 @pytest.mark.parametrize(
     ("ego", "column", "sigma", "noise"),
     [
-        (EGO, EGO_Y, 0.1, NOISE),
-        (EGO, EGO_HEADING, math.radians(0.5), NOISE),
-        (EGO, EGO_SPEED, 0.2, NOISE),
+        (EGO, signals.EGO_Y, 0.1, NOISE),
+        (EGO, signals.EGO_HEADING, math.radians(0.5), NOISE),
+        (EGO, signals.EGO_SPEED, 0.2, NOISE),
         # Of an ego that stands, and of one whose heading is at the end of its range.
-        ((0.0, 0.0, 0.0, 0.0), EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
-        ((0.0, 0.0, math.pi, 5.0), EGO_HEADING, math.radians(2.0), {"heading_noise": "2 deg"}),
+        ((0.0, 0.0, 0.0, 0.0), signals.EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
+        (
+            (0.0, 0.0, math.pi, 5.0),
+            signals.EGO_HEADING,
+            math.radians(2.0),
+            {"heading_noise": "2 deg"},
+        ),
     ],
 )
 def test_localisation_noise_has_the_stated_deviation(
@@ -67,7 +61,7 @@ def test_localisation_noise_has_the_stated_deviation(
 ) -> None:
     values = estimates(scene_context(runs=RUNS), ego=ego, **noise)[:, column]
     error = values - ego[column]
-    if column == EGO_HEADING:
+    if column == signals.EGO_HEADING:
         assert np.abs(values).max() <= math.pi
         error = (error + math.pi) % (2.0 * math.pi) - math.pi
     assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
@@ -77,19 +71,19 @@ def test_localisation_noise_has_the_stated_deviation(
 def test_lateral_noise_is_across_the_lane_and_moves_the_place_on_the_road_with_it() -> None:
     context = scene_context(runs=50)
     estimate = estimates(context, lateral_noise="0.1 m")
-    shift = estimate[:, EGO_Y] - EGO[1]
+    shift = estimate[:, signals.EGO_Y] - EGO[1]
     assert np.ptp(shift) > 0.1
-    assert (estimate[:, EGO_X] == EGO[0]).all()
-    for column in (PLACE_D, PLACE_OFFSET):
-        exact = estimates(context)[:, ESTIMATE_PLACE + column]
-        assert estimate[:, ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
+    assert (estimate[:, signals.EGO_X] == EGO[0]).all()
+    for column in (signals.PLACE_D, signals.PLACE_OFFSET):
+        exact = estimates(context)[:, signals.ESTIMATE_PLACE + column]
+        assert estimate[:, signals.ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
 
 
 def test_one_kind_of_noise_leaves_the_others_as_they_were() -> None:
     context = scene_context(runs=20)
     every, one = estimates(context, **NOISE), estimates(context, speed_noise="0.2 m/s")
-    assert np.array_equal(every[:, EGO_SPEED], one[:, EGO_SPEED])
-    assert not np.array_equal(every[:, EGO_Y], one[:, EGO_Y])
+    assert np.array_equal(every[:, signals.EGO_SPEED], one[:, signals.EGO_SPEED])
+    assert not np.array_equal(every[:, signals.EGO_Y], one[:, signals.EGO_Y])
 
 
 def test_ground_truth_is_exact_and_complete() -> None:
@@ -103,11 +97,11 @@ def test_ground_truth_is_exact_and_complete() -> None:
     found = GroundTruthSensor(sensor_context(truth(), context)).sense(shown)
     assert seen(found) == {0: (40.0, 0.0), 1: (20.0, 0.0), 2: (-1000.0, 0.0)}
     assert found.source[0].tolist() == [1, 0, 2]
-    assert found.detections[0, :, DETECTION_RANGE_RATE].tolist() == [10.0, -10.0, 0.0]
-    assert (found.detections[0, :, DETECTION_HAS_RANGE_RATE] == 1.0).all()
+    assert found.detections[0, :, signals.DETECTION_RANGE_RATE].tolist() == [10.0, -10.0, 0.0]
+    assert (found.detections[0, :, signals.DETECTION_HAS_RANGE_RATE] == 1.0).all()
     assert found.detections[0, :, 6].tolist() == [2.0, 0.0, 6.0]
     assert found.estimate is not None
-    assert np.array_equal(found.estimate[:, :ESTIMATE_PLACE], shown.ego)
+    assert np.array_equal(found.estimate[:, : signals.ESTIMATE_PLACE], shown.ego)
 
 
 def test_ground_truth_is_in_the_vehicle_frame() -> None:
@@ -121,4 +115,4 @@ def test_ground_truth_is_in_the_vehicle_frame() -> None:
 def test_range_rate_of_what_stands_in_the_ego_is_zero_not_nan() -> None:
     context = scene_context()
     found = GroundTruthSensor(sensor_context(truth(), context)).sense(scene(context, [(0.0, 0.0)]))
-    assert found.detections[0, 0, DETECTION_RANGE_RATE] == 0.0
+    assert found.detections[0, 0, signals.DETECTION_RANGE_RATE] == 0.0

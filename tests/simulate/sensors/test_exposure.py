@@ -11,17 +11,9 @@ from hypothesis import strategies as st
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.raster import GHOST, NOTHING
 from adeye.signals import OBJECT_CLASSES, Scene
+from adeye.simulate.sensors import imaging
 from adeye.simulate.sensors.camera import PhysicalCameraSensor
 from adeye.simulate.sensors.exposure import contrast_at, judge_box, judge_part
-from adeye.simulate.sensors.imaging import (
-    CONTRASTS,
-    EACH,
-    HIDDEN,
-    PART_WIDTH,
-    WHOLE,
-    draw,
-    upper_tail,
-)
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
 from tests.simulate.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels
@@ -213,7 +205,7 @@ def test_noise_alone_shows_as_many_ghost_pixels_as_cross_the_threshold() -> None
         count += int(sensor.frame(nothing).visible.sum())
         sensor.sense(nothing)
     threshold = 0.05 * math.sqrt(1.0 + 120.0 / 2e4)
-    expected = 50 * 160 * 60 * upper_tail(threshold / 0.025)
+    expected = 50 * 160 * 60 * imaging.upper_tail(threshold / 0.025)
     assert count == pytest.approx(expected, abs=5.0 * math.sqrt(expected))
 
 
@@ -222,7 +214,7 @@ def test_noise_of_a_patch_stays_in_the_patch() -> None:
     patch = {"column": 20, "row": 10, "columns": 30, "rows": 20, "noise": 0.1}
     visible = picture(context, nothing, patches={"broken": patch}).visible
     share = visible[10:30, 20:50].mean()
-    assert share == pytest.approx(upper_tail(0.5), abs=0.08)
+    assert share == pytest.approx(imaging.upper_tail(0.5), abs=0.08)
     visible[10:30, 20:50] = False
     assert not visible.any()
 
@@ -233,7 +225,7 @@ def test_noise_of_the_image_and_of_a_patch_add_by_their_squares() -> None:
     both = picture(context, nothing, noise=0.03, patches={"broken": patch}).visible
     one = picture(context, nothing, noise=0.05).visible
     assert both.mean() == pytest.approx(one.mean(), rel=0.1)
-    assert both.mean() == pytest.approx(upper_tail(1.003), rel=0.1)
+    assert both.mean() == pytest.approx(imaging.upper_tail(1.003), rel=0.1)
 
 
 def test_noise_hides_object_pixels_near_the_threshold() -> None:
@@ -279,7 +271,7 @@ def drawn(
     shown = scene(context, [place])
     sensor = camera(context, **changes)
     parameters, image = sensor._parameters[0], sensor._image
-    ends = draw(parameters, shown.ego[0], shown.objects[0], context.object_sizes[0], image)
+    ends = imaging.draw(parameters, shown.ego[0], shown.objects[0], context.object_sizes[0], image)
     whole = judge_box(parameters, KIND, shown.objects[0, 0], context.object_sizes[0, 0], image)
     return sensor, whole, ends
 
@@ -294,7 +286,7 @@ def part_of(sensor: PhysicalCameraSensor, columns: range, dimmest: float, cleare
     ]
     pixels = np.array(covered)
     near = [sensor._image.nearness[column, row] for column, row in covered]
-    part = np.zeros(PART_WIDTH)
+    part = np.zeros(imaging.PART_WIDTH)
     ends = [pixels[:, 0].min(), pixels[:, 0].max(), pixels[:, 1].min(), pixels[:, 1].max()]
     part[:] = [*ends, max(near), min(near), dimmest, clearest, 0.0]
     return part, covered
@@ -305,7 +297,7 @@ def pixels_shown(sensor: PhysicalCameraSensor, covered: Any, transmission: float
     parameters, image = sensor._parameters[0], sensor._image
     found = []
     for column, row in covered:
-        contrast, light = contrast_at(parameters, KIND, CONTRASTS[KIND], column, row, image)
+        contrast, light = contrast_at(parameters, KIND, imaging.CONTRASTS[KIND], column, row, image)
         found.append(transmission * contrast >= contrast_threshold(parameters["threshold"], light))
     return found
 
@@ -336,32 +328,32 @@ def test_what_is_sure_of_a_part_holds_for_each_of_its_pixels(
         part, covered = part_of(sensor, columns, transmission, transmission)
         state = judge_part(parameters, KIND, part, image)
         seen = pixels_shown(sensor, covered, transmission)
-        assert state != WHOLE or all(seen)
-        assert state != HIDDEN or not any(seen)
+        assert state != imaging.WHOLE or all(seen)
+        assert state != imaging.HIDDEN or not any(seen)
         alone = pixels_shown(sensor, covered, 1.0)
-        assert whole != WHOLE or all(alone)
-        assert whole != HIDDEN or not any(alone)
+        assert whole != imaging.WHOLE or all(alone)
+        assert whole != imaging.HIDDEN or not any(alone)
 
 
 def test_clear_day_is_sure_at_once_and_blackout_too_but_not_what_is_very_near() -> None:
-    assert drawn((30.0, 0.0, 0.0), {})[1] == WHOLE
-    assert drawn((30.0, 0.0, 0.0), {}, transmission=0.0)[1] == HIDDEN
+    assert drawn((30.0, 0.0, 0.0), {})[1] == imaging.WHOLE
+    assert drawn((30.0, 0.0, 0.0), {}, transmission=0.0)[1] == imaging.HIDDEN
     # Inside of the ball around a box each pixel is looked at.
-    assert drawn((5.0, 0.0, 0.0), {}, TRUCK)[1] == EACH
+    assert drawn((5.0, 0.0, 0.0), {}, TRUCK)[1] == imaging.EACH
 
 
 def test_noise_and_patches_make_a_part_unsure() -> None:
     sensor, _, (first, stop) = drawn((30.0, 0.0, 0.0), {})
     parameters, image = sensor._parameters[0], sensor._image
     part, _ = part_of(sensor, range(first, stop), 1.0, 1.0)
-    assert judge_part(parameters, KIND, part, image) == WHOLE
+    assert judge_part(parameters, KIND, part, image) == imaging.WHOLE
     part[-1] = 0.1**2
-    assert judge_part(parameters, KIND, part, image) == EACH
+    assert judge_part(parameters, KIND, part, image) == imaging.EACH
     part[-1] = 0.0
     part[-3] = 0.0
-    assert judge_part(parameters, KIND, part, image) == EACH
+    assert judge_part(parameters, KIND, part, image) == imaging.EACH
     part[-2] = 0.0
-    assert judge_part(parameters, KIND, part, image) == HIDDEN
+    assert judge_part(parameters, KIND, part, image) == imaging.HIDDEN
 
 
 @pytest.mark.slow

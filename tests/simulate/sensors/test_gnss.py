@@ -1,33 +1,19 @@
 """A satellite receiver: where its antenna is, noise, bias, outages."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    GNSS_VELOCITY_X,
-    GNSS_VELOCITY_Y,
-    GNSS_X,
-    GNSS_Y,
-    Floats,
-)
+from adeye import signals
+from adeye.signals import Floats
 from adeye.simulate.sensors.gnss_imu import GnssSensor, share_kept, share_new
 from adeye.spec.sensors import Gnss
 from adeye.testing.scenes import passenger_car
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 RUNS = 4000
 REAR = -0.5 * passenger_car().wheelbase
@@ -61,8 +47,13 @@ def fixes(
 def state(**fields: float) -> list[float]:
     values = [0.0] * 7
     for name, value in fields.items():
-        column = {"x": EGO_X, "y": EGO_Y, "heading": EGO_HEADING, "speed": EGO_SPEED}
-        values[column.get(name, EGO_YAW_RATE)] = value
+        column = {
+            "x": signals.EGO_X,
+            "y": signals.EGO_Y,
+            "heading": signals.EGO_HEADING,
+            "speed": signals.EGO_SPEED,
+        }
+        values[column.get(name, signals.EGO_YAW_RATE)] = value
     return values
 
 
@@ -99,9 +90,9 @@ def test_fix_is_of_the_antenna_that_turns_about_the_rear_axle(
 @pytest.mark.parametrize(
     ("field", "sigma", "columns"),
     [
-        ("position_noise", "0.7 m", (GNSS_X, GNSS_Y)),
-        ("speed_noise", "0.7 m/s", (GNSS_VELOCITY_X, GNSS_VELOCITY_Y)),
-        ("bias", "0.7 m", (GNSS_X, GNSS_Y)),
+        ("position_noise", "0.7 m", (signals.GNSS_X, signals.GNSS_Y)),
+        ("speed_noise", "0.7 m/s", (signals.GNSS_VELOCITY_X, signals.GNSS_VELOCITY_Y)),
+        ("bias", "0.7 m", (signals.GNSS_X, signals.GNSS_Y)),
     ],
 )
 def test_error_has_the_stated_deviation_in_each_axis_and_nowhere_else(
@@ -120,12 +111,12 @@ def test_error_has_the_stated_deviation_in_each_axis_and_nowhere_else(
 
 def test_noise_of_two_samples_is_independent() -> None:
     error = fixes(receiver(position_noise="1 m"), runs=RUNS, samples=2)
-    both = np.corrcoef(error[0, :, GNSS_X], error[1, :, GNSS_X])[0, 1]
+    both = np.corrcoef(error[0, :, signals.GNSS_X], error[1, :, signals.GNSS_X])[0, 1]
     assert abs(both) < 4.0 / math.sqrt(RUNS)
 
 
 def test_bias_keeps_its_deviation_and_forgets_exponentially() -> None:
-    bias = fixes(receiver(bias="2 m", bias_time="3 s"), runs=RUNS, samples=61)[:, :, GNSS_Y]
+    bias = fixes(receiver(bias="2 m", bias_time="3 s"), runs=RUNS, samples=61)[:, :, signals.GNSS_Y]
     for sample in (0, 30, 60):
         assert bias[sample].std() == pytest.approx(2.0, rel=4.0 / math.sqrt(2.0 * RUNS))
     for lag in (1, 10, 30, 60):

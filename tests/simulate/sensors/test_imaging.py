@@ -9,16 +9,7 @@ from hypothesis import strategies as st
 
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
-from adeye.simulate.sensors.imaging import (
-    GREATEST,
-    SHINE,
-    beam,
-    log_of_miss,
-    noise_of,
-    shown_contrast,
-    skip,
-    upper_tail,
-)
+from adeye.simulate.sensors import imaging
 from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import GREY, SUN_ILLUMINANCE, veil
@@ -114,22 +105,24 @@ def stream(number: int, owner: int = 7) -> Stream:
 
 def test_tail_is_half_of_the_complementary_error_function() -> None:
     for x in (0.0, 0.1, 0.5, 1.0, 2.0, 2.999, 3.0, 3.001, 4.0, 5.0, 6.0, 8.0):
-        assert upper_tail(x) == pytest.approx(0.5 * math.erfc(x / math.sqrt(2.0)), rel=1e-11)
+        assert imaging.upper_tail(x) == pytest.approx(
+            0.5 * math.erfc(x / math.sqrt(2.0)), rel=1e-11
+        )
 
 
 def test_miss_is_what_the_tail_leaves_and_no_noise_never_crosses() -> None:
     for ratio in (0.5, 2.0, 4.0, 4.5, 6.0):
-        expected = math.log1p(-upper_tail(ratio))
-        assert log_of_miss(ratio, 1.0) == pytest.approx(expected, rel=1e-10)
+        expected = math.log1p(-imaging.upper_tail(ratio))
+        assert imaging.log_of_miss(ratio, 1.0) == pytest.approx(expected, rel=1e-10)
         assert expected < 0.0
-    for level, noise in ((0.05, 0.0), (0.05, 0.05 / GREATEST), (math.inf, 1.0)):
-        assert log_of_miss(level, noise) == 0.0
+    for level, noise in ((0.05, 0.0), (0.05, 0.05 / imaging.GREATEST), (math.inf, 1.0)):
+        assert imaging.log_of_miss(level, noise) == 0.0
 
 
 def test_skips_are_as_long_as_if_every_pixel_were_drawn() -> None:
-    missing = log_of_miss(1.5, 1.0)
-    crossing = upper_tail(1.5)
-    skips = np.array([skip(missing, stream(0), index) for index in range(20_000)])
+    missing = imaging.log_of_miss(1.5, 1.0)
+    crossing = imaging.upper_tail(1.5)
+    skips = np.array([imaging.skip(missing, stream(0), index) for index in range(20_000)])
     mean = (1.0 - crossing) / crossing
     assert skips.mean() == pytest.approx(mean, rel=0.03)
     assert (skips == 0).mean() == pytest.approx(crossing, rel=0.06)
@@ -137,17 +130,17 @@ def test_skips_are_as_long_as_if_every_pixel_were_drawn() -> None:
 
 
 def test_noise_of_pixels_is_standard_normal_and_independent_of_its_neighbour() -> None:
-    noise = np.array([noise_of(pixel, stream(4)) for pixel in range(20_000)])
+    noise = np.array([imaging.noise_of(pixel, stream(4)) for pixel in range(20_000)])
     assert abs(noise.mean()) < 0.03
     assert noise.std() == pytest.approx(1.0, abs=0.02)
     assert abs(np.corrcoef(noise[::2], noise[1::2])[0, 1]) < 0.03
-    assert np.abs(noise).max() < GREATEST
+    assert np.abs(noise).max() < imaging.GREATEST
     assert len(set(noise.tolist())) == len(noise)
 
 
 def test_noise_depends_on_the_sample_and_the_sensor() -> None:
-    assert noise_of(5, stream(1)) != noise_of(5, stream(2))
-    assert noise_of(5, stream(1)) != noise_of(5, stream(1, 8))
+    assert imaging.noise_of(5, stream(1)) != imaging.noise_of(5, stream(2))
+    assert imaging.noise_of(5, stream(1)) != imaging.noise_of(5, stream(1, 8))
 
 
 # --- Contrast, light and glare: laws, limits and the figures that they are set by -----------------
@@ -177,12 +170,12 @@ def test_threshold_falls_as_light_rises(one: float, other: float) -> None:
 
 
 def test_headlamps_light_with_the_square_of_the_distance_and_nothing_behind() -> None:
-    assert beam(20_000.0, 1.0, 50.0) == pytest.approx(8.0)
-    assert beam(20_000.0, 1.0, 100.0) == pytest.approx(2.0)
+    assert imaging.beam(20_000.0, 1.0, 50.0) == pytest.approx(8.0)
+    assert imaging.beam(20_000.0, 1.0, 100.0) == pytest.approx(2.0)
     # Half as much at nineteen degrees.
-    half = beam(20_000.0, math.cos(math.radians(19.3)), 10.0)
-    assert half == pytest.approx(0.5 * beam(20_000.0, 1.0, 10.0), rel=0.01)
-    assert beam(20_000.0, 0.0, 10.0) == beam(20_000.0, -1.0, 10.0) == 0.0
+    half = imaging.beam(20_000.0, math.cos(math.radians(19.3)), 10.0)
+    assert half == pytest.approx(0.5 * imaging.beam(20_000.0, 1.0, 10.0), rel=0.01)
+    assert imaging.beam(20_000.0, 0.0, 10.0) == imaging.beam(20_000.0, -1.0, 10.0) == 0.0
 
 
 def test_veil_falls_with_the_square_of_the_angle_down_to_one_degree() -> None:
@@ -199,21 +192,23 @@ def test_veil_falls_with_the_square_of_the_angle_down_to_one_degree() -> None:
 def test_contrast_falls_with_distance(one: float, other: float, extinction: float) -> None:
     near, far = sorted((one, other))
     args = (extinction, 100.0, 10.0)
-    assert shown_contrast(0.5, near, *args) >= shown_contrast(0.5, far, *args)
+    assert imaging.shown_contrast(0.5, near, *args) >= imaging.shown_contrast(0.5, far, *args)
     # Two percent are left at the visibility.
-    assert shown_contrast(1.0, far, 3.912 / far, 1e4, 0.0) == pytest.approx(0.02, rel=1e-3)
+    assert imaging.shown_contrast(1.0, far, 3.912 / far, 1e4, 0.0) == pytest.approx(0.02, rel=1e-3)
 
 
 @given(LIGHT, LIGHT, st.floats(1e-3, 1e5))
 def test_light_on_the_object_helps_against_glare(one: float, other: float, glare: float) -> None:
     dim, bright = sorted((one, other))
-    weak, strong = (shown_contrast(0.5, 10.0, 0.01, light, glare) for light in (dim, bright))
-    assert weak <= strong <= shown_contrast(0.5, 10.0, 0.01, bright, 0.0)
+    weak, strong = (
+        imaging.shown_contrast(0.5, 10.0, 0.01, light, glare) for light in (dim, bright)
+    )
+    assert weak <= strong <= imaging.shown_contrast(0.5, 10.0, 0.01, bright, 0.0)
 
 
 def test_lamps_of_a_car_make_it_as_bright_as_58_lux_would_and_who_walks_has_none() -> None:
-    shine = SHINE[OBJECT_CLASSES.index("car")]
+    shine = imaging.SHINE[OBJECT_CLASSES.index("car")]
     assert shine == pytest.approx(58.2, abs=0.1)
     assert GREY * shine / math.pi == pytest.approx(10.0 / (1.8 * 1.5))
-    dark = {kind for kind, shine in zip(OBJECT_CLASSES, SHINE, strict=True) if shine == 0.0}
+    dark = {kind for kind, shine in zip(OBJECT_CLASSES, imaging.SHINE, strict=True) if shine == 0.0}
     assert dark == {"pedestrian", "parked_truck", "parked_car", "barrier", "building"}

@@ -1,10 +1,9 @@
 """An inertial unit: motion of its place, noise that integrates as it should, bias."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,9 +23,6 @@ from adeye.spec.sensors import Imu
 from adeye.testing.scenes import passenger_car
 from tests.simulate.channels.egos import drive
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 STEP = 0.05
 REAR = 0.5 * passenger_car().wheelbase

@@ -1,15 +1,13 @@
 """Physical lidar as a sensor: its range in rain and fog, its samples, its memory."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats
+from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats, SceneContext
 from adeye.simulate.sensors.lidar import sample_bytes
 from adeye.simulate.world.weather import MM_PER_HOUR
 from tests.simulate.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
@@ -21,9 +19,6 @@ from tests.simulate.sensors.scenes import (
     scene_context,
 )
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
-
-if TYPE_CHECKING:
-    from adeye.signals import SceneContext
 
 # --- weather --------------------------------------------------------------------------------------
 

@@ -9,42 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    EGO_SPEED,
-    EGO_X,
-    OBJECT_CLASSES,
-    Floats,
-    Measurement,
-    Scene,
-    SceneContext,
-    parameter_record,
-)
+from adeye import signals
+from adeye.signals import Floats, Measurement, Scene, SceneContext, parameter_record
 from adeye.simulate import engine
-from adeye.simulate.sensors.radar import (
-    ECHO_BEARING,
-    ECHO_RANGE,
-    ECHO_RATE,
-    ECHO_SIGNAL,
-    ECHO_WIDTH,
-    RadarSensor,
-    count_events,
-    cross_sections,
-    decibels,
-    detect,
-    detection_threshold,
-    facing,
-    folded,
-    most_events,
-    rain_echo,
-    same_cell,
-    signal_for,
-    signal_to_noise,
-)
+from adeye.simulate.sensors import radar as subject
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CROSS_SECTION
@@ -77,7 +45,7 @@ def spec(**changes: Any) -> PhysicalRadar:
 
 def look(context: SceneContext, shown: Scene, **changes: Any) -> Measurement:
     """Sample one scene with one new sensor."""
-    return RadarSensor(sensor_context(spec(**changes), context)).sense(shown)
+    return subject.RadarSensor(sensor_context(spec(**changes), context)).sense(shown)
 
 
 def rear_at(distance: float, y: float = 0.0, speed: float = 0.0) -> tuple[float, ...]:
@@ -115,7 +83,7 @@ def test_detection_follows_the_formula_of_swerling_and_the_fourth_power(distance
     ("kind", "size"), [("pedestrian", PERSON), ("truck", TRUCK), ("motorcycle", (2.2, 0.8, 1.5))]
 )
 def test_range_goes_with_the_fourth_root_of_the_cross_section(kind: str, size: Any) -> None:
-    ratio = decibels(CROSS_SECTION[kind][0]) / 10.0
+    ratio = subject.decibels(CROSS_SECTION[kind][0]) / 10.0
     assert_share(detected(150.0 * ratio**0.25, kind, size), 0.5)
 
 
@@ -176,8 +144,12 @@ def test_lead_is_a_point_at_its_rear_of_unknown_size_and_class() -> None:
     context = scene_context()
     row = only(look(context, scene(context, [rear_at(40.0, 1.0)]), **FINE))
     assert row[:2] == pytest.approx([40.0, 1.0], abs=0.01)
-    assert row[DETECTION_HAS_RANGE_RATE] == 1.0
-    assert (row[DETECTION_LENGTH], row[DETECTION_WIDTH], row[DETECTION_CLASS]) == (0.0, 0.0, -1.0)
+    assert row[signals.DETECTION_HAS_RANGE_RATE] == 1.0
+    assert (
+        row[signals.DETECTION_LENGTH],
+        row[signals.DETECTION_WIDTH],
+        row[signals.DETECTION_CLASS],
+    ) == (0.0, 0.0, -1.0)
 
 
 def test_crossing_car_is_a_point_at_the_middle_of_its_side() -> None:
@@ -197,7 +169,7 @@ def test_oncoming_car_beyond_the_span_seems_to_drive_away() -> None:
     context = scene_context()
     shown = scene(context, [(60.0, 0.0, math.pi, 40.0)], ego=(0.0, 0.0, 0.0, 30.0))
     row = only(look(context, shown, **FINE, max_range_rate="50 m/s"))
-    assert row[DETECTION_RANGE_RATE] == pytest.approx(30.0, abs=0.01)
+    assert row[signals.DETECTION_RANGE_RATE] == pytest.approx(30.0, abs=0.01)
 
 
 @pytest.mark.parametrize("degrees", [20.0, -20.0])
@@ -276,7 +248,7 @@ def test_power_goes_with_the_visible_share(y: float, share: float) -> None:
 def ghosts(**changes: Any) -> list[Floats]:
     """Detections of each of many samples of an empty world by an ego that drives 20 m/s."""
     context = scene_context([CAR], runs=200)
-    sensor = RadarSensor(sensor_context(spec(**changes), context))
+    sensor = subject.RadarSensor(sensor_context(spec(**changes), context))
     rows: list[Floats] = []
     for tick in range(50):
         shown = scene(context, [(-100.0, 0.0)], ego=(0.0, 0.0, 0.0, 20.0), tick=tick)
@@ -309,15 +281,17 @@ def test_clutter_stands_still_and_lies_all_over_the_area_in_view() -> None:
     assert abs(bearing).max() <= math.radians(30.0)
     # Half of the area is nearer than range / sqrt(2).
     assert (distance < 150.0 / math.sqrt(2.0)).mean() == pytest.approx(0.5, abs=0.02)
-    assert rows[:, DETECTION_RANGE_RATE] == pytest.approx(-20.0 * np.cos(bearing), abs=0.2)
+    assert rows[:, signals.DETECTION_RANGE_RATE] == pytest.approx(-20.0 * np.cos(bearing), abs=0.2)
 
 
 def test_false_alarms_have_any_range_and_any_rate() -> None:
     rows = np.concatenate(ghosts(clutter=0.0, false_alarm_rate=1e-5))
     distance = np.hypot(rows[:, 0], rows[:, 1])
     assert (distance < 75.0).mean() == pytest.approx(0.5, abs=0.02)
-    assert rows[:, DETECTION_RANGE_RATE].mean() == pytest.approx(0.0, abs=1.5)
-    assert rows[:, DETECTION_RANGE_RATE].std() == pytest.approx(80.0 / math.sqrt(3.0), rel=0.03)
+    assert rows[:, signals.DETECTION_RANGE_RATE].mean() == pytest.approx(0.0, abs=1.5)
+    assert rows[:, signals.DETECTION_RANGE_RATE].std() == pytest.approx(
+        80.0 / math.sqrt(3.0), rel=0.03
+    )
 
 
 # --- in the closed loop ---------------------------------------------------------------------------
@@ -364,8 +338,8 @@ def test_nominal_channel_follows_a_lead_on_one_radar_as_on_the_truth() -> None:
     truth = drive({"kind": "ground_truth", "rate": "20 Hz"}, {"lead": LEAD}, 1)
     assert (trace.columns["contact"] < 0).all()
     end, exact = trace.columns["ego"][:, -1], truth.columns["ego"][0, -1]
-    assert end[:, EGO_SPEED] == pytest.approx(exact[EGO_SPEED], abs=0.2)
-    assert end[:, EGO_X] == pytest.approx(exact[EGO_X], abs=2.0)
+    assert end[:, signals.EGO_SPEED] == pytest.approx(exact[signals.EGO_SPEED], abs=0.2)
+    assert end[:, signals.EGO_X] == pytest.approx(exact[signals.EGO_X], abs=2.0)
     assert hardest(trace).min() > hardest(truth)[0] - 1.0
 
 
@@ -407,9 +381,9 @@ def record(**changes: float) -> Any:
 def echo(
     distance: float, bearing: float = 0.0, rate: float = 0.0, signal: float = STRONG
 ) -> Floats:
-    row = np.zeros(ECHO_WIDTH)
-    row[ECHO_SIGNAL], row[ECHO_RANGE], row[ECHO_BEARING] = signal, distance, bearing
-    row[ECHO_RATE] = rate
+    row = np.zeros(subject.ECHO_WIDTH)
+    row[subject.ECHO_SIGNAL], row[subject.ECHO_RANGE] = signal, distance
+    row[subject.ECHO_BEARING], row[subject.ECHO_RATE] = bearing, rate
     return row
 
 
@@ -427,15 +401,15 @@ def test_cell_is_left_by_any_of_range_bearing_and_rate() -> None:
         # It reaches across the direction behind the sensor.
         (behind, echo(50.0, -math.pi + 0.01), True),
     ):
-        assert same_cell(record(), one, other) is together, (one, other)
-        assert same_cell(record(), other, one) is together, (one, other)
+        assert subject.same_cell(record(), one, other) is together, (one, other)
+        assert subject.same_cell(record(), other, one) is together, (one, other)
 
 
 def found(echoes: Sequence[Floats], number: int = 0) -> list[Floats]:
     """What is detected of these echoes, nearest first."""
     rows = np.array(echoes)
     order = np.zeros(len(rows), dtype=np.int64)
-    count = detect(record(), Stream(np.uint64(1), np.uint64(2), number), rows, order)
+    count = subject.detect(record(), Stream(np.uint64(1), np.uint64(2), number), rows, order)
     return [rows[thing] for thing in order[:count]]
 
 
@@ -443,8 +417,8 @@ def found(echoes: Sequence[Floats], number: int = 0) -> list[Floats]:
 def test_two_equal_echoes_of_one_cell_are_detected_midway() -> None:
     places = [found([echo(50.0), echo(50.4, 0.02)], number) for number in range(200)]
     assert {len(rows) for rows in places} == {1}
-    distances = np.array([rows[0][ECHO_RANGE] for rows in places])
-    bearings = np.array([rows[0][ECHO_BEARING] for rows in places])
+    distances = np.array([rows[0][subject.ECHO_RANGE] for rows in places])
+    bearings = np.array([rows[0][subject.ECHO_BEARING] for rows in places])
     assert distances.mean() == pytest.approx(50.2, abs=4.0 * 0.025 / math.sqrt(200.0))
     assert bearings.mean() == pytest.approx(0.01, abs=4.0 * 0.0015 / math.sqrt(200.0))
 
@@ -452,12 +426,12 @@ def test_two_equal_echoes_of_one_cell_are_detected_midway() -> None:
 def test_strong_echo_swallows_the_weak_one_beside_it() -> None:
     rows = found([echo(50.3, signal=1e6), echo(50.0)])
     assert len(rows) == 1
-    assert rows[0][ECHO_RANGE] == pytest.approx(50.0, abs=0.15)
+    assert rows[0][subject.ECHO_RANGE] == pytest.approx(50.0, abs=0.15)
 
 
 def test_two_echoes_apart_are_two_detections_in_order_of_distance() -> None:
     rows = found([echo(60.0), echo(50.0)])
-    assert [round(row[ECHO_RANGE]) for row in rows] == [50, 60]
+    assert [round(row[subject.ECHO_RANGE]) for row in rows] == [50, 60]
 
 
 @pytest.mark.slow
@@ -465,30 +439,32 @@ def test_chain_is_cut_around_the_strongest_whatever_the_order() -> None:
     chain = [(50.0, 2e9), (50.4, 4e9), (50.8, 2e9), (51.2, 1e9)]
     for order in itertools.permutations(chain):
         rows = found([echo(distance, signal=signal) for distance, signal in order])
-        assert [row[ECHO_RANGE] for row in rows] == pytest.approx([50.4, 51.2], abs=0.12)
+        assert [row[subject.ECHO_RANGE] for row in rows] == pytest.approx([50.4, 51.2], abs=0.12)
 
 
 def test_range_rate_beyond_the_span_comes_in_at_the_other_end() -> None:
     rates = {0.0: 0.0, 79.9: 79.9, 80.0: -80.0, 90.0: -70.0, -81.0: 79.0}
-    assert [folded(rate, 80.0) for rate in rates] == pytest.approx(list(rates.values()))
+    assert [subject.folded(rate, 80.0) for rate in rates] == pytest.approx(list(rates.values()))
 
 
 def test_number_of_events_is_poisson_distributed() -> None:
     mean, draws = 1.7, 40_000
     chances = (np.arange(draws) + 0.5) / draws
-    counts = np.array([count_events(mean, math.exp(-mean), 20.0, chance) for chance in chances])
+    counts = np.array(
+        [subject.count_events(mean, math.exp(-mean), 20.0, chance) for chance in chances]
+    )
     for number in range(6):
         expected = math.exp(-mean) * mean**number / math.factorial(number)
         assert (counts == number).mean() == pytest.approx(expected, abs=2.0 / draws)
 
 
 def test_number_of_events_is_bounded_where_more_come_less_than_once_in_ten_million_times() -> None:
-    assert count_events(3.0, math.exp(-3.0), 5.0, 1.0 - 1e-16) == 5
-    assert most_events(0.0) == 0
+    assert subject.count_events(3.0, math.exp(-3.0), 5.0, 1.0 - 1e-16) == 5
+    assert subject.most_events(0.0) == 0
     for mean in (0.01, 0.24, 1.0, 10.0, 50.0):
         inside = sum(
             math.exp(number * math.log(mean) - mean - math.lgamma(number + 1))
-            for number in range(most_events(mean) + 1)
+            for number in range(subject.most_events(mean) + 1)
         )
         assert 1.0 - inside < 1e-7, mean
 
@@ -499,7 +475,7 @@ STRENGTH = 1e9
 
 
 def clear(distance: float, cross_section: float = 10.0, bearing: float = 0.0) -> float:
-    return signal_to_noise(STRENGTH, cross_section, distance, bearing, 0.5, 0.0, 0.0)
+    return subject.signal_to_noise(STRENGTH, cross_section, distance, bearing, 0.5, 0.0, 0.0)
 
 
 def test_echo_falls_by_12_decibels_when_the_distance_doubles() -> None:
@@ -512,17 +488,17 @@ def test_echo_falls_by_12_decibels_when_the_distance_doubles() -> None:
 def test_antenna_loses_its_edge_loss_twice_at_the_edge() -> None:
     half, loss = 0.6, 3.0
     beam = 2.0 * loss * math.log(10.0) / 10.0 / half**2
-    ahead = signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.0, 0.0)
-    edge = signal_to_noise(STRENGTH, 10.0, 50.0, -half, beam, 0.0, 0.0)
+    ahead = subject.signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.0, 0.0)
+    edge = subject.signal_to_noise(STRENGTH, 10.0, 50.0, -half, beam, 0.0, 0.0)
     assert 10.0 * math.log10(ahead / edge) == pytest.approx(2.0 * loss)
 
 
 def test_signal_for_a_probability_inverts_the_formula_of_swerling() -> None:
     for probability, rate in itertools.product((0.1, 0.5, 0.9), (1e-8, 1e-6, 1e-2)):
-        found = rate ** (1.0 / (1.0 + signal_for(probability, rate)))
+        found = rate ** (1.0 / (1.0 + subject.signal_for(probability, rate)))
         assert found == pytest.approx(probability), rate
         # Noise alone crosses the threshold at the rate of false alarms.
-        assert math.exp(-detection_threshold(rate)) == pytest.approx(rate)
+        assert math.exp(-subject.detection_threshold(rate)) == pytest.approx(rate)
 
 
 # --- rain -----------------------------------------------------------------------------------------
@@ -559,7 +535,7 @@ def test_ten_millimetres_of_rain_cost_5_7_decibels_per_kilometre_and_no_rain_not
     assert loss == pytest.approx(1.1276 * 10.0**0.7073)
     for rain in (0.0, math.nan, -1.0):
         assert radar_rain_extinction(rain) == 0.0
-    assert rain_echo(-1.0) == 0.0
+    assert subject.rain_echo(-1.0) == 0.0
 
 
 def water(frequency: float) -> complex:
@@ -604,14 +580,16 @@ def test_echo_of_rain_is_that_of_spheres_with_the_drop_sizes_of_marshall_and_pal
     for rate in (1.0, 2.5, 7.5, 20.0, 50.0, 100.0):
         drops = 8000.0 * np.exp(-4.1 * rate**-0.21 * diameter)
         volume = float(np.trapezoid(drops * echo * math.pi / 4.0 * diameter**2 * 1e-6, diameter))
-        assert rain_echo(rate * MM_PER_HOUR) == pytest.approx(volume, rel=0.18)
+        assert subject.rain_echo(rate * MM_PER_HOUR) == pytest.approx(volume, rel=0.18)
 
 
 def test_more_rain_never_makes_an_echo_stronger() -> None:
     def through(rate: float) -> float:
         rain = rate * MM_PER_HOUR
-        in_cell = 0.5 * 0.03 * 0.17 * rain_echo(rain)
-        return signal_to_noise(STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell)
+        in_cell = 0.5 * 0.03 * 0.17 * subject.rain_echo(rain)
+        return subject.signal_to_noise(
+            STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell
+        )
 
     strengths = [through(rate) for rate in (0.0, 0.5, 2.5, 7.5, 25.0, 100.0)]
     assert strengths == sorted(strengths, reverse=True)
@@ -621,7 +599,7 @@ def test_more_rain_never_makes_an_echo_stronger() -> None:
 def test_in_heavy_rain_the_echo_of_the_rain_and_not_the_noise_is_the_limit() -> None:
     # A signal without end is seen over the rain in its cell only, which has a cross section, too.
     in_cell = 1e-6
-    far = signal_to_noise(1e30, 10.0, 100.0, 0.0, 0.0, 0.0, in_cell)
+    far = subject.signal_to_noise(1e30, 10.0, 100.0, 0.0, 0.0, 0.0, in_cell)
     assert far == pytest.approx(10.0 / (in_cell * 100.0**2))
 
 
@@ -629,16 +607,20 @@ def test_in_heavy_rain_the_echo_of_the_rain_and_not_the_noise_is_the_limit() -> 
 
 
 def test_every_class_has_a_cross_section() -> None:
-    assert set(CROSS_SECTION) == set(OBJECT_CLASSES)
-    car, truck, person = (OBJECT_CLASSES.index(name) for name in ("car", "truck", "pedestrian"))
-    found = cross_sections(np.array([car, truck, person], dtype=np.int64))
+    assert set(CROSS_SECTION) == set(signals.OBJECT_CLASSES)
+    car, truck, person = (
+        signals.OBJECT_CLASSES.index(name) for name in ("car", "truck", "pedestrian")
+    )
+    found = subject.cross_sections(np.array([car, truck, person], dtype=np.int64))
     assert found[:, 0] == pytest.approx([10.0, 100.0, 10.0**-0.8])
     assert (found[:, 1] >= found[:, 0]).all()
 
 
 def test_decibels() -> None:
     levels = {0.0: 1.0, 10.0: 10.0, -3.0: 0.501187}
-    assert [decibels(level) for level in levels] == pytest.approx(list(levels.values()), rel=1e-5)
+    assert [subject.decibels(level) for level in levels] == pytest.approx(
+        list(levels.values()), rel=1e-5
+    )
 
 
 def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behind() -> None:
@@ -649,4 +631,4 @@ def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behin
         (-1.0, 5.0): 0.0,
         (2.0, 5.0): 0.0,
     }
-    assert [facing(*place, 2.0) for place in places] == pytest.approx(list(places.values()))
+    assert [subject.facing(*place, 2.0) for place in places] == pytest.approx(list(places.values()))

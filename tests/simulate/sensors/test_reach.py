@@ -1,7 +1,5 @@
 """What sensors see of a car: rain, fog, darkness and a low sun take from it and add nothing."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

@@ -7,18 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    OBJECT_CLASSES,
-    Floats,
-    Scene,
-    SceneContext,
-)
+from adeye import signals
+from adeye.signals import Floats, Scene, SceneContext
 from adeye.simulate.sensors.recognition import SIZES
 from tests.simulate.sensors.pictures import HEIGHT, PERSON, camera, focal, look, spec
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen
@@ -38,10 +28,10 @@ def rows(context: SceneContext, shown: Scene, **changes: Any) -> Floats:
 def test_car_is_reported_with_class_and_the_size_of_its_class() -> None:
     context = scene_context()
     (row,) = rows(context, scene(context, [rear(20.0)]))
-    assert OBJECT_CLASSES[int(row[DETECTION_CLASS])] == "car"
-    assert row[DETECTION_LENGTH] == CAR[0]
-    assert row[DETECTION_WIDTH] == pytest.approx(CAR[1], abs=20.0 / focal(spec()))
-    assert row[DETECTION_HAS_RANGE_RATE] == 0.0
+    assert signals.OBJECT_CLASSES[int(row[signals.DETECTION_CLASS])] == "car"
+    assert row[signals.DETECTION_LENGTH] == CAR[0]
+    assert row[signals.DETECTION_WIDTH] == pytest.approx(CAR[1], abs=20.0 / focal(spec()))
+    assert row[signals.DETECTION_HAS_RANGE_RATE] == 0.0
 
 
 def test_range_errs_by_half_a_pixel_of_the_ground_at_most_and_to_both_sides() -> None:
@@ -51,7 +41,7 @@ def test_range_errs_by_half_a_pixel_of_the_ground_at_most_and_to_both_sides() ->
         errors = []
         for place in np.linspace(distance, 1.2 * distance, 25):
             (row,) = rows(context, scene(context, [rear(place)]))
-            errors.append(row[DETECTION_X] - 0.5 * CAR[0] - place)
+            errors.append(row[signals.DETECTION_X] - 0.5 * CAR[0] - place)
             drop = focal(spec()) * HEIGHT / place
             bound = focal(spec()) * HEIGHT * (1.0 / (drop - 0.5) - 1.0 / drop)
             assert abs(errors[-1]) <= bound * (1.0 + 1e-9), place
@@ -68,8 +58,8 @@ def test_more_pixels_make_range_and_bearing_sharper() -> None:
     shown = scene(context, [rear(61.0, 2.3)])
     coarse, fine = (rows(context, shown, columns=n, rows=3 * n // 8)[0] for n in (160, 960))
     for row, limit in ((coarse, 12.0), (fine, 2.0)):
-        assert abs(row[DETECTION_X] - 0.5 * CAR[0] - 61.0) < limit
-    assert abs(fine[DETECTION_Y] - 2.3) < 0.15
+        assert abs(row[signals.DETECTION_X] - 0.5 * CAR[0] - 61.0) < limit
+    assert abs(fine[signals.DETECTION_Y] - 2.3) < 0.15
 
 
 def test_pitch_of_the_mount_is_reckoned_with() -> None:
@@ -77,7 +67,7 @@ def test_pitch_of_the_mount_is_reckoned_with() -> None:
     fine = {"columns": 640, "rows": 480}
     for pitch in ("-2 deg", "3 deg", "10 deg"):
         (row,) = rows(context, scene(context, [rear(12.0)]), mount={"pitch": pitch}, **fine)
-        assert row[DETECTION_X] - 0.5 * CAR[0] == pytest.approx(12.0, abs=0.2), pitch
+        assert row[signals.DETECTION_X] - 0.5 * CAR[0] == pytest.approx(12.0, abs=0.2), pitch
 
 
 def test_wrong_mount_of_the_record_is_no_knowledge_of_the_detector() -> None:
@@ -102,7 +92,7 @@ def test_camera_to_the_rear_or_side_places_what_is_there() -> None:
     found = look(context, beside, mount={"yaw": "90 deg"}, columns=640, rows=240)
     assert seen(found)[0] == pytest.approx((0.0, 12.0), abs=0.4)
     row = found.detections[0, 0]
-    assert (row[DETECTION_LENGTH], row[DETECTION_WIDTH]) == (CAR[0], CAR[1])
+    assert (row[signals.DETECTION_LENGTH], row[signals.DETECTION_WIDTH]) == (CAR[0], CAR[1])
 
 
 # --- where the contact with the ground cannot be seen ---------------------------------------------
@@ -112,14 +102,14 @@ def test_car_cut_at_the_lower_edge_is_ranged_by_its_width() -> None:
     context = scene_context()
     for distance in (2.5, 4.0, 6.0):
         (row,) = rows(context, scene(context, [rear(distance)]))
-        assert row[DETECTION_X] - 0.5 * CAR[0] == pytest.approx(distance, rel=0.05)
+        assert row[signals.DETECTION_X] - 0.5 * CAR[0] == pytest.approx(distance, rel=0.05)
 
 
 def test_what_fills_the_image_is_no_further_than_the_lower_edge() -> None:
     context = scene_context([TRUCK], kinds=["truck"])
     (row,) = rows(context, scene(context, [(1.0 + 5.0, 0.0)]))
     edge = focal(spec()) * HEIGHT / 30.0
-    assert row[DETECTION_X] - 6.0 == pytest.approx(edge)
+    assert row[signals.DETECTION_X] - 6.0 == pytest.approx(edge)
 
 
 def test_post_whose_foot_is_below_the_image_is_not_placed_at_its_edge() -> None:
@@ -136,7 +126,7 @@ def test_truck_behind_a_car_is_ranged_by_the_size_of_its_class() -> None:
 
 
 def test_typical_sizes_are_known_for_every_class_that_has_one() -> None:
-    for kind, size in zip(OBJECT_CLASSES, SIZES, strict=True):
+    for kind, size in zip(signals.OBJECT_CLASSES, SIZES, strict=True):
         assert (size > 0.0).all() == (kind not in {"barrier", "building"}), kind
 
 
@@ -195,7 +185,7 @@ def test_pedestrians_side_by_side_are_one_and_apart_are_two() -> None:
     together = rows(context, scene(context, [(20.0, 0.3), (20.0, -0.35)]))
     apart = rows(context, scene(context, [(20.0, 1.0), (20.0, -1.0)]))
     assert len(together) == 1
-    assert together[0, DETECTION_WIDTH] == pytest.approx(1.25, abs=0.2)
+    assert together[0, signals.DETECTION_WIDTH] == pytest.approx(1.25, abs=0.2)
     assert len(apart) == 2
 
 
@@ -203,7 +193,7 @@ def test_object_in_two_parts_is_named_once() -> None:
     # A pole before a car leaves a smaller part to the left.
     context = scene_context([(0.3, 0.3, 3.0), CAR], kinds=["barrier", "car"])
     found = look(context, scene(context, [(10.0, 0.15), rear(20.0, 0.0)]))
-    cars = found.detections[0, :, DETECTION_CLASS] == 0.0
+    cars = found.detections[0, :, signals.DETECTION_CLASS] == 0.0
     sources = found.source[0, found.mask[0] & cars].tolist()
     assert sorted(sources) == [-1, 1]
 
@@ -224,12 +214,12 @@ def test_ghosts_are_placed_on_the_ground_without_class_or_depth_and_in_the_sky_n
     found = look(context, nothing, patches={"broken": patch})
     ghosts = found.detections[0, found.mask[0]]
     assert len(ghosts) > 0
-    assert (ghosts[:, DETECTION_CLASS] == -1.0).all()
-    assert (ghosts[:, DETECTION_LENGTH] == 0.0).all()
+    assert (ghosts[:, signals.DETECTION_CLASS] == -1.0).all()
+    assert (ghosts[:, signals.DETECTION_LENGTH] == 0.0).all()
     assert (found.source[0] == -1).all()
     # Between the lower edge of the image and row 40.
     focus = focal(spec()) * HEIGHT
-    assert (ghosts[:, DETECTION_X] >= focus / 26.0).all()
-    assert (ghosts[:, DETECTION_X] <= focus / 10.0).all()
+    assert (ghosts[:, signals.DETECTION_X] >= focus / 26.0).all()
+    assert (ghosts[:, signals.DETECTION_X] <= focus / 10.0).all()
     sky = {**patch, "row": 0, "rows": 25}
     assert not look(context, nothing, patches={"broken": sky}).mask.any()

@@ -1,7 +1,5 @@
 """Radial speed: that of every sensor is the change of its own ranges, however the ego turns."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -8,15 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_WIDTH,
-    Measurement,
-    Scene,
-    SceneContext,
-)
+from adeye import signals
+from adeye.signals import Measurement, Scene, SceneContext
 from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
 from adeye.spec.sensors import Sensor, Ultrasonic
 from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context, sensor_spec
@@ -68,8 +61,10 @@ def test_wall_ahead_is_a_point_on_the_axis_of_which_nothing_else_is_known() -> N
     assert found.detections.shape == (1, 1, 7)
     row = found.detections[0, 0]
     assert row[:2] == pytest.approx([3.0, 0.0])
-    assert row[DETECTION_CLASS] == -1.0
-    assert not row[[DETECTION_LENGTH, DETECTION_WIDTH, DETECTION_HAS_RANGE_RATE]].any()
+    assert row[signals.DETECTION_CLASS] == -1.0
+    assert not row[
+        [signals.DETECTION_LENGTH, signals.DETECTION_WIDTH, signals.DETECTION_HAS_RANGE_RATE]
+    ].any()
 
 
 BLIND = {"blind_zone": "0.2 m"}
