@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests import motorway, postgres
+from tests import postgres
 from tests.project import Executed, Project, run_cases
 from tests.suites import build_suites
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
     from tests.postgres import Server
@@ -83,18 +82,6 @@ def make_project(tmp_path: Path) -> MakeProject:
         return Project(tmp_path / name, odd)
 
     return make
-
-
-@pytest.fixture
-def make_scenario() -> Callable[..., LogicalScenario]:
-    """Return a maker of scenarios: a motorway with nested changes."""
-    return motorway.make_scenario
-
-
-@pytest.fixture
-def make_case() -> Callable[..., TestCase]:
-    """Return a maker of test cases: a scenario, values of its parameters, vehicle changes."""
-    return motorway.make_case
 
 
 @pytest.fixture(scope="session")

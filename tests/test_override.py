@@ -22,14 +22,11 @@ from adeye.simulate.switch import make_switch
 from adeye.simulate.switch.override import overriding
 from adeye.spec.switch import Switch
 from adeye.sweep.case import AuthorityOverride
+from tests.motorway import make_case, make_scenario
 from tests.project import run_cases
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from adeye.ports import SwitchModel
-    from adeye.spec.scenario import LogicalScenario
-    from adeye.sweep.case import TestCase
     from tests.project import Executed
 
 STEP = 0.05
@@ -55,23 +52,11 @@ def proposals(tick: int, *, nominal: int = OK, safety: int = OK, stamp: float | 
     ]
 
 
-@pytest.fixture
-def case(
-    make_case: Callable[..., TestCase], make_scenario: Callable[..., LogicalScenario]
-) -> TestCase:
-    """Any test case: only its override counts here."""
-    return make_case(make_scenario())
-
-
-@pytest.fixture
-def make(case: TestCase) -> Callable[..., SwitchModel]:
-    """Return a maker of overridden switches of one run."""
-
-    def made(override: AuthorityOverride | None) -> SwitchModel:
-        context = SwitchContext([SPEC], IDS, STEP)
-        return overriding(make_switch(context), [replace(case, override=override)], context)
-
-    return made
+def make(override: AuthorityOverride | None) -> SwitchModel:
+    """Return an overridden switch of one run: of its test case only the override counts."""
+    context = SwitchContext([SPEC], IDS, STEP)
+    case = replace(make_case(make_scenario()), override=override)
+    return overriding(make_switch(context), [case], context)
 
 
 def decide(switch: SwitchModel, tick: int, **changes: Any) -> tuple[int, int, float, float]:
@@ -80,40 +65,39 @@ def decide(switch: SwitchModel, tick: int, **changes: Any) -> tuple[int, int, fl
     return int(authority.channel[0]), int(authority.reason[0]), acceleration, steering
 
 
-def test_without_an_override_the_switch_is_the_very_same(case: TestCase) -> None:
+def test_without_an_override_the_switch_is_the_very_same() -> None:
+    case = make_case(make_scenario())
     context = SwitchContext([SPEC], IDS, STEP)
     switch = make_switch(context)
     assert overriding(switch, [case], context) is switch
 
 
-def test_override_begins_exactly_at_its_tick(make: Callable[..., SwitchModel]) -> None:
+def test_override_begins_exactly_at_its_tick() -> None:
     switch = make(AuthorityOverride(3, "safety"))
     found = [decide(switch, tick) for tick in range(6)]
     assert found[:3] == [(NOMINAL, REASON_DEFAULT, 1.0, 0.1)] * 3
     assert found[3:] == [(SAFETY, REASON_OVERRIDE, -4.0, -0.4)] * 3
 
 
-def test_override_at_tick_0_is_that_channel_from_the_start(
-    make: Callable[..., SwitchModel],
-) -> None:
+def test_override_at_tick_0_is_that_channel_from_the_start() -> None:
     switch = make(AuthorityOverride(0, "safety"))
     assert {decide(switch, tick)[0] for tick in range(5)} == {SAFETY}
 
 
-def test_original_decision_keeps_its_reason_and_command(make: Callable[..., SwitchModel]) -> None:
+def test_original_decision_keeps_its_reason_and_command() -> None:
     plain, same = make(None), make(AuthorityOverride(2, "safety"))
     for tick in range(5):
         asks = REQUESTS_AUTHORITY if tick >= 2 else OK
         assert decide(same, tick, safety=asks) == decide(plain, tick, safety=asks)
 
 
-def test_request_of_another_channel_is_not_heard(make: Callable[..., SwitchModel]) -> None:
+def test_request_of_another_channel_is_not_heard() -> None:
     switch = make(AuthorityOverride(0, "nominal"))
     found = decide(switch, 0, safety=REQUESTS_AUTHORITY)
     assert found == (NOMINAL, REASON_OVERRIDE, 1.0, 0.1)
 
 
-def test_channel_that_cannot_act_leaves_the_ego_coasting(make: Callable[..., SwitchModel]) -> None:
+def test_channel_that_cannot_act_leaves_the_ego_coasting() -> None:
     switch = make(AuthorityOverride(2, "nominal"))
     assert decide(switch, 0)[0] == NOMINAL
     # The switch itself would hand over to the safety channel; the override does not let it.
@@ -121,7 +105,8 @@ def test_channel_that_cannot_act_leaves_the_ego_coasting(make: Callable[..., Swi
     assert late[-1] == (NO_CHANNEL, REASON_OVERRIDE, 0.0, 0.1)
 
 
-def test_other_runs_of_the_batch_keep_their_decisions(case: TestCase) -> None:
+def test_other_runs_of_the_batch_keep_their_decisions() -> None:
+    case = make_case(make_scenario())
     context = SwitchContext([SPEC, SPEC], IDS, STEP)
     cases = [case, replace(case, override=AuthorityOverride(0, "safety"))]
     both = overriding(make_switch(context), cases, context)

@@ -9,17 +9,7 @@ from adeye.ports import SensorContext
 from adeye.signals import Measurement, Scene
 from adeye.simulate.sensors.rig import BUILT_IN
 from adeye.spec.sensors import (
-    Camera,
-    Gnss,
     GroundTruth,
-    Imu,
-    Lidar,
-    Localisation,
-    PhysicalRadar,
-    Radar,
-    Sensor,
-    Ultrasonic,
-    model_name,
 )
 from adeye.testing import check_sensor
 from adeye.testing.sensors import injector, moment
@@ -28,68 +18,6 @@ from adeye.testing.sensors import injector, moment
 
 
 TRUTH = GroundTruth.model_validate({"kind": "ground_truth", "rate": "20 Hz"})
-RANGING = {
-    "rate": "10 Hz",
-    "mount": {"x": "2 m"},
-    "field_of_view": "90 deg",
-    "range": "150 m",
-    "bearing_noise": "0.2 deg",
-}
-
-PHYSICAL_RADAR = {
-    "kind": "radar",
-    "fidelity": "physical",
-    "rate": "10 Hz",
-    "mount": {"x": "2 m"},
-    "field_of_view": "90 deg",
-    "range": "150 m",
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "spec",
-    [
-        TRUTH,
-        Localisation.model_validate(
-            {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "5 cm"}
-        ),
-        Camera.model_validate({"kind": "camera", **RANGING, "distance_noise": 0.05}),
-        Radar.model_validate({"kind": "radar", **RANGING, "range_noise": "0.3 m"}),
-        Lidar.model_validate({"kind": "lidar", **RANGING, "range_noise": "0.1 m"}),
-        PhysicalRadar.model_validate({**PHYSICAL_RADAR, "clutter": 3.0}),
-        PhysicalRadar.model_validate({**PHYSICAL_RADAR, "clutter": 0.0}),
-        Ultrasonic.model_validate(
-            {
-                "kind": "ultrasonic",
-                "rate": "10 Hz",
-                "mount": {"x": "2 m"},
-                "field_of_view": "60 deg",
-                "range": "40 m",
-                "range_noise": "1 cm",
-            }
-        ),
-        Gnss.model_validate(
-            {
-                "kind": "gnss",
-                "rate": "10 Hz",
-                "mount": {"x": "0.5 m"},
-                "position_noise": "0.5 m",
-                "bias": "1 m",
-                "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}},
-            }
-        ),
-        Imu.model_validate(
-            {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s", "bias_time": "5 s"}
-        ),
-    ],
-    ids=model_name,
-)
-def test_built_in_sensors_conform(spec: Sensor) -> None:
-    check_sensor(BUILT_IN[model_name(spec)], spec)
-    check_sensor(BUILT_IN[model_name(spec)], spec, every=1, latency=0)
-    check_sensor(BUILT_IN[model_name(spec)], spec, jitter=2)
-    check_sensor(BUILT_IN[model_name(spec)], spec, every=1, latency=0, jitter=3)
 
 
 class Broken:

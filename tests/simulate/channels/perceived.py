@@ -1,12 +1,64 @@
 """What a channel has perceived, made up for tests of what is decided by it."""
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from adeye.signals import Bools, Floats, parameter_record
+from adeye.ports import Observation
+from adeye.signals import Bools, Floats, RoadMap, parameter_record
+from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.perception.step import NOTE_END, NOTE_WIDTH, Seen
 from adeye.simulate.channels.perception.tracking import Sample
+from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
+
+LINKS = ("front", "pose")
+SENSORS = {"front": "radar", "pose": "localisation", "truth": "ground_truth"}
+
+
+def shown(  # noqa: PLR0913 - each is one thing that a test may want to set
+    ego: Any,
+    objects: Any = (),
+    time: float = 0.0,
+    *,
+    links: Sequence[str] = LINKS,
+    road: RoadMap | None = None,
+    stamp: float | None = None,
+    alive: bool = True,
+    sight: float = math.inf,
+    protect: bool = False,
+) -> Observation:
+    """Show an ego and objects to a channel that is linked to sensors without error.
+
+    Args:
+        ego: x, y, heading, speed and what else is not zero of its state; or a row for each run.
+        objects: x, y, heading, speed and acceleration of each, the same in every run.
+        time: Of the tick [s].
+        links: ``pose``, ``truth``, or any other name of a radar.
+        road: A straight one unless given.
+        stamp: Time of the pose, if it is another one [s].
+        alive: Whether the radars are.
+        sight: Of the radars [m].
+        protect: As for a plug-in.
+    """
+    given = np.atleast_2d(np.asarray(ego, dtype=np.float64))
+    runs = len(given)
+    egos = np.zeros((runs, 7))
+    egos[:, : given.shape[1]] = given
+    things = np.tile(np.asarray(objects, dtype=np.float64).reshape(1, -1, 5), (runs, 1, 1))
+    where = road or straight_road(runs)
+    readings = {}
+    for link in links:
+        if link == "pose":
+            readings[link] = pose_measurement(where, egos, time if stamp is None else stamp)
+        elif link == "truth":
+            readings[link] = object_measurement(egos, things, time, road=where)
+        else:
+            readings[link] = object_measurement(egos, things, time, sight=sight)
+            readings[link].alive[:] = alive
+    running = np.ones(runs, dtype=np.bool_)
+    return observe(links, time, readings, {}, None, running, protect=protect)
 
 
 def perceived(fields: dict[str, Any], pose: Floats, tracks: Floats, segments: Floats) -> Seen:

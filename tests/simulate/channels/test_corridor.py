@@ -78,17 +78,36 @@ def view(
     return path
 
 
-def test_empty_road_has_an_infinite_gap_and_requires_nothing() -> None:
-    path = view()
-    assert path[PATH_GAP] == np.inf
-    assert path[PATH_REQUIRED] == 0.0
+PATHS: dict[str, tuple[tuple[float, float, float, float], float, float]] = {
+    "from bumper to bumper": ((40.0, 0.0, 12.0, 0.0), 35.5, 8.0**2 / 71.0),
+    "in the left lane": ((40.0, 3.5, 0.0, 0.0), np.inf, 0.0),
+    "in the right lane": ((40.0, -3.5, 0.0, 0.0), np.inf, 0.0),
+    "just beyond the margin": ((40.0, 2.2, 0.0, 0.0), np.inf, 0.0),
+    "reaches into the margin": ((40.0, 2.0, 0.0, 0.0), 35.5, 20.0**2 / 71.0),
+    "behind": ((-10.0, 0.0, 30.0, 0.0), np.inf, 0.0),
+    "oncoming is to be stopped for": ((60.0, 0.0, -10.0, 0.0), 55.5, 20.0**2 / 111.0),
+    "cuts in within a second": ((40.0, 3.5, 20.0, -1.5), 35.5, 0.0),
+    "cuts in later": ((40.0, 3.5, 20.0, -0.6), np.inf, 0.0),
+    # At 20 m/s the ego is 2 s away; at 1.5 m/s the pedestrian enters after 1.8 s.
+    "crosses and meets the ego": ((44.5, -4.8, 0.0, 1.5), 40.0, 20.0**2 / 80.0),
+    "crosses after the ego": ((14.5, -4.8, 0.0, 1.5), np.inf, 0.0),
+    "crosses before the ego": ((140.0, -4.8, 0.0, 1.5), np.inf, 0.0),
+    "walks away": ((44.5, -4.8, 0.0, -1.5), np.inf, 0.0),
+    "walks along": ((44.5, -4.8, 1.5, 0.0), np.inf, 0.0),
+    "contact": ((4.0, 0.0, 0.0, 0.0), -0.5, np.inf),
+}
+"""An object, the gap to what is followed, and the deceleration that is required."""
 
 
-def test_object_ahead_in_the_lane_is_followed_bumper_to_bumper() -> None:
-    path = view((40.0, 0.0, 12.0, 0.0))
-    assert path[PATH_GAP] == pytest.approx(35.5)
-    assert path[PATH_SPEED] == pytest.approx(12.0)
-    assert path[PATH_REQUIRED] == pytest.approx(8.0**2 / (2.0 * 35.5))
+def test_path_has_what_is_or_comes_ahead_in_the_lane() -> None:
+    for name, (thing, gap, required) in PATHS.items():
+        path = view(thing)
+        found = path[PATH_GAP], path[PATH_REQUIRED]
+        assert found == (pytest.approx(gap), pytest.approx(required)), name
+    assert view((40.0, 0.0, 12.0, 0.0))[PATH_SPEED] == pytest.approx(12.0)
+    assert view((60.0, 0.0, -10.0, 0.0))[PATH_SPEED] == 0.0
+    empty = view()
+    assert (empty[PATH_GAP], empty[PATH_REQUIRED]) == (np.inf, 0.0)
 
 
 def test_nearest_is_followed_and_the_most_demanding_is_required() -> None:
@@ -97,13 +116,10 @@ def test_nearest_is_followed_and_the_most_demanding_is_required() -> None:
     assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 75.5))
 
 
-@pytest.mark.parametrize("y", [3.5, -3.5, 2.2])
-def test_object_in_the_next_lane_is_not_in_the_path(y: float) -> None:
-    assert view((40.0, y, 0.0, 0.0))[PATH_GAP] == np.inf
-
-
-def test_object_that_reaches_into_the_margin_is_in_the_path() -> None:
-    assert view((40.0, 2.0, 0.0, 0.0))[PATH_GAP] == pytest.approx(35.5)
+def test_object_on_the_way_back_counts_and_one_of_unsure_speed_does_not_yet() -> None:
+    for y in (0.0, 1.5):
+        assert view((40.0, y, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
+    assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[PATH_GAP] == np.inf
 
 
 @pytest.mark.slow
@@ -116,20 +132,6 @@ def test_braking_of_the_object_ahead_counts_until_it_stands() -> None:
     assert standing[PATH_REQUIRED] == pytest.approx(20.0**2 / 71.0)
 
 
-def test_object_behind_is_not_in_the_path() -> None:
-    assert view((-10.0, 0.0, 30.0, 0.0))[PATH_GAP] == np.inf
-
-
-def test_unconfirmed_speed_does_not_count_yet() -> None:
-    assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[PATH_GAP] == np.inf
-
-
-@pytest.mark.slow
-def test_object_on_the_way_back_to_the_lane_centre_is_in_the_path() -> None:
-    assert view((40.0, 1.5, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
-    assert view((40.0, 0.0, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
-
-
 def test_path_follows_the_curve() -> None:
     radius = 200.0
     straight_on = view((80.0, 0.0, 0.0, 0.0), curvature=1.0 / radius)
@@ -140,37 +142,9 @@ def test_path_follows_the_curve() -> None:
     assert in_the_lane[PATH_GAP] == pytest.approx((radius - LANE) * angle - 4.5, rel=1e-6)
 
 
-def test_oncoming_object_is_to_be_stopped_for() -> None:
-    path = view((60.0, 0.0, -10.0, 0.0))
-    assert path[PATH_SPEED] == 0.0
-    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 55.5))
-
-
-def test_cutting_in_counts_within_a_second_of_entering() -> None:
-    assert view((40.0, 3.5, 20.0, -1.5))[PATH_GAP] == pytest.approx(35.5)
-    assert view((40.0, 3.5, 20.0, -0.6))[PATH_GAP] == np.inf
-
-
-def test_crossing_pedestrian_counts_when_both_come_together() -> None:
-    # At 20 m/s the ego is 2 s away; at 1.5 m/s the pedestrian enters after 1.8 s.
-    together = view((44.5, -4.8, 0.0, 1.5))
-    assert together[PATH_REQUIRED] == pytest.approx(20.0**2 / 80.0)
-    assert view((14.5, -4.8, 0.0, 1.5))[PATH_REQUIRED] == 0.0
-    assert view((140.0, -4.8, 0.0, 1.5))[PATH_REQUIRED] == 0.0
-
-
-def test_pedestrian_walking_away_or_along_does_not_count() -> None:
-    assert view((44.5, -4.8, 0.0, -1.5))[PATH_REQUIRED] == 0.0
-    assert view((44.5, -4.8, 1.5, 0.0))[PATH_REQUIRED] == 0.0
-
-
-def test_contact_requires_without_bound() -> None:
-    assert view((4.0, 0.0, 0.0, 0.0))[PATH_REQUIRED] == np.inf
-
-
-@pytest.mark.parametrize(("d", "offset"), [(7.0, 1.0), (5.5, 0.0), (4.0, -1.0)])
-def test_offset_is_from_the_strip_between_path_and_ego(d: float, offset: float) -> None:
-    assert offset_from_corridor(d, 5.0, 6.0) == offset
+def test_offset_is_from_the_strip_between_path_and_ego() -> None:
+    for d, offset in ((7.0, 1.0), (5.5, 0.0), (4.0, -1.0)):
+        assert offset_from_corridor(d, 5.0, 6.0) == offset
 
 
 def test_use_of_the_path_grows_with_inward_speed() -> None:
@@ -210,10 +184,10 @@ def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_paramet
     assert safety["desired_speed"] == 30.0
 
 
-@pytest.mark.parametrize(("d", "lane"), [(-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)])
-def test_place_off_the_lanes_belongs_to_the_outermost_lane(d: float, lane: int) -> None:
-    assert lane_at(d, 3.5, 3) == lane
-    assert path_of_lane(RECORD, d) == pytest.approx(3.5 * lane + 1.75)
+def test_place_off_the_lanes_belongs_to_the_outermost_lane() -> None:
+    for d, lane in ((-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)):
+        assert lane_at(d, 3.5, 3) == lane
+        assert path_of_lane(RECORD, d) == pytest.approx(3.5 * lane + 1.75)
 
 
 def test_ego_left_of_its_path_steers_right() -> None:
@@ -241,10 +215,7 @@ def test_curve_ahead_slows_down_before_it() -> None:
     assert allowed_speed(RECORD, segments, pose(speed=5.0), 0.0) == 30.0
 
 
-def test_standing_ego_is_held_while_it_may_not_go() -> None:
+def test_standing_ego_is_held_while_it_may_not_go_and_nobody_brakes_harder_than_allowed() -> None:
     assert follow(RECORD, 0.0, 30.0, 3.0, 0.0, 3.5) == -HOLD_DECELERATION
     assert follow(RECORD, 0.0, 30.0, 30.0, 0.0, 3.5) > 0.0
-
-
-def test_following_never_brakes_harder_than_allowed() -> None:
     assert follow(RECORD, 30.0, 30.0, 5.0, 0.0, 3.5) == -3.5

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.signals import OK, SILENT, Observation
+from adeye.signals import OK, SILENT, ControlCommand, Observation
 from adeye.simulate.channels import make_channel
 from adeye.simulate.channels.factory import BUILT_IN
-from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.testing import channel_context, check_channel
 
 SCALAR = """
@@ -54,59 +53,30 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def observation() -> Observation:
-    return Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_))
+def answered(kind: str, folder: Path, **parameters: float) -> ControlCommand:
+    """Make a channel, tell it its parameters, and ask it once."""
+    channel = make_channel(kind, folder)
+    channel.reset(channel_context(parameters, links=(), sensors={}))
+    return channel.act(Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_)))
 
 
 def test_built_in_kinds_are_these() -> None:
     assert set(BUILT_IN) == {"nominal", "safety", "trajectory", "reference"}
 
 
-def test_policy_is_contained_like_a_plugin(folder: Path) -> None:
-    channel = make_channel("policy", folder)
-    channel.reset(channel_context({}, links=(), sensors={}))
-    assert channel.act(observation()).status.tolist() == [SILENT]
-
-
-def test_scalar_plugin_gets_its_parameter_model(folder: Path) -> None:
-    channel = make_channel("./mine.py:Mine", folder)
-    channel.reset(channel_context({"gain": 0.25}, links=(), sensors={}))
-    assert channel.act(observation()).acceleration.tolist() == [0.25]
-
-
-def test_batch_plugin_keeps_its_monitors(folder: Path) -> None:
-    channel = make_channel("./mine.py:Batch", folder)
-    assert channel.monitor_ids == ("own",)
-    channel.reset(channel_context({}, links=(), sensors={}))
-    assert channel.act(observation()).status.tolist() == [OK]
-
-
-def test_plugin_whose_constructor_fails_is_silent(folder: Path) -> None:
-    channel = make_channel("./mine.py:Failing", folder)
-    channel.reset(channel_context({}, links=(), sensors={}))
-    assert channel.act(observation()).status.tolist() == [SILENT]
-
-
-def test_class_without_act_is_no_channel(folder: Path) -> None:
+def test_plugin_and_policy_are_contained_where_they_cannot_be_made(folder: Path) -> None:
+    for kind in ("policy", "./mine.py:Failing"):
+        assert answered(kind, folder).status.tolist() == [SILENT]
     with pytest.raises(SpecError, match=r"no act\(\)"):
         make_channel("./mine.py:NoChannel", folder)
 
 
-def test_wrong_parameter_is_an_input_error_with_its_path(folder: Path) -> None:
-    channel = make_channel("./mine.py:Mine", folder)
+def test_plugin_gets_its_parameters_and_keeps_its_monitors(folder: Path) -> None:
+    assert answered("./mine.py:Mine", folder, gain=0.25).acceleration.tolist() == [0.25]
     with pytest.raises(SpecError, match=r"channels\.tested\.parameters\.gian"):
-        channel.reset(channel_context({"gian": 1.0}, links=(), sensors={}))
-
-
-@pytest.mark.slow
-def test_built_in_channels_conform() -> None:
-    check_channel(lambda: make_channel("nominal", Path()), NominalParameters())
-    check_channel(
-        lambda: make_channel("safety", Path()),
-        SafetyParameters(),
-        links=("truth", "channels.nominal", "switch"),
-        sensors={"truth": "ground_truth"},
-    )
+        answered("./mine.py:Mine", folder, gian=1.0)
+    assert make_channel("./mine.py:Batch", folder).monitor_ids == ("own",)
+    assert answered("./mine.py:Batch", folder).status.tolist() == [OK]
 
 
 @pytest.mark.slow

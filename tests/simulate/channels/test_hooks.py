@@ -22,18 +22,15 @@ from adeye.signals import (
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.hooks import HOOKS, SAFETY_HOOKS, Hooks
-from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.safety import PlannedSafetyChannel, SafetyChannel
 from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
 from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import ScriptedChannel, World, channel_context, drive
-from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
 from tests.project import ROOT
+from tests.simulate.channels.perceived import LINKS, SENSORS, shown
 
 STEP, LANE = 0.05, 5.25
-LINKS = ("front", "pose")
-SENSORS = {"front": "radar", "pose": "localisation"}
 ONSET, END, TICKS = 8, 16, 30
 FIRST = np.array([True, False])
 BOTH: list[tuple[Any, Any]] = [
@@ -55,33 +52,20 @@ def play(
     kind: Any, parameters: Any, hook: str = "", size: float = 1.0, gap: float = 120.0
 ) -> list[ControlCommand]:
     """Drive two runs at 20 m/s towards something that stands; the fault is in the first one."""
-    channel = kind()
+    channel, given = kind(), []
     channel.reset(channel_context(parameters, links=LINKS, sensors=SENSORS, runs=2))
-    road, running, given = straight_road(2), np.ones(2, dtype=np.bool_), []
     for tick in range(TICKS):
-        time = STEP * tick
         if hook and tick in {ONSET, END}:
-            channel.inject(
-                hook, FIRST if tick == ONSET else np.zeros(2, dtype=np.bool_), np.full(2, size)
-            )
-        ego = np.array([[20.0 * time, LANE + 0.1, 0.0, 20.0, 0.0, 0.0, 0.0]] * 2)
-        front = object_measurement(ego, np.array([[[gap, LANE, 0.0, 0.0, 0.0]]] * 2), time)
-        readings = {"front": front, "pose": pose_measurement(road, ego, time)}
-        seen = observe(LINKS, time, readings, {}, None, running, protect=False)
-        given.append(channel.act(seen))
+            channel.inject(hook, FIRST & (tick == ONSET), np.full(2, size))
+        ego = [[20.0 * STEP * tick, LANE + 0.1, 0.0, 20.0]] * 2
+        given.append(channel.act(shown(ego, [gap, LANE, 0.0, 0.0, 0.0], STEP * tick)))
     return given
 
 
-def bits(command: ControlCommand, run: int) -> bytes:
-    arrays = (
-        command.acceleration,
-        command.steering_angle,
-        command.status,
-        command.tracks,
-        command.monitors,
-    )
-    plan = b"" if command.plan is None else command.plan[run].tobytes()
-    return b"|".join(item[run].tobytes() for item in arrays if item is not None) + plan
+def bits(command: ControlCommand, run: int = 0) -> bytes:
+    names = ("acceleration", "steering_angle", "status", "tracks", "monitors", "plan")
+    arrays = [getattr(command, name) for name in names]
+    return b"|".join(item[run].tobytes() for item in arrays if item is not None)
 
 
 @pytest.mark.slow
@@ -90,35 +74,29 @@ def bits(command: ControlCommand, run: int) -> bytes:
 def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, hook: str) -> None:
     plain, faulty = play(kind, parameters), play(kind, parameters, hook, 0.5)
     assert [bits(item, 1) for item in faulty] == [bits(item, 1) for item in plain]
-    differ = [tick for tick in range(TICKS) if bits(faulty[tick], 0) != bits(plain[tick], 0)]
+    differ = [tick for tick in range(TICKS) if bits(faulty[tick]) != bits(plain[tick])]
     assert differ[0] == ONSET
 
 
 @ALL
 def test_map_shifted_by_nothing_changes_no_bit(kind: Any, parameters: Any) -> None:
     plain, faulty = play(kind, parameters), play(kind, parameters, "map_shifted", 0.0)
-    assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
+    assert list(map(bits, faulty)) == list(map(bits, plain))
 
 
 @pytest.mark.parametrize("hook", ["map_shifted", "planner_frozen"])
 def test_nominal_channel_is_what_it_would_be_after_the_end(hook: str) -> None:
     # Far enough that no emergency is remembered.
-    plain = play(*BOTH[0], gap=900.0)
-    faulty = play(*BOTH[0], hook, 0.5, gap=900.0)
-    after = range(END, TICKS)
-    assert [bits(faulty[tick], 0) for tick in after] == [bits(plain[tick], 0) for tick in after]
+    plain, faulty = play(*BOTH[0], gap=900.0), play(*BOTH[0], hook, 0.5, gap=900.0)
+    assert list(map(bits, faulty[END:])) == list(map(bits, plain[END:]))
 
 
 @KINDS
 def test_lost_tracks_come_back_after_as_many_samples_as_confirm_them(
     kind: Any, parameters: Any
 ) -> None:
-    def shown(item: ControlCommand) -> bool:
-        assert item.tracks is not None
-        return bool(np.isfinite(item.tracks[0]).any())
-
-    faulty = play(kind, parameters, "tracks_lost")
-    told = [shown(item) for item in faulty]
+    tracks = [item.tracks for item in play(kind, parameters, "tracks_lost")]
+    told = [rows is not None and bool(np.isfinite(rows[0]).any()) for rows in tracks]
     back = END + parameters.confirm_hits - 1
     assert told[ONSET - 1]
     assert told[ONSET:] == [False] * (back - ONSET) + [True] * (TICKS - back)
@@ -170,7 +148,7 @@ def test_frozen_monitors_that_nothing_would_change_change_no_bit(
 ) -> None:
     plain = play(kind, parameters, gap=900.0)
     faulty = play(kind, parameters, "monitors_frozen", gap=900.0)
-    assert [bits(item, 0) for item in faulty] == [bits(item, 0) for item in plain]
+    assert list(map(bits, faulty)) == list(map(bits, plain))
 
 
 @pytest.mark.slow
@@ -185,21 +163,21 @@ def test_monitors_and_requests_go_on_while_the_planner_of_a_stop_is_frozen(
     frozen = [item.acceleration[0] for item in faulty[ONSET:END]]
     assert frozen == [last] * (END - ONSET)
     assert plain[END - 1].acceleration[0] < last - 1.0
-    assert bits(faulty[END], 0) == bits(plain[END], 0)
+    assert bits(faulty[END]) == bits(plain[END])
 
 
-@pytest.mark.parametrize("status", [DEGRADED, FAULT, REQUESTS_AUTHORITY])
-def test_frozen_planner_says_ok_whatever_it_has_found(status: int) -> None:
-    def said(acceleration: float) -> ControlCommand:
+def test_frozen_planner_says_ok_whatever_it_has_found() -> None:
+    def said(acceleration: float, status: int) -> ControlCommand:
         one = np.array([acceleration, acceleration])
         return ControlCommand("n", one, 0.1 * one, np.zeros(2), np.full(2, status))
 
-    hooks = Hooks()
-    hooks.answer(said(1.0))
-    hooks.inject("planner_frozen", FIRST, np.ones(2))
-    found = hooks.answer(said(-2.0))
-    assert found.acceleration.tolist() == [1.0, -2.0]
-    assert found.status.tolist() == [OK, status]
+    for status in (DEGRADED, FAULT, REQUESTS_AUTHORITY):
+        hooks = Hooks()
+        hooks.answer(said(1.0, status))
+        hooks.inject("planner_frozen", FIRST, np.ones(2))
+        found = hooks.answer(said(-2.0, status))
+        assert found.acceleration.tolist() == [1.0, -2.0]
+        assert found.status.tolist() == [OK, status]
 
 
 def test_ego_drives_beside_its_lane_by_what_the_map_is_shifted() -> None:
@@ -219,26 +197,20 @@ class Hooked(ScriptedChannel):
         raise RuntimeError(hook)
 
 
-def test_hook_that_raises_makes_the_channel_silent() -> None:
+def test_hook_that_raises_makes_the_channel_silent_and_one_not_offered_is_refused() -> None:
     guarded = GuardedChannel(Hooked((1.0,)))
     assert isinstance(guarded, HookedChannel)
     assert guarded.hooks == ("planner_frozen",)
     guarded.reset(channel_context(None, links=(), sensors={}, runs=2))
-    running = np.ones(2, dtype=np.bool_)
-    guarded.act(observe((), 0.0, {}, {}, None, running, protect=True))
+    with pytest.raises(SpecError, match="has no hook map_shifted"):
+        guarded.inject("map_shifted", FIRST, np.ones(2))
+    guarded.act(shown(np.zeros((2, 7)), links=(), protect=True))
     guarded.inject("planner_frozen", FIRST, np.ones(2))
-    command = guarded.act(observe((), 0.05, {}, {}, None, running, protect=True))
+    command = guarded.act(shown(np.zeros((2, 7)), time=0.05, links=(), protect=True))
     assert command.status.tolist() == [SILENT, SILENT]
     event = guarded.events[0]
     assert event is not None
     assert event.outcome == "channel_error"
-
-
-def test_hook_that_a_channel_does_not_offer_is_refused() -> None:
-    guarded = GuardedChannel(Hooked((1.0,)))
-    guarded.reset(channel_context(None, links=(), sensors={}, runs=2))
-    with pytest.raises(SpecError, match="has no hook map_shifted"):
-        guarded.inject("map_shifted", FIRST, np.ones(2))
 
 
 @pytest.mark.parametrize(("kind", "hooks"), [("nominal", HOOKS), ("safety", SAFETY_HOOKS)])

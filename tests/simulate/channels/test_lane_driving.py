@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from adeye.signals import DEGRADED, FAULT, OK
-from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
 from adeye.spec.channels import NominalParameters, TrajectoryParameters
 from adeye.testing import Drive, World, channel_context, check_channel, drive
-from adeye.testing.scenes import ego_estimate, object_measurement, pose_measurement, straight_road
+from adeye.testing.scenes import ego_estimate, straight_road
+from tests.simulate.channels.perceived import LINKS, SENSORS, shown
 
-LINKS = ("front", "pose")
-SENSORS = {"front": "radar", "pose": "localisation"}
 LANE = 5.25
 CHANNELS: dict[str, Any] = {
     "nominal": (NominalChannel, NominalParameters),
@@ -153,9 +151,5 @@ def test_without_ego_estimate_the_channel_is_in_fault(kind: str) -> None:
 
 @by_both
 def test_dead_sensor_degrades_the_channel(kind: str) -> None:
-    ego = np.array([[0.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
-    front = object_measurement(ego, np.zeros((1, 0, 5)), 0.0)
-    front.alive[:] = False
-    readings = {"front": front, "pose": pose_measurement(straight_road(), ego, 0.0)}
-    seen = observe(LINKS, 0.0, readings, {}, None, np.ones(1, dtype=np.bool_), protect=False)
+    seen = shown([0.0, LANE, 0.0, 20.0], alive=False)
     assert made(kind).act(seen).status.tolist() == [DEGRADED]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import SILENT, Authority, ControlCommand, Measurement
-from adeye.simulate.channels.links import View, linked_channels, no_command, observe
+from adeye.simulate.channels.links import View, linked_channels, observe
 
 
 def measurement() -> Measurement:
@@ -90,12 +90,6 @@ def test_protected_observation_cannot_alter_the_truth() -> None:
 
 def test_linked_channels_are_listed_in_order() -> None:
     assert linked_channels(("front", "channels.b", "switch", "channels.a")) == ("b", "a")
-
-
-def test_no_command_is_silent_and_never_stamped() -> None:
-    nothing = no_command("a", 3)
-    assert nothing.status.tolist() == [SILENT] * 3
-    assert nothing.stamp.tolist() == [-1.0] * 3
 
 
 def test_view_shows_what_is_behind_each_link_and_another_thing_instead() -> None:

@@ -1,39 +1,28 @@
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import FAULT, OK, Measurement
+from adeye.signals import FAULT, OK
 from adeye.simulate import engine
-from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.nominal import RELEASE, NominalChannel, is_emergency
 from adeye.spec.channels import NominalParameters
 from adeye.spec.load import load_odd
 from adeye.sweep.expand import expand
 from adeye.testing import Drive, World, channel_context, drive
-from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
 from tests.project import CANDIDATE, Project
+from tests.simulate.channels.perceived import LINKS, SENSORS, shown
 
-LINKS = ("front", "pose")
 LANE = 5.25
 THRESHOLD = NominalParameters().emergency_threshold
 
 
-def nominal(
-    *, links: Sequence[str] = LINKS, desired: float = 30.0, road: Any = None, **parameters: Any
-) -> NominalChannel:
+def nominal(*, desired: float = 30.0, road: Any = None, **parameters: Any) -> NominalChannel:
     channel = NominalChannel()
-    sensors = {"front": "radar", "pose": "localisation"}
+    made = NominalParameters.model_validate(parameters)
     channel.reset(
-        channel_context(
-            NominalParameters.model_validate(parameters),
-            links=links,
-            sensors={name: sensors[name] for name in links},
-            desired_speed=desired,
-            road=road,
-        )
+        channel_context(made, links=LINKS, sensors=SENSORS, desired_speed=desired, road=road)
     )
     return channel
 
@@ -55,16 +44,10 @@ def test_emergency_braking_is_used_only_above_its_threshold() -> None:
 
 
 def test_channel_is_in_fault_until_the_first_estimate_arrives_and_when_it_stays_away() -> None:
-    channel, road = nominal(), straight_road()
-    ego = np.array([[0.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
-    nothing = pose_measurement(road, ego, -1.0)
-    sample = pose_measurement(road, ego, 0.05)
-    front = object_measurement(ego, np.zeros((1, 0, 5)), 0.0)
-    running = np.ones(1, dtype=np.bool_)
+    channel = nominal()
     statuses = []
     for tick in range(16):
-        readings: dict[str, Measurement] = {"front": front, "pose": sample if tick else nothing}
-        seen = observe(LINKS, 0.05 * tick, readings, {}, None, running, protect=False)
+        seen = shown([0.0, LANE, 0.0, 20.0], time=0.05 * tick, stamp=0.05 if tick else -1.0)
         statuses.append(int(channel.act(seen).status[0]))
     assert statuses[0] == FAULT
     assert statuses[1:12] == [OK] * 11
@@ -72,16 +55,10 @@ def test_channel_is_in_fault_until_the_first_estimate_arrives_and_when_it_stays_
 
 
 def test_tracks_are_shown_in_the_command() -> None:
-    channel, road = nominal(), straight_road()
+    channel = nominal()
     for tick in range(10):
         time = 0.05 * tick
-        ego = np.array([[20.0 * time, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
-        objects = np.array([[[60.0, LANE, 0.0, 0.0, 0.0]]])
-        readings = {
-            "front": object_measurement(ego, objects, time),
-            "pose": pose_measurement(road, ego, time),
-        }
-        seen = observe(LINKS, time, readings, {}, None, np.ones(1, dtype=np.bool_), protect=False)
+        seen = shown([20.0 * time, LANE, 0.0, 20.0], [60.0, LANE, 0.0, 0.0, 0.0], time)
         command = channel.act(seen)
     assert command.tracks is not None
     assert command.tracks.shape == (1, 8, 6)
@@ -90,19 +67,12 @@ def test_tracks_are_shown_in_the_command() -> None:
 
 def test_object_that_vanishes_close_ahead_of_the_standing_ego_is_not_driven_into() -> None:
     """A narrow sensor does not see what it stands in front of."""
-    channel, road = nominal(), straight_road()
-    running = np.ones(1, dtype=np.bool_)
+    channel = nominal()
     for tick in range(400):
         time = 0.05 * tick
-        speed = 2.0 if time < 1.0 else 0.0
-        ego = np.array([[min(2.0 * time, 2.0), LANE, 0.0, speed, 0.0, 0.0, 0.0]])
-        objects = np.array([[[8.0, LANE, 0.0, 0.0, 0.0]]])
-        readings = {
-            "front": object_measurement(ego, objects, time, sight=100.0 if time < 2.0 else 1.0),
-            "pose": pose_measurement(road, ego, time),
-        }
-        seen = observe(LINKS, time, readings, {}, None, running, protect=False)
-        command = channel.act(seen)
+        ego = [min(2.0 * time, 2.0), LANE, 0.0, 2.0 if time < 1.0 else 0.0]
+        sight = 100.0 if time < 2.0 else 1.0
+        command = channel.act(shown(ego, [8.0, LANE, 0.0, 0.0, 0.0], time, sight=sight))
     assert command.acceleration[0] < 0.0
 
 
@@ -164,16 +134,15 @@ def test_corner_radars_spare_some_late_cut_ins_and_spoil_hardly_any(
     assert np.count_nonzero(many & ~few) <= 2
 
 
-def test_emergency_begins_at_the_threshold_and_not_below() -> None:
-    assert is_emergency(was=False, required=THRESHOLD, threshold=THRESHOLD)
-    assert not is_emergency(was=False, required=THRESHOLD - 1e-9, threshold=THRESHOLD)
-
-
-def test_emergency_goes_on_until_the_threat_is_gone() -> None:
-    assert is_emergency(was=True, required=0.5 * THRESHOLD, threshold=THRESHOLD)
-    assert not is_emergency(was=True, required=RELEASE * THRESHOLD, threshold=THRESHOLD)
-    assert not is_emergency(was=True, required=0.0, threshold=THRESHOLD)
-
-
-def test_contact_ahead_is_an_emergency() -> None:
-    assert is_emergency(was=False, required=math.inf, threshold=THRESHOLD)
+def test_emergency_begins_at_the_threshold_and_goes_on_until_the_threat_is_gone() -> None:
+    for was, share, expected in (
+        (False, 1.0, True),
+        (False, 1.0 - 1e-9, False),
+        (False, math.inf, True),
+        (True, 0.5, True),
+        (True, RELEASE, False),
+        (True, 0.0, False),
+    ):
+        required = share * THRESHOLD
+        found = is_emergency(was=was, required=required, threshold=THRESHOLD)
+        assert found is expected, (was, share)

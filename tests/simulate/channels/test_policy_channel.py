@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.signals import DEGRADED, FAULT, OK, SILENT, ControlCommand, Floats, Observation
+from adeye.signals import DEGRADED, FAULT, OK, SILENT, ControlCommand, Floats
 from adeye.simulate.channels.driving import channel_records
 from adeye.simulate.channels.factory import make_channel
-from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.policy import (
     EGO_FEATURES,
     OBJECT_FEATURES,
@@ -27,13 +26,12 @@ from adeye.simulate.channels.policy import (
 )
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import World, channel_context, check_channel, drive
-from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road
+from adeye.testing.scenes import passenger_car
+from tests.simulate.channels.perceived import LINKS, SENSORS, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-LINKS = ("front", "pose")
-SENSORS = {"front": "radar", "pose": "localisation"}
 LANE = 5.25
 
 POLICIES = '''
@@ -115,7 +113,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def parameters(name: str, **more: Any) -> PolicyParameters:
+def parameters(name: str = "still", **more: Any) -> PolicyParameters:
     values = {"policy": f"./mine.py:{name}", "normalised": False} | more
     return PolicyParameters.model_validate(values)
 
@@ -128,17 +126,10 @@ def made(folder: Path, name: str, *, runs: int = 1, **more: Any) -> Any:
 
 
 def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True) -> ControlCommand:
-    runs, road = len(speeds), straight_road(len(speeds))
     for tick in range(ticks):
         time = 0.05 * tick
-        ego = np.zeros((runs, 7))
-        ego[:, 3] = speeds
-        ego[:, 0], ego[:, 1] = ego[:, 3] * time, LANE
-        front = object_measurement(ego, np.zeros((runs, 0, 5)), time)
-        front.alive[:] = alive
-        readings = {"front": front, "pose": pose_measurement(road, ego, time)}
-        running = np.ones(runs, dtype=np.bool_)
-        answer = channel.act(observe(LINKS, time, readings, {}, None, running, protect=True))
+        ego = [[speed * time, LANE, 0.0, speed] for speed in speeds]
+        answer = channel.act(shown(ego, time=time, alive=alive, protect=True))
     return answer  # type: ignore[no-any-return]
 
 
@@ -165,17 +156,13 @@ def test_exception_silences_the_run_that_it_is_raised_in_and_no_other(folder: Pa
     assert "too fast for me (mine.py:" in channel.events[1].detail
 
 
-@pytest.mark.parametrize(
-    ("name", "detail"),
-    [("three", "shape (3,)"), ("words", "not numbers"), ("not_finite", "no finite number")],
-)
-def test_answer_that_is_no_action_is_an_invalid_output(
-    folder: Path, name: str, detail: str
-) -> None:
-    channel = made(folder, name)
-    assert ask(channel, [20.0]).status.tolist() == [SILENT]
-    assert channel.events[0].outcome == "channel_invalid_output"
-    assert detail in channel.events[0].detail
+def test_answer_that_is_no_action_is_an_invalid_output(folder: Path) -> None:
+    wrong = {"three": "shape (3,)", "words": "not numbers", "not_finite": "no finite number"}
+    for name, detail in wrong.items():
+        channel = made(folder, name)
+        assert ask(channel, [20.0]).status.tolist() == [SILENT]
+        assert channel.events[0].outcome == "channel_invalid_output"
+        assert detail in channel.events[0].detail
 
 
 @pytest.mark.slow
@@ -183,12 +170,7 @@ def test_action_is_cut_to_what_the_vehicle_can_follow(folder: Path) -> None:
     answer = ask(made(folder, "beyond"), [20.0])
     assert answer.acceleration.tolist() == [3.0]
     assert answer.steering_angle[0] == pytest.approx(-np.radians(35.0))
-
-
-@pytest.mark.slow
-def test_normalised_action_is_a_share_of_the_limits(folder: Path) -> None:
-    answer = ask(made(folder, "beyond", normalised=True), [20.0])
-    assert answer.acceleration.tolist() == [3.0]
+    assert ask(made(folder, "beyond", normalised=True), [20.0]).acceleration.tolist() == [3.0]
 
 
 def test_predictor_is_asked_deterministically_and_gets_its_state_back(folder: Path) -> None:
@@ -209,54 +191,33 @@ def test_flat_observation_is_one_row(folder: Path) -> None:
 def test_dead_sensor_degrades_and_a_missing_estimate_is_a_fault(folder: Path) -> None:
     assert ask(made(folder, "still"), [20.0], alive=False).status.tolist() == [DEGRADED]
     channel = make_channel("policy", folder)
-    only = channel_context(parameters("still"), links=("front",), sensors={"front": "radar"})
+    only = channel_context(parameters(), links=("front",), sensors={"front": "radar"})
     channel.reset(only)
-    front = object_measurement(np.zeros((1, 7)), np.zeros((1, 0, 5)), 0.0)
-    running = np.ones(1, dtype=np.bool_)
-    seen = observe(("front",), 0.0, {"front": front}, {}, None, running, protect=True)
+    seen = shown(np.zeros(7), links=("front",), protect=True)
     assert channel.act(seen).status.tolist() == [FAULT]
-
-
-def test_function_object_and_class_are_policies(folder: Path) -> None:
-    for name in ("keep", "network", "Predictor", "Batched"):
-        assert load_policy(f"./mine.py:{name}", folder).source_digest
 
 
 def test_missing_policy_names_functions_objects_and_classes_of_the_file(folder: Path) -> None:
     with pytest.raises(SpecError) as caught:
         load_policy("./mine.py:qqq", folder)
     offered = caught.value.remedy.removeprefix("Allowed: ").removesuffix(".").split(", ")
-    assert {"keep", "network", "Predictor", "Batched"} <= set(offered)
+    policies = {"keep", "network", "Predictor", "Batched"}
+    assert policies <= set(offered)
+    assert all(load_policy(f"./mine.py:{name}", folder).source_digest for name in policies)
     assert not {"number", "np", "nothing"} & set(offered)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"), [("number", "is no policy"), ("nothing", "has no 'nothing'")]
-)
-def test_what_is_no_policy_is_refused(folder: Path, name: str, message: str) -> None:
-    with pytest.raises(SpecError, match=message):
-        load_policy(f"./mine.py:{name}", folder)
-
-
-def parameters_observation(**more: Any) -> PolicyParameters:
-    return PolicyParameters.model_validate({"policy": "./p.py:p", "normalised": False} | more)
+    for name, message in (("number", "is no policy"), ("nothing", "has no 'nothing'")):
+        with pytest.raises(SpecError, match=message):
+            load_policy(f"./mine.py:{name}", folder)
 
 
 def observed(objects: list[list[float]], asked: PolicyParameters, ticks: int = 10) -> Any:
-    road = straight_road()
-    links, sensors = ("front", "pose"), {"front": "radar", "pose": "localisation"}
-    context = channel_context(asked, links=links, sensors=sensors)
+    context = channel_context(asked, links=LINKS, sensors=SENSORS)
     fields = {"confirm_hits": 3.0, "coast": 0.5, "gate": 4.0}
-    seen = Kinematics(replace(context, road=road), channel_records(context, fields))
+    seen = Kinematics(context, channel_records(context, fields))
     for tick in range(ticks):
         time = 0.05 * tick
-        ego = np.array([[20.0 * time, LANE + 0.5, 0.02, 20.0, 0.0, 0.0, 0.0]])
-        rows = np.array(objects, dtype=np.float64).reshape(1, -1, 5)
-        rows[:, :, 0] += time * rows[:, :, 3]
-        front = object_measurement(ego, rows, time)
-        measurements = {"front": front, "pose": pose_measurement(road, ego, time)}
-        running = np.ones(1, dtype=np.bool_)
-        seen.update(Observation(time, measurements, {}, None, running))
+        rows = [[x + time * speed, y, heading, speed, a] for x, y, heading, speed, a in objects]
+        seen.update(shown([20.0 * time, LANE + 0.5, 0.02, 20.0], rows, time))
     return seen.shown(np.array([0]), asked)
 
 
@@ -265,7 +226,7 @@ def named(row: Floats, features: dict[str, float]) -> dict[str, float]:
 
 
 def test_ego_is_described_as_its_channel_knows_it() -> None:
-    ego = named(observed([], parameters_observation())["ego"][0], EGO_FEATURES)
+    ego = named(observed([], parameters())["ego"][0], EGO_FEATURES)
     assert ego["speed"] == pytest.approx(20.0)
     assert ego["lane_offset"] == pytest.approx(0.5, abs=0.1)
     assert ego["heading"] == pytest.approx(0.02, abs=0.01)
@@ -273,9 +234,9 @@ def test_ego_is_described_as_its_channel_knows_it() -> None:
     assert ego["desired_speed"] == 30.0
 
 
-def test_objects_come_nearest_first_and_the_other_rows_are_empty() -> None:
+def test_confirmed_objects_come_nearest_first_and_the_other_rows_are_empty() -> None:
     far, near = [90.0, LANE, 0.0, 15.0, 0.0], [30.0, LANE + 3.5, 0.0, 25.0, 0.0]
-    rows = observed([far, near], parameters_observation(nearest=4))["objects"][0]
+    rows = observed([far, near], parameters(nearest=4))["objects"][0]
     assert rows.shape == (4, len(OBJECT_FEATURES))
     first, second = (named(row, OBJECT_FEATURES) for row in rows[:2])
     assert (first["present"], second["present"]) == (1.0, 1.0)
@@ -283,51 +244,41 @@ def test_objects_come_nearest_first_and_the_other_rows_are_empty() -> None:
     assert first["vx"] == pytest.approx(5.0, abs=1.0)
     assert second["vx"] == pytest.approx(-5.0, abs=1.0)
     assert (rows[2:] == 0.0).all()
+    assert not observed([near], parameters(), ticks=2)["objects"].any()
 
 
-def test_track_that_is_not_confirmed_is_not_observed() -> None:
-    assert not observed([[30.0, LANE, 0.0, 20.0, 0.0]], parameters_observation(), ticks=2)[
-        "objects"
-    ].any()
-
-
-@pytest.mark.parametrize("layout", ["kinematics", "kinematics_flat"])
-@pytest.mark.parametrize("normalised", [False, True])
-def test_observation_is_in_its_space(layout: str, *, normalised: bool) -> None:
-    asked = parameters_observation(observation=layout, normalised=normalised, nearest=5)
-    shown = observed([[90.0, LANE, 0.0, 500.0, 0.0]], asked)
-    one = {k: v[0] for k, v in shown.items()} if isinstance(shown, dict) else shown[0]
-    assert observation_space(asked).contains(one)
+def test_observation_is_in_its_space() -> None:
+    for layout, normalised in itertools.product(("kinematics", "kinematics_flat"), (False, True)):
+        asked = parameters(observation=layout, normalised=normalised, nearest=5)
+        found = observed([[90.0, LANE, 0.0, 500.0, 0.0]], asked)
+        one = {k: v[0] for k, v in found.items()} if isinstance(found, dict) else found[0]
+        assert observation_space(asked).contains(one), (layout, normalised)
 
 
 def test_flat_observation_is_what_gymnasium_flattens() -> None:
     """The order of a Dict's parts is that of their names, as in the flat layout."""
     scene = [[60.0, LANE, 0.0, 20.0, 0.0]]
-    asked = parameters_observation(nearest=3)
+    asked = parameters(nearest=3)
     parts = {name: rows[0] for name, rows in observed(scene, asked).items()}
-    flat = observed(scene, parameters_observation(observation="kinematics_flat", nearest=3))[0]
+    flat = observed(scene, parameters(observation="kinematics_flat", nearest=3))[0]
     flattened = np.asarray(gymnasium.spaces.flatten(observation_space(asked), parts))
     assert flat.tolist() == flattened.tolist()
 
 
 def test_action_space_is_that_of_the_vehicle() -> None:
-    space = action_space(parameters_observation(), passenger_car())
+    space = action_space(parameters(), passenger_car())
     assert space.shape == (2,)
     assert space.contains(np.array([-9.0, 0.5], dtype=np.float32))
     assert not space.contains(np.array([4.0, 0.0], dtype=np.float32))
-    normalised = action_space(parameters_observation(normalised=True), passenger_car())
+    normalised = action_space(parameters(normalised=True), passenger_car())
     assert normalised.contains(np.array([-1.0, 1.0], dtype=np.float32))
 
 
-def test_normalised_actions_scale_to_each_limit_and_zero_stays_zero() -> None:
+def test_normalised_actions_scale_to_each_limit_and_what_is_no_number_stays_none() -> None:
     low, high = action_limits(passenger_car())
     actions = np.array([[-1.0, -1.0], [0.0, 0.0], [0.5, 1.0], [7.0, -7.0]])
     commands = to_command(actions, low, high, normalised=True)
     assert commands[:, 0].tolist() == [-9.0, 0.0, 1.5, 3.0]
     assert commands[:, 1] == pytest.approx(high[1] * np.array([-1.0, 0.0, 1.0, -1.0]))
-
-
-def test_action_that_is_no_number_is_not_made_one() -> None:
-    low, high = action_limits(passenger_car())
     for normalised in (False, True):
         assert np.isnan(to_command(np.array([np.nan, 0.0]), low, high, normalised=normalised)[0])

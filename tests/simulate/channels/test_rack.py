@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from adeye.simulate.world.compile import ego_desired_speeds
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.testing import ScriptedChannel, channel_context
-from tests.simulate.sensors.scenes import scene, scene_context
+from tests.simulate.sensors.scenes import scene, scene_context, sensor_spec
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -116,24 +118,24 @@ def base(mini: Executed) -> TestCase:
     return mini.plan.cases[0]
 
 
+Making = Callable[[dict[str, Any]], Bench]
+
+
+@pytest.fixture
+def bench_of(tmp_path: Path, base: TestCase) -> Making:
+    return partial(Bench, tmp_path, base)
+
+
 def test_only_physical_lidars_are_clustered_and_others_pass_as_they_are(
     base: TestCase, tmp_path: Path
 ) -> None:
-    lidar = {
-        "kind": "lidar",
-        "fidelity": "physical",
-        "mount": {"z": 1.0},
-        "field_of_view": 6.283185307179586,
-        "range": 80.0,
-        "rate": 20.0,
-    }
     content = base.architecture.model_dump(mode="json")
-    content["sensors"]["lidar"] = lidar
+    lidar = sensor_spec("lidar/physical", mount={"z": "1 m"}, field_of_view="360 deg", range="80 m")
+    content["sensors"]["lidar"] = lidar.model_dump(mode="json")
     changed = Architecture.model_validate(content, context=SI)
     cases = [replace(base, architecture=changed, faults=())] * 2
     context = scene_context(runs=2)
-    shown = scene(context, [(30.0, 0.0)])
-    readings = Rig(cases, context, tmp_path).sense(shown)
+    readings = Rig(cases, context, tmp_path).sense(scene(context, [(30.0, 0.0)]))
     found = ChannelRack(cases, context, tmp_path).detect(readings)
     assert list(found) == list(readings)
     assert not readings["lidar"].mask.any()
@@ -142,46 +144,34 @@ def test_only_physical_lidars_are_clustered_and_others_pass_as_they_are(
     assert all(found[name] is readings[name] for name in found if name != "lidar")
 
 
-def recorder(**changes: Any) -> dict[str, Any]:
-    return {"kind": "./plugin.py:Recorder", **changes}
+def recorder(name: str = "Recorder", **changes: Any) -> dict[str, Any]:
+    return {"kind": f"./plugin.py:{name}", **changes}
 
 
-def test_every_channel_answers_at_every_tick_under_its_own_id(
-    tmp_path: Path, base: TestCase
-) -> None:
-    bench = Bench(tmp_path, base, {"one": recorder(), "two": recorder()})
+def test_every_channel_answers_at_every_tick_under_its_own_id(bench_of: Making) -> None:
+    bench = bench_of({"one": recorder(), "two": recorder()})
     for number in range(3):
         proposals = bench.tick(number)
         assert [item.channel for item in proposals] == ["one", "two"]
-        assert all(item.acceleration.shape == (2,) for item in proposals)
-        assert all(item.acceleration[0] == pytest.approx(1.0 + 0.05 * number) for item in proposals)
+        for item in proposals:
+            assert item.acceleration == pytest.approx([1.0 + 0.05 * number] * 2)
 
 
-def test_channel_acts_at_its_own_rate_and_holds_its_command_between(
-    tmp_path: Path, base: TestCase
+def test_channel_acts_at_its_own_rate_and_its_compute_time_delays_the_command(
+    bench_of: Making,
 ) -> None:
-    bench = Bench(tmp_path, base, {"slow": recorder(rate="10 Hz")})
-    stamps = [float(bench.tick(number)[0].stamp[0]) for number in range(5)]
-    assert stamps == pytest.approx([0.0, 0.0, 0.1, 0.1, 0.2])
+    bench = bench_of({"late": recorder(delay=0.1), "slow": recorder(rate="10 Hz")})
+    proposals = [bench.tick(number) for number in range(5)]
+    late, slow = zip(*proposals, strict=True)
+    assert [float(item.stamp[0]) for item in slow] == pytest.approx([0.0, 0.0, 0.1, 0.1, 0.2])
+    assert [float(item.stamp[0]) for item in late] == pytest.approx([-1.0, -1.0, 0.0, 0.05, 0.1])
+    assert [int(item.status[0]) for item in late] == [SILENT, SILENT, OK, OK, OK]
 
 
-def test_compute_time_delays_the_command(tmp_path: Path, base: TestCase) -> None:
-    bench = Bench(tmp_path, base, {"late": recorder(delay=0.1)})
-    proposals = [bench.tick(number)[0] for number in range(4)]
-    assert [float(item.stamp[0]) for item in proposals] == pytest.approx([-1.0, -1.0, 0.0, 0.05])
-    assert [int(item.status[0]) for item in proposals] == [SILENT, SILENT, OK, OK]
-
-
-def test_channel_sees_what_is_linked_to_it_and_nothing_else(tmp_path: Path, base: TestCase) -> None:
-    bench = Bench(
-        tmp_path,
-        base,
-        {
-            "blind": recorder(),
-            "eyes": recorder(links=["truth"]),
-            "all": recorder(links=["pose", "truth", "channels.blind", "switch"]),
-        },
-    )
+def test_channel_sees_what_is_linked_to_it_and_nothing_else(bench_of: Making) -> None:
+    eyes = recorder(links=["truth"])
+    every = recorder(links=["pose", "truth", "channels.blind", "switch"])
+    bench = bench_of({"blind": recorder(), "eyes": eyes, "all": every})
     bench.tick(0)
     shown = {name: item for name, time, item in bench.seen if time == 0.0}
     assert (dict(shown["blind"].measurements), dict(shown["blind"].commands)) == ({}, {})
@@ -193,30 +183,25 @@ def test_channel_sees_what_is_linked_to_it_and_nothing_else(tmp_path: Path, base
     assert (shown["eyes"].measurements["truth"].source == -1).all()
 
 
-def test_command_and_authority_of_others_are_seen_one_tick_later(
-    tmp_path: Path, base: TestCase
-) -> None:
-    channels = {"first": recorder(), "second": recorder(links=["channels.first", "switch"])}
-    bench = Bench(tmp_path, base, channels)
+def test_command_and_authority_of_others_are_seen_one_tick_later(bench_of: Making) -> None:
+    bench = bench_of({"first": recorder(), "second": recorder(links=["channels.first", "switch"])})
     for number in range(3):
         proposals = bench.tick(number)
-        authority = Authority(
-            np.full(2, number, dtype=np.int64), np.full(2, number, dtype=np.int64)
-        )
+        numbers = np.full(2, number, dtype=np.int64)
+        authority = Authority(numbers, numbers.copy())
         bench.rack.remember(proposals, authority)
         # What the switch does with its arrays later reaches nobody.
         authority.channel[:] = NO_CHANNEL
     shown = [item for name, time, item in bench.seen if name == "second" and time != "reset"]
     assert shown[0].authority is None
     assert int(shown[0].commands["first"].status[0]) == SILENT
-    assert [float(item.commands["first"].stamp[0]) for item in shown[1:]] == pytest.approx(
-        [0, 0.05]
-    )
+    stamps = [float(item.commands["first"].stamp[0]) for item in shown[1:]]
+    assert stamps == pytest.approx([0, 0.05])
     assert [int(item.authority.channel[0]) for item in shown[1:]] == [0, 1]
 
 
-def test_context_holds_what_is_known_before_the_drive(tmp_path: Path, base: TestCase) -> None:
-    bench = Bench(tmp_path, base, {"one": recorder(links=["pose", "channels.one"], rate="10 Hz")})
+def test_context_holds_what_is_known_before_the_drive(bench_of: Making, base: TestCase) -> None:
+    bench = bench_of({"one": recorder(links=["pose", "channels.one"], rate="10 Hz")})
     name, _, context = bench.seen[0]
     assert name == "one"
     assert (context.step, context.period, context.runs) == (0.05, 0.1, 2)
@@ -224,12 +209,9 @@ def test_context_holds_what_is_known_before_the_drive(tmp_path: Path, base: Test
     assert context.desired_speed.tolist() == [base.parameters["ego_speed"]] * 2
 
 
-def test_monitors_stand_in_the_order_of_the_channels(tmp_path: Path, base: TestCase) -> None:
-    channels = {
-        "safety": {"kind": "safety", "links": ["truth"], "parameters": {}},
-        "own": {"kind": "./plugin.py:Watching"},
-    }
-    bench = Bench(tmp_path, base, channels)
+def test_monitors_stand_in_the_order_of_the_channels(bench_of: Making) -> None:
+    safety = {"kind": "safety", "links": ["truth"], "parameters": {}}
+    bench = bench_of({"safety": safety, "own": recorder("Watching")})
     proposals = bench.tick(0)
     # An architecture keeps its parts in the order of their names.
     assert [item.channel for item in proposals] == ["own", "safety"]
@@ -239,43 +221,25 @@ def test_monitors_stand_in_the_order_of_the_channels(tmp_path: Path, base: TestC
     assert widths == [1, len(bench.rack.monitor_ids) - 1]
 
 
-def test_failing_channel_is_silent_and_the_others_go_on(tmp_path: Path, base: TestCase) -> None:
-    bench = Bench(tmp_path, base, {"bad": {"kind": "./plugin.py:Failing"}, "good": recorder()})
+def test_failing_channel_is_silent_and_the_others_go_on(bench_of: Making) -> None:
+    bench = bench_of({"bad": recorder("Failing"), "good": recorder()})
     states = [[int(item.status[0]) for item in bench.tick(number)] for number in range(4)]
     assert states == [[OK, OK], [OK, OK], [SILENT, OK], [SILENT, OK]]
 
 
-def test_earliest_failure_of_any_channel_is_the_runs_event(tmp_path: Path, base: TestCase) -> None:
-    channels = {
-        "late": {"kind": "./plugin.py:FailingLater"},
-        "good": recorder(),
-        "early": {"kind": "./plugin.py:Failing"},
-    }
-    bench = Bench(tmp_path, base, channels)
+def test_earliest_failure_of_any_channel_is_the_runs_event(bench_of: Making) -> None:
+    late, early = recorder("FailingLater"), recorder("Failing")
+    bench = bench_of({"late": late, "good": recorder(), "early": early})
     assert bench.rack.events == [None, None]
     for number in range(6):
         bench.tick(number)
-    events = bench.rack.events
-    assert [event and (event.channel, round(event.time, 9)) for event in events] == [
-        ("early", 0.1)
-    ] * 2
+    events = [event for event in bench.rack.events if event]
+    assert [(event.channel, round(event.time, 9)) for event in events] == [("early", 0.1)] * 2
     # The gate asks for every channel that failed, not for the first alone.
-    assert [[item.channel for item in event.later] for event in events if event] == [["late"]] * 2
-
-
-def test_run_depends_on_the_machine_if_any_failure_in_it_does(
-    tmp_path: Path, base: TestCase
-) -> None:
-    channels = {
-        "late": {"kind": "./plugin.py:FailingLater"},
-        "early": {"kind": "./plugin.py:Failing"},
-    }
-    bench = Bench(tmp_path, base, channels)
-    for number in range(6):
-        bench.tick(number)
-    late: Any = bench.rack._inner["late"]
-    events = late.events
-    events[1] = replace(events[1], is_machine_dependent=True)
+    assert [[item.channel for item in event.later] for event in events] == [["late"]] * 2
+    # A run depends on the machine if any failure in it does.
+    inner: Any = bench.rack._inner["late"]
+    inner.events[1] = replace(inner.events[1], is_machine_dependent=True)
     found = [event and (event.channel, event.is_machine_dependent) for event in bench.rack.events]
     assert found == [("early", False), ("early", True)]
 
@@ -292,53 +256,43 @@ def test_ego_without_desired_speed_is_asked_to_keep_its_start_speed(base: TestCa
 STEP = 0.05
 
 
+def clocked(commands: Any, every: int, delay: int) -> ClockedChannel:
+    made = ClockedChannel(ScriptedChannel(commands), every, delay)
+    made.reset(channel_context(None, links=(), sensors={}))
+    return made
+
+
 def observation(tick: int) -> Observation:
     return Observation(tick * STEP, {}, {}, None, np.ones(1, dtype=np.bool_))
 
 
-def play(every: int, delay: int, ticks: int) -> list[tuple[float, float, int]]:
-    """Acceleration, stamp and status at each tick of a channel that counts its own ticks."""
-    clocked = ClockedChannel(ScriptedChannel(np.arange(1.0, 20.0)), every, delay)
-    clocked.reset(channel_context(None, links=(), sensors={}))
-    rows = []
-    for tick in range(ticks):
-        command = clocked.act(observation(tick) if clocked.is_due else None)
-        rows.append(
-            (float(command.acceleration[0]), float(command.stamp[0]), int(command.status[0]))
-        )
-    return rows
-
-
-def test_command_is_held_between_the_channels_own_ticks() -> None:
-    assert [row[0] for row in play(every=3, delay=0, ticks=7)] == [1, 1, 1, 2, 2, 2, 3]
-
-
-def test_command_is_released_after_the_delay_with_the_observations_stamp() -> None:
-    rows = play(every=1, delay=2, ticks=5)
-    assert [row[0] for row in rows] == [0, 0, 1, 2, 3]
-    assert [row[1] for row in rows] == [-1.0, -1.0, 0.0, STEP, 2 * STEP]
-
-
-def test_channel_is_silent_before_its_first_release() -> None:
-    rows = play(every=1, delay=1, ticks=2)
-    assert [row[2] == SILENT for row in rows] == [True, False]
-
-
-def test_delay_longer_than_the_period_keeps_every_command() -> None:
-    assert [row[0] for row in play(every=2, delay=3, ticks=8)] == [0, 0, 0, 1, 1, 2, 2, 3]
+@pytest.mark.parametrize(
+    ("every", "delay", "expected", "stamps"),
+    [
+        (3, 0, [1, 1, 1, 2, 2, 2, 3], [0, 0, 0, 3, 3, 3, 6]),
+        (1, 2, [0, 0, 1, 2, 3], [None, None, 0, 1, 2]),
+        # A delay longer than the period keeps every command.
+        (2, 3, [0, 0, 0, 1, 1, 2, 2, 3], [None, None, None, 0, 0, 2, 2, 4]),
+    ],
+)
+def test_command_is_released_after_the_delay_and_held_between_the_channels_own_ticks(
+    every: int, delay: int, expected: list[float], stamps: list[int | None]
+) -> None:
+    channel = clocked(np.arange(1.0, 20.0), every, delay)
+    for tick, (acceleration, stamp) in enumerate(zip(expected, stamps, strict=True)):
+        command = channel.act(observation(tick) if channel.is_due else None)
+        assert command.acceleration[0] == acceleration, tick
+        assert command.stamp[0] == (-1.0 if stamp is None else STEP * stamp), tick
+        assert (command.status[0] == SILENT) == (stamp is None), tick
 
 
 def test_due_channel_needs_an_observation() -> None:
-    clocked = ClockedChannel(ScriptedChannel([1.0]), 2, 0)
-    clocked.reset(channel_context(None, links=(), sensors={}))
     with pytest.raises(ValueError, match="needs an observation"):
-        clocked.act(None)
+        clocked([1.0], 2, 0).act(None)
 
 
 def test_reset_forgets_what_was_on_the_way() -> None:
-    clocked = ClockedChannel(ScriptedChannel([5.0]), 1, 1)
-    context = channel_context(None, links=(), sensors={})
-    clocked.reset(context)
-    clocked.act(observation(0))
-    clocked.reset(context)
-    assert clocked.act(observation(0)).stamp[0] == -1.0
+    channel = clocked([5.0], 1, 1)
+    channel.act(observation(0))
+    channel.reset(channel_context(None, links=(), sensors={}))
+    assert channel.act(observation(0)).stamp[0] == -1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,7 +41,7 @@ from adeye.kernel.reference_drivers.parameters import (
 from adeye.kernel.reference_drivers.reactions import following_distance
 from adeye.kernel.reference_drivers.scenes import SCRATCH_SIZE, drive_scenes
 from adeye.kernel.road import position
-from adeye.signals import FAULT, OK, Floats
+from adeye.signals import FAULT, OK, ControlCommand, Floats, RoadMap
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -68,9 +69,9 @@ from adeye.simulate.channels.reference import (
 )
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceParameters
-from adeye.spec.quantity import SI
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
+from tests.motorway import ARCHITECTURE
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
@@ -79,7 +80,6 @@ STEP = 0.05
 SCENES = 240
 LANE = 5.25
 LINKS = ("truth",)
-SENSORS = {"truth": "ground_truth"}
 
 
 def scenes(kind: int, seed: int) -> Floats:
@@ -117,6 +117,29 @@ def expected(rows: Floats, kind: int, model: str) -> Floats:
     return results[:, 0]
 
 
+def made(road: RoadMap, desired_speed: Any, **parameters: Any) -> ReferenceChannel:
+    channel = ReferenceChannel()
+    channel.reset(
+        channel_context(
+            ReferenceParameters.model_validate(parameters),
+            links=LINKS,
+            sensors={"truth": "ground_truth"},
+            runs=len(road.segments),
+            road=road,
+            desired_speed=desired_speed,
+        )
+    )
+    return channel
+
+
+def ask(
+    channel: ReferenceChannel, road: RoadMap, ego: Floats, objects: Floats, time: float
+) -> ControlCommand:
+    truth = object_measurement(ego.copy(), objects.copy(), time, road=road)
+    running = np.ones(len(ego), dtype=np.bool_)
+    return channel.act(observe(LINKS, time, {"truth": truth}, {}, None, running, protect=False))
+
+
 def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> Floats:
     """Let the channel drive every scene: one object, or two where one cuts out.
 
@@ -124,19 +147,10 @@ def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> F
     """
     runs = len(rows)
     road = straight_road(runs)
-    channel = ReferenceChannel()
-    context = channel_context(
-        # In the scenes nobody drives faster or eases off where the model asks for nothing.
-        ReferenceParameters.model_validate(
-            {"model": model, "max_acceleration": "1e-6 m/s^2", "comfort_deceleration": "1e-6 m/s^2"}
-        ),
-        links=LINKS,
-        sensors=SENSORS,
-        runs=runs,
-        road=road,
-        desired_speed=rows[:, S_EGO_SPEED].copy(),
-    )
-    channel.reset(context)
+    # In the scenes nobody drives faster or eases off where the model asks for nothing.
+    idle = "1e-6 m/s^2"
+    idling = {"model": model, "max_acceleration": idle, "comfort_deceleration": idle}
+    channel = made(road, rows[:, S_EGO_SPEED].copy(), **idling)
     ego = np.zeros((runs, 7))
     ego[:, 0], ego[:, 1], ego[:, 3] = 500.0, LANE, rows[:, S_EGO_SPEED]
     count = 2 if kind == CUT_OUT else 1
@@ -148,19 +162,13 @@ def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> F
         objects[:, 1, 0] = objects[:, 0, 0] + 4.5 + rows[:, S_FRONT_GAP]
         objects[:, 1, 1] = LANE
     touched = np.zeros(runs)
-    running = np.ones(runs, dtype=np.bool_)
     for tick in range(round(seconds / STEP)):
-        time = tick * STEP
         lateral = np.abs(objects[:, :, 1] - LANE) < 1.8
         ahead = np.abs(objects[:, :, 0] - ego[:, None, 0]) <= 4.5
         touched[(lateral & ahead).any(axis=1)] = 1.0
-        truth = object_measurement(ego.copy(), objects.copy(), time, road=road)
-        command = channel.act(
-            observe(LINKS, time, {"truth": truth}, {}, None, running, protect=False)
-        )
+        command = ask(channel, road, ego, objects, tick * STEP)
         assert (command.status == OK).all()
-        ahead_of = np.where(touched > 0.0, 0.0, command.acceleration)
-        _advance(ego, ahead_of)
+        _advance(ego, np.where(touched > 0.0, 0.0, command.acceleration))
         _advance(objects[:, 0], -_braking(rows, kind, tick))
         if kind == CUT_IN:
             offset = rows[:, S_LATERAL_OFFSET] - rows[:, S_LATERAL_SPEED] * (tick + 1) * STEP
@@ -220,33 +228,19 @@ def test_contacts_are_those_of_the_scenes(kind: int, model: str) -> None:
 @pytest.mark.parametrize("model", list(MODELS))
 def test_conforms(model: str) -> None:
     parameters = ReferenceParameters.model_validate({"model": model})
-    check_channel(ReferenceChannel, parameters, links=LINKS, sensors=SENSORS)
+    check_channel(ReferenceChannel, parameters, links=LINKS, sensors={"truth": "ground_truth"})
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", list(MODELS))
 def test_follows_at_its_own_distance(model: str) -> None:
-    runs, speed = 1, 20.0
-    road = straight_road(runs)
-    channel = ReferenceChannel()
-    channel.reset(
-        channel_context(
-            ReferenceParameters.model_validate({"model": model}),
-            links=LINKS,
-            sensors=SENSORS,
-            road=road,
-            desired_speed=30.0,
-        )
-    )
+    speed, road = 20.0, straight_road()
+    channel = made(road, 30.0, model=model)
     ego = np.array([[500.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
     wanted = following_distance(MODELS[model], vector(parameters_of(model)), speed)
     objects = np.array([[[504.5 + 1.5 * wanted, LANE, 0.0, speed, 0.0]]])
     for tick in range(1600):
-        truth = object_measurement(ego.copy(), objects.copy(), tick * STEP, road=road)
-        shown = observe(
-            LINKS, tick * STEP, {"truth": truth}, {}, None, np.ones(1, bool), protect=False
-        )
-        _advance(ego, channel.act(shown).acceleration)
+        _advance(ego, ask(channel, road, ego, objects, tick * STEP).acceleration)
         _advance(objects[:, 0], np.zeros(1))
     gap = objects[0, 0, 0] - ego[0, 0] - 4.5
     assert ego[0, 3] == pytest.approx(speed, abs=0.1)
@@ -255,60 +249,42 @@ def test_follows_at_its_own_distance(model: str) -> None:
 
 def test_without_a_sample_of_the_tick_it_is_faulty() -> None:
     road = straight_road()
-    channel = ReferenceChannel()
-    channel.reset(channel_context(ReferenceParameters(), links=LINKS, sensors=SENSORS, road=road))
+    channel = made(road, 30.0)
     ego = np.array([[500.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
     truth = object_measurement(ego, np.zeros((1, 0, 5)), 0.0, road=road)
+    running = np.ones(1, bool)
     status = [
         channel.act(
-            observe(LINKS, time, {"truth": truth}, {}, None, np.ones(1, bool), protect=False)
+            observe(LINKS, time, {"truth": truth}, {}, None, running, protect=False)
         ).status[0]
         for time in (0.0, STEP)
     ]
     assert status == [OK, FAULT]
 
 
-REFERENCE: dict[str, Any] = {
-    "architecture": "reference_cc",
-    "title": "Careful and competent driver",
-    "vehicle": {
-        "length": 4.5,
-        "width": 1.8,
-        "height": 1.5,
-        "wheelbase": 2.7,
-        "max_acceleration": 3.0,
-        "max_deceleration": 9.0,
-        "max_steering_angle": 0.6,
-        "max_steering_rate": 0.7,
-        "acceleration_lag": 0.15,
-        "steering_lag": 0.1,
-    },
-    "sensors": {"truth": {"kind": "ground_truth", "rate": 20.0}},
-    "channels": {"driver": {"kind": "reference", "links": ["truth"], "rate": 20.0}},
-    "switch": {"policy": "fixed_priority", "priority": ["driver"], "default": "driver"},
-}
+TRUTH = {"kind": "ground_truth", "rate": "20 Hz"}
 
 
-def test_an_architecture_may_have_a_reference_driver() -> None:
-    architecture = Architecture.model_validate(REFERENCE, context=SI)
-    assert architecture.channels["driver"].parameters == ReferenceParameters()
+def architecture_of(sensor: dict[str, Any], links: Sequence[str]) -> Architecture:
+    """Return an architecture with one sensor and a reference driver."""
+    driver = {"kind": "reference", "links": list(links), "rate": "20 Hz"}
+    switch = {"policy": "fixed_priority", "priority": ["driver"], "default": "driver"}
+    parts = {"sensors": {"truth": sensor}, "channels": {"driver": driver}, "switch": switch}
+    return Architecture.model_validate({**ARCHITECTURE, **parts})
 
 
-@pytest.mark.parametrize(
-    ("sensor", "links"),
-    [
-        ({"kind": "localisation", "rate": 20.0}, ["truth"]),
-        ({"kind": "ground_truth", "rate": 20.0, "latency": 0.1}, ["truth"]),
-        ({"kind": "ground_truth", "rate": 10.0}, ["truth"]),
-        ({"kind": "ground_truth", "rate": 20.0}, ["truth", "switch"]),
-        ({"kind": "ground_truth", "rate": 20.0}, []),
-    ],
-)
-def test_a_reference_driver_sees_ground_truth_or_nothing(sensor: Any, links: Any) -> None:
-    channels = {"driver": {**REFERENCE["channels"]["driver"], "links": links}}
-    content = {**REFERENCE, "sensors": {"truth": sensor}, "channels": channels}
-    with pytest.raises(ValueError, match="of kind ground_truth"):
-        Architecture.model_validate(content, context=SI)
+def test_a_reference_driver_sees_ground_truth_or_nothing() -> None:
+    driver = architecture_of(TRUTH, ["truth"]).channels["driver"]
+    assert driver.parameters == ReferenceParameters()
+    for sensor, links in (
+        ({"kind": "localisation", "rate": "20 Hz"}, ["truth"]),
+        (TRUTH | {"latency": "0.1 s"}, ["truth"]),
+        (TRUTH | {"rate": "10 Hz"}, ["truth"]),
+        (TRUTH, ["truth", "switch"]),
+        (TRUTH, []),
+    ):
+        with pytest.raises(ValueError, match="of kind ground_truth"):
+            architecture_of(sensor, links)
 
 
 # What a reference driver knows of objects: speeds from places, and who hides whom.

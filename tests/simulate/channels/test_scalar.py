@@ -14,8 +14,8 @@ from adeye.testing.scenes import object_measurement, pose_measurement, straight_
 RUNS = 2
 
 
-def observation(tick: int, runs: int = RUNS) -> Observation:
-    return Observation(0.1 * tick, {}, {}, None, np.ones(runs, dtype=np.bool_))
+def observation(tick: int) -> Observation:
+    return Observation(0.1 * tick, {}, {}, None, np.ones(RUNS, dtype=np.bool_))
 
 
 def channel_of(answer: Callable[[int, float], Any]) -> ScalarChannel:
@@ -43,44 +43,42 @@ def test_each_run_has_an_object_of_its_own() -> None:
     assert command.status.tolist() == [OK, OK]
 
 
-def test_command_may_carry_a_status() -> None:
-    command = channel_of(lambda *_: ScalarCommand(1.0, 0.0, DEGRADED)).act(observation(0))
-    assert command.status.tolist() == [DEGRADED] * RUNS
+UNUSABLE = [
+    None,
+    3.0,
+    (1.0,),
+    (1.0, 2.0, 3.0),
+    (float("nan"), 0.0),
+    (float("inf"), 0.0),
+    ("1", 0.0),
+    (True, 0.0),
+    ([1.0], 0.0),
+    np.zeros((2, 2)),
+    ScalarCommand(1.0, 0.0, 17),
+]
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        None,
-        3.0,
-        (1.0,),
-        (1.0, 2.0, 3.0),
-        (float("nan"), 0.0),
-        (float("inf"), 0.0),
-        ("1", 0.0),
-        (True, 0.0),
-        ([1.0], 0.0),
-        np.zeros((2, 2)),
-        ScalarCommand(1.0, 0.0, 17),
-    ],
-)
-def test_unusable_answer_silences_its_run_for_good(answer: Any) -> None:
-    channel = channel_of(lambda run, time: answer if run == 1 and time == 0.1 else (1.0, 0.0))
-    for tick in range(4):
-        command = channel.act(observation(tick))
-        assert command.status.tolist() == [OK, OK if tick == 0 else SILENT]
-    assert command.stamp[1] == 0.0
-    assert channel.events[0] is None
-    event = channel.events[1]
-    assert event is not None
-    assert (event.outcome, event.time) == ("channel_invalid_output", 0.1)
+def test_unusable_answer_silences_its_run_for_good() -> None:
+    for answer in UNUSABLE:
+        channel = channel_of(
+            lambda run, time, wrong=answer: wrong if run == 1 and time == 0.1 else (1.0, 0.0)
+        )
+        for tick in range(4):
+            command = channel.act(observation(tick))
+            assert command.status.tolist() == [OK, OK if tick == 0 else SILENT], answer
+        assert command.stamp[1] == 0.0
+        found = [event and (event.outcome, event.time) for event in channel.events]
+        assert found == [None, ("channel_invalid_output", 0.1)], answer
 
 
-@pytest.mark.parametrize(
-    "answer", [(1, 0), [np.float64(1.0), np.float32(0.0)], np.array([1.0, 0.0])]
-)
-def test_any_pair_of_finite_numbers_is_a_command(answer: Any) -> None:
-    assert channel_of(lambda *_: answer).act(observation(0)).acceleration.tolist() == [1.0] * RUNS
+def test_any_pair_of_finite_numbers_is_a_command_and_may_carry_a_status() -> None:
+    pairs = [(1, 0), [np.float64(1.0), np.float32(0.0)], np.array([1.0, 0.0])]
+    for answer, status in [(pair, OK) for pair in pairs] + [
+        (ScalarCommand(1.0, 0.0, DEGRADED), DEGRADED)
+    ]:
+        command = channel_of(lambda *_, given=answer: given).act(observation(0))
+        assert command.acceleration.tolist() == [1.0] * RUNS
+        assert command.status.tolist() == [status] * RUNS
 
 
 def test_exception_silences_its_run_and_names_the_place() -> None:

@@ -168,6 +168,11 @@ def played(
     return pairs
 
 
+def at_onset(model: str, sensor: str, parameters: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Return what was given at the onset of a fault, and what became of it."""
+    return played(made(model, sensor, parameters), sensor)[ONSET]
+
+
 def check_form(item: Measurement) -> None:
     """Demand that lists are packed and sorted and that empty rows are empty."""
     for mask, rows, source in zip(item.mask, item.detections, item.source, strict=True):

@@ -9,6 +9,7 @@ import pytest
 
 from adeye.signals import DEGRADED, FAULT, OK, REQUESTS_AUTHORITY, SILENT, ControlCommand
 from adeye.testing.sensors import injector, moment
+from tests.simulate.faults import flows
 
 STEP = 0.05
 FIRST = np.array([True, False])
@@ -16,11 +17,7 @@ NONE = np.array([False, False])
 
 
 def command(tick: int, status: int = OK) -> ControlCommand:
-    number = float(tick)
-    states = np.full(2, status, dtype=np.int64)
-    return ControlCommand(
-        "nominal", np.full(2, number), np.full(2, -0.01), np.full(2, number * STEP), states
-    )
+    return flows.command(float(tick), stamp=tick * STEP, status=status)
 
 
 def made(model: str, **parameters: Any) -> Any:
@@ -46,9 +43,7 @@ def test_stuck_channel_repeats_its_last_command_with_fresh_stamps() -> None:
         assert faulty.acceleration.tolist() == [1.0, tick]
         assert faulty.status.tolist() == [DEGRADED, OK]
         assert faulty.stamp.tolist() == [tick * STEP] * 2
-
-
-def test_channel_stuck_from_the_start_has_nothing_to_repeat() -> None:
+    # Stuck from the start it has nothing to repeat.
     faulty = made("stuck").apply(command(3), moment(FIRST))
     assert (faulty.acceleration[0], faulty.status[0]) == (0.0, SILENT)
 
@@ -57,9 +52,9 @@ def test_bias_is_added_and_scale_multiplies() -> None:
     biased = made("bias", acceleration="-2 m/s^2", steering_angle="1 deg")
     faulty = biased.apply(command(3), moment(FIRST))
     assert faulty.acceleration.tolist() == [1.0, 3.0]
-    assert faulty.steering_angle[0] == pytest.approx(-0.01 + np.radians(1.0))
+    assert faulty.steering_angle[0] == pytest.approx(-3.0 + np.radians(1.0))
     degrees = made("scale", steering_angle=57.3).apply(command(3), moment(FIRST))
-    assert degrees.steering_angle[0] == pytest.approx(-0.573)
+    assert degrees.steering_angle[0] == pytest.approx(-3.0 * 57.3)
     assert degrees.acceleration.tolist() == [3.0, 3.0]
 
 
@@ -85,17 +80,9 @@ def test_no_number_is_nan_in_its_runs_only() -> None:
     assert np.isnan(faulty.steering_angle).tolist() == [True, False]
 
 
-@pytest.mark.parametrize(
-    ("status", "said"),
-    [
-        (OK, OK),
-        (DEGRADED, OK),
-        (FAULT, OK),
-        (SILENT, OK),
-        (REQUESTS_AUTHORITY, REQUESTS_AUTHORITY),
-    ],
-)
-def test_lying_heartbeat_says_ok_of_what_is_not(status: int, said: int) -> None:
-    faulty = made("heartbeat_lies").apply(command(3, status), moment(FIRST, time=9.0))
-    assert faulty.status.tolist() == [said, status]
-    assert faulty.stamp[0] == (9.0 if status != said else 3 * STEP)
+def test_lying_heartbeat_says_ok_of_what_is_not() -> None:
+    for status in (OK, DEGRADED, FAULT, SILENT, REQUESTS_AUTHORITY):
+        said = status if status == REQUESTS_AUTHORITY else OK
+        faulty = made("heartbeat_lies").apply(command(3, status), moment(FIRST, time=9.0))
+        assert faulty.status.tolist() == [said, status]
+        assert faulty.stamp[0] == (9.0 if status != said else 3 * STEP)

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from adeye.kernel.random import normal, owner_id, uniform
-from adeye.signals import OK, SILENT, ControlCommand, Measurement
+from adeye.signals import OK, SILENT
 from adeye.simulate.faults.injector import Draws, InjectorContext
 from adeye.testing.sensors import injector, moment
+from tests.simulate.faults.flows import command, sample
 from tests.simulate.faults.streams import CONTEXT, RUNS, streams
 
 FIRST = np.array([True, False])
@@ -19,56 +21,26 @@ def made(model: str) -> Any:
     return injector(model, TARGETS[model], runs=2)
 
 
-def measurement(time: float) -> Measurement:
-    return Measurement(
-        np.full(2, time),
-        np.ones(2, dtype=np.bool_),
-        np.ones(2, dtype=np.bool_),
-        np.ones((2, 3), dtype=np.bool_),
-        np.full((2, 3, 7), time),
-        np.ones((2, 3), dtype=np.int64),
-        np.full((2, 13), time),
-    )
-
-
-def command(time: float) -> ControlCommand:
-    return ControlCommand(
-        "nominal",
-        np.full(2, time),
-        np.full(2, -time),
-        np.full(2, time),
-        np.full(2, OK, dtype=np.int64),
-    )
-
-
-def test_inactive_drop_out_is_the_very_same_measurement() -> None:
-    given = measurement(1.0)
-    assert made("drop_out").apply(given, moment(NONE)) is given
+measurement = partial(sample, with_estimate=True)
 
 
 def test_dropped_out_sensor_keeps_its_last_sample_but_shows_nothing() -> None:
     fault = made("drop_out")
     fault.apply(measurement(1.0), moment(NONE))
     given = measurement(1.1)
+    given.values = np.ones((2, 4))
     faulty = fault.apply(given, moment(FIRST))
     assert faulty.alive.tolist() == [False, True]
     assert faulty.fresh.tolist() == [False, True]
     assert faulty.stamp.tolist() == [1.0, 1.1]
-    assert faulty.mask.sum(axis=1).tolist() == [0, 3]
-    assert faulty.source[0].tolist() == [-1, -1, -1]
+    assert faulty.mask.sum(axis=1).tolist() == [0, 2]
+    assert faulty.source[0].tolist() == [-1, -1]
     assert faulty.estimate is not None
     assert faulty.estimate[:, 0].tolist() == [1.0, 1.1]
-    assert given.alive.all()
-    assert given.stamp.tolist() == [1.1, 1.1]
-
-
-def test_dropped_out_receiver_has_no_values_and_leaves_those_of_other_runs() -> None:
-    fault = made("drop_out")
-    given = measurement(1.1)
-    given.values = np.ones((2, 4))
-    faulty = fault.apply(given, moment(FIRST))
     assert faulty.values is not None
     assert np.isnan(faulty.values).tolist() == [[True] * 4, [False] * 4]
+    assert given.alive.all()
+    assert given.stamp.tolist() == [1.1, 1.1]
     assert (given.values == 1.0).all()
 
 
@@ -79,6 +51,9 @@ def test_stamp_stands_for_the_whole_drop_out_and_runs_on_after_it() -> None:
     assert stamps == [1.0, 1.0, 1.0]
     after = measurement(1.5)
     assert fault.apply(after, moment(NONE)) is after
+    # A sensor that is dead from the start never delivers.
+    faulty = made("drop_out").apply(measurement(0.0), moment(FIRST))
+    assert faulty.stamp.tolist() == [-1.0, 0.0]
 
 
 def test_run_that_drops_out_later_keeps_its_own_last_sample() -> None:
@@ -86,16 +61,6 @@ def test_run_that_drops_out_later_keeps_its_own_last_sample() -> None:
     fault.apply(measurement(1.0), moment(FIRST))
     fault.apply(measurement(2.0), moment(FIRST))
     assert fault.apply(measurement(3.0), moment(~FIRST)).stamp.tolist() == [3.0, 2.0]
-
-
-def test_sensor_dead_from_the_start_never_delivers() -> None:
-    faulty = made("drop_out").apply(measurement(0.0), moment(FIRST))
-    assert faulty.stamp.tolist() == [-1.0, 0.0]
-
-
-def test_inactive_silence_is_the_very_same_command() -> None:
-    given = command(1.0)
-    assert made("silent").apply(given, moment(NONE)) is given
 
 
 def test_silent_channel_says_nothing_new() -> None:
@@ -108,9 +73,7 @@ def test_silent_channel_says_nothing_new() -> None:
         assert faulty.stamp.tolist() == [1.0, 1.1]
         assert faulty.acceleration.tolist() == [1.0, 1.1]
     assert given.status.tolist() == [OK, OK]
-
-
-def test_channel_silent_from_the_start_has_no_command() -> None:
+    # From the start it has no command.
     faulty = made("silent").apply(command(1.0), moment(FIRST))
     assert faulty.stamp.tolist() == [-1.0, 1.0]
     assert faulty.acceleration.tolist() == [0.0, 1.0]
@@ -156,8 +119,6 @@ def test_every_fault_has_its_own() -> None:
 
 # --- Channels are told of the faults inside them when these come and go, and not otherwise --------
 
-OFF = np.array([False, False])
-
 
 class Listener:
     """Writes down what it is told."""
@@ -175,7 +136,7 @@ def test_channel_hears_of_every_change_and_of_nothing_else() -> None:
     offsets: list[dict[str, Any]] = [{"offset": "0.5 m"}, {"offset": "-1 m"}]
     fault = injector("map_shifted", "hooks.nominal", runs=2, parameters=offsets)
     channel = Listener()
-    for active in (OFF, OFF, FIRST, FIRST, OFF, OFF):
+    for active in (NONE, NONE, FIRST, FIRST, NONE, NONE):
         assert fault.apply(channel, moment(active)) is channel
     sizes = [0.5, -1.0]
     assert channel.told == [
@@ -184,15 +145,11 @@ def test_channel_hears_of_every_change_and_of_nothing_else() -> None:
     ]
 
 
-def test_model_without_a_size_has_the_size_one() -> None:
-    channel = Listener()
-    injector("tracks_lost", "hooks.nominal", runs=2).apply(channel, moment(FIRST))
-    assert channel.told == [("tracks_lost", [True, False], [1.0, 1.0])]
-
-
-def test_fault_that_never_comes_is_never_told() -> None:
+def test_model_without_a_size_has_the_size_one_and_one_that_never_comes_is_never_told() -> None:
     channel = Listener()
     fault = injector("tracks_lost", "hooks.nominal", runs=2)
     for _ in range(5):
-        fault.apply(channel, moment(OFF))
+        fault.apply(channel, moment(NONE))
     assert channel.told == []
+    fault.apply(channel, moment(FIRST))
+    assert channel.told == [("tracks_lost", [True, False], [1.0, 1.0])]

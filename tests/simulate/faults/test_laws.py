@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import FAULT, Authority, ControlCommand, Measurement
+from adeye.signals import FAULT, Authority, ControlCommand
 from adeye.simulate.faults.catalogue import INJECTORS
 from adeye.testing.sensors import injector, moment, three_objects
+from tests.simulate.faults.flows import sample
 
 STEP = 0.05
 RUNS, TICKS = 3, 18
@@ -74,22 +75,18 @@ def thing(target: str, tick: int, runs: list[int]) -> Any:
     number = np.array([1.0 + 100.0 * run + tick for run in runs])
     count = len(runs)
     whole = number.astype(np.int64)
-    yes = np.ones(count, dtype=np.bool_)
+
     if target == "tyres":
         return number / 1000.0
     if target.startswith("actuators"):
         return -number
     if target.endswith("front"):
-        rows = np.repeat(number[:, None, None], 2, axis=1)
-        return Measurement(
-            STEP * number,
-            yes,
-            yes.copy(),
-            np.ones((count, 2), dtype=np.bool_),
-            np.repeat(rows, 7, axis=2),
-            np.repeat(whole[:, None], 2, axis=1),
-            np.repeat(number[:, None], 13, axis=1),
-        )
+        item = sample(0.0, runs=count, with_estimate=True)
+        item.stamp[:] = STEP * number
+        item.detections[:] = number[:, None, None]
+        item.source[:] = whole[:, None]
+        item.estimate = np.repeat(number[:, None], 13, axis=1)
+        return item
     if target.endswith("switch"):
         return Authority(whole, whole + 1)
     plan = np.repeat(np.repeat(number[:, None, None], 3, axis=1), 4, axis=2)

@@ -10,6 +10,7 @@ import pytest
 
 from adeye.signals import Authority, Measurement
 from adeye.testing.sensors import injector, moment
+from tests.simulate.faults import flows
 
 STEP = 0.05
 ACTIVE = np.array([True])
@@ -17,15 +18,9 @@ NONE = np.array([False])
 
 
 def sample(tick: int, *, fresh: bool = True, alive: bool = True) -> Measurement:
-    number = np.full(1, float(tick))
-    return Measurement(
-        number * STEP,
-        np.array([fresh]),
-        np.array([alive]),
-        np.ones((1, 2), dtype=np.bool_),
-        np.full((1, 2, 7), float(tick)),
-        np.zeros((1, 2), dtype=np.int64),
-    )
+    item = flows.sample(tick, runs=1, stamp=tick * STEP)
+    item.fresh[:], item.alive[:] = fresh, alive
+    return item
 
 
 def made(model: str, link: str = "front", **parameters: Any) -> Any:
@@ -45,13 +40,8 @@ def seen(fault: Any, ticks: int, onset: int = 3, end: int = 10**6) -> list[tuple
 
 
 def test_what_came_last_stands_while_everything_is_lost() -> None:
-    assert seen(made("drop"), 7, end=6)[2:] == [
-        (2, 2, True),
-        (2, 2, False),
-        (2, 2, False),
-        (2, 2, False),
-        (6, 6, True),
-    ]
+    lost = [(2, 2, False)] * 3
+    assert seen(made("drop"), 7, end=6)[2:] == [(2, 2, True), *lost, (6, 6, True)]
 
 
 def test_sample_that_was_lost_does_not_come_before_the_next_one() -> None:
@@ -89,15 +79,9 @@ def test_burst_takes_its_number_of_messages() -> None:
 
 
 def test_delayed_link_shows_each_sample_later_and_once_fresh() -> None:
-    assert seen(made("delay", by="0.1 s"), 9, end=8)[2:] == [
-        (2, 2, True),
-        (2, 2, False),
-        (2, 2, False),
-        (3, 3, True),
-        (4, 4, True),
-        (5, 5, True),
-        (8, 8, True),
-    ]
+    held = [(2, 2, False)] * 2
+    late = [(number, number, True) for number in (3, 4, 5, 8)]
+    assert seen(made("delay", by="0.1 s"), 9, end=8)[2:] == [(2, 2, True), *held, *late]
 
 
 def test_held_up_sample_is_shown_after_newer_ones() -> None:
@@ -117,12 +101,8 @@ def test_everything_held_up_is_a_delay() -> None:
 
 
 def test_duplicate_is_the_message_before_with_the_stamp_of_the_new_one() -> None:
-    assert seen(made("duplicate"), 6, end=5)[2:] == [
-        (2, 2, True),
-        (2, 3, True),
-        (2, 4, True),
-        (5, 5, True),
-    ]
+    again = [(2, stamp, True) for stamp in (2, 3, 4)]
+    assert seen(made("duplicate"), 6, end=5)[2:] == [*again, (5, 5, True)]
 
 
 def test_message_after_a_duplicate_comes_as_it_is() -> None:

@@ -1,6 +1,8 @@
 """How far a number is off: closed forms, sample by sample."""
 
 import math
+from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +10,18 @@ import pytest
 
 from adeye.signals import EGO_SPEED, EGO_X, EGO_Y, ESTIMATE_PLACE, PLACE_D, PLACE_S
 from adeye.signals import IMU_YAW_RATE as YAW_RATE
-from tests.simulate.faults.streams import END, ONSET, STEP, made, played, same, scenes
+from adeye.testing.sensors import moment
+from tests.simulate.faults.streams import (
+    END,
+    ONSET,
+    STEP,
+    at_onset,
+    made,
+    played,
+    same,
+    scenes,
+    streams,
+)
 
 
 def always(_tick: int) -> Any:
@@ -20,19 +33,19 @@ def estimates(parameters: dict[str, Any], model: str = "bias", **how: Any) -> li
     return [(given, faulty) for given, faulty in pairs if given.stamp[0] >= 0.0]
 
 
-@pytest.mark.parametrize(("signal", "x", "y"), [("ego_x", 3.0, 0.0), ("ego_y", 0.0, 3.0)])
-def test_bias_of_the_place_moves_its_place_on_the_road(signal: str, x: float, y: float) -> None:
-    given, faulty = estimates({"signal": signal, "size": "3 m"})[END - 5]
-    # The road is straight, along x.
-    off = faulty.estimate - given.estimate
-    for column, size in (
-        (EGO_X, x),
-        (EGO_Y, y),
-        (ESTIMATE_PLACE + PLACE_S, x),
-        (ESTIMATE_PLACE + PLACE_D, y),
-    ):
-        assert off[[0, 2], column] == pytest.approx([size, size])
-        assert off[1, column] == 0.0
+def test_bias_of_the_place_moves_its_place_on_the_road() -> None:
+    for signal, x, y in (("ego_x", 3.0, 0.0), ("ego_y", 0.0, 3.0)):
+        given, faulty = estimates({"signal": signal, "size": "3 m"})[END - 5]
+        off = faulty.estimate - given.estimate
+        # The road is straight, along x.
+        for column, size in (
+            (EGO_X, x),
+            (EGO_Y, y),
+            (ESTIMATE_PLACE + PLACE_S, x),
+            (ESTIMATE_PLACE + PLACE_D, y),
+        ):
+            assert off[[0, 2], column] == pytest.approx([size, size])
+            assert off[1, column] == 0.0
 
 
 def test_speed_is_never_below_zero() -> None:
@@ -47,9 +60,7 @@ def test_bias_varies_from_run_to_run() -> None:
 
 
 def test_scale_multiplies() -> None:
-    given, faulty = played(made("scale", "radar", {"signal": "range", "factor": 0.5}), "radar")[
-        ONSET
-    ]
+    given, faulty = at_onset("scale", "radar", {"signal": "range", "factor": 0.5})
     x = given.detections[0, :, 0][given.mask[0]] - 2.0
     assert 2.0 + 0.5 * x == pytest.approx(faulty.detections[0, :, 0][faulty.mask[0]])
 
@@ -90,8 +101,7 @@ def test_stuck_value_is_that_value() -> None:
 
 
 def test_stuck_bearing_leaves_the_range() -> None:
-    fault = made("stuck_at", "camera", {"signal": "bearing", "value": "30 deg"})
-    given, faulty = played(fault, "camera")[ONSET]
+    given, faulty = at_onset("stuck_at", "camera", {"signal": "bearing", "value": "30 deg"})
     seat = np.array([2.0, 0.5])
     before = np.linalg.norm(given.detections[0, given.mask[0], :2] - seat, axis=1)
     after = faulty.detections[0, faulty.mask[0], :2] - seat
@@ -113,14 +123,10 @@ def test_spikes_come_as_often_as_they_should() -> None:
 
 def test_flipped_sign_is_the_opposite_and_flipped_twice_nothing() -> None:
     flip = {"signal": "yaw_rate", "bit": 63}
-    pairs = played(made("bit_flip", "imu", flip), "imu")
-    given, faulty = pairs[ONSET]
+    given, faulty = at_onset("bit_flip", "imu", flip)
     assert faulty.values[0, YAW_RATE] == -given.values[0, YAW_RATE]
     again = made("bit_flip", "imu", flip)
-    from adeye.testing.sensors import moment
-
-    twice = again.apply(faulty, moment(np.array([True, False, True])))
-    assert same(twice, given)
+    assert same(again.apply(faulty, moment(np.array([True, False, True]))), given)
 
 
 def test_flip_of_the_exponent_may_make_no_number_and_the_place_is_nowhere() -> None:
@@ -134,12 +140,6 @@ def test_flip_of_the_exponent_may_make_no_number_and_the_place_is_nowhere() -> N
 
 def test_half_the_step_leaves_what_a_sample_draws() -> None:
     """The same samples, looked at twice as often, have the same noise."""
-    from copy import deepcopy
-    from dataclasses import replace
-
-    from adeye.testing.sensors import moment
-    from tests.simulate.faults.streams import streams
-
     noise = {"signal": "ego_x", "size": "1 m"}
     once = made("noise", "localisation", noise)
     twice = made("noise", "localisation", noise, step=STEP / 2)

@@ -1,53 +1,48 @@
 """Which objects are missed, made up, split or taken for others."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.signals import EGO_SPEED, EGO_YAW_RATE, OBJECT_CLASSES
 from tests.motorway import ARCHITECTURE
-from tests.simulate.faults.streams import CONTEXT, END, ONSET, STEP, made, played, scenes
+from tests.simulate.faults.streams import CONTEXT, END, ONSET, STEP, at_onset, made, played, scenes
 
 LEAD, NEIGHBOUR, WALL = range(3)
 REACH = float(ARCHITECTURE["vehicle"]["wheelbase"].removesuffix(" m"))
 
 
-def sources(model: str, parameters: dict[str, object], sensor: str = "truth") -> list[list[int]]:
-    _, faulty = played(made(model, sensor, parameters), sensor)[ONSET]
+def sources(parameters: dict[str, Any]) -> list[list[int]]:
+    """Return which objects are left of the truth where some are missed, by run."""
+    _, faulty = at_onset("miss", "truth", parameters)
     return [sorted(row[row >= 0].tolist()) for row in faulty.source]
 
 
-def test_only_the_class_that_is_named_is_missed() -> None:
+def test_only_the_classes_that_are_named_or_what_is_in_the_sector_is_missed() -> None:
+    every = [LEAD, NEIGHBOUR, WALL]
     names = [OBJECT_CLASSES[number] for number in CONTEXT.object_classes]
-    found = sources("miss", {"classes": [names[NEIGHBOUR], names[WALL]]})
-    assert found == [[LEAD], [LEAD, NEIGHBOUR, WALL], [LEAD]]
+    found = sources({"classes": [names[NEIGHBOUR], names[WALL]]})
+    assert found == [[LEAD], every, [LEAD]]
+    # The wall is at the right, the neighbour at the left.
+    found = sources({"right": "-90 deg", "left": "-1 deg"})
+    assert found == [[LEAD, NEIGHBOUR], every, [LEAD, NEIGHBOUR]]
 
 
 def test_class_is_that_of_the_object_where_the_sensor_tells_none() -> None:
-    shown = played(made("miss", "cell_radar", {"classes": ["truck"]}), "cell_radar")
-    given, faulty = shown[ONSET]
+    given, faulty = at_onset("miss", "cell_radar", {"classes": ["truck"]})
     assert NEIGHBOUR in given.source[0]
     assert NEIGHBOUR not in faulty.source[0]
     assert (faulty.source[0] >= 0).sum() == (given.source[0] >= 0).sum() - 1
 
 
 def test_what_is_beyond_is_missed() -> None:
-    given, faulty = played(made("miss", "truth", {"beyond": "45 m"}), "truth")[ONSET]
+    given, faulty = at_onset("miss", "truth", {"beyond": "45 m"})
     far = np.linalg.norm(given.detections[0, :, :2], axis=1) >= 45.0
     assert far.any()
     assert not far.all()
     assert faulty.source[0, faulty.mask[0]].tolist() == given.source[0, ~far].tolist()
-
-
-def test_what_is_in_the_sector_is_missed() -> None:
-    # The wall is at the right, the neighbour at the left.
-    sector: dict[str, object] = {"right": "-90 deg", "left": "-1 deg"}
-    assert sources("miss", sector) == [
-        [LEAD, NEIGHBOUR],
-        [LEAD, NEIGHBOUR, WALL],
-        [LEAD, NEIGHBOUR],
-    ]
 
 
 def test_share_of_misses_is_the_probability() -> None:
@@ -59,8 +54,8 @@ def test_share_of_misses_is_the_probability() -> None:
 
 
 def test_taken_for_another_class() -> None:
-    fault = {"classes": ["car"], "taken_for": "pedestrian"}
-    _, faulty = played(made("misclassify", "truth", fault), "truth")[ONSET]
+    taken = {"classes": ["car"], "taken_for": "pedestrian"}
+    _, faulty = at_onset("misclassify", "truth", taken)
     classes = [OBJECT_CLASSES[int(number)] for number in faulty.detections[0, :, 6]]
     assert sorted(classes) == sorted(["pedestrian", "truck", "barrier"])
 

@@ -24,17 +24,17 @@ def test_turned_there_and_back_is_where_it_was() -> None:
     assert back[1] == pytest.approx(y)
 
 
-@pytest.mark.parametrize("far", [np.nan, np.inf, -np.inf, 2.0 * FARTHEST, 1e300])
-def test_what_is_nowhere_has_no_place_on_the_road(far: float) -> None:
-    estimate = np.zeros((RUNS, 13))
-    estimate[:, EGO_X], estimate[:, EGO_Y] = 50.0, 1.75
-    estimate[0, EGO_X] = far
-    relocate(CONTEXT.road, np.array([True, True, False]), estimate)
-    place = estimate[:, ESTIMATE_PLACE:]
-    assert np.isnan(place[0, [PLACE_S, PLACE_D]]).all()
-    assert place[0, PLACE_LANE] == -1.0
-    assert place[1, [PLACE_S, PLACE_D, PLACE_LANE]].tolist() == [50.0, 1.75, 0.0]
-    assert not place[2].any()
+def test_what_is_nowhere_has_no_place_on_the_road() -> None:
+    for far in (np.nan, np.inf, -np.inf, 2.0 * FARTHEST, 1e300):
+        estimate = np.zeros((RUNS, 13))
+        estimate[:, EGO_X], estimate[:, EGO_Y] = 50.0, 1.75
+        estimate[0, EGO_X] = far
+        relocate(CONTEXT.road, np.array([True, True, False]), estimate)
+        place = estimate[:, ESTIMATE_PLACE:]
+        assert np.isnan(place[0, [PLACE_S, PLACE_D]]).all(), far
+        assert place[0, PLACE_LANE] == -1.0
+        assert place[1, [PLACE_S, PLACE_D, PLACE_LANE]].tolist() == [50.0, 1.75, 0.0]
+        assert not place[2].any()
 
 
 def test_returns_move_as_a_rigid_body_does() -> None:

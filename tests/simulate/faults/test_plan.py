@@ -1,4 +1,5 @@
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,15 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adeye.errors import SpecError
-from adeye.signals import OK, SILENT, ControlCommand, Measurement, Scene, SceneContext
+from adeye.signals import SILENT, ControlCommand, Measurement, Scene, SceneContext
 from adeye.simulate.channels.links import View
 from adeye.simulate.faults import FaultPlan
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
-from adeye.spec.odd import Attributes
-from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.testing.sensors import scene_of, three_objects
+from tests import motorway
+from tests.motorway import make_case, make_scenario
+from tests.simulate.faults import flows
+from tests.simulate.faults.flows import sample
 
 STEP = 0.05
 CAMERA_OUT: dict[str, Any] = {
@@ -31,60 +34,21 @@ NOMINAL_SILENT: dict[str, Any] = {
     "model": "silent",
     "onset": {"when": "lead.gap < 30 m"},
 }
-SCENARIO = LogicalScenario.model_validate(
-    {
-        "scenario": "three",
-        "title": "Three objects",
-        "provenance": {"source": "made for a test"},
-        "parameters": {"delay": {"default": "1 s"}},
-        "world": {
-            "road": {
-                "length": "2000 m",
-                "lanes": 3,
-                "lane_width": "3.5 m",
-                "shoulder": "2.5 m",
-                "speed_limit": "130 km/h",
-            },
-            "objects": {
-                "wall": {
-                    "kind": "barrier",
-                    "s": "70 m",
-                    "offset": "1.75 m",
-                    "length": "3 m",
-                    "width": "1 m",
-                    "height": "1 m",
-                }
-            },
-        },
-        "environment": {"rain": "0 mm/h", "fog_visibility": "2000 m", "friction": 0.9},
-        "ego": {"lane": 1, "s": "0 m", "speed": "20 m/s"},
-        "actors": {
-            name: {"kind": "car", "start": {"lane": 1, "s": "40 m", "speed": "8 m/s"}}
-            for name in ("lead", "neighbour")
-        },
-        "horizon": "5 s",
-    }
+WALL = {"kind": "barrier", "s": "70 m", "offset": "1.75 m"}
+SIZE = {"length": "3 m", "width": "1 m", "height": "1 m"}
+SCENARIO = make_scenario(
+    parameters={"delay": {"default": "1 s"}},
+    world={"objects": {"wall": WALL | SIZE}},
+    ego={"s": "0 m", "speed": "20 m/s"},
+    actors={
+        name: {"kind": "car", "start": {"lane": 1, "s": "40 m", "speed": "8 m/s"}}
+        for name in ("lead", "neighbour")
+    },
 )
 ARCHITECTURE = Architecture.model_validate(
     {
-        "architecture": "bare",
-        "title": "Two parts that can fail",
-        "vehicle": {
-            "length": "4.5 m",
-            "width": "1.8 m",
-            "height": "1.5 m",
-            "wheelbase": "2.7 m",
-            "max_acceleration": "3 m/s^2",
-            "max_deceleration": "9 m/s^2",
-            "max_steering_angle": "0.6 rad",
-            "max_steering_rate": "0.8 rad/s",
-            "acceleration_lag": "0.2 s",
-            "steering_lag": "0.1 s",
-        },
-        "sensors": {
-            "front": {"kind": "ground_truth", "rate": "20 Hz"},
-            "rear": {"kind": "ground_truth", "rate": "20 Hz"},
-        },
+        **motorway.ARCHITECTURE,
+        "sensors": {name: {"kind": "ground_truth", "rate": "20 Hz"} for name in ("front", "rear")},
         "channels": {name: {"kind": name, "links": ["front"]} for name in ("nominal", "safety")},
         "switch": {
             "policy": "fixed_priority",
@@ -98,19 +62,11 @@ CONTEXT: SceneContext = three_objects()
 
 
 def case(*faults: Mapping[str, Any], delay: float = 1.0) -> TestCase:
-    return TestCase(
-        scenario_id="three",
-        scenario=SCENARIO,
-        parameters={"delay": delay},
+    return replace(
+        make_case(SCENARIO, {"delay": delay}),
         architecture=ARCHITECTURE,
         faults=tuple(FAULT.validate_python(fault) for fault in faults),
         fault_entry="+".join(fault["id"] for fault in faults) or "none",
-        replicate=0,
-        seed=1,
-        step=STEP,
-        point={},
-        inside_odd=True,
-        attributes=Attributes.model_construct(),
     )
 
 
@@ -118,47 +74,37 @@ def scenes(ticks: int) -> list[Scene]:
     return [scene_of(CONTEXT, tick) for tick in range(ticks)]
 
 
+def active_ticks(*cases: TestCase, ticks: int, run: int = 0) -> list[int]:
+    """Return the ticks at which the first fault is active in a run; one case is that of all."""
+    found: list[int] = np.flatnonzero(activity(cases, ticks)[:, run, 0]).tolist()
+    return found
+
+
 def activity(cases: Sequence[TestCase], ticks: int) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """(T, B, F)."""
-    plan = FaultPlan(cases, CONTEXT)
+    plan = FaultPlan(list(cases) * (3 // len(cases)), CONTEXT)
     return np.array([plan.update(scene) for scene in scenes(ticks)])
 
 
 def reading(time: float) -> Measurement:
-    return Measurement(
-        np.full(3, time),
-        np.ones(3, dtype=np.bool_),
-        np.ones(3, dtype=np.bool_),
-        np.ones((3, 2), dtype=np.bool_),
-        np.full((3, 2, 7), time),
-        np.zeros((3, 2), dtype=np.int64),
-    )
+    return sample(time, runs=3)
 
 
 def command(channel: str, time: float) -> ControlCommand:
-    status = np.full(3, OK, dtype=np.int64)
-    return ControlCommand(channel, np.full(3, time), np.zeros(3), np.full(3, time), status)
+    return flows.command(time, channel=channel, runs=3)
 
 
-def test_fault_is_present_from_its_onset_for_its_duration() -> None:
-    active = activity([case(CAMERA_OUT)] * 3, 10)
-    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 5, 6]
-
-
-def test_fault_without_duration_lasts_to_the_end() -> None:
-    active = activity([case({**CAMERA_OUT, "duration": None})] * 3, 30)
-    assert np.flatnonzero(active[:, 0, 0]).tolist() == list(range(4, 30))
-
-
-def test_times_vary_from_run_to_run() -> None:
+def test_fault_is_present_from_its_onset_for_its_duration_or_to_the_end() -> None:
+    assert active_ticks(case(CAMERA_OUT), ticks=10) == [4, 5, 6]
+    assert active_ticks(case({**CAMERA_OUT, "duration": None}), ticks=30) == list(range(4, 30))
+    # Times vary from run to run.
     late = {**CAMERA_OUT, "onset": {"at": "0.3 s"}, "duration": "0.05 s"}
-    active = activity([case(CAMERA_OUT), case(late), case(CAMERA_OUT)], 10)
-    assert np.flatnonzero(active[:, 1, 0]).tolist() == [6]
-    assert np.flatnonzero(active[:, 2, 0]).tolist() == [4, 5, 6]
+    three = case(CAMERA_OUT), case(late), case(CAMERA_OUT)
+    assert [active_ticks(*three, ticks=10, run=run) for run in (1, 2)] == [[6], [4, 5, 6]]
 
 
 def test_condition_begins_a_fault_in_each_run_when_it_first_holds_there() -> None:
-    active = activity([case(NOMINAL_SILENT)] * 3, 60)
+    active = activity([case(NOMINAL_SILENT)], 60)
     first = [int(np.argmax(active[:, run, 0])) for run in range(3)]
     for speed, tick in zip((10.0, 15.0, 20.0), first, strict=True):
         before, at = (35.5 - (speed - 8.0) * STEP * when for when in (tick - 1, tick))
@@ -173,35 +119,28 @@ def test_condition_may_use_a_parameter_of_the_scenario() -> None:
     assert [int(active[:, run, 0].sum()) for run in range(3)] == [8, 6, 0]
 
 
-def test_duration_counts_from_when_the_condition_held() -> None:
-    fault = {**NOMINAL_SILENT, "onset": {"when": "time >= 0.2 s"}, "duration": "0.1 s"}
-    assert np.flatnonzero(activity([case(fault)] * 3, 10)[:, 0, 0]).tolist() == [4, 5]
-
-
 def test_intermittent_fault_comes_again_after_it_went() -> None:
     fault = {**CAMERA_OUT, "duration": "0.1 s", "every": "0.25 s"}
-    active = activity([case(fault)] * 3, 20)
-    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 5, 9, 10, 14, 15, 19]
-    twice = activity([case({**fault, "times": 2})] * 3, 20)
-    assert np.flatnonzero(twice[:, 0, 0]).tolist() == [4, 5, 9, 10]
+    assert active_ticks(case(fault), ticks=20) == [4, 5, 9, 10, 14, 15, 19]
+    assert active_ticks(case({**fault, "times": 2}), ticks=20) == [4, 5, 9, 10]
 
 
-def test_intermittent_fault_counts_from_when_its_condition_held() -> None:
+def test_duration_and_repetition_count_from_when_the_condition_held() -> None:
     fault = {**NOMINAL_SILENT, "onset": {"when": "time >= 0.2 s"}}
-    active = activity([case({**fault, "duration": "0.05 s", "every": "0.3 s"})] * 3, 20)
-    assert np.flatnonzero(active[:, 0, 0]).tolist() == [4, 10, 16]
+    assert active_ticks(case({**fault, "duration": "0.1 s"}), ticks=10) == [4, 5]
+    again = {**fault, "duration": "0.05 s", "every": "0.3 s"}
+    assert active_ticks(case(again), ticks=20) == [4, 10, 16]
 
 
 def test_random_onset_lies_in_its_window_and_hangs_on_the_situation_alone() -> None:
     fault = {**CAMERA_OUT, "onset": {"between": ["0.2 s", "1.2 s"]}, "duration": None}
     cases = [case(fault, delay=delay) for delay in np.linspace(0.1, 2.0, 3)]
-    first = np.argmax(activity(cases, 40)[:, :, 0], axis=0)
-    assert ((first >= 4) & (first <= 24)).all()
-    assert len(set(first.tolist())) > 1
-    alone = [np.argmax(activity([one] * 3, 40)[:, 0, 0]) for one in cases]
-    assert alone == first.tolist()
-    other = activity([case({**fault, "id": "another"}, delay=0.1)] * 3, 40)[:, 0, 0]
-    assert np.argmax(other) != first[0]
+    first = [active_ticks(*cases, ticks=40, run=run)[0] for run in range(3)]
+    assert all(4 <= tick <= 24 for tick in first)
+    assert len(set(first)) > 1
+    assert [active_ticks(one, ticks=40)[0] for one in cases] == first
+    other = case({**fault, "id": "another"}, delay=0.1)
+    assert active_ticks(other, ticks=40)[0] != first[0]
 
 
 def test_ended_run_has_no_active_fault() -> None:
@@ -253,32 +192,20 @@ def test_only_the_target_is_touched() -> None:
     assert commands[0].status.tolist() == [SILENT] * 3
 
 
-def test_removed_fault_returns_the_signal() -> None:
-    plan = FaultPlan([case(CAMERA_OUT)] * 3, CONTEXT)
-    seen = []
-    for scene in scenes(10):
-        given_reading = reading(scene.time)
-        faulty = plan.on_readings({"front": given_reading}, plan.update(scene), scene)["front"]
-        seen.append(faulty is given_reading)
-    assert seen == [True] * 4 + [False] * 3 + [True] * 3
-
-
-def test_two_faults_of_one_target_are_one_outage() -> None:
+def test_removed_fault_returns_the_signal_and_two_of_one_target_are_one_outage() -> None:
     other = {**CAMERA_OUT, "id": "again", "onset": {"at": "0.3 s"}}
-    plan = FaultPlan([case(CAMERA_OUT, other)] * 3, CONTEXT)
-    alive = [
-        bool(plan.on_readings({"front": reading(s.time)}, plan.update(s), s)["front"].alive.all())
-        for s in scenes(10)
-    ]
-    assert alive == [True] * 4 + [False] * 5 + [True]
+    for faults, sound in (((CAMERA_OUT,), [7, 8, 9]), ((CAMERA_OUT, other), [9])):
+        plan = FaultPlan([case(*faults)] * 3, CONTEXT)
+        for scene in scenes(10):
+            given = reading(scene.time)
+            found = plan.on_readings({"front": given}, plan.update(scene), scene)["front"]
+            is_sound = scene.tick in [0, 1, 2, 3, *sound]
+            assert (found is given) == bool(found.alive.all()) == is_sound, scene.tick
 
 
-def test_unknown_target_is_refused() -> None:
+def test_unknown_target_and_different_faults_in_one_batch_are_refused() -> None:
     with pytest.raises(SpecError, match=r"no sensors\.side"):
         FaultPlan([case({**CAMERA_OUT, "target": "sensors.side"})] * 3, CONTEXT)
-
-
-def test_different_faults_in_one_batch_are_refused() -> None:
     with pytest.raises(SpecError, match="different faults"):
         FaultPlan([case(CAMERA_OUT), case(CAMERA_OUT), case()], CONTEXT)
 

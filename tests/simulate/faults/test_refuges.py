@@ -74,17 +74,13 @@ def test_the_ego_stands_in_the_best_place_in_reach(traces: dict[str, Trace], nam
     assert violation_s(trace, 0) is None
     quality = rate_run(trace, 0)
     assert (quality.achieved, quality.regret) == (PLACES[name], 0.0)
-
-
-@pytest.mark.parametrize("name", PLACES)
-def test_the_signal_says_whether_it_stands_in_a_refuge(traces: dict[str, Trace], name: str) -> None:
-    trace = traces[name]
+    # The signals say the same.
     signals = TraceSignals(trace, np.ones(1, dtype=np.bool_))
-    row = int(trace.length[0]) - 1
-    assert signals.series("ego.in_refuge").values[0, row] == (PLACES[name] == 0.0)
-    assert not signals.series("ego.in_refuge").values[0, 0]
-    assert signals.series("ego.on_road").values[0, : row + 1].all()
-    assert signals.series("safe_state").values[0, row]
+    in_refuge = signals.series("ego.in_refuge").values[0]
+    assert in_refuge[last] == (PLACES[name] == 0.0)
+    assert not in_refuge[0]
+    assert signals.series("ego.on_road").values[0, : last + 1].all()
+    assert signals.series("safe_state").values[0, last]
 
 
 def test_it_drives_on_to_the_bay_at_its_speed_and_no_faster(traces: dict[str, Trace]) -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand, Floats, Measurement
+from adeye.signals import NO_CHANNEL, SILENT, Authority, ControlCommand, Floats, Measurement
 from adeye.simulate.channels.links import no_command
 from adeye.simulate.faults.injector import InjectorContext
 from adeye.simulate.faults.rows import (
@@ -24,6 +24,7 @@ from adeye.simulate.faults.rows import (
 )
 from adeye.spec.fault import FAULT
 from adeye.spec.sensor_faults import SIGNALS, has_signal
+from tests.simulate.faults import flows
 from tests.simulate.faults.streams import (
     CONTEXT,
     ONSET,
@@ -39,9 +40,9 @@ FIRST = np.array([True, False])
 
 
 def command(number: float) -> ControlCommand:
-    numbers = np.full(2, number)
-    status = np.full(2, OK, dtype=np.int64)
-    return ControlCommand("a", numbers, numbers.copy(), numbers.copy(), status, np.ones((2, 3, 4)))
+    made = flows.command(number, channel="a")
+    made.plan = np.ones((2, 3, 4))
+    return made
 
 
 def test_copy_does_not_follow() -> None:
@@ -93,16 +94,10 @@ def test_queue_lets_what_was_last_stand_and_then_hands_on_in_order() -> None:
 
 
 def listed(xs: list[float]) -> Measurement:
-    rows = np.zeros((1, len(xs), 7))
-    rows[0, :, 0] = xs
-    return Measurement(
-        np.zeros(1),
-        np.ones(1, dtype=np.bool_),
-        np.ones(1, dtype=np.bool_),
-        np.ones((1, len(xs)), dtype=np.bool_),
-        rows,
-        np.arange(len(xs))[None],
-    )
+    made = flows.sample(0.0, runs=1, things=len(xs))
+    made.detections[0, :, 0] = xs
+    made.source[0] = np.arange(len(xs))
+    return made
 
 
 ALL = np.ones(1, dtype=np.bool_)
@@ -154,14 +149,16 @@ def within(bearing: float, right: float, left: float) -> bool:
 
 
 def test_sector_goes_from_right_to_left_through_the_rear_if_need_be() -> None:
-    assert within(0.0, -0.1, 0.1)
-    assert not within(0.2, -0.1, 0.1)
-    assert not within(0.1, -0.1, 0.1)
-    assert within(3.1, 3.0, -3.0)
-    assert within(-3.1, 3.0, -3.0)
-    assert not within(0.0, 3.0, -3.0)
-    assert not within(1.0, 1.0, 1.0)
-    assert not within(np.nan, -1.0, 1.0)
+    for sector in ((0.0, -0.1, 0.1), (3.1, 3.0, -3.0), (-3.1, 3.0, -3.0)):
+        assert within(*sector)
+    for sector in (
+        (0.2, -0.1, 0.1),
+        (0.1, -0.1, 0.1),
+        (0.0, 3.0, -3.0),
+        (1.0, 1.0, 1.0),
+        (np.nan, -1.0, 1.0),
+    ):
+        assert not within(*sector)
 
 
 @given(st.floats(-np.pi, np.pi))

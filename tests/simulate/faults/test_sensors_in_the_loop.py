@@ -11,6 +11,7 @@ import pytest
 from adeye.signals import SILENT
 from adeye.spec.fault import FAULT
 from tests.project import MINI, Project, run_cases
+from tests.simulate.faults.test_closed_loop import first_difference
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from adeye.trace import Trace
 
 ONSET = 2.0
-SENSORS = ("front_camera", "front_radar", "localisation", "truth")
 
 
 @pytest.fixture(scope="module")
@@ -50,19 +50,6 @@ def faulty(
         for k, fault in enumerate(faults)
     )
     return run_cases(plan, [replace(case, faults=made, fault_entry="all")] * runs)
-
-
-def first_difference(one: Trace, other: Trace) -> int | None:
-    """The first row in which two traces differ beyond the flags of faults; None for none."""
-    rows = min(len(one.time), len(other.time))
-    found = [rows] if len(one.time) != len(other.time) else []
-    for name, values in one.columns.items():
-        if name == "fault_active" or values.shape[2:] != other.columns[name].shape[2:]:
-            continue
-        a, b = values[0, :rows], other.columns[name][0, :rows]
-        unlike = [k for k in range(rows) if a[k].tobytes() != b[k].tobytes()]
-        found += unlike[:1]
-    return min(found) if found else None
 
 
 NULL: list[dict[str, Any]] = [
@@ -144,29 +131,17 @@ def test_no_flipped_bit_brings_down_the_loop(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("signal", ["ego_x", "ego_heading", "ego_speed"])
+@pytest.mark.parametrize(
+    ("signal", "one"), [("ego_x", "1 m"), ("ego_heading", "1 rad"), ("ego_speed", "1 m/s")]
+)
 def test_ego_estimate_without_numbers_is_not_used_and_the_safety_channel_acts(
-    planned: tuple[CampaignPlan, TestCase], signal: str
+    planned: tuple[CampaignPlan, TestCase], signal: str, one: str
 ) -> None:
     """All bits of the exponent make no number of what is stuck there."""
-    from adeye.units import Dimension
-    from tests.simulate.faults.test_sensor_laws import SIZES
-
-    dimension = Dimension.ANGLE if "heading" in signal else Dimension.LENGTH
-    size = (
-        "1 m/s"
-        if signal == "ego_speed"
-        else SIZES[dimension].replace("0.7", "1").replace("2 deg", "1 rad")
-    )
     target = {"target": "sensors.localisation", "signal": signal}
     # The exponent of 1 is 1023: its highest bit makes 2047, which with no fraction is infinite.
-    trace = faulty(
-        planned,
-        [
-            {**target, "model": "stuck_at", "value": size},
-            {**target, "model": "bit_flip", "bit": 62},
-        ],
-    )
+    stuck = {**target, "model": "stuck_at", "value": one}
+    trace = faulty(planned, [stuck, {**target, "model": "bit_flip", "bit": 62}])
     rows = int(trace.length[0]) - 1
     assert np.isfinite(trace.columns["command"][0, :rows]).all()
     nominal = trace.layout.channels.index("nominal")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.relation import tick_time
+from adeye.testing.sensors import moment
 from tests.simulate.faults.streams import END, ONSET, STEP, made, played, streams
 
 
@@ -95,7 +96,6 @@ def test_lost_sample_leaves_the_one_before() -> None:
 
 def long_play(parameters: dict[str, Any], samples: int) -> list[bool]:
     """Which of many samples are lost."""
-    from adeye.testing.sensors import moment
 
     fault = made("sample_loss", "truth", parameters)
     item, active = streams()["truth"][0], np.ones(3, dtype=np.bool_)

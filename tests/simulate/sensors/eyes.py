@@ -1,12 +1,11 @@
 """One seeing sensor and a nominal channel that hears nothing else: what it has tracks of."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,13 +16,9 @@ from adeye.simulate.channels.perception.clustering import Clustering
 from adeye.simulate.sensors.rig import Rig, mounts
 from adeye.spec.channels import NominalParameters
 from adeye.spec.sensors import PhysicalLidar
+from adeye.sweep.case import TestCase
 from adeye.testing.scenes import channel_context
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from adeye.sweep.case import TestCase
 
 EGO = (100.0, 5.25)
 """Where the ego is at first; it drives along x."""

@@ -1,30 +1,22 @@
 """Physical lidars for tests, and what came back to them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 from adeye.signals import POINT_RANGE, Floats, Ints, Measurement, Scene, SceneContext
 from adeye.simulate.sensors.lidar import LidarSensor
 from adeye.spec.sensors import PhysicalLidar
-from tests.simulate.sensors.scenes import sensor_context
+from tests.simulate.sensors.scenes import sensor_context, sensor_spec
 
 DEGREE = math.pi / 180.0
 WALL = (0.2, 400.0, 3.0)
 
 
 def spec(**changes: Any) -> PhysicalLidar:
-    fields: dict[str, Any] = {
-        "kind": "lidar",
-        "fidelity": "physical",
-        "mount": {"z": "0.8 m"},
-        "field_of_view": "360 deg",
-        "beams": 720,
-        "range": "150 m",
-        "rate": "10 Hz",
-    }
-    return PhysicalLidar.model_validate({**fields, **changes})
+    fields = {"field_of_view": "360 deg", "beams": 720, "range": "150 m", "rate": "10 Hz"}
+    mount = {"mount": {"z": "0.8 m"}}
+    made: PhysicalLidar = sensor_spec("lidar/physical", **(fields | mount | changes))
+    return made
 
 
 def sensor(context: SceneContext, *, name: str = "front", **changes: Any) -> LidarSensor:

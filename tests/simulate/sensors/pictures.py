@@ -1,18 +1,14 @@
 """Physical cameras on hand-made scenes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from adeye.signals import Measurement, Scene, SceneContext
 from adeye.simulate.sensors.camera import Frame, PhysicalCameraSensor
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.sensors import PhysicalCamera
-from tests.simulate.sensors.scenes import sensor_context
-
-if TYPE_CHECKING:
-    from adeye.signals import Measurement, Scene, SceneContext
+from tests.simulate.sensors.scenes import sensor_context, sensor_spec
 
 PERSON = (0.5, 0.6, 1.75)
 HEIGHT = 1.3
@@ -22,10 +18,10 @@ HEIGHT = 1.3
 def spec(**changes: Any) -> PhysicalCamera:
     """Return a camera 1.3 m above the ground with an angle of view of 50 degrees."""
     mount = {"z": f"{HEIGHT} m"} | changes.pop("mount", {})
-    fields = {"field_of_view": "50 deg", "rate": "20 Hz", "mount": mount}
-    return PhysicalCamera.model_validate(
-        {"kind": "camera", "fidelity": "physical"} | fields | changes
+    made: PhysicalCamera = sensor_spec(
+        "camera/physical", **({"field_of_view": "50 deg", "mount": mount} | changes)
     )
+    return made
 
 
 def focal(record: PhysicalCamera) -> float:

@@ -1,32 +1,24 @@
 """Hand-made scenes for the tests of sensors: boxes at places, an ego, weather."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
+from adeye import signals
 from adeye.kernel.random import owner_id
 from adeye.ports import SensorContext
-from adeye.signals import (
-    DETECTION_X,
-    DETECTION_Y,
-    OBJECT_CLASSES,
-    Floats,
-    Measurement,
-    Scene,
-    SceneContext,
-    Surroundings,
-)
+from adeye.signals import Floats, Measurement, Scene, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
+from adeye.spec.sensors import BuiltInSensor
 from adeye.testing.scenes import ego_estimate, straight_road
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 CAR = (4.5, 1.8, 1.5)
 TRUCK = (10.0, 2.5, 3.8)
+RECORD: TypeAdapter[Any] = TypeAdapter(BuiltInSensor)
+
 EGO = (0.0, 0.0, 0.0, 0.0)
 """x, y, heading, speed: at the origin, so that the map and the vehicle frame are one."""
 
@@ -49,7 +41,7 @@ def scene_context(
         weather: Fields of ``Surroundings``, the same for every run.
     """
     clear = replace(Surroundings.clear(runs), fog_visibility=np.full(runs, 1e9))
-    classes = [OBJECT_CLASSES.index(kind) for kind in kinds or ["car"] * len(sizes)]
+    classes = [signals.OBJECT_CLASSES.index(kind) for kind in kinds or ["car"] * len(sizes)]
     return SceneContext(
         step=step,
         object_ids=tuple(f"thing_{index}" for index in range(len(sizes))),
@@ -102,6 +94,20 @@ def scene(
     )
 
 
+def sensor_spec(model: str, **changes: Any) -> Any:
+    """Return the record of a sensor that looks ahead from the origin, twenty times a second.
+
+    Args:
+        model: Its kind, with ``/physical`` where it makes what the device makes.
+        changes: Fields of the record.
+    """
+    kind, _, fidelity = model.partition("/")
+    fields = {"kind": kind, "mount": {"x": "0 m"}, "rate": "20 Hz"}
+    if fidelity:
+        fields["fidelity"] = fidelity
+    return RECORD.validate_python(fields | changes)
+
+
 def sensor_context(
     spec: Any,
     context: SceneContext,
@@ -121,8 +127,8 @@ def seen(measurement: Measurement, run: int = 0) -> dict[int, tuple[float, float
     places = measurement.detections[run]
     return {
         int(measurement.source[run, row]): (
-            float(places[row, DETECTION_X]),
-            float(places[row, DETECTION_Y]),
+            float(places[row, signals.DETECTION_X]),
+            float(places[row, signals.DETECTION_Y]),
         )
         for row in rows
     }

@@ -1,69 +1,43 @@
 """Rate and latency in whole ticks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.delivery import (
-    JITTER_DRAW,
     Delays,
     Delivery,
     insert,
     no_measurement,
     sample_at,
 )
-from adeye.kernel.random import owner_id, uniform
+from adeye.kernel.random import owner_id
+from adeye.signals import Floats, Measurement
 from adeye.simulate.sensors.ranging import RangingSensor
-from adeye.spec.sensors import Radar
-from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context
-
-if TYPE_CHECKING:
-    from adeye.ports import SensorContext
-    from adeye.signals import Floats, Measurement
+from tests.simulate.sensors.scenes import CAR, scene, scene_context, sensor_context, sensor_spec
 
 
-def sample(time: float) -> Measurement:
-    made = no_measurement(1, 1, with_estimate=False)
-    made.stamp[:] = time
-    return made
-
-
-def stamps(every: int, latency: int, ticks: int) -> list[tuple[float, bool]]:
-    delivery = Delivery(every, latency, no_measurement(1, 1, with_estimate=False))
-    seen = []
-    for tick in range(ticks):
+@pytest.mark.parametrize(
+    ("every", "latency", "newest", "fresh"),
+    [
+        (1, 0, [0, 1, 2], [True, True, True]),
+        (1, 2, [-1, -1, 0, 1], [False, False, True, True]),
+        (3, 1, [-1, 0, 0, 0, 3, 3], [False, True, False, False, True, False]),
+        # A latency longer than the period keeps the order.
+        (2, 5, [-1, -1, -1, -1, -1, 0, 0, 2, 2, 4], [False] * 5 + [True, False] * 2 + [True]),
+    ],
+)
+def test_sample_is_there_after_the_latency_until_the_next_one(
+    every: int, latency: int, newest: list[int], fresh: list[bool]
+) -> None:
+    delivery = Delivery(every, latency, made(-1.0))
+    for tick, expected in enumerate(zip(newest, fresh, strict=True)):
         if delivery.is_due(tick):
-            delivery.push(tick, sample(float(tick)))
-        newest = delivery.newest(tick)
-        seen.append((float(newest.stamp[0]), bool(newest.fresh[0])))
-    return seen
-
-
-def test_without_latency_a_sample_is_there_at_once() -> None:
-    assert stamps(1, 0, 3) == [(0.0, True), (1.0, True), (2.0, True)]
-
-
-def test_latency_delays_the_first_sample() -> None:
-    assert stamps(1, 2, 4) == [(-1.0, False), (-1.0, False), (0.0, True), (1.0, True)]
-
-
-def test_slow_sensor_holds_its_sample_between_ticks() -> None:
-    assert stamps(3, 1, 6) == [
-        (-1.0, False),
-        (0.0, True),
-        (0.0, False),
-        (0.0, False),
-        (3.0, True),
-        (3.0, False),
-    ]
-
-
-def test_latency_longer_than_the_period_keeps_the_order() -> None:
-    assert [stamp for stamp, _ in stamps(2, 5, 10)] == [-1, -1, -1, -1, -1, 0, 0, 2, 2, 4]
+            delivery.push(tick, made(tick))
+        found = delivery.newest(tick)
+        assert (found.stamp[0], found.fresh[0]) == expected, tick
 
 
 def test_objects_are_listed_by_distance_and_equal_ones_in_their_order() -> None:
@@ -85,91 +59,64 @@ def test_sample_is_empty_until_something_is_detected() -> None:
 OWNER = owner_id("sensor/front")
 
 
-def late(seeds: int, jitter: int, ticks: int, *, every: int = 1, latency: int = 1) -> Floats:
+def made(tick: float, runs: int = 1) -> Measurement:
+    """Return a sample of every run that tells the tick at which it was taken."""
+    sample = no_measurement(runs, 1, with_estimate=False)
+    sample.stamp[:] = sample.detections[:] = tick
+    return sample
+
+
+def delays(runs: int, jitter: int) -> Delays:
+    return Delays(np.arange(1, runs + 1, dtype=np.uint64), OWNER, jitter)
+
+
+def late(runs: int, jitter: int, ticks: int, *, every: int = 1, latency: int = 1) -> Floats:
     """Return the stamps (T, B) of the newest samples of a jittery sensor, in ticks."""
-    first = no_measurement(seeds, 0, with_estimate=False)
-    numbers = np.arange(1, seeds + 1, dtype=np.uint64)
-    delivery = Delivery(every, latency, first, Delays(numbers, OWNER, jitter))
+    delivery = Delivery(every, latency, made(-1.0, runs), delays(runs, jitter))
     rows = []
     for tick in range(ticks):
         if delivery.is_due(tick):
-            made = no_measurement(seeds, 0, with_estimate=False)
-            made.stamp[:] = tick
-            delivery.push(tick, made)
+            delivery.push(tick, made(tick, runs))
         rows.append(delivery.newest(tick).stamp.copy())
     return np.array(rows)
 
 
-def arrivals(stamps: Floats, every: int) -> Floats:
-    """Return the tick (N, B) at which each sample, or a later one, was there first."""
-    made = np.arange(0, stamps.shape[0], every)
-    return np.array([(stamps >= tick).argmax(axis=0) for tick in made])
-
-
-def test_delays_are_uniform_from_nothing_to_the_jitter() -> None:
-    delays = Delays(np.arange(1, 501, dtype=np.uint64), OWNER, 3)
-    draws = np.concatenate([delays.draw() for _ in range(40)])
-    counts = np.bincount(draws, minlength=4)
+def test_delays_are_uniform_from_nothing_to_the_jitter_and_independent() -> None:
+    drawing = delays(500, 3)
+    counts = np.bincount(np.concatenate([drawing.draw() for _ in range(40)]), minlength=4)
     assert counts.size == 4
-    expected = draws.size / 4
     # Chi-squared with 3 degrees of freedom: above 16.3 once in a thousand.
-    assert ((counts - expected) ** 2 / expected).sum() < 16.3
-
-
-def test_delays_of_runs_and_samples_are_independent() -> None:
-    delays = Delays(np.arange(1, 401, dtype=np.uint64), OWNER, 9)
-    drawn = np.array([delays.draw() for _ in range(50)], dtype=np.float64) - 4.5
-    variance = (drawn * drawn).mean()
-    assert abs((drawn[1:] * drawn[:-1]).mean()) < 5.0 * variance / np.sqrt(drawn.size)
-    assert abs((drawn[:, 1:] * drawn[:, :-1]).mean()) < 5.0 * variance / np.sqrt(drawn.size)
+    assert ((counts - 5000.0) ** 2 / 5000.0).sum() < 16.3
+    drawing = delays(400, 9)
+    drawn = np.array([drawing.draw() for _ in range(50)], dtype=np.float64) - 4.5
+    least = 5.0 * (drawn * drawn).mean() / np.sqrt(drawn.size)
+    assert abs((drawn[1:] * drawn[:-1]).mean()) < least
+    assert abs((drawn[:, 1:] * drawn[:, :-1]).mean()) < least
 
 
 def test_rare_samples_come_within_latency_and_jitter() -> None:
-    stamps = late(200, 3, 103, every=5, latency=2)
-    waited = arrivals(stamps[:100], 5)[:-1] - np.arange(0, 95, 5)[:, None]
+    stamps = late(200, 3, 103, every=5, latency=2)[:100]
+    # The tick (N, B) at which each sample, or a later one, was there first.
+    arrivals = np.array([(stamps >= tick).argmax(axis=0) for tick in range(0, 95, 5)])
+    waited = arrivals - np.arange(0, 95, 5)[:, None]
     assert sorted(set(waited.ravel().tolist())) == [2, 3, 4, 5]
 
 
-def test_samples_never_overtake() -> None:
-    stamps = late(100, 6, 80)
-    assert (np.diff(stamps, axis=0) >= 0.0).all()
-    # Some come together, because one held up the others.
-    assert (np.diff(stamps, axis=0) > 1.0).any()
-
-
 def test_held_up_sample_holds_up_those_behind_it() -> None:
-    seeds = np.array([1], dtype=np.uint64)
-    delays = Delays(seeds, OWNER, 6)
-    draws = [int(delays.draw()[0]) for _ in range(40)]
+    drawing = delays(1, 6)
+    draws = [int(drawing.draw()[0]) for _ in range(40)]
     due = np.maximum.accumulate(np.arange(40) + 1 + np.array(draws))
     expected = [max(np.flatnonzero(due <= tick), default=-1) for tick in range(40)]
     assert late(1, 6, 40)[:, 0].tolist() == expected
-
-
-def test_delay_of_a_run_does_not_depend_on_its_batch() -> None:
-    assert np.array_equal(late(5, 4, 40)[:, :2], late(2, 4, 40))
-
-
-def test_delays_are_drawn_far_from_the_draws_of_the_models() -> None:
-    delays = Delays(np.array([7], dtype=np.uint64), OWNER, 9)
-    for number in range(5):
-        share = uniform(np.uint64(7), np.uint64(OWNER), number, JITTER_DRAW)
-        assert int(delays.draw()[0]) == int(10.0 * share)
-    assert JITTER_DRAW > 2**31
+    # Some come together, because one held up the others.
+    assert max(np.diff(expected)) > 1
 
 
 def test_measurement_that_was_handed_out_stays_as_it_was() -> None:
-    delivery = Delivery(
-        1,
-        0,
-        no_measurement(2, 1, with_estimate=False),
-        Delays(np.array([1, 2], dtype=np.uint64), OWNER, 2),
-    )
+    delivery = Delivery(1, 0, made(-1.0, 2), delays(2, 2))
     shown, copies = [], []
     for tick in range(12):
-        made = no_measurement(2, 1, with_estimate=False)
-        made.stamp[:] = made.detections[:] = tick
-        delivery.push(tick, made)
+        delivery.push(tick, made(tick, 2))
         newest = delivery.newest(tick)
         shown.append(newest)
         copies.append(newest.copy())
@@ -179,28 +126,18 @@ def test_measurement_that_was_handed_out_stays_as_it_was() -> None:
 
 
 def test_tick_that_nobody_looked_at_loses_no_sample() -> None:
-    def stamp(looks: list[int]) -> float:
-        first = no_measurement(1, 0, with_estimate=False)
-        delivery = Delivery(1, 0, first, Delays(np.array([3], dtype=np.uint64), OWNER, 2))
+    for looks in ([0, 9], range(10)):
+        delivery = Delivery(1, 0, made(-1.0), delays(1, 2))
         for tick in range(10):
             if tick < 5:
-                made = no_measurement(1, 0, with_estimate=False)
-                made.stamp[:] = tick
-                delivery.push(tick, made)
+                delivery.push(tick, made(tick))
             if tick in looks:
                 newest = delivery.newest(tick)
-        return float(newest.stamp[0])
-
-    assert stamp([0, 9]) == stamp(list(range(10))) == 4.0
+        assert float(newest.stamp[0]) == 4.0, looks
 
 
 def test_samples_with_more_than_the_first_measurement_are_refused() -> None:
-    delivery = Delivery(
-        1,
-        0,
-        no_measurement(1, 1, with_estimate=False),
-        Delays(np.array([1], dtype=np.uint64), OWNER, 1),
-    )
+    delivery = Delivery(1, 0, made(-1.0), delays(1, 1))
     delivery.push(0, no_measurement(1, 1, with_estimate=True))
     with pytest.raises(ValueError, match="estimate is in only one"):
         delivery.newest(1)
@@ -208,19 +145,9 @@ def test_samples_with_more_than_the_first_measurement_are_refused() -> None:
 
 def radar(jitter: int) -> list[Measurement]:
     """Return what a noisy radar delivers over 30 ticks."""
-    spec = Radar.model_validate(
-        {
-            "kind": "radar",
-            "rate": "20 Hz",
-            "mount": {},
-            "field_of_view": "90 deg",
-            "range": "200 m",
-            "range_noise": "1 m",
-        }
-    )
+    spec = sensor_spec("radar", field_of_view="90 deg", range="200 m", range_noise="1 m")
     context = scene_context([CAR], runs=3)
-    made: SensorContext = replace(sensor_context(spec, context), jitter=jitter)
-    sensor: Any = RangingSensor(made)
+    sensor: Any = RangingSensor(replace(sensor_context(spec, context), jitter=jitter))
     return [sensor.sense(scene(context, [(50.0, 0.0)], tick=tick)).copy() for tick in range(30)]
 
 

@@ -6,19 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_RANGE_RATE,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    ESTIMATE_PLACE,
-    PLACE_D,
-    PLACE_OFFSET,
-    Floats,
-    SceneContext,
-)
+from adeye import signals
+from adeye.signals import Floats, SceneContext
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
@@ -47,23 +36,34 @@ def test_localisation_without_noise_is_the_truth() -> None:
     context = scene_context()
     shown = scene(context, [(0.0, 0.0)], ego=EGO)
     estimate = estimates(context)
-    assert np.array_equal(estimate[:, :ESTIMATE_PLACE], shown.ego)
-    assert np.array_equal(estimate[:, ESTIMATE_PLACE:], shown.ego_place)
-
-
-def test_localisation_sees_no_object() -> None:
-    context = scene_context()
-    sensor = LocalisationSensor(sensor_context(localisation(), context))
-    assert not sensor.sense(scene(context, [(10.0, 0.0)])).mask.any()
+    assert np.array_equal(estimate[:, : signals.ESTIMATE_PLACE], shown.ego)
+    assert np.array_equal(estimate[:, signals.ESTIMATE_PLACE :], shown.ego_place)
 
 
 @pytest.mark.parametrize(
-    ("column", "sigma"),
-    [(EGO_Y, 0.1), (EGO_HEADING, math.radians(0.5)), (EGO_SPEED, 0.2)],
+    ("ego", "column", "sigma", "noise"),
+    [
+        (EGO, signals.EGO_Y, 0.1, NOISE),
+        (EGO, signals.EGO_HEADING, math.radians(0.5), NOISE),
+        (EGO, signals.EGO_SPEED, 0.2, NOISE),
+        # Of an ego that stands, and of one whose heading is at the end of its range.
+        ((0.0, 0.0, 0.0, 0.0), signals.EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
+        (
+            (0.0, 0.0, math.pi, 5.0),
+            signals.EGO_HEADING,
+            math.radians(2.0),
+            {"heading_noise": "2 deg"},
+        ),
+    ],
 )
-def test_localisation_noise_has_the_stated_deviation(column: int, sigma: float) -> None:
-    context = scene_context(runs=RUNS)
-    error = estimates(context, **NOISE)[:, column] - EGO[column]
+def test_localisation_noise_has_the_stated_deviation(
+    ego: tuple[float, ...], column: int, sigma: float, noise: dict[str, str]
+) -> None:
+    values = estimates(scene_context(runs=RUNS), ego=ego, **noise)[:, column]
+    error = values - ego[column]
+    if column == signals.EGO_HEADING:
+        assert np.abs(values).max() <= math.pi
+        error = (error + math.pi) % (2.0 * math.pi) - math.pi
     assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
     assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
 
@@ -71,43 +71,19 @@ def test_localisation_noise_has_the_stated_deviation(column: int, sigma: float) 
 def test_lateral_noise_is_across_the_lane_and_moves_the_place_on_the_road_with_it() -> None:
     context = scene_context(runs=50)
     estimate = estimates(context, lateral_noise="0.1 m")
-    shift = estimate[:, EGO_Y] - EGO[1]
+    shift = estimate[:, signals.EGO_Y] - EGO[1]
     assert np.ptp(shift) > 0.1
-    assert (estimate[:, EGO_X] == EGO[0]).all()
-    for column in (PLACE_D, PLACE_OFFSET):
-        exact = estimates(context)[:, ESTIMATE_PLACE + column]
-        assert estimate[:, ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
-
-
-def test_noise_of_a_standing_ego_keeps_mean_and_deviation() -> None:
-    context = scene_context(runs=RUNS)
-    speed = estimates(context, ego=(0.0, 0.0, 0.0, 0.0), speed_noise="0.5 m/s")[:, EGO_SPEED]
-    assert speed.mean() == pytest.approx(0.0, abs=4.0 * 0.5 / math.sqrt(RUNS))
-    assert speed.std() == pytest.approx(0.5, rel=4.0 / math.sqrt(2.0 * RUNS))
-
-
-def test_heading_with_noise_stays_within_half_a_turn() -> None:
-    context = scene_context(runs=RUNS)
-    heading = estimates(context, ego=(0.0, 0.0, math.pi, 5.0), heading_noise="2 deg")[
-        :, EGO_HEADING
-    ]
-    assert np.abs(heading).max() <= math.pi
-    error = (heading - math.pi + math.pi) % (2.0 * math.pi) - math.pi
-    sigma = math.radians(2.0)
-    assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
-    assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
+    assert (estimate[:, signals.EGO_X] == EGO[0]).all()
+    for column in (signals.PLACE_D, signals.PLACE_OFFSET):
+        exact = estimates(context)[:, signals.ESTIMATE_PLACE + column]
+        assert estimate[:, signals.ESTIMATE_PLACE + column] - exact == pytest.approx(shift)
 
 
 def test_one_kind_of_noise_leaves_the_others_as_they_were() -> None:
     context = scene_context(runs=20)
     every, one = estimates(context, **NOISE), estimates(context, speed_noise="0.2 m/s")
-    assert np.array_equal(every[:, EGO_SPEED], one[:, EGO_SPEED])
-    assert not np.array_equal(every[:, EGO_Y], one[:, EGO_Y])
-
-
-def test_objects_leave_the_noise_as_it_was() -> None:
-    none, some = scene_context([], runs=5), scene_context([CAR] * 3, runs=5)
-    assert np.array_equal(estimates(none, **NOISE), estimates(some, **NOISE))
+    assert np.array_equal(every[:, signals.EGO_SPEED], one[:, signals.EGO_SPEED])
+    assert not np.array_equal(every[:, signals.EGO_Y], one[:, signals.EGO_Y])
 
 
 def test_ground_truth_is_exact_and_complete() -> None:
@@ -121,11 +97,11 @@ def test_ground_truth_is_exact_and_complete() -> None:
     found = GroundTruthSensor(sensor_context(truth(), context)).sense(shown)
     assert seen(found) == {0: (40.0, 0.0), 1: (20.0, 0.0), 2: (-1000.0, 0.0)}
     assert found.source[0].tolist() == [1, 0, 2]
-    assert found.detections[0, :, DETECTION_RANGE_RATE].tolist() == [10.0, -10.0, 0.0]
-    assert (found.detections[0, :, DETECTION_HAS_RANGE_RATE] == 1.0).all()
+    assert found.detections[0, :, signals.DETECTION_RANGE_RATE].tolist() == [10.0, -10.0, 0.0]
+    assert (found.detections[0, :, signals.DETECTION_HAS_RANGE_RATE] == 1.0).all()
     assert found.detections[0, :, 6].tolist() == [2.0, 0.0, 6.0]
     assert found.estimate is not None
-    assert np.array_equal(found.estimate[:, :ESTIMATE_PLACE], shown.ego)
+    assert np.array_equal(found.estimate[:, : signals.ESTIMATE_PLACE], shown.ego)
 
 
 def test_ground_truth_is_in_the_vehicle_frame() -> None:
@@ -139,21 +115,4 @@ def test_ground_truth_is_in_the_vehicle_frame() -> None:
 def test_range_rate_of_what_stands_in_the_ego_is_zero_not_nan() -> None:
     context = scene_context()
     found = GroundTruthSensor(sensor_context(truth(), context)).sense(scene(context, [(0.0, 0.0)]))
-    assert found.detections[0, 0, DETECTION_RANGE_RATE] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("model", "spec"), [(LocalisationSensor, localisation()), (GroundTruthSensor, truth())]
-)
-def test_latency_delivers_what_was_true_then(model: Any, spec: Any) -> None:
-    context = scene_context()
-    sensor = model(sensor_context(spec, context, latency=2))
-    speeds = []
-    for tick in range(5):
-        found = sensor.sense(
-            scene(context, [(50.0, 0.0)], ego=(0.0, 0.0, 0.0, 10.0 + tick), tick=tick)
-        )
-        speeds.append((float(found.stamp[0]), float(found.estimate[0, EGO_SPEED])))
-    stamps = [-1.0, -1.0, 0.0, 0.05, 0.1]
-    assert [stamp for stamp, _ in speeds] == pytest.approx(stamps)
-    assert [speed for _, speed in speeds[2:]] == [10.0, 11.0, 12.0]
+    assert found.detections[0, 0, signals.DETECTION_RANGE_RATE] == 0.0

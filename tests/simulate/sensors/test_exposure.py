@@ -11,17 +11,9 @@ from hypothesis import strategies as st
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.raster import GHOST, NOTHING
 from adeye.signals import OBJECT_CLASSES, Scene
+from adeye.simulate.sensors import imaging
 from adeye.simulate.sensors.camera import PhysicalCameraSensor
 from adeye.simulate.sensors.exposure import contrast_at, judge_box, judge_part
-from adeye.simulate.sensors.imaging import (
-    CONTRASTS,
-    EACH,
-    HIDDEN,
-    PART_WIDTH,
-    WHOLE,
-    draw,
-    upper_tail,
-)
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
 from tests.simulate.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels
@@ -57,28 +49,25 @@ def test_clear_day_shows_every_pixel() -> None:
     assert {0, 1, 2, 3} <= set(frame.objects.ravel().tolist())
 
 
-@pytest.mark.parametrize("visibility", [50.0, 100.0, 200.0])
-def test_fog_hides_beyond_the_distance_of_koschmieder(visibility: float) -> None:
-    limit = first_hidden({"fog_visibility": visibility})
-    extinction = light_extinction(0.0, visibility)
-    expected = math.log(CONTRAST["pedestrian"] / (0.05 * math.sqrt(1.0 + 120.0 / 2e4))) / extinction
-    assert limit == pytest.approx(expected, rel=0.01)
+def test_fog_hides_beyond_the_distance_of_koschmieder() -> None:
+    least = 0.05 * math.sqrt(1.0 + 120.0 / 2e4)
+    for visibility in (50.0, 100.0, 200.0):
+        extinction = light_extinction(0.0, visibility)
+        expected = math.log(CONTRAST["pedestrian"] / least) / extinction
+        limit = first_hidden({"fog_visibility": visibility})
+        assert limit == pytest.approx(expected, rel=0.01), visibility
 
 
-def test_pedestrian_at_night_is_seen_as_far_as_the_headlamps_give_five_lux() -> None:
-    limit = first_hidden({"illuminance": 0.1})
-    assert limit == pytest.approx(math.sqrt(20_000.0 / 4.9), rel=0.01)
-
-
-def test_brighter_headlamps_see_further_and_none_see_nothing() -> None:
-    assert first_hidden({"illuminance": 0.1}, headlamps=80_000.0) == pytest.approx(127.8, rel=0.01)
-    context = scene_context([PERSON], kinds=["pedestrian"], illuminance=0.1)
-    assert not picture(context, scene(context, [(3.0, 0.0)]), headlamps=0.0).visible.any()
-
-
-def test_street_lights_show_what_headlamps_do_not_reach() -> None:
-    context = scene_context([PERSON], kinds=["pedestrian"], illuminance=10.0)
-    assert pixels(picture(context, scene(context, [(100.0, 0.0)])))
+def test_pedestrian_at_night_is_seen_as_far_as_lamps_give_five_lux() -> None:
+    night = {"illuminance": 0.1}
+    reach = pytest.approx(math.sqrt(20_000.0 / 4.9), rel=0.01)
+    assert first_hidden(night) == reach
+    assert first_hidden(night, headlamps=80_000.0) == pytest.approx(127.8, rel=0.01)
+    for light, lamps, distance, is_seen in ((0.1, 0.0, 3.0, False), (10.0, 20_000.0, 100.0, True)):
+        # No headlamps; street lights where headlamps do not reach.
+        context = scene_context([PERSON], kinds=["pedestrian"], illuminance=light)
+        frame = picture(context, scene(context, [(distance, 0.0)]), headlamps=lamps)
+        assert frame.visible.any() == is_seen
 
 
 @pytest.mark.slow
@@ -119,70 +108,58 @@ def test_truck_before_the_sun_shades_the_lens() -> None:
     assert pixels(shaded, 0) > 0
 
 
-def test_blackout_shows_nothing() -> None:
-    assert not shown({}, transmission=0.0).any()
-
-
 def test_dead_patch_loses_its_pixels_and_no_others() -> None:
-    patch = {"column": 70, "row": 25, "columns": 12, "rows": 9}
-    dead = shown({}, patches={"dead": patch})
     expected = shown({})
     assert expected[25:34, 70:82].any()
     expected[25:34, 70:82] = False
-    assert np.array_equal(dead, expected)
+    assert np.array_equal(shown({}, patches={"dead": DEAD}), expected)
+    # Beyond the image it is cut.
+    far = {"column": 150, "row": 0, "columns": 500, "rows": 500}
+    expected = shown({})
+    expected[:, 150:] = False
+    assert np.array_equal(shown({}, patches={"far": far}), expected)
+
+
+DEAD = {"column": 70, "row": 25, "columns": 12, "rows": 9}
+WHOLE_IMAGE = {"columns": 160, "rows": 60}
 
 
 def test_patch_over_the_whole_image_is_the_lens() -> None:
-    patch = {"columns": 160, "rows": 60, "transmission": 0.3}
     weather = {"fog_visibility": 120.0}
-    dirty = shown(weather, patches={"dirt": patch})
+    dirty = shown(weather, patches={"dirt": {**WHOLE_IMAGE, "transmission": 0.3}})
     assert np.array_equal(dirty, shown(weather, transmission=0.3))
     assert not np.array_equal(dirty, shown(weather))
 
 
 def test_where_patches_overlap_the_worst_counts() -> None:
-    dirt = {"columns": 160, "rows": 60, "transmission": 0.9}
-    dead = {"column": 70, "row": 25, "columns": 12, "rows": 9}
-    one = shown({}, patches={"a": dirt, "b": dead})
-    assert np.array_equal(one, shown({}, patches={"a": dead, "b": dirt}))
-    assert np.array_equal(one, shown({}, patches={"dead": dead}))
-
-
-def test_patch_beyond_the_image_is_cut() -> None:
-    far = {"column": 150, "row": 0, "columns": 500, "rows": 500}
-    visible = shown({}, patches={"far": far})
-    expected = shown({})
-    expected[:, 150:] = False
-    assert np.array_equal(visible, expected)
+    dirt = {**WHOLE_IMAGE, "transmission": 0.9}
+    one = shown({}, patches={"a": dirt, "b": DEAD})
+    assert np.array_equal(one, shown({}, patches={"a": DEAD, "b": dirt}))
+    assert np.array_equal(one, shown({}, patches={"dead": DEAD}))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "weather",
-    [
+def test_judging_whole_objects_equals_judging_every_pixel() -> None:
+    # A patch that changes nothing makes the camera look at every pixel on its own.
+    clean = {"clean": {**WHOLE_IMAGE, "transmission": 1.0}}
+    for weather in (
         {"fog_visibility": 70.0},
         {"illuminance": 0.1},
         {"rain": 200.0 * MM_PER_HOUR, "illuminance": 5.0},
         {"sun_elevation": 0.1, "sun_azimuth": 0.1},
         {"sun_elevation": 0.2, "fog_visibility": 90.0, "illuminance": 2000.0},
-    ],
-)
-def test_judging_whole_objects_equals_judging_every_pixel(weather: dict[str, float]) -> None:
-    # A patch that changes nothing makes the camera look at every pixel on its own.
-    for transmission in (1.0, 0.5, 0.2):
-        quick = shown(weather, transmission=transmission)
-        patch = {"columns": 160, "rows": 60, "transmission": 1.0}
-        slow = shown(weather, transmission=transmission, patches={"clean": patch})
-        assert np.array_equal(quick, slow)
+    ):
+        for transmission in (1.0, 0.5, 0.2):
+            quick = shown(weather, transmission=transmission)
+            slow = shown(weather, transmission=transmission, patches=clean)
+            assert np.array_equal(quick, slow), (weather, transmission)
+
+
+SHARE = st.floats(0.0, 1.0)
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    st.sampled_from(CONDITIONS),
-    st.floats(0.0, 1.0),
-    st.floats(0.0, 1.0),
-    st.floats(0.02, 0.3),
-)
+@given(st.sampled_from(CONDITIONS), SHARE, SHARE, st.floats(0.02, 0.3))
 def test_worse_conditions_never_show_a_further_pixel(
     name: str, one: float, other: float, elevation: float
 ) -> None:
@@ -228,7 +205,7 @@ def test_noise_alone_shows_as_many_ghost_pixels_as_cross_the_threshold() -> None
         count += int(sensor.frame(nothing).visible.sum())
         sensor.sense(nothing)
     threshold = 0.05 * math.sqrt(1.0 + 120.0 / 2e4)
-    expected = 50 * 160 * 60 * upper_tail(threshold / 0.025)
+    expected = 50 * 160 * 60 * imaging.upper_tail(threshold / 0.025)
     assert count == pytest.approx(expected, abs=5.0 * math.sqrt(expected))
 
 
@@ -237,18 +214,18 @@ def test_noise_of_a_patch_stays_in_the_patch() -> None:
     patch = {"column": 20, "row": 10, "columns": 30, "rows": 20, "noise": 0.1}
     visible = picture(context, nothing, patches={"broken": patch}).visible
     share = visible[10:30, 20:50].mean()
-    assert share == pytest.approx(upper_tail(0.5), abs=0.08)
+    assert share == pytest.approx(imaging.upper_tail(0.5), abs=0.08)
     visible[10:30, 20:50] = False
     assert not visible.any()
 
 
 def test_noise_of_the_image_and_of_a_patch_add_by_their_squares() -> None:
     context, nothing = empty_scene()
-    patch = {"columns": 160, "rows": 60, "noise": 0.04}
+    patch = {**WHOLE_IMAGE, "noise": 0.04}
     both = picture(context, nothing, noise=0.03, patches={"broken": patch}).visible
     one = picture(context, nothing, noise=0.05).visible
     assert both.mean() == pytest.approx(one.mean(), rel=0.1)
-    assert both.mean() == pytest.approx(upper_tail(1.003), rel=0.1)
+    assert both.mean() == pytest.approx(imaging.upper_tail(1.003), rel=0.1)
 
 
 def test_noise_hides_object_pixels_near_the_threshold() -> None:
@@ -286,19 +263,17 @@ KIND = OBJECT_CLASSES.index("car")
 SUN = {"sun_elevation": 0.15, "sun_azimuth": 0.1}
 
 
-def drawn(place: tuple[float, ...], weather: dict[str, Any], **changes: Any) -> Any:
-    """Draw one car; return camera, its scene, and first and last column in use."""
-    context = scene_context([CAR], kinds=["car"], **weather)
+def drawn(
+    place: tuple[float, ...], weather: dict[str, Any], size: Any = CAR, **changes: Any
+) -> Any:
+    """Draw one object; return its camera, how it is judged as a whole, and its columns."""
+    context = scene_context([size], **weather)
     shown = scene(context, [place])
     sensor = camera(context, **changes)
-    ends = draw(
-        sensor._parameters[0],
-        shown.ego[0],
-        shown.objects[0],
-        context.object_sizes[0],
-        sensor._image,
-    )
-    return sensor, shown, context, ends
+    parameters, image = sensor._parameters[0], sensor._image
+    ends = imaging.draw(parameters, shown.ego[0], shown.objects[0], context.object_sizes[0], image)
+    whole = judge_box(parameters, KIND, shown.objects[0, 0], context.object_sizes[0, 0], image)
+    return sensor, whole, ends
 
 
 def part_of(sensor: PhysicalCameraSensor, columns: range, dimmest: float, clearest: float) -> Any:
@@ -311,7 +286,7 @@ def part_of(sensor: PhysicalCameraSensor, columns: range, dimmest: float, cleare
     ]
     pixels = np.array(covered)
     near = [sensor._image.nearness[column, row] for column, row in covered]
-    part = np.zeros(PART_WIDTH)
+    part = np.zeros(imaging.PART_WIDTH)
     ends = [pixels[:, 0].min(), pixels[:, 0].max(), pixels[:, 1].min(), pixels[:, 1].max()]
     part[:] = [*ends, max(near), min(near), dimmest, clearest, 0.0]
     return part, covered
@@ -322,7 +297,7 @@ def pixels_shown(sensor: PhysicalCameraSensor, covered: Any, transmission: float
     parameters, image = sensor._parameters[0], sensor._image
     found = []
     for column, row in covered:
-        contrast, light = contrast_at(parameters, KIND, CONTRASTS[KIND], column, row, image)
+        contrast, light = contrast_at(parameters, KIND, imaging.CONTRASTS[KIND], column, row, image)
         found.append(transmission * contrast >= contrast_threshold(parameters["threshold"], light))
     return found
 
@@ -344,9 +319,8 @@ def test_what_is_sure_of_a_part_holds_for_each_of_its_pixels(
     transmission: float,
 ) -> None:
     weather = {"fog_visibility": fog, "illuminance": light, **sun}
-    sensor, shown, context, (first, stop) = drawn(place, weather)
+    sensor, whole, (first, stop) = drawn(place, weather)
     parameters, image = sensor._parameters[0], sensor._image
-    whole = judge_box(parameters, KIND, shown.objects[0, 0], context.object_sizes[0, 0], image)
     for left in range(first, stop, 8):
         columns = range(left, min(left + 8, stop))
         if not (image.owner[columns.start : columns.stop] != NOTHING).any():
@@ -354,49 +328,37 @@ def test_what_is_sure_of_a_part_holds_for_each_of_its_pixels(
         part, covered = part_of(sensor, columns, transmission, transmission)
         state = judge_part(parameters, KIND, part, image)
         seen = pixels_shown(sensor, covered, transmission)
-        assert state != WHOLE or all(seen)
-        assert state != HIDDEN or not any(seen)
+        assert state != imaging.WHOLE or all(seen)
+        assert state != imaging.HIDDEN or not any(seen)
         alone = pixels_shown(sensor, covered, 1.0)
-        assert whole != WHOLE or all(alone)
-        assert whole != HIDDEN or not any(alone)
+        assert whole != imaging.WHOLE or all(alone)
+        assert whole != imaging.HIDDEN or not any(alone)
 
 
-def test_clear_day_is_sure_at_once_and_blackout_too() -> None:
-    for changes, expected in (({}, WHOLE), ({"transmission": 0.0}, HIDDEN)):
-        sensor, shown, context, _ = drawn((30.0, 0.0, 0.0), {}, **changes)
-        size = context.object_sizes[0, 0]
-        found = judge_box(sensor._parameters[0], KIND, shown.objects[0, 0], size, sensor._image)
-        assert found == expected
+def test_clear_day_is_sure_at_once_and_blackout_too_but_not_what_is_very_near() -> None:
+    assert drawn((30.0, 0.0, 0.0), {})[1] == imaging.WHOLE
+    assert drawn((30.0, 0.0, 0.0), {}, transmission=0.0)[1] == imaging.HIDDEN
+    # Inside of the ball around a box each pixel is looked at.
+    assert drawn((5.0, 0.0, 0.0), {}, TRUCK)[1] == imaging.EACH
 
 
 def test_noise_and_patches_make_a_part_unsure() -> None:
-    sensor, _, _, (first, stop) = drawn((30.0, 0.0, 0.0), {})
+    sensor, _, (first, stop) = drawn((30.0, 0.0, 0.0), {})
     parameters, image = sensor._parameters[0], sensor._image
     part, _ = part_of(sensor, range(first, stop), 1.0, 1.0)
-    assert judge_part(parameters, KIND, part, image) == WHOLE
+    assert judge_part(parameters, KIND, part, image) == imaging.WHOLE
     part[-1] = 0.1**2
-    assert judge_part(parameters, KIND, part, image) == EACH
+    assert judge_part(parameters, KIND, part, image) == imaging.EACH
     part[-1] = 0.0
     part[-3] = 0.0
-    assert judge_part(parameters, KIND, part, image) == EACH
+    assert judge_part(parameters, KIND, part, image) == imaging.EACH
     part[-2] = 0.0
-    assert judge_part(parameters, KIND, part, image) == HIDDEN
-
-
-@pytest.mark.slow
-def test_a_camera_inside_of_the_ball_around_a_box_looks_at_each_pixel() -> None:
-    context = scene_context([TRUCK], kinds=["truck"])
-    shown = scene(context, [(5.0, 0.0, 0.0)])
-    sensor = camera(context)
-    sizes = context.object_sizes[0]
-    draw(sensor._parameters[0], shown.ego[0], shown.objects[0], sizes, sensor._image)
-    found = judge_box(sensor._parameters[0], KIND, shown.objects[0, 0], sizes[0], sensor._image)
-    assert found == EACH
+    assert judge_part(parameters, KIND, part, image) == imaging.HIDDEN
 
 
 @pytest.mark.slow
 def test_one_part_of_a_car_before_the_sun_is_judged_unlike_another() -> None:
-    sensor, _, _, (first, stop) = drawn((18.0, 1.0, 0.0), {"sun_elevation": 0.12})
+    sensor, _, (first, stop) = drawn((18.0, 1.0, 0.0), {"sun_elevation": 0.12})
     parameters, image = sensor._parameters[0], sensor._image
     found = set()
     for left in range(first, stop, 4):

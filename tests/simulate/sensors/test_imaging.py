@@ -9,18 +9,7 @@ from hypothesis import strategies as st
 
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.signals import ILLUMINANCE, OBJECT_CLASSES
-from adeye.simulate.sensors.imaging import (
-    GREATEST,
-    SHINE,
-    beam,
-    empty_image,
-    log_of_miss,
-    noise_of,
-    shown_contrast,
-    skip,
-    upper_tail,
-    wipe,
-)
+from adeye.simulate.sensors import imaging
 from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import GREY, SUN_ILLUMINANCE, veil
@@ -38,17 +27,17 @@ def test_frame_holds_class_object_and_depth_of_the_nearest_face() -> None:
     assert frame.visible.shape == (60, 160)
 
 
-@pytest.mark.parametrize("distance", [8.0, 15.0, 30.0, 60.0])
-def test_size_in_pixels_is_that_of_similar_triangles(distance: float) -> None:
+def test_size_in_pixels_is_that_of_similar_triangles() -> None:
     context = scene_context()
-    frame = picture(context, scene(context, [(distance + 0.5 * CAR[0], 0.0)]))
-    shown = frame.objects == 0
-    scale = focal(spec()) / distance
-    rows = np.flatnonzero(shown.any(axis=1))
-    assert abs(len(rows) - scale * CAR[2]) <= 1.0
-    assert abs(shown.any(axis=0).sum() - scale * CAR[1]) <= 1.0
-    # Row 30 begins at the horizon.
-    assert abs(rows[-1] + 1 - 30 - scale * HEIGHT) <= 1.0
+    for distance in (8.0, 15.0, 30.0, 60.0):
+        frame = picture(context, scene(context, [(distance + 0.5 * CAR[0], 0.0)]))
+        shown = frame.objects == 0
+        scale = focal(spec()) / distance
+        rows = np.flatnonzero(shown.any(axis=1))
+        assert abs(len(rows) - scale * CAR[2]) <= 1.0
+        assert abs(shown.any(axis=0).sum() - scale * CAR[1]) <= 1.0
+        # Row 30 begins at the horizon.
+        assert abs(rows[-1] + 1 - 30 - scale * HEIGHT) <= 1.0
 
 
 def test_left_is_left_and_up_is_up() -> None:
@@ -107,15 +96,6 @@ def test_taking_a_picture_leaves_the_memory_empty() -> None:
     assert np.array_equal(first.depth, again.depth)
 
 
-def test_wiping_empties_what_is_in_use() -> None:
-    image = empty_image(8, 4, 1)
-    image.owner[2, 1:3], image.nearness[2, 1:3], image.span[2] = 0, 0.1, (1, 3)
-    wipe(image, 2, 3)
-    fresh = empty_image(8, 4, 1)
-    for one, other in zip(image, fresh, strict=True):
-        assert np.array_equal(one, other)
-
-
 # --- Tail of the normal distribution, and crossings against draws of every pixel ------------------
 
 
@@ -125,26 +105,24 @@ def stream(number: int, owner: int = 7) -> Stream:
 
 def test_tail_is_half_of_the_complementary_error_function() -> None:
     for x in (0.0, 0.1, 0.5, 1.0, 2.0, 2.999, 3.0, 3.001, 4.0, 5.0, 6.0, 8.0):
-        assert upper_tail(x) == pytest.approx(0.5 * math.erfc(x / math.sqrt(2.0)), rel=1e-11)
+        assert imaging.upper_tail(x) == pytest.approx(
+            0.5 * math.erfc(x / math.sqrt(2.0)), rel=1e-11
+        )
 
 
-def test_no_noise_never_crosses() -> None:
-    assert log_of_miss(0.05, 0.0) == 0.0
-    assert log_of_miss(0.05, 0.05 / GREATEST) == 0.0
-    assert log_of_miss(math.inf, 1.0) == 0.0
-
-
-@pytest.mark.parametrize("ratio", [0.5, 2.0, 4.0, 4.5, 6.0])
-def test_miss_is_what_the_tail_leaves(ratio: float) -> None:
-    expected = math.log1p(-upper_tail(ratio))
-    assert log_of_miss(ratio, 1.0) == pytest.approx(expected, rel=1e-10)
-    assert expected < 0.0
+def test_miss_is_what_the_tail_leaves_and_no_noise_never_crosses() -> None:
+    for ratio in (0.5, 2.0, 4.0, 4.5, 6.0):
+        expected = math.log1p(-imaging.upper_tail(ratio))
+        assert imaging.log_of_miss(ratio, 1.0) == pytest.approx(expected, rel=1e-10)
+        assert expected < 0.0
+    for level, noise in ((0.05, 0.0), (0.05, 0.05 / imaging.GREATEST), (math.inf, 1.0)):
+        assert imaging.log_of_miss(level, noise) == 0.0
 
 
 def test_skips_are_as_long_as_if_every_pixel_were_drawn() -> None:
-    missing = log_of_miss(1.5, 1.0)
-    crossing = upper_tail(1.5)
-    skips = np.array([skip(missing, stream(0), index) for index in range(20_000)])
+    missing = imaging.log_of_miss(1.5, 1.0)
+    crossing = imaging.upper_tail(1.5)
+    skips = np.array([imaging.skip(missing, stream(0), index) for index in range(20_000)])
     mean = (1.0 - crossing) / crossing
     assert skips.mean() == pytest.approx(mean, rel=0.03)
     assert (skips == 0).mean() == pytest.approx(crossing, rel=0.06)
@@ -152,17 +130,17 @@ def test_skips_are_as_long_as_if_every_pixel_were_drawn() -> None:
 
 
 def test_noise_of_pixels_is_standard_normal_and_independent_of_its_neighbour() -> None:
-    noise = np.array([noise_of(pixel, stream(4)) for pixel in range(20_000)])
+    noise = np.array([imaging.noise_of(pixel, stream(4)) for pixel in range(20_000)])
     assert abs(noise.mean()) < 0.03
     assert noise.std() == pytest.approx(1.0, abs=0.02)
     assert abs(np.corrcoef(noise[::2], noise[1::2])[0, 1]) < 0.03
-    assert np.abs(noise).max() < GREATEST
+    assert np.abs(noise).max() < imaging.GREATEST
     assert len(set(noise.tolist())) == len(noise)
 
 
 def test_noise_depends_on_the_sample_and_the_sensor() -> None:
-    assert noise_of(5, stream(1)) != noise_of(5, stream(2))
-    assert noise_of(5, stream(1)) != noise_of(5, stream(1, 8))
+    assert imaging.noise_of(5, stream(1)) != imaging.noise_of(5, stream(2))
+    assert imaging.noise_of(5, stream(1)) != imaging.noise_of(5, stream(1, 8))
 
 
 # --- Contrast, light and glare: laws, limits and the figures that they are set by -----------------
@@ -176,21 +154,11 @@ def test_every_class_has_a_contrast() -> None:
     assert all(0.0 < contrast <= 1.0 for contrast in CONTRAST.values())
 
 
-def test_threshold_by_day_is_the_one_that_is_given() -> None:
+def test_threshold_is_the_given_one_by_day_and_falls_with_the_root_of_the_light_at_night() -> None:
     assert contrast_threshold(0.05, ILLUMINANCE["day"]) == pytest.approx(0.05, rel=0.005)
-
-
-def test_threshold_at_night_falls_with_the_root_of_the_light() -> None:
-    assert contrast_threshold(0.05, 1e-3) == pytest.approx(
-        10.0 * contrast_threshold(0.05, 0.1), rel=0.01
-    )
-
-
-def test_pedestrian_needs_five_lux() -> None:
+    dim, dimmer = contrast_threshold(0.05, 0.1), contrast_threshold(0.05, 1e-3)
+    assert dimmer == pytest.approx(10.0 * dim, rel=0.01)
     assert contrast_threshold(0.05, 5.0) == pytest.approx(CONTRAST["pedestrian"])
-
-
-def test_nothing_is_seen_in_the_dark() -> None:
     for light in (0.0, -1.0, math.nan):
         assert contrast_threshold(0.05, light) == math.inf
 
@@ -201,34 +169,22 @@ def test_threshold_falls_as_light_rises(one: float, other: float) -> None:
     assert contrast_threshold(0.05, low) >= contrast_threshold(0.05, high) > 0.05
 
 
-def test_headlamps_light_with_the_square_of_the_distance() -> None:
-    assert beam(20_000.0, 1.0, 50.0) == pytest.approx(8.0)
-    assert beam(20_000.0, 1.0, 100.0) == pytest.approx(2.0)
+def test_headlamps_light_with_the_square_of_the_distance_and_nothing_behind() -> None:
+    assert imaging.beam(20_000.0, 1.0, 50.0) == pytest.approx(8.0)
+    assert imaging.beam(20_000.0, 1.0, 100.0) == pytest.approx(2.0)
+    # Half as much at nineteen degrees.
+    half = imaging.beam(20_000.0, math.cos(math.radians(19.3)), 10.0)
+    assert half == pytest.approx(0.5 * imaging.beam(20_000.0, 1.0, 10.0), rel=0.01)
+    assert imaging.beam(20_000.0, 0.0, 10.0) == imaging.beam(20_000.0, -1.0, 10.0) == 0.0
 
 
-def test_headlamps_light_half_as_much_at_nineteen_degrees_and_nothing_behind() -> None:
-    half = beam(20_000.0, math.cos(math.radians(19.3)), 10.0)
-    assert half == pytest.approx(0.5 * beam(20_000.0, 1.0, 10.0), rel=0.01)
-    assert beam(20_000.0, 0.0, 10.0) == beam(20_000.0, -1.0, 10.0) == 0.0
-
-
-def test_veil_falls_with_the_square_of_the_angle() -> None:
-    for degrees in (2.0, 5.0, 20.0, 60.0, 120.0):
-        angle = math.radians(degrees)
-        assert veil(SUN_ILLUMINANCE, math.cos(angle)) == pytest.approx(
-            10.0 * SUN_ILLUMINANCE / degrees**2
-        )
-
-
-def test_veil_within_one_degree_is_that_at_one() -> None:
-    assert (
-        veil(SUN_ILLUMINANCE, 1.0)
-        == veil(SUN_ILLUMINANCE, math.cos(1e-3))
-        == pytest.approx(10.0 * SUN_ILLUMINANCE)
-    )
-
-
-def test_no_light_no_veil() -> None:
+def test_veil_falls_with_the_square_of_the_angle_down_to_one_degree() -> None:
+    greatest = 10.0 * SUN_ILLUMINANCE
+    for degrees in (1.0, 2.0, 5.0, 20.0, 60.0, 120.0):
+        found = veil(SUN_ILLUMINANCE, math.cos(math.radians(degrees)))
+        assert found == pytest.approx(greatest / degrees**2), degrees
+    for cosine in (1.0, math.cos(1e-3)):
+        assert veil(SUN_ILLUMINANCE, cosine) == pytest.approx(greatest)
     assert veil(0.0, 1.0) == 0.0
 
 
@@ -236,26 +192,23 @@ def test_no_light_no_veil() -> None:
 def test_contrast_falls_with_distance(one: float, other: float, extinction: float) -> None:
     near, far = sorted((one, other))
     args = (extinction, 100.0, 10.0)
-    assert shown_contrast(0.5, near, *args) >= shown_contrast(0.5, far, *args)
+    assert imaging.shown_contrast(0.5, near, *args) >= imaging.shown_contrast(0.5, far, *args)
+    # Two percent are left at the visibility.
+    assert imaging.shown_contrast(1.0, far, 3.912 / far, 1e4, 0.0) == pytest.approx(0.02, rel=1e-3)
 
 
 @given(LIGHT, LIGHT, st.floats(1e-3, 1e5))
 def test_light_on_the_object_helps_against_glare(one: float, other: float, glare: float) -> None:
     dim, bright = sorted((one, other))
-    weak, strong = (shown_contrast(0.5, 10.0, 0.01, light, glare) for light in (dim, bright))
-    assert weak <= strong <= shown_contrast(0.5, 10.0, 0.01, bright, 0.0)
+    weak, strong = (
+        imaging.shown_contrast(0.5, 10.0, 0.01, light, glare) for light in (dim, bright)
+    )
+    assert weak <= strong <= imaging.shown_contrast(0.5, 10.0, 0.01, bright, 0.0)
 
 
-def test_contrast_at_the_visibility_is_two_percent() -> None:
-    assert shown_contrast(1.0, 200.0, 3.912 / 200.0, 1e4, 0.0) == pytest.approx(0.02, rel=1e-3)
-
-
-def test_lamps_of_a_car_make_it_as_bright_as_58_lux_would() -> None:
-    shine = SHINE[OBJECT_CLASSES.index("car")]
+def test_lamps_of_a_car_make_it_as_bright_as_58_lux_would_and_who_walks_has_none() -> None:
+    shine = imaging.SHINE[OBJECT_CLASSES.index("car")]
     assert shine == pytest.approx(58.2, abs=0.1)
     assert GREY * shine / math.pi == pytest.approx(10.0 / (1.8 * 1.5))
-
-
-def test_what_is_parked_and_who_walks_has_no_lamps() -> None:
-    dark = {kind for kind, shine in zip(OBJECT_CLASSES, SHINE, strict=True) if shine == 0.0}
+    dark = {kind for kind, shine in zip(OBJECT_CLASSES, imaging.SHINE, strict=True) if shine == 0.0}
     assert dark == {"pedestrian", "parked_truck", "parked_car", "barrier", "building"}

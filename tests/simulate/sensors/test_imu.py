@@ -1,10 +1,9 @@
 """An inertial unit: motion of its place, noise that integrates as it should, bias."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,9 +23,6 @@ from adeye.spec.sensors import Imu
 from adeye.testing.scenes import passenger_car
 from tests.simulate.channels.egos import drive
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_context
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 STEP = 0.05
 REAR = 0.5 * passenger_car().wheelbase
@@ -138,33 +134,17 @@ def test_error_has_the_stated_deviation_and_touches_nothing_else(
             assert not error[:, column].any()
 
 
-def slope(times: Floats, deviations: Floats) -> float:
-    """Return the exponent of a power of the time."""
-    return float(np.polyfit(np.log(times), np.log(deviations), 1)[0])
-
-
-def test_white_acceleration_noise_moves_the_place_by_the_time_to_the_power_of_three_halves() -> (
-    None
-):
-    sigma, runs = 0.1, 2000
-    error = standing(unit(acceleration_noise="0.1 m/s^2"), 401, runs)[1:, :, IMU_ACCELERATION_X]
-    speed = np.cumsum(error, axis=0) * STEP
-    place = np.cumsum(speed, axis=0) * STEP
+def test_white_noise_integrates_to_a_random_walk() -> None:
     ticks = np.array([50, 100, 200, 400])
-    spread = place[ticks - 1].std(axis=1)
-    assert slope(ticks * STEP, spread) == pytest.approx(1.5, abs=0.05)
-    # The variance is sigma² T t³ / 3.
-    expected = sigma * np.sqrt(STEP * (ticks * STEP) ** 3 / 3.0)
-    assert spread == pytest.approx(expected, rel=0.07)
-
-
-def test_white_yaw_rate_noise_turns_the_heading_by_the_root_of_the_time() -> None:
-    sigma, runs = 0.01, 2000
-    error = standing(unit(yaw_rate_noise="0.01 rad/s"), 401, runs)[1:, :, IMU_YAW_RATE]
-    ticks = np.array([50, 100, 200, 400])
-    spread = (np.cumsum(error, axis=0) * STEP)[ticks - 1].std(axis=1)
-    assert slope(ticks * STEP, spread) == pytest.approx(0.5, abs=0.05)
-    assert spread == pytest.approx(sigma * np.sqrt(STEP * ticks * STEP), rel=0.07)
+    times = ticks * STEP
+    noise = unit(acceleration_noise="0.1 m/s^2", yaw_rate_noise="0.01 rad/s")
+    error = standing(noise, 401, 2000)[1:]
+    speed = np.cumsum(error[:, :, IMU_ACCELERATION_X], axis=0) * STEP
+    # The variance is sigma² T t³ / 3 of the place, sigma² T t of the heading.
+    place = (np.cumsum(speed, axis=0) * STEP)[ticks - 1].std(axis=1)
+    assert place == pytest.approx(0.1 * np.sqrt(STEP * times**3 / 3.0), rel=0.07)
+    heading = (np.cumsum(error[:, :, IMU_YAW_RATE], axis=0) * STEP)[ticks - 1].std(axis=1)
+    assert heading == pytest.approx(0.01 * np.sqrt(STEP * times), rel=0.07)
 
 
 def allan_deviation(series: Floats, length: int) -> float:
@@ -197,13 +177,3 @@ def test_biases_of_the_three_axes_are_independent() -> None:
     error = standing(unit(acceleration_bias="1 m/s^2", yaw_rate_bias="1 rad/s"), 1, 4000)[0]
     others = np.corrcoef(error.T)[np.triu_indices(3, 1)]
     assert np.abs(others).max() < 4.0 / math.sqrt(4000.0)
-
-
-def test_run_that_has_ended_has_no_sample() -> None:
-    context = scene_context([], runs=2)
-    sensor = ImuSensor(sensor_context(unit(), context))
-    shown = scene(context, [])
-    shown.running[0] = False
-    values = sensor.sense(shown).values
-    assert values is not None
-    assert np.isnan(values).all(axis=1).tolist() == [True, False]

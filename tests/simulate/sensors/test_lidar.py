@@ -1,18 +1,15 @@
 """Physical lidar as a sensor: its range in rain and fog, its samples, its memory."""
 
-from __future__ import annotations
-
+import itertools
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats
-from adeye.simulate.sensors.lidar import LidarSensor, sample_bytes
+from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats, SceneContext
+from adeye.simulate.sensors.lidar import sample_bytes
 from adeye.simulate.world.weather import MM_PER_HOUR
-from adeye.testing import check_sensor
 from tests.simulate.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
 from tests.simulate.sensors.scenes import (
     CAR,
@@ -20,12 +17,8 @@ from tests.simulate.sensors.scenes import (
     architecture,
     scene,
     scene_context,
-    sensor_context,
 )
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
-
-if TYPE_CHECKING:
-    from adeye.signals import SceneContext
 
 # --- weather --------------------------------------------------------------------------------------
 
@@ -70,36 +63,6 @@ def test_dark_object_hides_a_bright_one_behind_it_though_it_returns_nothing() ->
 # --- samples --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"range_noise": "0.05 m", "bearing_noise": "0.1 deg", "drop_out": 0.1},
-        {
-            "layers": 4,
-            "vertical_field_of_view": "10 deg",
-            "beams": 90,
-            "mount": {"z": "1.5 m", "pitch": "2 deg", "yaw": "10 deg"},
-        },
-    ],
-)
-def test_lidar_conforms(changes: dict[str, Any]) -> None:
-    check_sensor(LidarSensor, spec(**changes))
-    check_sensor(LidarSensor, spec(**changes), every=1, latency=0)
-    check_sensor(LidarSensor, spec(**changes), every=1, latency=5)
-
-
-def test_runs_of_a_batch_may_differ_in_every_value() -> None:
-    context = scene_context(runs=3)
-    shown = scene(context, [(20.0, 3.0)])
-    mounts = [{"z": "0.8 m", "yaw": yaw} for yaw in ("0 deg", "20 deg", "0 deg")]
-    specs = [spec(mount=mount, range_noise="0.1 m") for mount in mounts]
-    both = replace(sensor_context(specs[0], context), specs=specs)
-    points, _ = parts(LidarSensor(both).sense(shown))
-    for run, mount in enumerate(mounts):
-        alone, _ = parts(look(context, shown, mount=mount, range_noise="0.1 m"))
-        assert np.array_equal(points[run], alone[run])
-
-
 def test_sample_that_somebody_holds_is_not_written_to() -> None:
     context = scene_context()
     lidar = sensor(context)
@@ -128,37 +91,10 @@ def test_memory_that_nobody_holds_is_used_again_and_leaves_nothing_behind() -> N
 
 
 def test_memory_of_a_run_is_that_of_its_beams() -> None:
-    lidar = {"kind": "lidar", "fidelity": "physical", "mount": {"z": "1 m"}, "rate": "10 Hz"}
-    sensors = {
-        "lidar": {
-            **lidar,
-            "field_of_view": "90 deg",
-            "range": "80 m",
-            "beams": 100,
-            "layers": 4,
-            "vertical_field_of_view": "8 deg",
-        },
-        "pose": {"kind": "localisation", "rate": "10 Hz"},
-    }
-    assert sample_bytes(architecture(sensors)) == 3 * 400 * 5 * 8
-    assert sample_bytes(architecture({"pose": sensors["pose"]})) == 0
-
-
-def test_ended_run_returns_nothing_more() -> None:
-    context = scene_context(runs=2)
-    lidar = sensor(context)
-    for tick in range(4):
-        shown = scene(context, [(20.0, 0.0)], tick=tick)
-        shown.running[1] = tick < 2
-        found = lidar.sense(shown)
-        assert len(returns(found, 0, run=0)) > 0
-        assert (len(returns(found, run=1)) > 0) is (tick < 2)
-
-
-def test_object_at_no_place_returns_nothing() -> None:
-    context = scene_context([CAR, CAR])
-    found = look(context, scene(context, [(np.nan, 0.0), (20.0, 0.0, np.nan)]))
-    assert len(returns(found)) == 0
+    lidar = spec(field_of_view="90 deg", beams=100, layers=4, vertical_field_of_view="8 deg")
+    pose = {"kind": "localisation", "rate": "10 Hz"}
+    assert sample_bytes(architecture({"lidar": lidar, "pose": pose})) == 3 * 400 * 5 * 8
+    assert sample_bytes(architecture({"pose": pose})) == 0
 
 
 # --- Returns of a physical lidar on hand-made scenes: which beams, how far, how noisy -------------
@@ -176,13 +112,12 @@ def test_ring_of_beams_on_a_wall_gives_its_distance_over_the_cosine() -> None:
     assert len(found) == 2 * math.floor(math.acos(20.0 / reach) / (0.5 * DEGREE) + 0.5)
 
 
-@pytest.mark.parametrize("distance", [10.0, 25.0, 60.0])
-@pytest.mark.parametrize("width", [1.0, 2.0])
-def test_plate_returns_as_many_beams_as_fit_into_its_angle(distance: float, width: float) -> None:
-    context = scene_context([(0.001, width, 2.0)])
-    found = returns(look(context, scene(context, [(distance, 0.0)])))
-    angle = 2.0 * math.atan(0.5 * width / distance)
-    assert abs(len(found) - angle / (0.5 * DEGREE)) <= 1.0
+def test_plate_returns_as_many_beams_as_fit_into_its_angle() -> None:
+    for distance, width in itertools.product((10.0, 25.0, 60.0), (1.0, 2.0)):
+        context = scene_context([(0.001, width, 2.0)])
+        found = returns(look(context, scene(context, [(distance, 0.0)])))
+        angle = 2.0 * math.atan(0.5 * width / distance)
+        assert abs(len(found) - angle / (0.5 * DEGREE)) <= 1.0, (distance, width)
 
 
 def test_empty_beam_is_a_row_of_zeros_and_has_hit_nothing() -> None:
@@ -198,13 +133,11 @@ def test_empty_beam_is_a_row_of_zeros_and_has_hit_nothing() -> None:
 def test_yaw_of_twenty_degrees_shifts_every_bearing_by_it() -> None:
     context = scene_context()
     shown = scene(context, [(20.0, 3.0)])
-    plain = look(context, shown, field_of_view="60 deg", beams=240)
-    turned = look(
-        context, shown, field_of_view="60 deg", beams=240, mount={"z": "0.8 m", "yaw": "20 deg"}
-    )
-    rows, shifted = returns(plain), returns(turned)
+    beams: dict[str, Any] = {"field_of_view": "60 deg", "beams": 240}
+    plain = look(context, shown, **beams)
+    turned = look(context, shown, **beams, mount={"z": "0.8 m", "yaw": "20 deg"})
     # Twenty degrees are eighty beams: the same directions, by other beams.
-    assert shifted == pytest.approx(rows)
+    assert returns(turned) == pytest.approx(returns(plain))
     first, last = np.flatnonzero(parts(plain)[0][0, :, POINT_RANGE])[[0, -1]]
     moved = np.flatnonzero(parts(turned)[0][0, :, POINT_RANGE])[[0, -1]]
     assert moved.tolist() == [first - 80, last - 80]
@@ -285,26 +218,17 @@ def test_layers_see_a_low_and_a_high_object_on_one_bearing() -> None:
     assert ahead.any()
 
 
-def test_beam_that_points_down_returns_from_the_ground() -> None:
+def test_beam_that_points_down_returns_from_the_ground_within_its_range() -> None:
     context = scene_context()
-    found = look(
-        context,
-        scene(context, [(5.0, 50.0)]),
-        layers=1,
-        field_of_view="1 deg",
-        beams=3,
-        mount={"z": "1 m", "pitch": "5 deg"},
-    )
+    shown = scene(context, [(5.0, 50.0)])
+    beams: dict[str, Any] = {"field_of_view": "1 deg", "beams": 3}
+    found = look(context, shown, **beams, mount={"z": "1 m", "pitch": "5 deg"})
     points, hits = parts(found)
     assert points[0, 1, POINT_RANGE] == pytest.approx(1.0 / math.sin(5.0 * DEGREE))
     assert points[0, 1, POINT_ELEVATION] == pytest.approx(-5.0 * DEGREE)
     assert (hits == -1).all()
-
-
-def test_ground_beyond_its_range_returns_nothing() -> None:
-    context = scene_context()
-    flat = {"field_of_view": "1 deg", "beams": 3, "mount": {"z": "1 m", "pitch": "0.5 deg"}}
-    assert len(returns(look(context, scene(context, [(5.0, 50.0)]), **flat))) == 0
+    flat = look(context, shown, **beams, mount={"z": "1 m", "pitch": "0.5 deg"})
+    assert len(returns(flat)) == 0
 
 
 def test_pitch_of_the_mount_loses_a_low_object_far_ahead() -> None:
@@ -335,58 +259,40 @@ def test_pitched_lidar_finds_the_beams_that_meet_an_object_beside_it() -> None:
 # --- noise ----------------------------------------------------------------------------------------
 
 
-def noisy(runs: int = 1, rain: float = 0.0, **changes: Any) -> Floats:
+def noisy(rain: float = 0.0, **changes: Any) -> Floats:
     """Return ranges and bearings of the middle of a wall 50 m ahead, off by what they should be."""
-    context = scene_context([WALL], runs=runs, rain=rain)
+    context = scene_context([WALL], runs=20, rain=rain)
     context.object_reflectivity[:] = 1.0
-    found = look(
-        context,
-        scene(context, [(50.1, 0.0)]),
-        field_of_view="20 deg",
-        beams=400,
-        range="50 km",
-        **changes,
-    )
-    points, _ = parts(found)
+    fine: dict[str, Any] = {"field_of_view": "20 deg", "beams": 400, "range": "50 km"}
+    points, _ = parts(look(context, scene(context, [(50.1, 0.0)]), **fine, **changes))
     angles = ((np.arange(400) + 0.5) / 400 - 0.5) * 20.0 * DEGREE
-    ways = 50.0 / np.cos(angles)
-    return np.stack(
-        [points[:, :, POINT_RANGE] / ways * 50.0 - 50.0, points[:, :, POINT_BEARING] - angles]
-    )
+    ranges = points[:, :, POINT_RANGE] * np.cos(angles) - 50.0
+    return np.stack([ranges, points[:, :, POINT_BEARING] - angles])
 
 
-@pytest.mark.parametrize(
-    ("rain", "sigma"), [(0.5, 0.155), (1.5, 0.604), (3.5, 0.941), (7.5, 0.999), (40.0, 1.0)]
-)
-def test_noise_in_rain_at_fifty_metres_is_that_of_the_published_table(
-    rain: float, sigma: float
-) -> None:
-    off = noisy(runs=20, rain=rain * MM_PER_HOUR)[0]
-    assert off.std() == pytest.approx(sigma, rel=0.03)
-    assert abs(off.mean()) < 4.0 * sigma / math.sqrt(off.size)
+def test_noise_in_rain_at_fifty_metres_is_that_of_the_published_table() -> None:
+    for rain, sigma in ((0.5, 0.155), (1.5, 0.604), (3.5, 0.941), (7.5, 0.999), (40.0, 1.0)):
+        off = noisy(rain=rain * MM_PER_HOUR)[0]
+        assert off.std() == pytest.approx(sigma, rel=0.03), rain
+        assert abs(off.mean()) < 4.0 * sigma / math.sqrt(off.size), rain
 
 
 def test_noise_of_range_and_bearing_is_that_of_the_spec() -> None:
-    ranges, bearings = noisy(runs=20, range_noise="0.05 m", bearing_noise="0.1 deg")
+    ranges, bearings = noisy(range_noise="0.05 m", bearing_noise="0.1 deg")
     assert ranges.std() == pytest.approx(0.05, rel=0.03)
     assert bearings.std() == pytest.approx(0.1 * DEGREE, rel=0.03)
     assert abs(np.corrcoef(ranges.ravel(), bearings.ravel())[0, 1]) < 4.0 / math.sqrt(ranges.size)
     for array in (ranges, bearings):
         assert abs(np.corrcoef(array[:, :-1].ravel(), array[:, 1:].ravel())[0, 1]) < 0.05
-
-
-def test_variances_of_the_device_and_of_rain_add_up() -> None:
-    both = noisy(runs=20, rain=1.5 * MM_PER_HOUR, range_noise="0.604 m")[0]
+    assert noisy() == pytest.approx(np.zeros((2, 20, 400)), abs=1e-12)
+    # Variances of the device and of rain add up.
+    both = noisy(rain=1.5 * MM_PER_HOUR, range_noise="0.604 m")[0]
     assert both.std() == pytest.approx(0.604 * math.sqrt(2.0), rel=0.03)
 
 
-def test_without_noise_there_is_none() -> None:
-    assert noisy() == pytest.approx(np.zeros((2, 1, 400)), abs=1e-12)
-
-
 def test_drop_out_loses_its_share_of_returns_and_alters_no_other() -> None:
-    whole = noisy(runs=20, range_noise="0.05 m")[0]
-    part = noisy(runs=20, range_noise="0.05 m", drop_out=0.2)[0]
+    whole = noisy(range_noise="0.05 m")[0]
+    part = noisy(range_noise="0.05 m", drop_out=0.2)[0]
     lost = part == -50.0
     assert np.count_nonzero(lost) / lost.size == pytest.approx(0.2, abs=0.02)
     assert np.array_equal(whole[~lost], part[~lost])
@@ -403,11 +309,3 @@ def test_noise_of_a_beam_is_the_same_whatever_else_is_there() -> None:
     bearings = {row[POINT_RANGE] for row in alone}
     assert 50 < len(with_others) < len(alone)
     assert {row[POINT_RANGE] for row in with_others} <= bearings
-
-
-def test_two_lidars_have_noise_of_their_own() -> None:
-    context = scene_context([WALL])
-    shown = scene(context, [(30.0, 0.0)])
-    left = look(context, shown, name="left", range_noise="0.1 m")
-    right = look(context, shown, name="right", range_noise="0.1 m")
-    assert not np.array_equal(parts(left)[0], parts(right)[0])

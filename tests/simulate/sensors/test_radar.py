@@ -2,59 +2,34 @@
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    EGO_SPEED,
-    EGO_X,
-    EGO_YAW_RATE,
-    OBJECT_CLASSES,
-    Floats,
-    Measurement,
-    Scene,
-    SceneContext,
-    parameter_record,
-)
+from adeye import signals
+from adeye.signals import Floats, Measurement, Scene, SceneContext, parameter_record
 from adeye.simulate import engine
-from adeye.simulate.sensors.radar import (
-    ECHO_BEARING,
-    ECHO_RANGE,
-    ECHO_RATE,
-    ECHO_SIGNAL,
-    ECHO_WIDTH,
-    RadarSensor,
-    count_events,
-    cross_sections,
-    decibels,
-    detect,
-    detection_threshold,
-    facing,
-    folded,
-    most_events,
-    rain_echo,
-    same_cell,
-    signal_for,
-    signal_to_noise,
-)
+from adeye.simulate.sensors import radar as subject
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.sampling import Stream
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, RAIN_ALPHA, RAIN_K, radar_rain_extinction
 from adeye.spec.architecture import Architecture
-from adeye.spec.sensors import PhysicalRadar, Radar
+from adeye.spec.sensors import PhysicalRadar
 from adeye.trace import Trace
 from tests.motorway import ARCHITECTURE, make_case, make_scenario
-from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
+from tests.simulate.sensors.scenes import (
+    CAR,
+    TRUCK,
+    scene,
+    scene_context,
+    seen,
+    sensor_context,
+    sensor_spec,
+)
 
 RUNS = 4000
 QUIET = {"clutter": 0.0, "false_alarm_rate": 1e-9}
@@ -63,20 +38,14 @@ PERSON = (0.5, 0.5, 1.8)
 
 
 def spec(**changes: Any) -> PhysicalRadar:
-    fields: dict[str, Any] = {
-        "kind": "radar",
-        "fidelity": "physical",
-        "mount": {"x": "0 m"},
-        "field_of_view": "60 deg",
-        "range": "150 m",
-        "rate": "20 Hz",
-    }
-    return PhysicalRadar.model_validate({**fields, **QUIET, **changes})
+    fields = {"field_of_view": "60 deg", "range": "150 m", **QUIET, **changes}
+    made: PhysicalRadar = sensor_spec("radar/physical", **fields)
+    return made
 
 
 def look(context: SceneContext, shown: Scene, **changes: Any) -> Measurement:
     """Sample one scene with one new sensor."""
-    return RadarSensor(sensor_context(spec(**changes), context)).sense(shown)
+    return subject.RadarSensor(sensor_context(spec(**changes), context)).sense(shown)
 
 
 def rear_at(distance: float, y: float = 0.0, speed: float = 0.0) -> tuple[float, ...]:
@@ -86,8 +55,7 @@ def rear_at(distance: float, y: float = 0.0, speed: float = 0.0) -> tuple[float,
 
 def detected(distance: float, kind: str = "car", size: Any = CAR, **changes: Any) -> float:
     """Share of many runs in which an object straight ahead is detected."""
-    weather = {name: changes.pop(name) for name in ("rain",) if name in changes}
-    context = scene_context([size], runs=RUNS, kinds=[kind], **weather)
+    context = scene_context([size], runs=RUNS, kinds=[kind])
     at = (distance + 0.5 * size[0], 0.0)
     found = look(context, scene(context, [at]), **changes)
     return float((found.source == 0).any(axis=1).mean())
@@ -101,13 +69,10 @@ def assert_share(share: float, expected: float) -> None:
 # --- what is detected -----------------------------------------------------------------------------
 
 
-def test_car_is_detected_half_of_the_time_at_the_range() -> None:
-    assert_share(detected(150.0), 0.5)
-
-
-@pytest.mark.parametrize("distance", [90.0, 120.0, 180.0, 220.0])
+@pytest.mark.parametrize("distance", [90.0, 120.0, 150.0, 180.0, 220.0])
 def test_detection_follows_the_formula_of_swerling_and_the_fourth_power(distance: float) -> None:
     rate = 1e-6
+    # At the range it is detected half of the time.
     half = math.log(rate) / math.log(0.5) - 1.0
     signal = half * (150.0 / distance) ** 4
     share = detected(distance, false_alarm_rate=rate)
@@ -118,7 +83,7 @@ def test_detection_follows_the_formula_of_swerling_and_the_fourth_power(distance
     ("kind", "size"), [("pedestrian", PERSON), ("truck", TRUCK), ("motorcycle", (2.2, 0.8, 1.5))]
 )
 def test_range_goes_with_the_fourth_root_of_the_cross_section(kind: str, size: Any) -> None:
-    ratio = decibels(CROSS_SECTION[kind][0]) / 10.0
+    ratio = subject.decibels(CROSS_SECTION[kind][0]) / 10.0
     assert_share(detected(150.0 * ratio**0.25, kind, size), 0.5)
 
 
@@ -142,19 +107,9 @@ def test_nothing_is_seen_outside_of_the_field_of_view() -> None:
         assert (found.source == 0).any(axis=1).all() == is_seen, degrees
 
 
-def test_more_rain_means_fewer_detections() -> None:
-    shares = [
-        detected(120.0, rain=rate * MM_PER_HOUR, elevation_beam="10 deg")
-        for rate in (0.0, 5.0, 20.0, 60.0)
-    ]
-    assert shares == sorted(shares, reverse=True)
-    assert shares[0] - shares[-1] > 0.3
-
-
 @pytest.mark.slow
 def test_both_fidelities_lose_a_car_at_ranges_that_agree_within_two_percent() -> None:
-    fields = {"mount": {}, "field_of_view": "60 deg", "range": "150 m", "rate": "20 Hz"}
-    exact = Radar.model_validate({"kind": "radar", **fields})
+    exact = sensor_spec("radar", field_of_view="60 deg", range="150 m")
     context = scene_context([CAR])
 
     def is_seen(distance: float) -> bool:
@@ -165,21 +120,6 @@ def test_both_fidelities_lose_a_car_at_ranges_that_agree_within_two_percent() ->
     box = max(distance for distance in grid if is_seen(distance))
     echo = max(distance for distance in grid[::2] if detected(distance) >= 0.5)
     assert echo == pytest.approx(box, rel=0.02)
-
-
-def test_object_that_is_no_number_is_not_detected() -> None:
-    context = scene_context([CAR, CAR])
-    found = look(context, scene(context, [(math.nan, 0.0), rear_at(40.0, 5.0)]))
-    assert 0 not in seen(found)
-
-
-def test_ended_run_detects_nothing() -> None:
-    context = scene_context(runs=2)
-    shown = scene(context, [rear_at(30.0)])
-    shown.running[1] = False
-    found = look(context, shown, clutter=5.0)
-    assert found.mask.any(axis=1).tolist() == [True, False]
-    assert not found.detections[1].any()
 
 
 # --- where, and how fast --------------------------------------------------------------------------
@@ -204,8 +144,12 @@ def test_lead_is_a_point_at_its_rear_of_unknown_size_and_class() -> None:
     context = scene_context()
     row = only(look(context, scene(context, [rear_at(40.0, 1.0)]), **FINE))
     assert row[:2] == pytest.approx([40.0, 1.0], abs=0.01)
-    assert row[DETECTION_HAS_RANGE_RATE] == 1.0
-    assert (row[DETECTION_LENGTH], row[DETECTION_WIDTH], row[DETECTION_CLASS]) == (0.0, 0.0, -1.0)
+    assert row[signals.DETECTION_HAS_RANGE_RATE] == 1.0
+    assert (
+        row[signals.DETECTION_LENGTH],
+        row[signals.DETECTION_WIDTH],
+        row[signals.DETECTION_CLASS],
+    ) == (0.0, 0.0, -1.0)
 
 
 def test_crossing_car_is_a_point_at_the_middle_of_its_side() -> None:
@@ -221,46 +165,11 @@ def test_truck_beside_the_path_stays_beside_it_as_the_ego_comes_near() -> None:
         assert 3.0 < row[1] <= 3.5, distance
 
 
-@pytest.mark.parametrize(
-    ("target", "ego_speed", "rate"),
-    [
-        (rear_at(50.0, speed=20.0), 30.0, -10.0),
-        ((50.0, 0.0, math.pi, 25.0), 30.0, -55.0),
-        ((50.0, 0.0, math.pi / 2.0, 15.0), 0.0, 0.0),
-        (rear_at(50.0), 0.0, 0.0),
-    ],
-    ids=["lead", "oncoming", "crossing", "standing"],
-)
-def test_range_rate_is_the_radial_speed(
-    target: tuple[float, ...], ego_speed: float, rate: float
-) -> None:
-    context = scene_context()
-    shown = scene(context, [target], ego=(0.0, 0.0, 0.0, ego_speed))
-    assert only(look(context, shown, **FINE))[DETECTION_RANGE_RATE] == pytest.approx(rate, abs=0.01)
-
-
-def test_range_rate_of_what_stands_aside_is_the_ego_speed_along_the_line_of_sight() -> None:
-    context = scene_context([(0.1, 0.1, 1.0)])
-    shown = scene(context, [(30.0, 10.0)], ego=(0.0, 0.0, 0.0, 20.0))
-    row = only(look(context, shown, **FINE, field_of_view="90 deg"))
-    expected = -20.0 * 30.0 / math.hypot(30.0, 10.0)
-    assert row[DETECTION_RANGE_RATE] == pytest.approx(expected, abs=0.02)
-
-
-def test_sensor_at_the_bumper_moves_sideways_as_the_ego_turns() -> None:
-    context = scene_context([(0.1, 0.1, 1.0)])
-    shown = scene(context, [(23.0, 20.0)])
-    shown.ego[:, EGO_YAW_RATE] = 0.5
-    row = only(look(context, shown, **FINE, mount={"x": "3 m"}, field_of_view="120 deg"))
-    # 1.5 m/s to the left, seen at 45 degrees.
-    assert row[DETECTION_RANGE_RATE] == pytest.approx(-1.5 * math.sqrt(0.5), abs=0.01)
-
-
 def test_oncoming_car_beyond_the_span_seems_to_drive_away() -> None:
     context = scene_context()
     shown = scene(context, [(60.0, 0.0, math.pi, 40.0)], ego=(0.0, 0.0, 0.0, 30.0))
     row = only(look(context, shown, **FINE, max_range_rate="50 m/s"))
-    assert row[DETECTION_RANGE_RATE] == pytest.approx(30.0, abs=0.01)
+    assert row[signals.DETECTION_RANGE_RATE] == pytest.approx(30.0, abs=0.01)
 
 
 @pytest.mark.parametrize("degrees", [20.0, -20.0])
@@ -288,25 +197,19 @@ def test_errors_shrink_with_the_signal_down_to_a_floor() -> None:
 # --- cells ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("other", "ego_speed", "detections"),
-    [
-        ((60.3, 0.0, 0.0, 0.0), 0.0, 1),
-        ((61.0, 0.0, 0.0, 0.0), 0.0, 2),
-        ((60.0, 1.0, 0.0, 0.0), 0.0, 1),
-        ((60.0, 2.5, 0.0, 0.0), 0.0, 2),
-        ((60.3, 0.0, 0.0, 1.0), 0.0, 2),
-    ],
-    ids=["one cell", "ranges", "bearings in one", "bearings", "rates"],
-)
-def test_posts_in_one_cell_are_one_detection(
-    other: tuple[float, ...], ego_speed: float, detections: int
-) -> None:
+def test_posts_in_one_cell_are_one_detection() -> None:
     # Posts too thin to hide each other.
     context = scene_context([(1e-3, 1e-4, 1.0), (1e-3, 1e-3, 1.0)], runs=64)
-    shown = scene(context, [(60.0, 0.0, 0.0, 0.0), other], ego=(0.0, 0.0, 0.0, ego_speed))
-    found = look(context, shown, range="1000 m", false_alarm_rate=1e-12)
-    assert found.mask.sum() == pytest.approx(64 * detections, abs=2 * detections)
+    for other, detections in (
+        ((60.3, 0.0, 0.0, 0.0), 1),
+        ((61.0, 0.0, 0.0, 0.0), 2),
+        ((60.0, 1.0, 0.0, 0.0), 1),
+        ((60.0, 2.5, 0.0, 0.0), 2),
+        ((60.3, 0.0, 0.0, 1.0), 2),
+    ):
+        shown = scene(context, [(60.0, 0.0, 0.0, 0.0), other])
+        found = look(context, shown, range="1000 m", false_alarm_rate=1e-12)
+        assert found.mask.sum() == pytest.approx(64 * detections, abs=2 * detections), other
 
 
 def test_person_beside_a_parked_truck_is_not_seen_on_its_own_until_he_moves() -> None:
@@ -324,14 +227,11 @@ def test_person_beside_a_parked_truck_is_not_seen_on_its_own_until_he_moves() ->
 # --- occlusion ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("y", "share"), [(0.0, 0.0), (2.05, 0.5), (6.0, 1.0)], ids=["hidden", "half", "free"]
-)
+@pytest.mark.parametrize(("y", "share"), [(0.0, 0.0), (2.0, 0.5), (6.0, 1.0)])
 def test_power_goes_with_the_visible_share(y: float, share: float) -> None:
     # A thin wall from -1 to 1 at 50 m throws a shadow from -2 to 2 at 100 m, where the rear of the
     # car is 1.8 m wide.
     context = scene_context([(0.01, 2.0, 2.0), CAR], runs=RUNS, kinds=["barrier", "car"])
-    y = y if share != 0.5 else 2.0
     shown = scene(context, [(50.0, 0.0), rear_at(100.0, y)])
     found = look(context, shown, edge_loss=0.0, false_alarm_rate=1e-6)
     detections = float((found.source == 1).any(axis=1).mean())
@@ -345,83 +245,53 @@ def test_power_goes_with_the_visible_share(y: float, share: float) -> None:
 # --- what is not there ----------------------------------------------------------------------------
 
 
-def ghosts(ticks: int = 50, runs: int = 200, **changes: Any) -> tuple[Any, SceneContext]:
-    """Detections of many samples of an empty world by an ego that drives 20 m/s."""
-    context = scene_context([CAR], runs=runs)
-    sensor = RadarSensor(sensor_context(spec(**changes), context))
-    behind = [(-100.0, 0.0)]
-    ego = (0.0, 0.0, 0.0, 20.0)
-    rows = []
-    for tick in range(ticks):
-        found = sensor.sense(scene(context, behind, ego=ego, tick=tick))
+def ghosts(**changes: Any) -> list[Floats]:
+    """Detections of each of many samples of an empty world by an ego that drives 20 m/s."""
+    context = scene_context([CAR], runs=200)
+    sensor = subject.RadarSensor(sensor_context(spec(**changes), context))
+    rows: list[Floats] = []
+    for tick in range(50):
+        shown = scene(context, [(-100.0, 0.0)], ego=(0.0, 0.0, 0.0, 20.0), tick=tick)
+        found = sensor.sense(shown)
         assert (found.source == -1).all()
-        rows.append((found.mask.copy(), found.detections.copy()))
-    return rows, context
+        rows += [found.detections[run, found.mask[run]].copy() for run in range(200)]
+    return rows
 
 
 @pytest.mark.parametrize(
-    ("changes", "mean"),
+    ("rate", "clutter", "mean"),
     [
-        ({"false_alarm_rate": 1e-6, "clutter": 0.0}, 1e-6 * 300.0 * 800.0),
-        ({"false_alarm_rate": 1e-5, "clutter": 0.0}, 1e-5 * 300.0 * 800.0),
-        ({"false_alarm_rate": 1e-12, "clutter": 1.5}, 1.5),
-        ({"false_alarm_rate": 1e-6, "clutter": 1.0}, 1.24),
+        (1e-6, 0.0, 1e-6 * 300.0 * 800.0),
+        (1e-5, 0.0, 1e-5 * 300.0 * 800.0),
+        (1e-12, 1.5, 1.5),
+        (1e-6, 1.0, 1.24),
     ],
 )
-def test_number_of_ghosts_is_that_of_the_record(changes: dict[str, Any], mean: float) -> None:
-    rows, _ = ghosts(**changes)
-    counts = np.array([mask.sum(axis=1) for mask, _ in rows]).ravel()
-    error = math.sqrt(mean / counts.size)
-    assert counts.mean() == pytest.approx(mean, abs=4.0 * error)
+def test_number_of_ghosts_is_that_of_the_record(rate: float, clutter: float, mean: float) -> None:
+    counts = np.array([len(rows) for rows in ghosts(false_alarm_rate=rate, clutter=clutter)])
+    assert counts.mean() == pytest.approx(mean, abs=4.0 * math.sqrt(mean / counts.size))
     assert counts.var() == pytest.approx(mean, rel=0.1)
 
 
-def ghost_rows(**changes: Any) -> Floats:
-    rows, _ = ghosts(**changes)
-    listed: Floats = np.concatenate([detections[mask] for mask, detections in rows])
-    return listed
-
-
 def test_clutter_stands_still_and_lies_all_over_the_area_in_view() -> None:
-    rows = ghost_rows(clutter=2.0, false_alarm_rate=1e-12)
+    rows = np.concatenate(ghosts(clutter=2.0, false_alarm_rate=1e-12))
     distance = np.hypot(rows[:, 0], rows[:, 1])
     bearing = np.arctan2(rows[:, 1], rows[:, 0])
     assert distance.max() <= 150.0
     assert abs(bearing).max() <= math.radians(30.0)
     # Half of the area is nearer than range / sqrt(2).
     assert (distance < 150.0 / math.sqrt(2.0)).mean() == pytest.approx(0.5, abs=0.02)
-    assert rows[:, DETECTION_RANGE_RATE] == pytest.approx(-20.0 * np.cos(bearing), abs=0.2)
+    assert rows[:, signals.DETECTION_RANGE_RATE] == pytest.approx(-20.0 * np.cos(bearing), abs=0.2)
 
 
 def test_false_alarms_have_any_range_and_any_rate() -> None:
-    rows = ghost_rows(clutter=0.0, false_alarm_rate=1e-5)
+    rows = np.concatenate(ghosts(clutter=0.0, false_alarm_rate=1e-5))
     distance = np.hypot(rows[:, 0], rows[:, 1])
     assert (distance < 75.0).mean() == pytest.approx(0.5, abs=0.02)
-    assert rows[:, DETECTION_RANGE_RATE].mean() == pytest.approx(0.0, abs=1.5)
-    assert rows[:, DETECTION_RANGE_RATE].std() == pytest.approx(80.0 / math.sqrt(3.0), rel=0.03)
-
-
-def test_another_object_leaves_ghosts_and_other_detections_as_they_were() -> None:
-    noisy: dict[str, Any] = {"clutter": 3.0, "false_alarm_rate": 1e-6}
-    one = scene_context([CAR], runs=32)
-    two = scene_context([CAR, CAR], runs=32)
-    alone = look(one, scene(one, [rear_at(60.0)]), **noisy)
-    more = look(two, scene(two, [rear_at(60.0), (-80.0, 0.0)]), **noisy)
-    for run in range(32):
-        np.testing.assert_array_equal(
-            alone.detections[run][alone.mask[run]], more.detections[run][more.mask[run]]
-        )
-
-
-def test_runs_with_unlike_clutter_share_a_batch_and_change_nothing_for_each_other() -> None:
-    context = scene_context([CAR], runs=2)
-    shown = scene(context, [rear_at(60.0)])
-    specs = [spec(clutter=0.5), spec(clutter=20.0)]
-    both = RadarSensor(replace(sensor_context(specs[0], context), specs=specs)).sense(shown)
-    alone = look(context, shown, clutter=0.5)
-    count = int(alone.mask[0].sum())
-    assert both.mask[0].sum() == count
-    np.testing.assert_array_equal(both.detections[0, :count], alone.detections[0, :count])
+    assert rows[:, signals.DETECTION_RANGE_RATE].mean() == pytest.approx(0.0, abs=1.5)
+    assert rows[:, signals.DETECTION_RANGE_RATE].std() == pytest.approx(
+        80.0 / math.sqrt(3.0), rel=0.03
+    )
 
 
 # --- in the closed loop ---------------------------------------------------------------------------
@@ -468,8 +338,8 @@ def test_nominal_channel_follows_a_lead_on_one_radar_as_on_the_truth() -> None:
     truth = drive({"kind": "ground_truth", "rate": "20 Hz"}, {"lead": LEAD}, 1)
     assert (trace.columns["contact"] < 0).all()
     end, exact = trace.columns["ego"][:, -1], truth.columns["ego"][0, -1]
-    assert end[:, EGO_SPEED] == pytest.approx(exact[EGO_SPEED], abs=0.2)
-    assert end[:, EGO_X] == pytest.approx(exact[EGO_X], abs=2.0)
+    assert end[:, signals.EGO_SPEED] == pytest.approx(exact[signals.EGO_SPEED], abs=0.2)
+    assert end[:, signals.EGO_X] == pytest.approx(exact[signals.EGO_X], abs=2.0)
     assert hardest(trace).min() > hardest(truth)[0] - 1.0
 
 
@@ -511,42 +381,35 @@ def record(**changes: float) -> Any:
 def echo(
     distance: float, bearing: float = 0.0, rate: float = 0.0, signal: float = STRONG
 ) -> Floats:
-    row = np.zeros(ECHO_WIDTH)
-    row[ECHO_SIGNAL], row[ECHO_RANGE], row[ECHO_BEARING] = signal, distance, bearing
-    row[ECHO_RATE] = rate
+    row = np.zeros(subject.ECHO_WIDTH)
+    row[subject.ECHO_SIGNAL], row[subject.ECHO_RANGE] = signal, distance
+    row[subject.ECHO_BEARING], row[subject.ECHO_RATE] = bearing, rate
     return row
 
 
-@pytest.mark.parametrize(
-    ("other", "together"),
-    [
-        ((50.49, 0.0, 0.0), True),
-        ((50.51, 0.0, 0.0), False),
-        ((50.0, 0.029, 0.0), True),
-        ((50.0, -0.031, 0.0), False),
-        ((50.0, 0.0, 0.19), True),
-        ((50.0, 0.0, -0.21), False),
-        ((50.49, 0.029, 0.21), False),
-        ((math.nan, 0.0, 0.0), False),
-    ],
-)
-def test_cell_is_left_by_any_of_range_bearing_and_rate(
-    other: tuple[float, float, float], *, together: bool
-) -> None:
-    one = echo(50.0)
-    assert same_cell(record(), one, echo(*other)) is together
-    assert same_cell(record(), echo(*other), one) is together
-
-
-def test_cell_reaches_across_the_direction_behind_the_sensor() -> None:
-    assert same_cell(record(), echo(20.0, math.pi - 0.01), echo(20.0, -math.pi + 0.01))
+def test_cell_is_left_by_any_of_range_bearing_and_rate() -> None:
+    behind = echo(50.0, math.pi - 0.01)
+    for one, other, together in (
+        (echo(50.0), echo(50.49), True),
+        (echo(50.0), echo(50.51), False),
+        (echo(50.0), echo(50.0, 0.029), True),
+        (echo(50.0), echo(50.0, -0.031), False),
+        (echo(50.0), echo(50.0, 0.0, 0.19), True),
+        (echo(50.0), echo(50.0, 0.0, -0.21), False),
+        (echo(50.0), echo(50.49, 0.029, 0.21), False),
+        (echo(50.0), echo(math.nan), False),
+        # It reaches across the direction behind the sensor.
+        (behind, echo(50.0, -math.pi + 0.01), True),
+    ):
+        assert subject.same_cell(record(), one, other) is together, (one, other)
+        assert subject.same_cell(record(), other, one) is together, (one, other)
 
 
 def found(echoes: Sequence[Floats], number: int = 0) -> list[Floats]:
     """What is detected of these echoes, nearest first."""
     rows = np.array(echoes)
     order = np.zeros(len(rows), dtype=np.int64)
-    count = detect(record(), Stream(np.uint64(1), np.uint64(2), number), rows, order)
+    count = subject.detect(record(), Stream(np.uint64(1), np.uint64(2), number), rows, order)
     return [rows[thing] for thing in order[:count]]
 
 
@@ -554,8 +417,8 @@ def found(echoes: Sequence[Floats], number: int = 0) -> list[Floats]:
 def test_two_equal_echoes_of_one_cell_are_detected_midway() -> None:
     places = [found([echo(50.0), echo(50.4, 0.02)], number) for number in range(200)]
     assert {len(rows) for rows in places} == {1}
-    distances = np.array([rows[0][ECHO_RANGE] for rows in places])
-    bearings = np.array([rows[0][ECHO_BEARING] for rows in places])
+    distances = np.array([rows[0][subject.ECHO_RANGE] for rows in places])
+    bearings = np.array([rows[0][subject.ECHO_BEARING] for rows in places])
     assert distances.mean() == pytest.approx(50.2, abs=4.0 * 0.025 / math.sqrt(200.0))
     assert bearings.mean() == pytest.approx(0.01, abs=4.0 * 0.0015 / math.sqrt(200.0))
 
@@ -563,12 +426,12 @@ def test_two_equal_echoes_of_one_cell_are_detected_midway() -> None:
 def test_strong_echo_swallows_the_weak_one_beside_it() -> None:
     rows = found([echo(50.3, signal=1e6), echo(50.0)])
     assert len(rows) == 1
-    assert rows[0][ECHO_RANGE] == pytest.approx(50.0, abs=0.15)
+    assert rows[0][subject.ECHO_RANGE] == pytest.approx(50.0, abs=0.15)
 
 
 def test_two_echoes_apart_are_two_detections_in_order_of_distance() -> None:
     rows = found([echo(60.0), echo(50.0)])
-    assert [round(row[ECHO_RANGE]) for row in rows] == [50, 60]
+    assert [round(row[subject.ECHO_RANGE]) for row in rows] == [50, 60]
 
 
 @pytest.mark.slow
@@ -576,37 +439,34 @@ def test_chain_is_cut_around_the_strongest_whatever_the_order() -> None:
     chain = [(50.0, 2e9), (50.4, 4e9), (50.8, 2e9), (51.2, 1e9)]
     for order in itertools.permutations(chain):
         rows = found([echo(distance, signal=signal) for distance, signal in order])
-        assert [row[ECHO_RANGE] for row in rows] == pytest.approx([50.4, 51.2], abs=0.12)
+        assert [row[subject.ECHO_RANGE] for row in rows] == pytest.approx([50.4, 51.2], abs=0.12)
 
 
-@pytest.mark.parametrize(
-    ("rate", "shown"), [(0.0, 0.0), (79.9, 79.9), (80.0, -80.0), (90.0, -70.0), (-81.0, 79.0)]
-)
-def test_range_rate_beyond_the_span_comes_in_at_the_other_end(rate: float, shown: float) -> None:
-    assert folded(rate, 80.0) == pytest.approx(shown)
+def test_range_rate_beyond_the_span_comes_in_at_the_other_end() -> None:
+    rates = {0.0: 0.0, 79.9: 79.9, 80.0: -80.0, 90.0: -70.0, -81.0: 79.0}
+    assert [subject.folded(rate, 80.0) for rate in rates] == pytest.approx(list(rates.values()))
 
 
 def test_number_of_events_is_poisson_distributed() -> None:
     mean, draws = 1.7, 40_000
     chances = (np.arange(draws) + 0.5) / draws
-    counts = np.array([count_events(mean, math.exp(-mean), 20.0, chance) for chance in chances])
+    counts = np.array(
+        [subject.count_events(mean, math.exp(-mean), 20.0, chance) for chance in chances]
+    )
     for number in range(6):
         expected = math.exp(-mean) * mean**number / math.factorial(number)
         assert (counts == number).mean() == pytest.approx(expected, abs=2.0 / draws)
 
 
-def test_number_of_events_is_bounded() -> None:
-    assert count_events(3.0, math.exp(-3.0), 5.0, 1.0 - 1e-16) == 5
-    assert most_events(0.0) == 0
-
-
-@pytest.mark.parametrize("mean", [0.01, 0.24, 1.0, 10.0, 50.0])
-def test_bound_is_exceeded_less_than_once_in_ten_million_times(mean: float) -> None:
-    inside = sum(
-        math.exp(number * math.log(mean) - mean - math.lgamma(number + 1))
-        for number in range(most_events(mean) + 1)
-    )
-    assert 1.0 - inside < 1e-7
+def test_number_of_events_is_bounded_where_more_come_less_than_once_in_ten_million_times() -> None:
+    assert subject.count_events(3.0, math.exp(-3.0), 5.0, 1.0 - 1e-16) == 5
+    assert subject.most_events(0.0) == 0
+    for mean in (0.01, 0.24, 1.0, 10.0, 50.0):
+        inside = sum(
+            math.exp(number * math.log(mean) - mean - math.lgamma(number + 1))
+            for number in range(subject.most_events(mean) + 1)
+        )
+        assert 1.0 - inside < 1e-7, mean
 
 
 # --- The radar equation, rain and threshold against closed forms and published figures ------------
@@ -615,40 +475,48 @@ STRENGTH = 1e9
 
 
 def clear(distance: float, cross_section: float = 10.0, bearing: float = 0.0) -> float:
-    return signal_to_noise(STRENGTH, cross_section, distance, bearing, 0.5, 0.0, 0.0)
+    return subject.signal_to_noise(STRENGTH, cross_section, distance, bearing, 0.5, 0.0, 0.0)
 
 
 def test_echo_falls_by_12_decibels_when_the_distance_doubles() -> None:
     for distance in (5.0, 40.0, 150.0):
         fall = 10.0 * math.log10(clear(distance) / clear(2.0 * distance))
         assert fall == pytest.approx(40.0 * math.log10(2.0))
-
-
-def test_echo_is_proportional_to_the_cross_section() -> None:
     assert clear(60.0, 5.0) == pytest.approx(0.5 * clear(60.0, 10.0))
 
 
 def test_antenna_loses_its_edge_loss_twice_at_the_edge() -> None:
     half, loss = 0.6, 3.0
     beam = 2.0 * loss * math.log(10.0) / 10.0 / half**2
-    ahead = signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.0, 0.0)
-    edge = signal_to_noise(STRENGTH, 10.0, 50.0, -half, beam, 0.0, 0.0)
+    ahead = subject.signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.0, 0.0)
+    edge = subject.signal_to_noise(STRENGTH, 10.0, 50.0, -half, beam, 0.0, 0.0)
     assert 10.0 * math.log10(ahead / edge) == pytest.approx(2.0 * loss)
 
 
-def test_noise_alone_crosses_the_threshold_at_the_false_alarm_rate() -> None:
-    assert math.exp(-detection_threshold(1e-4)) == pytest.approx(1e-4)
-
-
-@pytest.mark.parametrize("probability", [0.1, 0.5, 0.9])
-@pytest.mark.parametrize("rate", [1e-8, 1e-6, 1e-2])
-def test_signal_for_a_probability_inverts_the_formula_of_swerling(
-    probability: float, rate: float
-) -> None:
-    assert rate ** (1.0 / (1.0 + signal_for(probability, rate))) == pytest.approx(probability)
+def test_signal_for_a_probability_inverts_the_formula_of_swerling() -> None:
+    for probability, rate in itertools.product((0.1, 0.5, 0.9), (1e-8, 1e-6, 1e-2)):
+        found = rate ** (1.0 / (1.0 + subject.signal_for(probability, rate)))
+        assert found == pytest.approx(probability), rate
+        # Noise alone crosses the threshold at the rate of false alarms.
+        assert math.exp(-subject.detection_threshold(rate)) == pytest.approx(rate)
 
 
 # --- rain -----------------------------------------------------------------------------------------
+
+
+P838_K = [
+    (-3.80595, 0.56934, 0.81061),
+    (-3.44965, -0.22911, 0.51059),
+    (-0.39902, 0.73042, 0.11899),
+    (0.50167, 1.07319, 0.27195),
+]
+P838_ALPHA = [
+    (-0.07771, 2.33840, -0.76284),
+    (0.56727, 0.95545, 0.54039),
+    (-0.20238, 1.14520, 0.26809),
+    (-48.2991, 0.791669, 0.116226),
+    (48.5833, 0.791459, 0.116479),
+]
 
 
 def polynomial(rows: list[tuple[float, float, float]], slope: float, offset: float) -> float:
@@ -658,35 +526,16 @@ def polynomial(rows: list[tuple[float, float, float]], slope: float, offset: flo
 
 
 def test_attenuation_has_the_coefficients_of_itu_r_p838() -> None:
-    k = polynomial(
-        [
-            (-3.80595, 0.56934, 0.81061),
-            (-3.44965, -0.22911, 0.51059),
-            (-0.39902, 0.73042, 0.11899),
-            (0.50167, 1.07319, 0.27195),
-        ],
-        -0.16398,
-        0.63297,
-    )
-    alpha = polynomial(
-        [
-            (-0.07771, 2.33840, -0.76284),
-            (0.56727, 0.95545, 0.54039),
-            (-0.20238, 1.14520, 0.26809),
-            (-48.2991, 0.791669, 0.116226),
-            (48.5833, 0.791459, 0.116479),
-        ],
-        -0.053739,
-        0.83433,
-    )
-    assert pytest.approx(10.0**k, rel=1e-4) == RAIN_K
-    assert pytest.approx(alpha, abs=1e-4) == RAIN_ALPHA
+    assert 10.0 ** polynomial(P838_K, -0.16398, 0.63297) == pytest.approx(RAIN_K, rel=1e-4)
+    assert polynomial(P838_ALPHA, -0.053739, 0.83433) == pytest.approx(RAIN_ALPHA, abs=1e-4)
 
 
-def test_ten_millimetres_of_rain_cost_5_7_decibels_per_kilometre() -> None:
+def test_ten_millimetres_of_rain_cost_5_7_decibels_per_kilometre_and_no_rain_nothing() -> None:
     loss = 1e4 * math.log10(math.e) * radar_rain_extinction(10.0 * MM_PER_HOUR)
     assert loss == pytest.approx(1.1276 * 10.0**0.7073)
-    assert (radar_rain_extinction(0.0), radar_rain_extinction(math.nan)) == (0.0, 0.0)
+    for rain in (0.0, math.nan, -1.0):
+        assert radar_rain_extinction(rain) == 0.0
+    assert subject.rain_echo(-1.0) == 0.0
 
 
 def water(frequency: float) -> complex:
@@ -731,14 +580,16 @@ def test_echo_of_rain_is_that_of_spheres_with_the_drop_sizes_of_marshall_and_pal
     for rate in (1.0, 2.5, 7.5, 20.0, 50.0, 100.0):
         drops = 8000.0 * np.exp(-4.1 * rate**-0.21 * diameter)
         volume = float(np.trapezoid(drops * echo * math.pi / 4.0 * diameter**2 * 1e-6, diameter))
-        assert rain_echo(rate * MM_PER_HOUR) == pytest.approx(volume, rel=0.18)
+        assert subject.rain_echo(rate * MM_PER_HOUR) == pytest.approx(volume, rel=0.18)
 
 
 def test_more_rain_never_makes_an_echo_stronger() -> None:
     def through(rate: float) -> float:
         rain = rate * MM_PER_HOUR
-        in_cell = 0.5 * 0.03 * 0.17 * rain_echo(rain)
-        return signal_to_noise(STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell)
+        in_cell = 0.5 * 0.03 * 0.17 * subject.rain_echo(rain)
+        return subject.signal_to_noise(
+            STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell
+        )
 
     strengths = [through(rate) for rate in (0.0, 0.5, 2.5, 7.5, 25.0, 100.0)]
     assert strengths == sorted(strengths, reverse=True)
@@ -748,7 +599,7 @@ def test_more_rain_never_makes_an_echo_stronger() -> None:
 def test_in_heavy_rain_the_echo_of_the_rain_and_not_the_noise_is_the_limit() -> None:
     # A signal without end is seen over the rain in its cell only, which has a cross section, too.
     in_cell = 1e-6
-    far = signal_to_noise(1e30, 10.0, 100.0, 0.0, 0.0, 0.0, in_cell)
+    far = subject.signal_to_noise(1e30, 10.0, 100.0, 0.0, 0.0, 0.0, in_cell)
     assert far == pytest.approx(10.0 / (in_cell * 100.0**2))
 
 
@@ -756,34 +607,28 @@ def test_in_heavy_rain_the_echo_of_the_rain_and_not_the_noise_is_the_limit() -> 
 
 
 def test_every_class_has_a_cross_section() -> None:
-    assert set(CROSS_SECTION) == set(OBJECT_CLASSES)
-    car, truck, person = (OBJECT_CLASSES.index(name) for name in ("car", "truck", "pedestrian"))
-    found = cross_sections(np.array([car, truck, person], dtype=np.int64))
+    assert set(CROSS_SECTION) == set(signals.OBJECT_CLASSES)
+    car, truck, person = (
+        signals.OBJECT_CLASSES.index(name) for name in ("car", "truck", "pedestrian")
+    )
+    found = subject.cross_sections(np.array([car, truck, person], dtype=np.int64))
     assert found[:, 0] == pytest.approx([10.0, 100.0, 10.0**-0.8])
     assert (found[:, 1] >= found[:, 0]).all()
 
 
-@pytest.mark.parametrize(("level", "ratio"), [(0.0, 1.0), (10.0, 10.0), (-3.0, 0.501187)])
-def test_decibels(level: float, ratio: float) -> None:
-    assert decibels(level) == pytest.approx(ratio, rel=1e-5)
+def test_decibels() -> None:
+    levels = {0.0: 1.0, 10.0: 10.0, -3.0: 0.501187}
+    assert [subject.decibels(level) for level in levels] == pytest.approx(
+        list(levels.values()), rel=1e-5
+    )
 
 
-@pytest.mark.parametrize(
-    ("place", "squared_cosine"),
-    [
-        ((-12.0, 0.0), 1.0),
-        ((-12.0, 10.0), 0.5),
-        ((12.0, -10.0), 0.5),
-        ((-1.0, 5.0), 0.0),
-        ((2.0, 5.0), 0.0),
-    ],
-)
-def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behind(
-    place: tuple[float, float], squared_cosine: float
-) -> None:
-    assert facing(*place, 2.0) == pytest.approx(squared_cosine)
-
-
-@pytest.mark.parametrize("kernel", [radar_rain_extinction, rain_echo])
-def test_negative_rain_is_none(kernel: Callable[[float], float]) -> None:
-    assert kernel(-1.0) == 0.0
+def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behind() -> None:
+    places = {
+        (-12.0, 0.0): 1.0,
+        (-12.0, 10.0): 0.5,
+        (12.0, -10.0): 0.5,
+        (-1.0, 5.0): 0.0,
+        (2.0, 5.0): 0.0,
+    }
+    assert [subject.facing(*place, 2.0) for place in places] == pytest.approx(list(places.values()))

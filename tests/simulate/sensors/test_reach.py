@@ -1,7 +1,5 @@
 """What sensors see of a car: rain, fog, darkness and a low sun take from it and add nothing."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any
@@ -9,29 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import ILLUMINANCE, Bools, SceneContext
+from adeye.signals import ILLUMINANCE, Bools
 from adeye.simulate.channels.perception.clustering import Clustering
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.rig import BUILT_IN
-from adeye.simulate.world.weather import MM_PER_HOUR, glare_contrast
+from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, glare_contrast, lidar_range
 from adeye.spec.sensors import (
-    Camera,
-    Lidar,
-    PhysicalCamera,
-    PhysicalLidar,
-    PhysicalRadar,
-    Radar,
-    Ultrasonic,
+    model_name,
 )
-from tests.simulate.sensors.scenes import CAR, scene, scene_context, seen, sensor_context
-
-KINDS: dict[str, Any] = {"camera": Camera, "radar": Radar, "lidar": Lidar}
-FIELDS: dict[str, Any] = {
-    "mount": {"x": "0 m"},
-    "field_of_view": "360 deg",
-    "range": "100 m",
-    "rate": "20 Hz",
-}
+from tests.simulate.sensors.scenes import (
+    CAR,
+    scene,
+    scene_context,
+    seen,
+    sensor_context,
+    sensor_spec,
+)
 
 CONDITIONS: dict[str, list[dict[str, Any]]] = {
     "rain": [{"rain": rate * MM_PER_HOUR} for rate in (0.0, 0.5, 2.5, 7.5, 40.0)],
@@ -41,7 +32,7 @@ CONDITIONS: dict[str, list[dict[str, Any]]] = {
 }
 """From good to bad."""
 
-MATTERS = {
+MATTERS: dict[str, set[str]] = {
     "camera": {"rain", "fog", "darkness", "sun"},
     "lidar": {"rain", "fog"},
     "radar": set(),
@@ -49,11 +40,11 @@ MATTERS = {
 """What shortens the range of a sensor; the others leave it as it is."""
 
 
-def reach(kind: str, context: SceneContext, bearing: float = 0.0) -> float:
+def reach(kind: str, bearing: float = 0.0, *, sees: dict[str, Any], **weather: Any) -> float:
     """Distance of the nearest point from which on a car at a bearing is not reported [m]."""
-    night = {"night_range": 0.5} if kind == "camera" else {}
-    spec = KINDS[kind].model_validate({"kind": kind, **FIELDS, **night})
-    sensor = RangingSensor(sensor_context(spec, context))
+    context = scene_context(**weather)
+    fields = {"field_of_view": "360 deg", "range": "100 m"} | sees
+    sensor = RangingSensor(sensor_context(sensor_spec(kind, **fields), context))
     low, high, tick = 1e-3, 200.0, 0
     while high - low > 1e-6:
         centre = 0.5 * (low + high) + 0.5 * CAR[0]
@@ -64,59 +55,64 @@ def reach(kind: str, context: SceneContext, bearing: float = 0.0) -> float:
     return low
 
 
+NIGHT = {"night_range": 0.5}
+BRIGHT = {"range": "150 m", "reference_reflectivity": 0.9}
+RAIN: dict[str, Any] = {"rain": 7.5 * MM_PER_HOUR, "fog_visibility": 10_000.0}
+
+
+@pytest.mark.parametrize(
+    ("kind", "sees", "weather", "expected"),
+    [
+        ("lidar", BRIGHT, RAIN, lidar_range(150.0, 0.5, 0.9, *RAIN.values())),
+        ("camera", {}, RAIN, camera_range(100.0, *RAIN.values(), 1.0)),
+        ("camera", NIGHT, {"night": True, "illuminance": ILLUMINANCE["night"]}, 50.0),
+        ("radar", {}, {"rain": 40.0 * MM_PER_HOUR}, 100.0),
+        # The sun takes its contrast, and nothing from below the horizon.
+        (
+            "camera",
+            {},
+            {"sun_elevation": math.radians(10.0)},
+            100.0 * glare_contrast(math.cos(math.radians(10.0)), ILLUMINANCE["day"]),
+        ),
+        ("camera", {}, {"sun_elevation": -0.01}, 100.0),
+    ],
+)
+def test_range_is_that_of_the_formula(
+    kind: str, sees: dict[str, Any], weather: dict[str, Any], expected: float
+) -> None:
+    assert reach(kind, sees=sees, **weather) == pytest.approx(expected, abs=1e-4)
+
+
 @pytest.mark.parametrize("condition", CONDITIONS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_range_falls_as_a_condition_gets_worse(kind: str, condition: str) -> None:
-    ranges = [reach(kind, scene_context(**weather)) for weather in CONDITIONS[condition]]
-    assert ranges == sorted(ranges, reverse=True)
-    matters = condition in MATTERS[kind]
-    assert len(set(ranges)) == (len(ranges) if matters else 1)
-
-
-def test_low_sun_takes_the_range_of_its_contrast() -> None:
-    elevation = math.radians(10.0)
-    context = scene_context(sun_elevation=elevation)
-    contrast = glare_contrast(math.cos(elevation), ILLUMINANCE["day"])
-    assert reach("camera", context) == pytest.approx(100.0 * contrast, abs=1e-4)
+def test_range_falls_as_a_condition_gets_worse(condition: str) -> None:
+    for kind, matters in MATTERS.items():
+        night = NIGHT if kind == "camera" else {}
+        ranges = [reach(kind, sees=night, **weather) for weather in CONDITIONS[condition]]
+        assert ranges == sorted(ranges, reverse=True), kind
+        assert len(set(ranges)) == (len(ranges) if condition in matters else 1), kind
 
 
 def test_low_sun_takes_less_the_farther_an_object_is_from_its_bearing() -> None:
-    context = scene_context(sun_elevation=math.radians(5.0), sun_azimuth=math.radians(30.0))
-    ranges = [reach("camera", context, math.radians(30 + away)) for away in (0, 10, -30, 60, 91)]
+    sun = {"sun_elevation": math.radians(5.0), "sun_azimuth": math.radians(30.0)}
+    bearings = [math.radians(30 + away) for away in (0, 10, -30, 60, 91)]
+    ranges = [reach("camera", bearing, sees={}, **sun) for bearing in bearings]
     assert ranges == sorted(ranges)
     assert ranges[0] < 20.0
     assert ranges[-1] == pytest.approx(100.0, abs=1e-4)
 
 
-def test_sun_below_the_horizon_blinds_nobody() -> None:
-    context = scene_context(sun_elevation=-0.01)
-    assert reach("camera", context) == pytest.approx(100.0, abs=1e-4)
-
-
 # --- sensors that make what the device makes ------------------------------------------------------
 
-LOOK: dict[str, Any] = {"mount": {"z": "1.3 m"}, "field_of_view": "50 deg", "rate": "20 Hz"}
+LOOK: dict[str, Any] = {"mount": {"z": "1.3 m"}, "field_of_view": "50 deg"}
+# The camera needs much contrast and has pixels enough, so that it is the weather that decides.
+PIXELS = {"contrast_threshold": 0.35, "columns": 320, "rows": 120}
 PHYSICAL: dict[str, Any] = {
-    "camera": PhysicalCamera.model_validate(
-        # It needs much contrast and has pixels enough, so that it is the weather that decides.
-        {
-            "kind": "camera",
-            "fidelity": "physical",
-            **LOOK,
-            "contrast_threshold": 0.35,
-            "columns": 320,
-            "rows": 120,
-        }
-    ),
-    "lidar": PhysicalLidar.model_validate(
-        {"kind": "lidar", "fidelity": "physical", **LOOK, "range": "100 m"}
-    ),
-    "radar": PhysicalRadar.model_validate(
-        {"kind": "radar", "fidelity": "physical", **LOOK, "range": "100 m"}
-    ),
-    "ultrasonic": Ultrasonic.model_validate({"kind": "ultrasonic", **LOOK, "range": "100 m"}),
+    "camera": sensor_spec("camera/physical", **LOOK, **PIXELS),
+    "lidar": sensor_spec("lidar/physical", **LOOK, range="100 m"),
+    "radar": sensor_spec("radar/physical", **LOOK, range="100 m"),
+    "ultrasonic": sensor_spec("ultrasonic", **LOOK, range="100 m"),
 }
-PHYSICS = {
+PHYSICS: dict[str, set[str]] = {
     "camera": {"rain", "fog", "darkness", "sun"},
     "lidar": {"rain", "fog"},
     "radar": {"rain"},
@@ -133,8 +129,7 @@ def detected(kind: str, **weather: Any) -> Bools:
     # Parked, because the lamps of a car that drives are seen from afar by night.
     context = scene_context(kinds=["parked_car"], runs=runs, **weather)
     spec = PHYSICAL[kind]
-    model = BUILT_IN[kind if kind == "ultrasonic" else f"{kind}/physical"]
-    sensor = model(sensor_context(spec, context))
+    sensor = BUILT_IN[model_name(spec)](sensor_context(spec, context))
     clustering = Clustering([spec] * runs, 1) if kind == "lidar" else None
     found = []
     for tick, distance in enumerate(DISTANCES):

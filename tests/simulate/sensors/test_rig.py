@@ -1,5 +1,6 @@
 """The sensors of an architecture together: names, kinds, rates, independence."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -11,9 +12,10 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import PluginError, SpecError
-from adeye.signals import Measurement, Scene
+from adeye.signals import Measurement, Scene, SceneContext
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, Rig, data_sheets, mounts
 from adeye.sweep.case import TestCase
+from adeye.testing import check_sensor
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 
 RADAR = {
@@ -25,6 +27,7 @@ RADAR = {
     "range_noise": "0.3 m",
     "bearing_noise": "0.2 deg",
 }
+POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
 CAMERA = {
     "kind": "camera",
     "mount": {"x": "1.5 m", "yaw": "5 deg"},
@@ -34,7 +37,6 @@ CAMERA = {
     "latency": "0.1 s",
     "distance_noise": 0.02,
 }
-POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
 GNSS = {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.5 m", "bias": "0.5 m"}
 IMU = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s"}
 
@@ -58,12 +60,17 @@ def cases(*sensors: Mapping[str, Any]) -> list[TestCase]:
     return cast("list[TestCase]", made)
 
 
+def rig_of(context: SceneContext, *suites: Mapping[str, Any], folder: Path = Path()) -> Rig:
+    """Return the rig of a batch of which each run has one of these suites of sensors."""
+    return Rig(cases(*suites), context, folder)
+
+
 def sense(
     sensors: Mapping[str, Any], ticks: int = 8, *, step: float = 0.05, folder: Path = Path()
 ) -> list[dict[str, Measurement]]:
     """Let a rig watch a car that drives away; copy what it delivers."""
     context = scene_context([CAR], step=step)
-    rig = Rig(cases(sensors), context, folder)
+    rig = rig_of(context, sensors, folder=folder)
     return [_copied(rig.sense(at(context, tick))) for tick in range(ticks)]
 
 
@@ -82,22 +89,38 @@ def same(one: Measurement, other: Measurement) -> bool:
     return all(a is b or np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs)
 
 
-def test_every_sensor_has_a_reading_by_its_name() -> None:
-    readings = sense({"front_radar": RADAR, "front_camera": CAMERA, "pose": POSE}, ticks=1)[0]
-    assert sorted(readings) == ["front_camera", "front_radar", "pose"]
-    assert readings["pose"].estimate is not None
-    assert readings["front_radar"].estimate is None
+def content(item: Measurement, run: int = 0) -> dict[str, list[Any]]:
+    """Return what a reading says of one run, whatever room it has for more."""
+    found = item.mask[run]
+    parts = {"detections": item.detections[run, found], "source": item.source[run, found]}
+    for name in ("points", "hits", "estimate", "values"):
+        array = getattr(item, name)
+        if array is not None:
+            parts[name] = array[run]
+    return {name: np.nan_to_num(array, nan=-1e9).tolist() for name, array in parts.items()}
 
 
-def test_second_sensor_of_a_kind_is_a_second_name_with_noise_of_its_own() -> None:
-    for readings in sense({"left": RADAR, "right": RADAR}):
-        left, right = readings["left"], readings["right"]
-        assert left.mask[0, 0]
-        assert right.mask[0, 0]
-        assert not np.array_equal(left.detections, right.detections)
+def test_every_sensor_delivers_under_its_name_what_its_kind_measures_and_nothing_else() -> None:
+    def parts(item: Measurement) -> set[str]:
+        optional = ("points", "estimate", "values")
+        found = {name for name in optional if getattr(item, name) is not None}
+        return found | ({"detections"} if item.mask.any() else set())
+
+    shown = sense({model.replace("/", "_"): record for model, record in ALL.items()}, ticks=4)[-1]
+    expected = {name: {"detections"} for name in shown} | {
+        # What it detects is made of its points by the channels.
+        "lidar_physical": {"points"},
+        "gnss": {"values"},
+        "imu": {"values"},
+        "localisation": {"estimate"},
+        "ground_truth": {"detections", "estimate"},
+    }
+    assert {name: parts(item) for name, item in shown.items()} == expected
 
 
 PHYSICAL = {"fidelity": "physical", "field_of_view": "60 deg", "rate": "20 Hz"}
+DIRT = {"column": 60, "row": 20, "columns": 30, "rows": 25, "transmission": 0.9}
+
 ALL: dict[str, dict[str, Any]] = {
     "camera": CAMERA,
     "camera/physical": {
@@ -105,6 +128,7 @@ ALL: dict[str, dict[str, Any]] = {
         "kind": "camera",
         "mount": {"x": "1.5 m", "z": "1.3 m"},
         "noise": 0.02,
+        "patches": {"dirt": DIRT},
     },
     "radar": RADAR,
     "radar/physical": {
@@ -128,6 +152,7 @@ ALL: dict[str, dict[str, Any]] = {
         "mount": {"x": "1 m", "z": "0.8 m"},
         "range": "100 m",
         "range_noise": "0.05 m",
+        "bearing_noise": "0.1 deg",
         "drop_out": 0.1,
     },
     "ultrasonic": {
@@ -138,7 +163,7 @@ ALL: dict[str, dict[str, Any]] = {
         "rate": "20 Hz",
         "range_noise": "0.02 m",
     },
-    "gnss": GNSS,
+    "gnss": {**GNSS, "outages": {"tunnel": {"begin": "5 s", "duration": "1 s"}}},
     "imu": IMU,
     "localisation": POSE,
     "ground_truth": {"kind": "ground_truth", "rate": "20 Hz"},
@@ -146,24 +171,117 @@ ALL: dict[str, dict[str, Any]] = {
 """One sensor of each model, with noise where it has any."""
 
 
+LAYERS = {"layers": 4, "vertical_field_of_view": "10 deg", "beams": 90}
+UNLIKE: dict[str, dict[str, Any]] = {
+    "camera": {"range": "20 m", "mount": {"yaw": "20 deg"}},
+    "camera/physical": {
+        "mount": {"z": "1.3 m", "yaw": "20 deg", "pitch": "2 deg"},
+        "patches": {"dirt": {**DIRT, "noise": 0.1}},
+    },
+    "radar": {"range_noise": "0.1 m"},
+    "radar/physical": {"clutter": 0, "mount": {"yaw": "20 deg"}},
+    "lidar": {"range_noise": "0.5 m"},
+    "lidar/physical": {"mount": {"z": "1.5 m", "pitch": "2 deg", "yaw": "10 deg"}},
+    "ultrasonic": {"range_noise": "0.1 m"},
+    "gnss": {"bias": "2 m", "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}}},
+    "imu": {"yaw_rate_noise": "1 deg/s", "bias_time": "5 s"},
+    "localisation": {"lateral_noise": "0.3 m"},
+    "ground_truth": {},
+}
+"""Fields that may differ from run to run of a batch."""
+
+
 def test_there_is_a_sensor_of_every_model_here() -> None:
-    assert ALL.keys() == BUILT_IN.keys()
+    assert ALL.keys() == UNLIKE.keys() == BUILT_IN.keys()
 
 
-@pytest.mark.parametrize("added", ALL)
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ALL)
+def test_every_model_conforms(model: str) -> None:
+    layers = LAYERS if model == "lidar/physical" else {}
+    for record in (ALL[model], ALL[model] | UNLIKE[model] | layers):
+        spec = architecture({"front": record}).sensors["front"]
+        for every, latency, jitter in ((2, 3, 0), (1, 0, 0), (1, 5, 0), (2, 3, 2), (1, 0, 3)):
+            check_sensor(BUILT_IN[model], spec, every=every, latency=latency, jitter=jitter)
+
+
+@pytest.mark.parametrize("model", ALL)
+def test_each_run_of_a_batch_is_sensed_as_its_own_record_says(model: str) -> None:
+    context = scene_context([CAR], runs=2)
+    one, other = {"it": ALL[model]}, {"it": ALL[model] | UNLIKE[model]}
+
+    def readings(*suites: Mapping[str, Any]) -> list[dict[str, list[Any]]]:
+        rig = rig_of(context, *suites)
+        last = [_copied(rig.sense(at(context, tick))) for tick in range(14)][-1]
+        return [content(last["it"], run) for run in range(2)]
+
+    mixed, first, second = readings(one, other), readings(one, one), readings(other, other)
+    assert mixed == [first[0], second[1]]
+    assert (first[0] == second[0]) == (model == "ground_truth")
+
+
+def test_sample_comes_after_its_latency_as_it_was_taken() -> None:
+    for model, record in ALL.items():
+        prompt = sense({"it": {**record, "latency": "0 s"}})
+        late = sense({"it": {**record, "latency": "0.15 s"}}, ticks=11)
+        for before, after in zip(prompt, late[3:], strict=True):
+            assert same(before["it"], after["it"]), model
+
+
+def test_ended_run_is_sensed_no_more() -> None:
+    context = scene_context([CAR], runs=2)
+    for model in ALL.keys() - {"localisation", "ground_truth"}:
+        record = {**ALL[model], "latency": "0 s", "rate": "20 Hz"}
+        rig = rig_of(context, {"it": record}, {"it": record})
+        for tick in range(4):
+            shown = at(context, tick)
+            shown.running[1] = tick < 2
+            found = rig.sense(shown)["it"]
+            is_sensed = found.mask.any(axis=1)
+            if found.points is not None:
+                is_sensed = found.points.any(axis=(1, 2))
+            if found.values is not None:
+                is_sensed = np.isfinite(found.values).all(axis=1)
+            assert is_sensed.tolist() == [True, tick < 2], (model, tick)
+            assert is_sensed[1] or not found.detections[1].any(), (model, tick)
+
+
+def test_object_at_no_place_is_sensed_by_nobody() -> None:
+    context = scene_context([CAR])
+    for model in ALL.keys() - {"ground_truth", "gnss", "imu", "localisation"}:
+        for place in ((math.nan, 0.0), (20.0, 0.0, math.nan)):
+            rig = rig_of(context, {"it": ALL[model]})
+            found = [rig.sense(scene(context, [place], tick=tick))["it"] for tick in range(3)][-1]
+            hits = found.source if found.hits is None else found.hits
+            assert not (hits == 0).any(), model
+
+
+def test_object_far_away_leaves_what_is_sensed_of_others_bit_identical() -> None:
+    one, two = scene_context([CAR], runs=2), scene_context([CAR, CAR], runs=2)
+    for model in ALL.keys() - {"ground_truth"}:
+        suite = {"it": ALL[model]}
+        alone, more = rig_of(one, suite, suite), rig_of(two, suite, suite)
+        for tick in range(6):
+            expected = alone.sense(scene(one, [(40.0, 0.0)], tick=tick))["it"]
+            found = more.sense(scene(two, [(40.0, 0.0), (-400.0, 0.0)], tick=tick))["it"]
+            for run in range(2):
+                assert content(found, run) == content(expected, run), model
+
+
 @pytest.mark.parametrize("jitter", ["0 s", "0.15 s"])
-def test_another_sensor_leaves_every_other_measurement_bit_identical(
-    added: str, jitter: str
-) -> None:
+def test_another_sensor_leaves_every_other_measurement_bit_identical(jitter: str) -> None:
     base = {f"s{number}": record for number, record in enumerate(ALL.values())}
-    more = {**ALL[added], "jitter": jitter}
     alone = [sense({name: record}) for name, record in base.items()]
     # Neither what else is there, nor a further one, nor its place in the file matters.
-    for suite in (base, {**base, "more": more}, {"more": more, **base}):
+    suites = [base]
+    for record in ALL.values():
+        more = {"more": {**record, "jitter": jitter}}
+        suites += [base | more, more | base]
+    for suite in suites:
         together = sense(suite)
         for name, expected in zip(base, alone, strict=True):
             for before, after in zip(expected, together, strict=True):
-                assert same(before[name], after[name]), name
+                assert same(before[name], after[name]), (name, list(suite))
 
 
 def test_one_sensor_is_no_other_one() -> None:
@@ -176,33 +294,23 @@ def test_one_sensor_is_no_other_one() -> None:
 
 def test_halving_the_step_leaves_every_sample_bit_identical() -> None:
     # In an exactly known scene; the noise counts the sensor's own samples, not ticks.
-    def noise(step: float, stride: int) -> list[list[float]]:
+    def samples(model: str, step: float, stride: int) -> list[dict[str, list[Any]]]:
         context = scene_context([CAR], step=step)
-        rig = Rig(cases({"front": RADAR}), context, Path())
-        rows = []
-        for tick in range(6 * stride):
-            found = rig.sense(scene(context, [(40.0, 0.0)], tick=tick))["front"]
-            if found.fresh[0]:
-                rows.append(found.detections[0, 0].tolist())
-        return rows
+        rig = rig_of(context, {"front": ALL[model]})
+        shown = (scene(context, [(40.0, 0.0)], tick=tick) for tick in range(6 * stride))
+        delivered = [rig.sense(item)["front"].copy() for item in shown]
+        return [content(item) for item in delivered if item.fresh[0]]
 
-    assert noise(0.05, 1) == noise(0.025, 2)
+    for model in ALL:
+        fine = samples(model, 0.025, 2)
+        assert samples(model, 0.05, 1) == fine != [], model
 
 
 def test_rates_and_latencies_are_in_ticks_of_the_master_clock() -> None:
     fresh = [readings["front"].fresh[0] for readings in sense({"front": CAMERA})]
     assert fresh == [False, False, True, False, True, False, True, False]
-
-
-def test_rate_that_does_not_divide_the_clock_is_refused() -> None:
     with pytest.raises(SpecError, match=r"sensors\.front\.rate"):
         sense({"front": {**RADAR, "rate": "7 Hz"}})
-
-
-def test_values_may_vary_from_run_to_run() -> None:
-    context = scene_context([CAR], runs=2)
-    rig = Rig(cases({"front": RADAR}, {"front": {**RADAR, "range": "20 m"}}), context, Path())
-    assert rig.sense(scene(context, [(40.0, 0.0)]))["front"].mask[:, 0].tolist() == [True, False]
 
 
 def test_unknown_kind_is_no_sensor() -> None:
@@ -240,19 +348,15 @@ def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
 
 
 def test_ultrasonic_sensors_of_a_rig_hear_each_other_only_if_they_are_told_to() -> None:
-    def distance(cross_talk: bool) -> float:  # noqa: FBT001 - one word
-        parking = {"kind": "ultrasonic", "field_of_view": "60 deg", "range": "5 m", "rate": "20 Hz"}
+    parking = {"kind": "ultrasonic", "field_of_view": "60 deg", "range": "5 m", "rate": "20 Hz"}
+    context = scene_context([CAR])
+    for cross_talk, distance in ((False, 4.0), (True, 3.0)):
         sensors = {
             "front": {**parking, "mount": {"x": "0 m"}, "cross_talk": cross_talk},
             "further": {**parking, "mount": {"x": "2 m"}},
         }
-        context = scene_context([CAR])
-        rig = Rig(cases(sensors), context, Path())
-        found = rig.sense(scene(context, [(4.0 + 0.5 * CAR[0], 0.0)]))["front"]
-        return float(found.detections[0, 0, 0])
-
-    assert distance(cross_talk=False) == pytest.approx(4.0)
-    assert distance(cross_talk=True) == pytest.approx(3.0)
+        found = rig_of(context, sensors).sense(scene(context, [(4.0 + 0.5 * CAR[0], 0.0)]))["front"]
+        assert float(found.detections[0, 0, 0]) == pytest.approx(distance)
 
 
 def test_jitter_is_in_ticks_of_the_master_clock() -> None:
@@ -271,7 +375,7 @@ def test_receiver_and_unit_know_where_the_rear_axle_is() -> None:
     # The vehicle of the architecture has a wheelbase of 2.7 m.
     context = scene_context([])
     shown = scene(context, [], ego=(0.0, 0.0, 0.0, 20.0, 0.0, 0.0, 0.1))
-    readings = Rig(cases({"gnss": GNSS, "imu": IMU}), context, Path()).sense(shown)
+    readings = rig_of(context, {"gnss": GNSS, "imu": IMU}).sense(shown)
     fix, sample = readings["gnss"].values, readings["imu"].values
     assert fix is not None
     assert sample is not None

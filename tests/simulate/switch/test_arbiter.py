@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -38,136 +40,99 @@ def drive(made: SwitchModel, *statuses: tuple[int, ...]) -> list[tuple[int, int]
     return [(tick.channel, tick.reason) for tick in ticks(made, statuses)]
 
 
-def test_default_acts_when_nobody_requests() -> None:
-    assert drive(switch(spec()), (OK, OK)) == [(NOMINAL, REASON_DEFAULT)]
+QUIET, ASKED = (OK, OK), (OK, REQUESTS_AUTHORITY)
+DEFAULT, REQUEST = (NOMINAL, REASON_DEFAULT), (SAFETY, REASON_REQUEST)
+STALE, LATCHED = (SAFETY, REASON_STALENESS), (SAFETY, REASON_LATCHED)
+NOBODY = (NO_CHANNEL, REASON_NO_CHANNEL)
+DECISIONS: dict[str, tuple[dict[str, object], list[Any], list[Any]]] = {
+    "nobody requests": ({}, [QUIET], [DEFAULT]),
+    "the default is degraded": ({}, [(DEGRADED, OK)], [DEFAULT]),
+    "request": ({}, [QUIET, ASKED], [DEFAULT, REQUEST]),
+    "request during start-up": ({}, [(SILENT, REQUESTS_AUTHORITY)], [REQUEST]),
+    "request to a stuck switch": ({"policy": "stuck"}, [ASKED] * 2, [(NOMINAL, REASON_STUCK)] * 2),
+    "request that stands": ({"debounce": "0.1 s"}, [ASKED] * 4, [DEFAULT] * 2 + [REQUEST] * 2),
+    "request that is interrupted": (
+        {"debounce": "0.1 s"},
+        [ASKED, ASKED, QUIET] * 2,
+        [DEFAULT] * 6,
+    ),
+    "request that ends": ({}, [ASKED, QUIET, QUIET], [REQUEST, LATCHED, LATCHED]),
+    "request that ends, no latch": ({"latch": False}, [ASKED, QUIET], [REQUEST, DEFAULT]),
+    "the default is silent": ({}, [QUIET, (SILENT, OK)], [DEFAULT, STALE]),
+    "the default is in fault": ({}, [QUIET, (FAULT, OK)], [DEFAULT, STALE]),
+    "the default recovers": ({}, [QUIET, (SILENT, OK), QUIET], [DEFAULT, STALE, LATCHED]),
+    "the default recovers, no latch": (
+        {"latch": False},
+        [QUIET, (SILENT, OK), QUIET],
+        [DEFAULT, STALE, DEFAULT],
+    ),
+    "the latched channel fails": (
+        {},
+        [ASKED, (OK, SILENT), QUIET],
+        [REQUEST, (NOMINAL, REASON_STALENESS), LATCHED],
+    ),
+    # Without a first command it hands over only after the staleness time.
+    "the default never spoke": (
+        {"staleness": "0.2 s"},
+        [(SILENT, OK)] * 7,
+        [NOBODY] * 5 + [STALE] * 2,
+    ),
+}
+"""Changes of the switch, states of both channels tick by tick, who has authority and why."""
 
 
-def test_degraded_default_still_acts() -> None:
-    assert drive(switch(spec()), (DEGRADED, OK)) == [(NOMINAL, REASON_DEFAULT)]
-
-
-def test_request_is_granted_at_once_without_debounce() -> None:
-    decisions = drive(switch(spec()), (OK, OK), (OK, REQUESTS_AUTHORITY))
-    assert decisions[-1] == (SAFETY, REASON_REQUEST)
-
-
-def test_request_is_granted_after_standing_for_the_debounce_time() -> None:
-    rows = [(OK, REQUESTS_AUTHORITY)] * 4
-    decisions = drive(switch(spec(debounce="0.1 s")), *rows)
-    assert [channel for channel, _ in decisions] == [NOMINAL, NOMINAL, SAFETY, SAFETY]
-
-
-def test_interrupted_request_starts_the_debounce_again() -> None:
-    rows = [(OK, REQUESTS_AUTHORITY), (OK, REQUESTS_AUTHORITY), (OK, OK)] * 2
-    decisions = drive(switch(spec(debounce="0.1 s")), *rows)
-    assert {channel for channel, _ in decisions} == {NOMINAL}
-
-
-def test_latched_authority_outlasts_the_request() -> None:
-    decisions = drive(switch(spec()), (OK, REQUESTS_AUTHORITY), (OK, OK), (OK, OK))
-    assert decisions[1:] == [(SAFETY, REASON_LATCHED)] * 2
-
-
-def test_without_latch_authority_goes_back_with_the_request() -> None:
-    decisions = drive(switch(spec(latch=False)), (OK, REQUESTS_AUTHORITY), (OK, OK))
-    assert decisions[-1] == (NOMINAL, REASON_DEFAULT)
-
-
-@pytest.mark.parametrize("status", [SILENT, FAULT])
-def test_next_channel_acts_when_the_default_cannot(status: int) -> None:
-    decisions = drive(switch(spec()), (OK, OK), (status, OK))
-    assert decisions[-1] == (SAFETY, REASON_STALENESS)
-
-
-def test_authority_taken_for_staleness_is_latched_too() -> None:
-    decisions = drive(switch(spec()), (OK, OK), (SILENT, OK), (OK, OK))
-    assert decisions[-1] == (SAFETY, REASON_LATCHED)
-
-
-def test_without_latch_a_recovered_default_acts_again() -> None:
-    decisions = drive(switch(spec(latch=False)), (OK, OK), (SILENT, OK), (OK, OK))
-    assert decisions[-1] == (NOMINAL, REASON_DEFAULT)
+def test_authority_is_that_of_the_states() -> None:
+    for name, (changes, states, expected) in DECISIONS.items():
+        assert drive(switch(spec(**changes)), *states) == expected, name
 
 
 def test_old_command_is_replaced_only_beyond_the_staleness_time() -> None:
-    made = switch(spec(staleness="0.2 s"))
-    reasons = []
-    for tick in range(7):
-        time = tick * STEP
-        proposals = [command(NOMINAL, OK, 0.0), command(SAFETY, OK, time)]
-        reasons.append(int(made.arbitrate(time, proposals)[1].reason[0]))
-    assert reasons == [REASON_DEFAULT] * 5 + [REASON_STALENESS] * 2
+    # Whether its channel says that it is silent or goes on with an old stamp.
+    for status in (OK, SILENT):
+        made = switch(spec(staleness="0.2 s"))
+        found = []
+        for tick in range(7):
+            time = tick * STEP
+            proposals = [command(NOMINAL, status if tick else OK, 0.0), command(SAFETY, OK, time)]
+            _, authority = made.arbitrate(time, proposals)
+            found.append((int(authority.channel[0]), int(authority.reason[0])))
+        assert found == [DEFAULT] * 5 + [STALE] * 2
 
 
-def test_latched_channel_that_fails_hands_back_to_the_next_usable() -> None:
-    rows = [(OK, REQUESTS_AUTHORITY), (OK, SILENT), (OK, OK)]
-    decisions = drive(switch(spec()), *rows)
-    assert decisions[1:] == [(NOMINAL, REASON_STALENESS), (SAFETY, REASON_LATCHED)]
+def test_higher_priority_and_no_lower_one_overrides_a_latched_channel() -> None:
+    quiet, safety, third = (OK, OK, OK), (OK, REQUESTS_AUTHORITY, OK), (OK, OK, REQUESTS_AUTHORITY)
+    for rows, expected in (
+        ((safety, third, quiet), [REQUEST, (THIRD, REASON_REQUEST), (THIRD, REASON_LATCHED)]),
+        ((third, safety), [(THIRD, REASON_REQUEST), (THIRD, REASON_LATCHED)]),
+    ):
+        made = switch(spec(priority=["third", "safety", "nominal"]), channels=IDS)
+        assert drive(made, *rows) == expected
 
 
-def test_higher_priority_overrides_a_latched_channel() -> None:
-    made = switch(spec(priority=["third", "safety", "nominal"]), channels=IDS)
-    rows = [(OK, REQUESTS_AUTHORITY, OK), (OK, OK, REQUESTS_AUTHORITY), (OK, OK, OK)]
-    channels = [channel for channel, _ in drive(made, *rows)]
-    assert channels == [SAFETY, THIRD, THIRD]
+def test_ego_coasts_with_held_steering_when_no_channel_can_act_or_a_stuck_one_not() -> None:
+    silent = command(NOMINAL, SILENT, -1.0, (2.0, 0.5))
+    for changes, other, expected in (
+        ({}, command(SAFETY, FAULT, 0.0), NOBODY),
+        ({"policy": "stuck"}, command(SAFETY, OK, STEP), (NOMINAL, REASON_STUCK)),
+    ):
+        made = switch(spec(**changes))
+        made.arbitrate(0.0, [command(NOMINAL, OK, 0.0, (2.0, 0.3)), command(SAFETY, OK, 0.0)])
+        acting, authority = made.arbitrate(STEP, [silent, other])
+        assert acting.tolist() == [[0.0, 0.3]]
+        assert (authority.channel[0], authority.reason[0]) == expected
 
 
-def test_lower_priority_does_not_override_a_latched_channel() -> None:
-    made = switch(spec(priority=["third", "safety", "nominal"]), channels=IDS)
-    rows = [(OK, OK, REQUESTS_AUTHORITY), (OK, REQUESTS_AUTHORITY, OK)]
-    assert drive(made, *rows)[-1] == (THIRD, REASON_LATCHED)
-
-
-def test_ego_coasts_with_held_steering_when_no_channel_can_act() -> None:
-    made = switch(spec())
-    made.arbitrate(0.0, [command(NOMINAL, OK, 0.0, (2.0, 0.3)), command(SAFETY, OK, 0.0)])
-    silent = [command(NOMINAL, SILENT, -1.0), command(SAFETY, FAULT, 0.0)]
-    acting, authority = made.arbitrate(STEP, silent)
-    assert acting.tolist() == [[0.0, 0.3]]
-    assert (authority.channel[0], authority.reason[0]) == (NO_CHANNEL, REASON_NO_CHANNEL)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_command_that_is_no_number_never_acts(bad: float) -> None:
-    made = switch(spec())
-    made.arbitrate(0.0, [command(NOMINAL, OK, 0.0), command(SAFETY, OK, 0.0)])
-    proposals = [command(NOMINAL, OK, STEP, (bad, 0.0)), command(SAFETY, OK, STEP, (-4.0, 0.0))]
-    acting, _ = made.arbitrate(STEP, proposals)
-    assert acting[0, 0] == -4.0
-
-
-def test_stamp_that_is_no_number_is_not_usable() -> None:
-    made = switch(spec())
-    drive(made, (OK, OK))
-    proposals = [command(NOMINAL, OK, np.nan), command(SAFETY, OK, STEP)]
-    assert made.arbitrate(STEP, proposals)[1].channel[0] == SAFETY
-
-
-def test_stuck_switch_ignores_requests() -> None:
-    made = switch(spec(policy="stuck"))
-    decisions = drive(made, (OK, REQUESTS_AUTHORITY), (OK, REQUESTS_AUTHORITY))
-    assert decisions == [(NOMINAL, REASON_STUCK)] * 2
-
-
-def test_stuck_switch_on_a_silent_channel_coasts() -> None:
-    made = switch(spec(policy="stuck"))
-    made.arbitrate(0.0, [command(NOMINAL, OK, 0.0, (2.0, 0.3)), command(SAFETY, OK, 0.0)])
-    acting, authority = made.arbitrate(
-        STEP, [command(NOMINAL, SILENT, -1.0, (2.0, 0.5)), command(SAFETY, OK, STEP)]
-    )
-    assert acting.tolist() == [[0.0, 0.3]]
-    assert authority.reason[0] == REASON_STUCK
-
-
-def test_default_without_first_command_hands_over_only_after_the_staleness_time() -> None:
-    rows = [(SILENT, OK)] * 7
-    decisions = drive(switch(spec(staleness="0.2 s")), *rows)
-    assert decisions[:5] == [(NO_CHANNEL, REASON_NO_CHANNEL)] * 5
-    assert decisions[5:] == [(SAFETY, REASON_STALENESS)] * 2
-
-
-def test_request_during_start_up_is_granted() -> None:
-    assert drive(switch(spec()), (SILENT, REQUESTS_AUTHORITY)) == [(SAFETY, REASON_REQUEST)]
+def test_command_or_stamp_that_is_no_number_never_acts() -> None:
+    for wrong in (
+        command(NOMINAL, OK, STEP, (np.nan, 0.0)),
+        command(NOMINAL, OK, STEP, (np.inf, 0.0)),
+        command(NOMINAL, OK, np.nan),
+    ):
+        made = switch(spec())
+        drive(made, (OK, OK))
+        acting, authority = made.arbitrate(STEP, [wrong, command(SAFETY, OK, STEP, (-4.0, 0.0))])
+        assert acting[0, 0] == -4.0
+        assert authority.channel[0] == SAFETY
 
 
 def test_run_with_another_spec_in_the_batch_decides_for_itself() -> None:
@@ -219,18 +184,6 @@ def test_exactly_one_usable_channel_or_none_has_authority(
         else:
             assert channel in usable
             assert reason != REASON_NO_CHANNEL
-
-
-def test_silent_channel_is_noticed_by_the_age_of_its_last_command() -> None:
-    made = switch(spec(staleness="0.2 s"))
-    made.arbitrate(0.0, [command(NOMINAL, OK, 0.0), command(SAFETY, OK, 0.0)])
-    holders = []
-    for tick in range(1, 7):
-        time = tick * STEP
-        proposals = [command(NOMINAL, SILENT, 0.0), command(SAFETY, OK, time)]
-        _, authority = made.arbitrate(time, proposals)
-        holders.append(int(authority.channel[0]))
-    assert holders == [NOMINAL] * 4 + [SAFETY] * 2
 
 
 EVERY = (

@@ -74,25 +74,21 @@ def test_decision_that_is_withdrawn_takes_no_effect_and_the_next_one_waits_in_fu
     found = ticks(made, [QUIET, ASKED, ASKED, QUIET, ASKED, ASKED, ASKED, ASKED])
     assert holders(found) == [NOMINAL] * 6 + [SAFETY] * 2
     assert found[3].reason == REASON_DEFAULT
-
-
-def test_handover_that_nobody_is_left_for_begins_anew() -> None:
+    # So it does where nobody is left for it.
     made = switch(spec(handover="0.15 s", latch=False))
-    lost = (FAULT, FAULT)
-    found = ticks(made, [QUIET, ASKED, ASKED, lost, *[ASKED] * 4])
+    found = ticks(made, [QUIET, ASKED, ASKED, (FAULT, FAULT), *[ASKED] * 4])
     assert holders(found) == [*[NOMINAL] * 3, NO_CHANNEL, *[NOMINAL] * 3, SAFETY]
 
 
-def test_first_channel_acts_at_once() -> None:
+def test_first_channel_and_nobody_act_at_once_and_the_old_one_comes_back_without_a_handover() -> (
+    None
+):
     found = ticks(switch(spec(handover="1 s")), [(SILENT, OK), *all_ok(2)])
     assert [(tick.channel, tick.reason) for tick in found] == [
         (NO_CHANNEL, REASON_NO_CHANNEL),
         (NOMINAL, REASON_DEFAULT),
         (NOMINAL, REASON_DEFAULT),
     ]
-
-
-def test_nobody_acts_at_once_and_the_old_channel_comes_back_without_a_handover() -> None:
     found = ticks(switch(spec(handover="1 s")), [QUIET, (FAULT, FAULT), QUIET])
     assert holders(found) == [NOMINAL, NO_CHANNEL, NOMINAL]
 
@@ -104,11 +100,6 @@ def test_return_takes_its_time_too() -> None:
 
 
 JERK, RATE = 20.0, 0.5
-
-
-def bumpless(**changes: object) -> object:
-    limits = {"jerk": f"{JERK} m/s^3", "steering_rate": f"{RATE} rad/s"}
-    return {"bumpless": limits, **changes}
 
 
 def test_acting_command_moves_to_the_new_one_at_its_limits() -> None:
@@ -158,7 +149,7 @@ def test_rates_are_never_exceeded_on_the_way_and_the_target_is_reached(
     asked_at: int,
     last: tuple[tuple[float, float], tuple[float, float]],
 ) -> None:
-    made = switch(spec(**bumpless()))  # type: ignore[arg-type]
+    made = switch(spec(bumpless={"jerk": f"{JERK} m/s^3", "steering_rate": f"{RATE} rad/s"}))
     # At most 18 m/s² at 20 m/s³ and 1 rad at 0.5 rad/s: two seconds and a tick.
     rows = [list(row) for row in [*targets, *[last] * 41]]
     found = ticks(made, [QUIET if k < asked_at else ASKED for k in range(len(rows))], rows)
@@ -189,9 +180,7 @@ def test_stuck_switch_ignores_requests_and_coasts_with_a_holder_that_cannot_act(
     found = ticks(switch(spec()), rows, [BRAKES] * 4, stuck=[False, True, True, True])
     assert holders(found) == [NOMINAL] * 4
     assert [tick.acceleration for tick in found] == [1.0, 1.0, 0.0, 1.0]
-
-
-def test_switch_that_is_stuck_from_the_start_lies_at_the_default() -> None:
+    # Stuck from the start it lies at the default.
     found = ticks(switch(spec()), [ASKED, ASKED], stuck=[True, True])
     assert [(tick.channel, tick.reason) for tick in found] == [(NOMINAL, REASON_STUCK)] * 2
 

@@ -41,13 +41,9 @@ def returning(**changes: object) -> Any:
 def test_default_acts_again_exactly_after_the_time_of_quiet() -> None:
     found = ticks(switch(returning()), [QUIET, ASKED, ASKED, *[QUIET] * 7])
     assert holders(found) == [NOMINAL] + [SAFETY] * 6 + [NOMINAL] * 3
-    assert [tick.reason for tick in found] == (
-        [REASON_DEFAULT]
-        + [REASON_REQUEST] * 2
-        + [REASON_LATCHED] * 4
-        + [REASON_RETURNED]
-        + [REASON_DEFAULT] * 2
-    )
+    held = [REASON_REQUEST] * 2 + [REASON_LATCHED] * 4
+    again = [REASON_RETURNED] + [REASON_DEFAULT] * 2
+    assert [tick.reason for tick in found] == [REASON_DEFAULT, *held, *again]
 
 
 def test_return_at_once_is_no_latch() -> None:
@@ -56,12 +52,11 @@ def test_return_at_once_is_no_latch() -> None:
     assert holders(once) == holders(ticks(switch(spec(latch=False)), rows))
 
 
-@pytest.mark.parametrize(
-    "broken", [(SILENT, OK), (FAULT, OK), (DEGRADED, OK), (OK, REQUESTS_AUTHORITY)]
-)
-def test_time_of_quiet_begins_again_when_it_is_broken(broken: tuple[int, int]) -> None:
-    rows = [QUIET, ASKED, *[QUIET] * 4, broken, *[QUIET] * 6]
-    assert holders(ticks(switch(returning()), rows)) == [NOMINAL] + [SAFETY] * 10 + [NOMINAL] * 2
+def test_time_of_quiet_begins_again_when_it_is_broken() -> None:
+    for broken in ((SILENT, OK), (FAULT, OK), (DEGRADED, OK), (OK, REQUESTS_AUTHORITY)):
+        rows = [QUIET, ASKED, *[QUIET] * 4, broken, *[QUIET] * 6]
+        found = holders(ticks(switch(returning()), rows))
+        assert found == [NOMINAL] + [SAFETY] * 10 + [NOMINAL] * 2, broken
 
 
 def test_request_too_short_to_be_granted_breaks_the_quiet() -> None:
@@ -87,13 +82,9 @@ def test_lower_channel_that_stood_in_keeps_authority_until_the_return() -> None:
 
 def test_higher_request_overrides_the_holder_and_keeps_its_authority() -> None:
     made = switch(returning(priority=["third", "safety", "nominal"]), channels=IDS)
-    rows = [
-        (OK, OK, OK),
-        (OK, REQUESTS_AUTHORITY, OK),
-        (OK, OK, REQUESTS_AUTHORITY),
-        *[(OK, OK, OK)] * 6,
-    ]
-    assert holders(ticks(made, rows)) == [NOMINAL, SAFETY] + [THIRD] * 5 + [NOMINAL] * 2
+    asked = [(OK, REQUESTS_AUTHORITY, OK), (OK, OK, REQUESTS_AUTHORITY)]
+    found = ticks(made, [(OK, OK, OK), *asked, *[(OK, OK, OK)] * 6])
+    assert holders(found) == [NOMINAL, SAFETY] + [THIRD] * 5 + [NOMINAL] * 2
 
 
 def test_holder_that_fails_gets_its_authority_back_before_the_return() -> None:

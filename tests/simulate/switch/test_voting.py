@@ -30,6 +30,7 @@ from tests.simulate.switch.rig import (
     THIRD,
     Tick,
     command,
+    holders,
     spec,
     switch,
     ticks,
@@ -94,29 +95,18 @@ def test_without_a_majority_the_named_channel_acts_as_long_as_it_can() -> None:
     assert (gone.channel, gone.reason) == (NO_CHANNEL, REASON_NO_MAJORITY)
 
 
-@pytest.mark.parametrize(("latch", "then"), [(True, THIRD), (False, NOMINAL)])
-def test_channel_above_the_default_keeps_what_it_took_without_a_majority(
-    latch: bool,  # noqa: FBT001 - a test's choice
-    then: int,
-) -> None:
-    pair = voting(
-        voters=IDS[:2],
-        priority=["third", "nominal", "safety"],
-        without_majority="third",
-        latch=latch,
-    )
+def test_channel_above_the_default_keeps_what_it_took_without_a_majority() -> None:
     apart, together = [(0.0, 0.0), (3.0, 0.0), (-3.0, 0.0)], [(0.0, 0.0)] * 3
-    found = ticks(switch(pair, channels=IDS), [(OK, OK, OK)] * 3, [together, apart, together])
-    assert [tick.channel for tick in found] == [NOMINAL, THIRD, then]
-    assert found[2].reason == (REASON_LATCHED if latch else REASON_DEFAULT)
+    for latch, then, why in ((True, THIRD, REASON_LATCHED), (False, NOMINAL, REASON_DEFAULT)):
+        pair = voting(**PAIR, without_majority="third", latch=latch)
+        found = ticks(switch(pair, channels=IDS), [(OK, OK, OK)] * 3, [together, apart, together])
+        assert holders(found) == [NOMINAL, THIRD, then]
+        assert found[2].reason == why
 
 
-def test_usable_voters_must_be_a_majority_of_all() -> None:
+def test_usable_voters_must_be_a_majority_of_all_or_the_quorum() -> None:
     assert vote(0.0, 0.0, 0.0, states=(OK, OK, FAULT)).reason == REASON_DEFAULT
     assert vote(0.0, 0.0, 0.0, states=(OK, FAULT, FAULT)).reason == REASON_NO_MAJORITY
-
-
-def test_quorum_can_ask_for_all() -> None:
     assert vote(0.0, 0.5, 9.0, quorum=3).reason == REASON_NO_MAJORITY
     assert vote(0.0, 0.5, 0.9, quorum=3).reason == REASON_DEFAULT
 
@@ -127,26 +117,24 @@ def test_median_of_those_that_agree_acts_for_each_part_of_the_command() -> None:
     three, two = ticks(made, [(OK, OK, OK)] * 2, rows)
     assert (three.channel, three.acceleration, three.steering) == (NOMINAL, 0.4, 0.02)
     assert (two.channel, two.acceleration, two.steering) == (NOMINAL, 0.2, 0.02)
+    for last in (0.9, 0.5):
+        assert vote(0.5, 0.5, last, vote="median").acceleration == 0.5
 
 
-def test_median_with_equal_values_is_that_value() -> None:
-    assert vote(0.5, 0.5, 0.9, vote="median").acceleration == 0.5
-    assert vote(0.5, 0.5, 0.5, vote="median").acceleration == 0.5
+PAIR: dict[str, Any] = {"voters": IDS[:2], "priority": ["third", "nominal", "safety"]}
 
 
 def test_request_of_one_that_does_not_vote_is_granted_and_one_of_a_voter_is_not() -> None:
-    pair = {"voters": IDS[:2], "priority": ["third", "nominal", "safety"]}
-    asked = vote(0.0, 0.0, -5.0, states=(OK, OK, REQUESTS_AUTHORITY), **pair)
+    asked = vote(0.0, 0.0, -5.0, states=(OK, OK, REQUESTS_AUTHORITY), **PAIR)
     assert (asked.channel, asked.reason, asked.acceleration) == (THIRD, REASON_REQUEST, -5.0)
-    voter = vote(0.0, 0.0, -5.0, states=(OK, REQUESTS_AUTHORITY, OK), **pair)
+    voter = vote(0.0, 0.0, -5.0, states=(OK, REQUESTS_AUTHORITY, OK), **PAIR)
     assert (voter.channel, voter.reason) == (NOMINAL, REASON_DEFAULT)
 
 
 def test_granted_request_is_latched_and_given_up_only_when_it_cannot_act() -> None:
-    pair = voting(voters=IDS[:2], priority=["third", "nominal", "safety"])
     rows = [(OK, OK, REQUESTS_AUTHORITY), (OK, OK, OK), (OK, OK, FAULT), (OK, OK, OK)]
-    found = ticks(switch(pair, channels=IDS), rows)
-    assert [tick.channel for tick in found] == [THIRD, THIRD, NOMINAL, THIRD]
+    found = ticks(switch(voting(**PAIR), channels=IDS), rows)
+    assert holders(found) == [THIRD, THIRD, NOMINAL, THIRD]
     assert found[1].reason == REASON_LATCHED
 
 

@@ -1,6 +1,6 @@
 """The compiled traffic is the reference traffic, and a run is the same in any batch."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,9 @@ from adeye.signals import Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.batch import BatchTraffic
 from adeye.simulate.traffic.highway import HighwayTraffic
-from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
+from tests.motorway import make_case, make_scenario
 
-Make = Callable[..., LogicalScenario]
-Case = Callable[..., TestCase]
 SAME = 1e-9
 VARIANTS = ["reference", "fast"]
 
@@ -87,9 +85,7 @@ def drive(
 @pytest.mark.slow
 @pytest.mark.parametrize("world", worlds())
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_it_is_the_reference_traffic_to_a_billionth(
-    make_scenario: Make, make_case: Case, world: str, variant: str
-) -> None:
+def test_it_is_the_reference_traffic_to_a_billionth(world: str, variant: str) -> None:
     case = make_case(make_scenario(**worlds()[world], horizon="30 s"))
     ours = drive(BatchTraffic(variant), [case], 300)[0]
     theirs = drive(HighwayTraffic(), [case], 300)[0]
@@ -103,7 +99,7 @@ def test_it_is_the_reference_traffic_to_a_billionth(
     assert np.ptp(theirs[:until, :5, 1], axis=0).max() > 3.0
 
 
-def test_only_a_straight_road_has_its_lanes_alongside(make_scenario: Make, make_case: Case) -> None:
+def test_only_a_straight_road_has_its_lanes_alongside() -> None:
     for world, content in worlds().items():
         traffic = BatchTraffic("fast")
         traffic.reset([make_case(make_scenario(**content, horizon="30 s"))])
@@ -112,21 +108,21 @@ def test_only_a_straight_road_has_its_lanes_alongside(make_scenario: Make, make_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(
-    make_scenario: Make, make_case: Case, variant: str
-) -> None:
+@pytest.mark.parametrize(
+    "make", [*(partial(BatchTraffic, variant) for variant in VARIANTS), HighwayTraffic]
+)
+def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(make: Any) -> None:
     scenario = make_scenario(actors=DENSE)
     cases = [make_case(scenario, {"ego_speed": speed}) for speed in np.linspace(20.0, 35.0, 6)]
-    together = drive(BatchTraffic(variant), cases, 60)
-    turned = drive(BatchTraffic(variant), cases[::-1], 60)
+    together = drive(make(), cases, 60)
+    turned = drive(make(), cases[::-1], 60)
     np.testing.assert_array_equal(turned[::-1], together)
     for run, case in enumerate(cases):
-        np.testing.assert_array_equal(drive(BatchTraffic(variant), [case], 60)[0], together[run])
+        np.testing.assert_array_equal(drive(make(), [case], 60)[0], together[run])
 
 
 @pytest.mark.slow
-def test_a_second_reset_begins_anew(make_scenario: Make, make_case: Case) -> None:
+def test_a_second_reset_begins_anew() -> None:
     traffic = BatchTraffic()
     case = make_case(make_scenario(actors=DENSE))
     first = drive(traffic, [case], 40)
@@ -134,7 +130,7 @@ def test_a_second_reset_begins_anew(make_scenario: Make, make_case: Case) -> Non
 
 
 @pytest.mark.slow
-def test_the_variants_are_two_arithmetics(make_scenario: Make, make_case: Case) -> None:
+def test_the_variants_are_two_arithmetics() -> None:
     case = make_case(make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s"))
     reference, fast = (drive(BatchTraffic(variant), [case], 300) for variant in VARIANTS)
     assert not np.array_equal(reference, fast)
@@ -153,7 +149,7 @@ def test_an_unknown_variant_is_refused() -> None:
         BatchTraffic("quick")
 
 
-def test_a_driver_brakes_for_the_ego(make_scenario: Make, make_case: Case) -> None:
+def test_a_driver_brakes_for_the_ego() -> None:
     actors = {
         "follower": {
             "kind": "car",
@@ -170,33 +166,31 @@ def test_a_driver_brakes_for_the_ego(make_scenario: Make, make_case: Case) -> No
     assert behind_the_ego < 18.0
 
 
-def test_a_driver_brakes_for_a_scripted_actor_and_for_a_static_object(
-    make_scenario: Make, make_case: Case
-) -> None:
-    follower = {
-        "kind": "car",
-        "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"},
-        "reactive": {},
-    }
+TRAFFICS = pytest.mark.parametrize("make", [BatchTraffic, HighwayTraffic])
+
+
+@TRAFFICS
+def test_a_driver_brakes_for_a_scripted_actor_and_for_a_static_object(make: Any) -> None:
+    start = {"lane": 0, "s": "300 m", "speed": "20 m/s"}
+    follower = {"kind": "car", "start": start, "reactive": {}}
     ahead = {"kind": "truck", "start": {"lane": 0, "s": "350 m", "speed": "8 m/s"}}
     case = make_case(make_scenario(actors={"ahead": ahead, "follower": follower}, horizon="30 s"))
-    last = drive(BatchTraffic(), [case], 500)[0, -1]
+    last = drive(make(), [case], 500)[0, -1]
     assert last[1, 3] == pytest.approx(8.0, abs=0.05)
     world = {"objects": {"truck": PARKED}}
     scenario = make_scenario(actors={"follower": follower}, world=world, horizon="60 s")
-    states = drive(BatchTraffic(), [make_case(scenario)], 1000)[0]
+    states = drive(make(), [make_case(scenario)], 1000)[0]
     gap = 700.0 - states[-1, 0, 0] - 6.0 - 2.25
+    # It never reverses.
     assert states[:, 0, 3].min() >= 0.0
     assert 3.0 < gap < 5.5
 
 
-@pytest.mark.slow
-def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(
-    make_scenario: Make, make_case: Case
-) -> None:
+@TRAFFICS
+def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(make: Any) -> None:
     free = make_scenario(actors=DENSE, ego={"lane": 1}, horizon="5 s")
     near = make_scenario(actors=DENSE, ego={"lane": 1, "s": "262 m"}, horizon="5 s")
-    traffic = BatchTraffic()
+    traffic = make()
     traffic.reset([make_case(near, {"ego_speed": 45.0}), make_case(free)])
     scenes: list[Scene] = []
     while traffic.running.any():
@@ -211,9 +205,7 @@ def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(
     assert not np.array_equal(scenes[ended].objects[1], scenes[-1].objects[1])
 
 
-def test_scripted_actors_alone_move_as_in_the_reference_traffic(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_scripted_actors_alone_move_as_in_the_reference_traffic() -> None:
     actors = {"van": {"kind": "van", "start": {"lane": 2, "s": "400 m", "speed": "20 m/s"}}}
     case = make_case(make_scenario(actors=actors))
     ours = drive(BatchTraffic(), [case], 50)
@@ -221,21 +213,20 @@ def test_scripted_actors_alone_move_as_in_the_reference_traffic(
     assert ours[0, -1, 0, 0] == pytest.approx(400.0 + 20.0 * 2.5)
 
 
-def test_timers_follow_the_situation_and_the_actor(make_scenario: Make, make_case: Case) -> None:
+@TRAFFICS
+def test_timers_follow_the_situation_and_the_actor(make: Any) -> None:
     scenario = make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s")
     first, again, other = (
-        drive(BatchTraffic(), [make_case(scenario, seed=seed)], 240) for seed in (7, 7, 8)
+        drive(make(), [make_case(scenario, seed=seed)], 240) for seed in (7, 7, 8)
     )
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, other)
 
 
-@pytest.mark.parametrize("name", ["running", "ended", "arrived", "horizon_row", "complete"])
-def test_asking_before_the_reset_is_an_error(name: str) -> None:
+@TRAFFICS
+def test_using_traffic_before_its_reset_is_an_error(make: Any) -> None:
+    for name in ("running", "ended", "arrived", "horizon_row", "complete"):
+        with pytest.raises(RuntimeError, match="reset the traffic"):
+            getattr(make(), name)
     with pytest.raises(RuntimeError, match="reset the traffic"):
-        getattr(BatchTraffic(), name)
-
-
-def test_stepping_before_the_reset_is_an_error() -> None:
-    with pytest.raises(RuntimeError, match="reset the traffic"):
-        BatchTraffic().step(np.zeros((1, 2)))
+        make().step(np.zeros((1, 2)))

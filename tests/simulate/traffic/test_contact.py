@@ -93,19 +93,10 @@ def test_passing_beside_is_no_contact() -> None:
 def test_actors_that_touch_are_a_foreign_contact_and_leave_the_ego_alone() -> None:
     ego = (state(-50.0), state(-50.0))
     one, two = state(0.0), state(4.0)
-    assert sweep(ego, [(one, one, CAR), (two, two, CAR)]) == (-1, 0.0, True)
-
-
-def test_an_actor_that_hits_a_static_object_is_a_foreign_contact() -> None:
-    ego = (state(-50.0), state(-50.0))
-    one, wall = state(0.0), state(4.0)
-    assert sweep(ego, [(one, one, CAR), (wall, wall, CAR)], actors=1)[2]
-
-
-def test_static_objects_may_overlap() -> None:
-    ego = (state(-50.0), state(-50.0))
-    one, wall = state(0.0), state(4.0)
-    assert not sweep(ego, [(one, one, CAR), (wall, wall, CAR)], actors=0)[2]
+    # Two actors, an actor and a static object, and static objects, which may overlap.
+    for actors, is_foreign in ((2, True), (1, True), (0, False)):
+        found = sweep(ego, [(one, one, CAR), (two, two, CAR)], actors=actors)
+        assert found == (-1, 0.0, is_foreign)
 
 
 def test_a_state_that_is_not_a_number_counts_as_contact() -> None:

@@ -1,6 +1,5 @@
 """The Gymnasium face: spaces, seeds, ended runs, test cases."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,7 @@ from gymnasium.vector.utils import batch_space, iterate
 from adeye.errors import InputError, SpecError, UsageError
 from adeye.simulate.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
 from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
-
-Make = Callable[..., LogicalScenario]
-Case = Callable[..., TestCase]
+from tests.motorway import make_case, make_scenario
 
 CHANGES: dict[str, Any] = {
     "parameters": {
@@ -43,12 +39,12 @@ CHANGES: dict[str, Any] = {
 
 
 @pytest.fixture
-def scenario(make_scenario: Make) -> LogicalScenario:
+def scenario() -> LogicalScenario:
     return make_scenario(**CHANGES)
 
 
 @pytest.fixture
-def env(scenario: LogicalScenario, make_case: Case) -> TrafficVectorEnv:
+def env(scenario: LogicalScenario) -> TrafficVectorEnv:
     architecture = make_case(scenario).architecture
     return TrafficVectorEnv(4, scenario=scenario, architecture=architecture)
 
@@ -107,7 +103,7 @@ def test_draws_keep_ranges_and_constraints(env: TrafficVectorEnv) -> None:
         assert (parameters["gap"] > parameters["ego_speed"]).all()
 
 
-def test_a_parameter_without_range_keeps_its_default(make_scenario: Make) -> None:
+def test_a_parameter_without_range_keeps_its_default() -> None:
     values = draw_parameters(make_scenario(), 5, 0, 0)
     assert values == {"ego_speed": 30.0, "gap": 40.0}
 
@@ -126,7 +122,7 @@ def test_reward_is_the_way_along_the_road(env: TrafficVectorEnv) -> None:
 
 
 def test_stepping_finished_runs_changes_nothing_and_rewards_nothing(
-    env: TrafficVectorEnv, scenario: LogicalScenario, make_case: Case
+    env: TrafficVectorEnv, scenario: LogicalScenario
 ) -> None:
     # The first two run into the braking lead, the last two stay behind it.
     cases = [make_case(scenario, {"ego_speed": v, "gap": 40.0}) for v in (35.0, 33.0, 3.0, 4.0)]
@@ -151,7 +147,7 @@ def test_stepping_finished_runs_changes_nothing_and_rewards_nothing(
         np.testing.assert_array_equal(again[name], last[name])
 
 
-def test_a_goal_terminates_and_a_horizon_truncates(make_scenario: Make, make_case: Case) -> None:
+def test_a_goal_terminates_and_a_horizon_truncates() -> None:
     scenario = make_scenario(**CHANGES, ego={"goal": {"s": "260 m"}})
     cases = [make_case(scenario, {"ego_speed": v, "gap": 500.0}) for v in (30.0, 10.0)]
     env = TrafficVectorEnv(2, scenario=scenario, architecture=cases[0].architecture)
@@ -163,7 +159,7 @@ def test_a_goal_terminates_and_a_horizon_truncates(make_scenario: Make, make_cas
 
 
 def test_gymnasium_makes_it_by_its_id_and_files_are_read_strictly(
-    tmp_path: Path, scenario: LogicalScenario, make_case: Case
+    tmp_path: Path, scenario: LogicalScenario
 ) -> None:
     case = make_case(scenario)
     env = gymnasium.make_vec(
@@ -195,9 +191,7 @@ def courses(env: TrafficVectorEnv, ticks: int) -> list[Any]:
     return [env.step(idle(env))[:4] for _ in range(ticks)]
 
 
-def test_masked_reset_begins_some_runs_and_the_others_go_on(
-    scenario: LogicalScenario, make_case: Case
-) -> None:
+def test_masked_reset_begins_some_runs_and_the_others_go_on(scenario: LogicalScenario) -> None:
     cases = [
         make_case(scenario, {"ego_speed": speed, "gap": 70.0}) for speed in (20.0, 25.0, 30.0, 33.0)
     ]
@@ -317,16 +311,12 @@ class Single(gymnasium.Env[Any, Any]):
 
 # Speeds and angles have units, and places no ends.
 @pytest.mark.filterwarnings("ignore:.*(symmetric and normalized|infinity)")
-def test_a_run_of_it_passes_the_checks_of_single_environments(
-    scenario: LogicalScenario, make_case: Case
-) -> None:
+def test_a_run_of_it_passes_the_checks_of_single_environments(scenario: LogicalScenario) -> None:
     vector = TrafficVectorEnv(1, scenario=scenario, architecture=make_case(scenario).architecture)
     check_env(Single(vector), skip_render_check=True)
 
 
-def test_wrong_use_is_an_error_that_says_what_to_do(
-    env: TrafficVectorEnv, make_scenario: Make, make_case: Case
-) -> None:
+def test_wrong_use_is_an_error_that_says_what_to_do(env: TrafficVectorEnv) -> None:
     with pytest.raises(UsageError, match=r"Call reset\(\) first"):
         env.step(idle(env))
     case = make_case(make_scenario(**CHANGES))
@@ -342,9 +332,7 @@ def test_wrong_use_is_an_error_that_says_what_to_do(
 
 
 @pytest.mark.slow
-def test_constraints_that_nothing_satisfies_are_an_error(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_constraints_that_nothing_satisfies_are_an_error() -> None:
     scenario = make_scenario(**{**CHANGES, "constraints": ["gap > 100 m"]})
     env = TrafficVectorEnv(
         1, scenario=scenario, architecture=make_case(make_scenario()).architecture

@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,46 +14,27 @@ from highway_env.vehicle.kinematics import Vehicle
 
 from adeye.errors import UsageError
 from adeye.kernel.road import position
-from adeye.signals import Floats, Scene
+from adeye.signals import Floats
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.highway import HighwayTraffic, build_network
 from adeye.simulate.world.compile import compile_world
-from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
+from tests.motorway import make_case, make_scenario
+from tests.simulate.traffic import test_batch as batch
 
-Make = Callable[..., LogicalScenario]
-Case = Callable[..., TestCase]
 
 # Size of highway_env's own vehicles, with which its constants agree.
-PLAIN_SIZE = {"length": "5 m", "width": "2 m", "height": "1.5 m"}
+def plain(actor: dict[str, Any]) -> dict[str, Any]:
+    return {**actor, "size": {"length": "5 m", "width": "2 m", "height": "1.5 m"}}
 
 
-def reactive(lane: int, s: str, speed: str, desired: str, **more: Any) -> dict[str, Any]:
-    return {
-        "kind": "car",
-        "size": PLAIN_SIZE,
-        "start": {"lane": lane, "s": s, "speed": speed},
-        "reactive": {"desired_speed": desired, "lane_changes": True},
-        **more,
-    }
+drive = partial(batch.drive, HighwayTraffic())
 
 
+# Of the size of highway_env's own vehicles, with which its constants agree.
 DENSE: dict[str, Any] = {
-    "a_slow": reactive(1, "320 m", "18 m/s", "18 m/s"),
-    "b_fast": reactive(1, "270 m", "28 m/s", "33 m/s"),
-    "c_right": reactive(0, "300 m", "22 m/s", "24 m/s"),
-    "d_left": reactive(2, "290 m", "24 m/s", "26 m/s"),
-    "e_last": reactive(0, "230 m", "25 m/s", "30 m/s"),
+    name: plain(actor) for name, actor in batch.DENSE.items() if name[1] == "_"
 }
-
-
-def drive(cases: list[TestCase], ticks: int, command: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """Return the object states (B, ticks + 1, M, 5)."""
-    traffic = HighwayTraffic()
-    _, scene = traffic.reset(cases)
-    rows = [scene.objects]
-    rows += [traffic.step(np.tile(command, (len(cases), 1))).objects for _ in range(ticks)]
-    return np.stack(rows, axis=1)
 
 
 def reference(case: TestCase, ticks: int) -> tuple[Floats, set[int]]:
@@ -96,9 +77,7 @@ def reference(case: TestCase, ticks: int) -> tuple[Floats, set[int]]:
 
 
 @pytest.mark.slow
-def test_reactive_actors_have_the_bits_of_a_road_built_by_hand(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_reactive_actors_have_the_bits_of_a_road_built_by_hand() -> None:
     scenario = make_scenario(actors=DENSE, ego={"speed": "10 m/s"}, horizon="20 s")
     case = make_case(scenario)
     expected, lanes = reference(case, 300)
@@ -109,9 +88,7 @@ def test_reactive_actors_have_the_bits_of_a_road_built_by_hand(
 
 
 @pytest.mark.slow
-def test_a_follower_settles_behind_a_slow_leader_at_the_desired_gap(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_follower_settles_behind_a_slow_leader_at_the_desired_gap() -> None:
     actors = {
         "ahead": {"kind": "truck", "start": {"lane": 0, "s": "400 m", "speed": "15 m/s"}},
         "follower": {
@@ -130,73 +107,35 @@ def test_a_follower_settles_behind_a_slow_leader_at_the_desired_gap(
     assert gap == pytest.approx(equilibrium, abs=0.05)
 
 
-def test_a_follower_stops_behind_a_standing_truck_and_never_reverses(
-    make_scenario: Make, make_case: Case
-) -> None:
-    truck = {
-        "kind": "parked_truck",
-        "s": "500 m",
-        "offset": "1.75 m",
-        "length": "12 m",
-        "width": "2.5 m",
-        "height": "3.8 m",
-    }
-    actors = {
-        "follower": {
-            "kind": "car",
-            "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"},
-            "reactive": {},
-        }
-    }
-    case = make_case(
-        make_scenario(world={"objects": {"truck": truck}}, actors=actors, horizon="60 s")
-    )
-    states = drive([case], 800)[0]
-    assert states[:, 0, 3].min() >= 0.0
-    gap = 500.0 - states[-1, 0, 0] - 6.0 - 2.25
-    assert 3.0 < gap < 5.5
-
-
-def test_a_reactive_actor_does_not_exceed_its_desired_speed_or_lose_it_to_the_limit(
-    make_scenario: Make, make_case: Case
-) -> None:
-    actors = {"fast": reactive(2, "300 m", "40 m/s", "48 m/s")}
+def test_a_reactive_actor_does_not_exceed_its_desired_speed_or_lose_it_to_the_limit() -> None:
+    actors = {"fast": plain(batch.car(2, "300 m", "40 m/s", "48 m/s"))}
     last = drive([make_case(make_scenario(actors=actors, horizon="60 s"))], 900)[0, -1]
     assert last[0, 3] == pytest.approx(48.0, abs=0.05)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("radius", ["500 m", "-500 m"])
-def test_reactive_actors_follow_a_curve_in_their_lane(
-    make_scenario: Make, make_case: Case, radius: str
-) -> None:
-    actors = {
-        name: {
-            "kind": "car",
-            "start": {"lane": lane, "s": "20 m", "speed": "25 m/s"},
-            "reactive": {},
-        }
-        for name, lane in (("a_right", 0), ("b_left", 2))
-    }
+def test_reactive_actors_follow_a_curve_in_their_lane(radius: str) -> None:
+    def actor(lane: int) -> dict[str, Any]:
+        start = {"lane": lane, "s": "20 m", "speed": "25 m/s"}
+        return {"kind": "car", "start": start, "reactive": {}}
+
     road = {"kind": "s_curve", "radius": radius, "length": "900 m"}
+    actors = {"a_right": actor(0), "b_left": actor(2)}
     ego = {"speed": "0 m/s"}
     scenario = make_scenario(actors=actors, world={"road": road}, ego=ego, horizon="60 s")
     traffic = HighwayTraffic()
     traffic.reset([make_case(scenario)])
-    offsets = []
     for _ in range(600):
         scene = traffic.step(np.zeros((1, 2)))
-        offsets.append(scene.object_places[0, :, [4, 5]])
-    lanes = np.array(offsets)[:, 0]
-    assert (lanes == [0.0, 2.0]).all()
-    assert np.abs(np.array(offsets)[:, 1]).max() < 0.6
+        places = scene.object_places[0]
+        assert places[:, 4].tolist() == [0.0, 2.0]
+        assert np.abs(places[:, 5]).max() < 0.6
     assert scene.object_places[0, :, 0].min() > 700.0
 
 
 @pytest.mark.parametrize("radius", ["300 m", "-300 m"])
-def test_the_lanes_of_highway_env_are_ours_with_y_flipped(
-    make_scenario: Make, make_case: Case, radius: str
-) -> None:
+def test_the_lanes_of_highway_env_are_ours_with_y_flipped(radius: str) -> None:
     road = {"kind": "s_curve", "radius": radius, "length": "900 m"}
     world = compile_world([make_case(make_scenario(world={"road": road}))])
     segments = world.context.road.segments[0]
@@ -216,18 +155,14 @@ def test_the_lanes_of_highway_env_are_ours_with_y_flipped(
         start += segment[3]
 
 
-def test_a_step_to_the_left_of_a_lane_is_negative_in_highway_env(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_step_to_the_left_of_a_lane_is_negative_in_highway_env() -> None:
     world = compile_world([make_case(make_scenario())])
     network = build_network(world.context.road.segments[0], 3, 3.5)
     lane = network.get_lane(("0", "1", 1))
     assert lane.local_coordinates(np.array([10.0, -(5.25 + 1.0)]))[1] == -1.0
 
 
-def test_the_ego_and_scripted_actors_stand_where_their_states_say(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_the_ego_and_scripted_actors_stand_where_their_states_say() -> None:
     actors = {
         **DENSE,
         "script": {"kind": "van", "start": {"lane": 2, "s": "500 m", "speed": "7 m/s"}},
@@ -247,23 +182,12 @@ def test_the_ego_and_scripted_actors_stand_where_their_states_say(
     assert (vehicles[-1].LENGTH, vehicles[-1].WIDTH) == (5.9, 2.0)
 
 
-@pytest.mark.slow
-def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_case: Case) -> None:
-    scenario = make_scenario(actors=DENSE)
-    cases = [make_case(scenario, {"ego_speed": speed}) for speed in np.linspace(20.0, 35.0, 7)]
-    together = drive(cases, 60)
-    for run, case in enumerate(cases):
-        np.testing.assert_array_equal(drive([case], 60)[0], together[run])
-
-
 def global_generator() -> tuple[list[int], int]:
     state: Any = np.random.get_state()  # noqa: NPY002 - the generator that must not matter
     return state[1].tolist(), state[2]
 
 
-def test_the_global_generators_of_numpy_change_nothing(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_the_global_generators_of_numpy_change_nothing() -> None:
     case = make_case(make_scenario(actors=DENSE))
     first = drive([case], 80)
     untouched = global_generator()
@@ -274,9 +198,7 @@ def test_the_global_generators_of_numpy_change_nothing(
     assert global_generator() == moved
 
 
-def test_lane_change_timers_follow_the_situation_and_the_actor(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_lane_change_timers_follow_the_situation_and_the_actor() -> None:
     scenario = make_scenario(actors=DENSE)
     timers = []
     for seed in (7, 7, 8):
@@ -289,31 +211,11 @@ def test_lane_change_timers_follow_the_situation_and_the_actor(
     assert all(0.0 < timer < 1.0 for timer in timers[0])
 
 
-def test_a_run_that_has_ended_no_longer_reacts(make_scenario: Make, make_case: Case) -> None:
-    scenario = make_scenario(actors={**DENSE}, ego={"lane": 1}, horizon="5 s")
-    near = make_scenario(actors={**DENSE}, ego={"lane": 1, "s": "262 m"}, horizon="5 s")
-    traffic = HighwayTraffic()
-    traffic.reset([make_case(near, {"ego_speed": 45.0}), make_case(scenario)])
-    scenes: list[Scene] = []
-    while traffic.running.any():
-        scenes.append(traffic.step(np.zeros((2, 2))))
-    ended = next(k for k, scene in enumerate(scenes) if not scene.running[0])
-    assert ended < len(scenes) - 1
-    assert traffic.complete.tolist() == [False, True]
-    assert traffic.horizon_row.tolist() == [ended + 1, 100]
-    np.testing.assert_array_equal(scenes[ended].objects[0], scenes[-1].objects[0])
-
-
 def test_traffic_is_made_by_its_name() -> None:
     assert make_traffic("highway").name == "highway"
     assert variant_of("highway").startswith("highway-env-1.")
     with pytest.raises(UsageError, match="Did you mean 'highway'"):
         make_traffic("highwai")
-
-
-def test_using_traffic_before_its_reset_is_an_error() -> None:
-    with pytest.raises(RuntimeError, match="reset the traffic"):
-        HighwayTraffic().step(np.zeros((1, 2)))
 
 
 @pytest.mark.slow

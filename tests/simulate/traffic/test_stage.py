@@ -1,7 +1,6 @@
 """The stage: storyboards in closed loop, frozen runs, the order of a tick."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,10 +23,7 @@ from adeye.simulate.world.compile import compile_world
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
-
-Make = Callable[..., LogicalScenario]
-Case = Callable[..., TestCase]
-Run = Callable[..., list[Scene]]
+from tests.motorway import make_case, make_scenario
 
 
 def car(**start: Any) -> dict[str, Any]:
@@ -57,7 +53,7 @@ def run(cases: list[TestCase], command: tuple[float, float] = (0.0, 0.0)) -> lis
     return scenes
 
 
-def test_a_scene_holds_what_is_true_at_its_tick(make_scenario: Make, make_case: Case) -> None:
+def test_a_scene_holds_what_is_true_at_its_tick() -> None:
     scenes = run([make_case(make_scenario())])
     assert [scene.tick for scene in scenes] == list(range(141))
     assert scenes[100].time == 100 * 0.05
@@ -67,7 +63,7 @@ def test_a_scene_holds_what_is_true_at_its_tick(make_scenario: Make, make_case: 
     )
 
 
-def test_scenes_do_not_change_afterwards(make_scenario: Make, make_case: Case) -> None:
+def test_scenes_do_not_change_afterwards() -> None:
     cases = [make_case(make_scenario())]
     stage = Stage(compile_world(cases), cases)
     first = stage.scene()
@@ -77,9 +73,7 @@ def test_scenes_do_not_change_afterwards(make_scenario: Make, make_case: Case) -
     assert stage.scene().ego.tolist() != before
 
 
-def test_a_trigger_on_the_gap_fires_at_the_first_tick_at_which_it_holds(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_trigger_on_the_gap_fires_at_the_first_tick_at_which_it_holds() -> None:
     scenes = run([make_case(make_scenario(**CUT_IN))])
     # The gap of 40 m closes by 5 m/s and is 38 m at 0.4 s.
     began = scenes[-1].begun[0, 0]
@@ -92,9 +86,7 @@ def test_a_trigger_on_the_gap_fires_at_the_first_tick_at_which_it_holds(
     assert scenes[first + 1].object_places[0, 0, PLACE_D] > 1.75
 
 
-def test_an_event_whose_condition_holds_at_once_begins_at_time_zero(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_an_event_whose_condition_holds_at_once_begins_at_time_zero() -> None:
     scenario = make_scenario(
         actors={"lead": car(ahead_of="ego", gap="80 m")},
         storyboard={
@@ -110,18 +102,14 @@ def test_an_event_whose_condition_holds_at_once_begins_at_time_zero(
     assert scenes[1].objects[0, 0, 3] == pytest.approx(30.0 - 0.1)
 
 
-def test_a_cut_in_too_near_ends_in_contact_with_the_closing_speed(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_cut_in_too_near_ends_in_contact_with_the_closing_speed() -> None:
     scenario = make_scenario(**CUT_IN, horizon="20 s")
     last = run([make_case(scenario, {"gap": 36.0})])[-1]
     assert last.contact.tolist() == [0]
     assert last.impact_speed[0] == pytest.approx(5.0, abs=1e-6)
 
 
-def test_initial_contact_ends_a_run_at_its_first_scene(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_initial_contact_ends_a_run_at_its_first_scene() -> None:
     scenario = make_scenario(actors={"lead": car(s="202 m", speed="10 m/s")})
     scenes = run([make_case(scenario)])
     assert len(scenes) == 1
@@ -129,9 +117,7 @@ def test_initial_contact_ends_a_run_at_its_first_scene(
     assert scenes[0].impact_speed[0] == pytest.approx(20.0)
 
 
-def test_actors_that_touch_are_noted_and_the_run_goes_on(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_actors_that_touch_are_noted_and_the_run_goes_on() -> None:
     actors = {
         "front": car(lane=2, s="300 m", speed="10 m/s"),
         "back": car(lane=2, s="280 m", speed="20 m/s"),
@@ -143,7 +129,7 @@ def test_actors_that_touch_are_noted_and_the_run_goes_on(
     assert len(scenes) == 141
 
 
-def test_a_run_that_has_ended_is_frozen(make_scenario: Make, make_case: Case) -> None:
+def test_a_run_that_has_ended_is_frozen() -> None:
     scenario = make_scenario(**CUT_IN, horizon="20 s")
     scenes = run([make_case(scenario, {"gap": gap}) for gap in (20.0, 120.0)])
     ended = next(k for k, scene in enumerate(scenes) if not scene.running[0])
@@ -154,7 +140,7 @@ def test_a_run_that_has_ended_is_frozen(make_scenario: Make, make_case: Case) ->
 
 
 @pytest.mark.slow
-def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_case: Case) -> None:
+def test_runs_have_the_same_bits_alone_and_in_a_batch() -> None:
     scenario = make_scenario(
         **CUT_IN, world={"road": {"kind": "curve", "radius": "900 m", "length": "1500 m"}}
     )
@@ -168,7 +154,7 @@ def test_runs_have_the_same_bits_alone_and_in_a_batch(make_scenario: Make, make_
                 )
 
 
-def test_half_the_step_gives_the_same_cut_in(make_scenario: Make, make_case: Case) -> None:
+def test_half_the_step_gives_the_same_cut_in() -> None:
     scenario = make_scenario(**CUT_IN)
     coarse = run([make_case(scenario, step=0.05)])
     fine = run([make_case(scenario, step=0.025)])
@@ -199,7 +185,7 @@ def two(first: str, then: str, **more: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("first", "then"), [("a", "b"), ("b", "a")])
 def test_of_two_events_at_one_tick_the_later_in_the_file_acts_whatever_its_name(
-    make_scenario: Make, make_case: Case, first: str, then: str
+    first: str, then: str
 ) -> None:
     scenario = make_scenario(**two(first, then))
     last = run([make_case(scenario)])[-1]
@@ -208,7 +194,7 @@ def test_of_two_events_at_one_tick_the_later_in_the_file_acts_whatever_its_name(
     assert begun == {first: np.inf, then: 0.5}
 
 
-def test_the_order_is_noted_where_it_decides_and_only_there(make_scenario: Make) -> None:
+def test_the_order_is_noted_where_it_decides_and_only_there() -> None:
     assert make_scenario(**two("a", "b")).order == ()
     noted = make_scenario(**two("b", "a"))
     assert noted.order == ("b", "a")
@@ -220,9 +206,7 @@ def test_the_order_is_noted_where_it_decides_and_only_there(make_scenario: Make)
     assert "order" not in make_scenario(**apart).executable()
 
 
-def test_a_delay_a_time_since_and_an_end_are_kept_to_the_tick(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_delay_a_time_since_and_an_end_are_kept_to_the_tick() -> None:
     def event(when: str, to: str, **more: Any) -> dict[str, Any]:
         return {"actor": "lead", "when": when, "speed": {"to": to, "rate": "10 m/s^2"}, **more}
 
@@ -246,9 +230,7 @@ def test_a_delay_a_time_since_and_an_end_are_kept_to_the_tick(
     assert begun["fourth"] == pytest.approx(3.8)
 
 
-def test_a_target_speed_may_be_relative_to_a_speed_now(
-    make_scenario: Make, make_case: Case
-) -> None:
+def test_a_target_speed_may_be_relative_to_a_speed_now() -> None:
     change = {"to": "-4 m/s", "relative_to": "ego", "rate": "5 m/s^2"}
     board = {"follow": {"actor": "lead", "when": "time >= 1 s", "speed": change}}
     scenario = make_scenario(actors={"lead": car(s="400 m")}, storyboard=board)
@@ -275,7 +257,7 @@ def end(
     return Ending(step=0.1, horizon=horizon, tail=tail, goal=np.array([goal]), road_length=length)
 
 
-def drive(ending: Ending, speed: float = 10.0, contact_at: int = 10_000) -> int:
+def drive(ending: Ending, speed: float = 10.0, contact_at: float = math.inf) -> int:
     """Return the tick at which the run ends; it drives past s = 0 at tick 0."""
     tick = 0
     while True:
@@ -286,76 +268,38 @@ def drive(ending: Ending, speed: float = 10.0, contact_at: int = 10_000) -> int:
         tick += 1
 
 
-def test_a_run_without_goal_ends_after_horizon_and_tail() -> None:
-    ending = end()
-    assert drive(ending) == 15
-    assert ending.horizon_row.tolist() == [10]
-    assert ending.complete.tolist() == [True]
-    assert ending.arrived.tolist() == [False]
-
-
-def test_a_run_that_reaches_its_goal_ends_a_tail_later() -> None:
-    ending = end(goal=4.0)
-    assert drive(ending) == 9
-    assert ending.horizon_row.tolist() == [4]
-    assert ending.complete.tolist() == [True]
-    assert ending.arrived.tolist() == [True]
-
-
-def test_a_goal_that_is_reached_in_the_tail_changes_nothing() -> None:
-    ending = end(goal=12.0)
-    assert drive(ending) == 15
-    assert ending.horizon_row.tolist() == [10]
-    assert ending.arrived.tolist() == [False]
-
-
-def test_contact_ends_a_run_at_once_and_it_is_not_complete() -> None:
-    ending = end()
-    assert drive(ending, contact_at=6) == 6
-    assert ending.horizon_row.tolist() == [6]
-    assert ending.complete.tolist() == [False]
-    assert ending.ended.tolist() == [True]
-
-
-def test_contact_in_the_tail_keeps_the_row_of_the_goal() -> None:
-    ending = end(goal=4.0)
-    assert drive(ending, contact_at=7) == 7
-    assert ending.horizon_row.tolist() == [4]
-    assert ending.complete.tolist() == [False]
-
-
-def test_without_a_tail_the_goal_ends_the_run_at_once() -> None:
-    assert drive(end(goal=4.0, tail=0.0)) == 4
-
-
-def test_initial_contact_ends_the_run_before_it_begins() -> None:
-    ending = end()
-    assert drive(ending, contact_at=0) == 0
-    assert ending.horizon_row.tolist() == [0]
-
-
-def test_the_end_of_the_road_ends_a_run_whose_last_row_on_it_counts() -> None:
-    ending = end(road=4.5)
-    assert drive(ending) == 5
-    assert ending.horizon_row.tolist() == [4]
-    assert ending.complete.tolist() == [False]
-    on_it = end(road=5.0)
-    assert drive(on_it) == 6
-
-
-def test_the_begin_of_the_road_is_an_end_too() -> None:
-    ending = end()
-    assert drive(ending, speed=-10.0) == 1
-    assert ending.horizon_row.tolist() == [0]
+ENDS: dict[str, tuple[Ending, dict[str, float], int, int, str]] = {
+    "horizon and tail without a goal": (end(), {}, 15, 10, "complete"),
+    "goal and tail": (end(goal=4.0), {}, 9, 4, "complete, arrived"),
+    "goal in the tail changes nothing": (end(goal=12.0), {}, 15, 10, "complete"),
+    "goal without a tail": (end(goal=4.0, tail=0.0), {}, 4, 4, "complete, arrived"),
+    "contact": (end(), {"contact_at": 6}, 6, 6, ""),
+    "contact in the tail": (end(goal=4.0), {"contact_at": 7}, 7, 4, "arrived"),
+    "initial contact": (end(), {"contact_at": 0}, 0, 0, ""),
+    # The last row on the road counts.
+    "end of the road": (end(road=4.5), {}, 5, 4, ""),
+    "end of the road at a tick": (end(road=5.0), {}, 6, 5, ""),
+    "begin of the road": (end(), {"speed": -10.0}, 1, 0, ""),
+    "contact before the end of the road": (end(road=4.5), {"contact_at": 3}, 3, 3, ""),
+    "goal before the end of the road": (
+        end(road=4.5, goal=4.0, tail=0.0),
+        {},
+        4,
+        4,
+        "complete, arrived",
+    ),
+    "end of the road in the tail": (end(road=4.5, goal=3.0), {}, 5, 3, "arrived"),
+}
+"""Ends of the road and the like, how the run is driven, its last tick and row, and how it went."""
 
 
 def test_what_happens_first_ends_the_run() -> None:
-    assert drive(end(road=4.5), contact_at=3) == 3
-    assert drive(end(road=4.5, goal=4.0, tail=0.0)) == 4
-    arrived = end(road=4.5, goal=3.0)
-    assert drive(arrived) == 5
-    assert arrived.horizon_row.tolist() == [3]
-    assert arrived.complete.tolist() == [False]
+    for name, (ending, driven, tick, row, went) in ENDS.items():
+        assert drive(ending, **driven) == tick, name
+        assert ending.horizon_row.tolist() == [row], name
+        assert ending.complete.tolist() == ["complete" in went], name
+        assert ending.arrived.tolist() == ["arrived" in went], name
+        assert ending.ended.tolist() == [True]
 
 
 def test_an_unknown_place_is_no_end_of_the_road() -> None:
@@ -402,24 +346,20 @@ def place(x: float, y: float, road: Floats = STRAIGHT) -> Floats:
     return out
 
 
-@pytest.mark.parametrize(
-    ("y", "lane", "offset"),
-    [(1.75, 0, 0.0), (5.75, 1, 0.5), (8.25, 2, -0.5), (0.0, 0, -1.75)],
-)
-def test_a_point_on_the_road_has_its_lane_and_its_distance_left_of_the_centre(
-    y: float, lane: int, offset: float
-) -> None:
-    found = place(120.0, y)
-    assert found[PLACE_LANE] == lane
-    assert found[PLACE_OFFSET] == pytest.approx(offset)
-    assert found[PLACE_S] == 120.0
-
-
-@pytest.mark.parametrize(("y", "offset"), [(-1.0, -2.75), (12.0, 3.25)])
-def test_off_the_lanes_the_offset_counts_from_the_nearest(y: float, offset: float) -> None:
-    found = place(120.0, y)
-    assert found[PLACE_LANE] == -1
-    assert found[PLACE_OFFSET] == pytest.approx(offset)
+def test_a_point_has_its_lane_and_its_distance_left_of_the_nearest_centre() -> None:
+    for y, lane, offset in (
+        (1.75, 0, 0.0),
+        (5.75, 1, 0.5),
+        (8.25, 2, -0.5),
+        (0.0, 0, -1.75),
+        # Off the lanes.
+        (-1.0, -1, -2.75),
+        (12.0, -1, 3.25),
+    ):
+        found = place(120.0, y)
+        assert found[PLACE_LANE] == lane, y
+        assert found[PLACE_OFFSET] == pytest.approx(offset), y
+        assert found[PLACE_S] == 120.0
 
 
 def test_in_a_left_curve_the_road_turns_left() -> None:

@@ -1,6 +1,5 @@
 """Starts: gaps are bumper to bumper, chains resolve, circles are refused."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,64 +9,48 @@ from adeye.errors import SpecError
 from adeye.simulate.world.compile import Starts, gap_circle, gap_order, resolve_starts
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
-from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
-
-Resolve = Callable[..., Starts]
+from tests.motorway import make_case, make_scenario
 
 
 def car(**start: Any) -> dict[str, Any]:
     return {"kind": "car", "start": {"lane": 1, "speed": "20 m/s", **start}}
 
 
-@pytest.fixture
-def resolve(
-    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
-) -> Resolve:
-    def starts(*, gaps: tuple[float, ...] = (40.0,), **changes: Any) -> Starts:
-        scenario = make_scenario(**changes)
-        formulas = Formulas.of([make_case(scenario, {"gap": gap}) for gap in gaps])
-        return resolve_starts(formulas, build_roads(formulas), np.full(len(gaps), 4.8))
-
-    return starts
+def resolve(*, gaps: tuple[float, ...] = (40.0,), **changes: Any) -> Starts:
+    scenario = make_scenario(**changes)
+    formulas = Formulas.of([make_case(scenario, {"gap": gap}) for gap in gaps])
+    return resolve_starts(formulas, build_roads(formulas), np.full(len(gaps), 4.8))
 
 
-def test_a_gap_is_from_the_front_of_the_ego_to_the_rear_of_the_actor(resolve: Resolve) -> None:
+def test_a_gap_is_from_the_front_of_the_ego_to_the_rear_of_the_actor() -> None:
     starts = resolve(actors={"lead": car(ahead_of="ego", gap="gap")}, gaps=(40.0, 10.0))
     assert starts.s[:, 0] == pytest.approx([200.0 + 2.4 + 40.0 + 2.25, 200.0 + 2.4 + 10.0 + 2.25])
 
 
-def test_a_negative_gap_puts_the_actor_behind(resolve: Resolve) -> None:
+def test_a_negative_gap_puts_the_actor_behind() -> None:
     starts = resolve(actors={"follower": car(ahead_of="ego", gap="-gap")})
     assert starts.s[0, 0] == pytest.approx(200.0 - 2.4 - 40.0 - 2.25)
 
 
-def test_a_chain_resolves_whatever_its_order_in_the_file(resolve: Resolve) -> None:
+def test_a_chain_resolves_whatever_its_order_in_the_file() -> None:
     truck = {**car(ahead_of="middle", gap="30 m"), "kind": "truck"}
     starts = resolve(actors={"first": truck, "middle": car(ahead_of="ego", gap="20 m")})
     middle = 200.0 + 2.4 + 20.0 + 2.25
     assert starts.s[0].tolist() == pytest.approx([middle + 2.25 + 30.0 + 6.0, middle])
 
 
-def test_a_gap_counts_from_a_static_object_too(resolve: Resolve) -> None:
-    wall = {
-        "kind": "building",
-        "s": "500 m",
-        "offset": "-9 m",
-        "length": "20 m",
-        "width": "8 m",
-        "height": "10 m",
-    }
-    starts = resolve(
-        world={"objects": {"house": wall}}, actors={"behind": car(ahead_of="house", gap="-1 m")}
-    )
+def test_a_gap_counts_from_a_static_object_too() -> None:
+    size = {"length": "20 m", "width": "8 m", "height": "10 m"}
+    house = {"kind": "building", "s": "500 m", "offset": "-9 m", **size}
+    behind = car(ahead_of="house", gap="-1 m")
+    starts = resolve(world={"objects": {"house": house}}, actors={"behind": behind})
     assert starts.s[0].tolist() == pytest.approx([500.0 - 10.0 - 1.0 - 2.25, 500.0])
     assert starts.d[0].tolist() == pytest.approx([5.25, -9.0])
     assert starts.sizes[0, 1].tolist() == [20.0, 8.0, 10.0]
     assert starts.reflectivity[0].tolist() == [0.5, 0.4]
 
 
-def test_offsets_count_from_the_lane_centre_or_the_right_edge(resolve: Resolve) -> None:
+def test_offsets_count_from_the_lane_centre_or_the_right_edge() -> None:
     walker = {"kind": "pedestrian", "start": {"offset": "-1 m", "s": "300 m", "speed": "0 m/s"}}
     starts = resolve(
         ego={"offset": "-0.5 m"}, actors={"near": car(s="250 m", offset="0.4 m"), "walker": walker}
@@ -76,15 +59,13 @@ def test_offsets_count_from_the_lane_centre_or_the_right_edge(resolve: Resolve) 
     assert starts.d[0].tolist() == pytest.approx([5.65, -1.0])
 
 
-def test_a_size_of_its_own_replaces_the_default(resolve: Resolve) -> None:
+def test_a_size_of_its_own_replaces_the_default() -> None:
     small = {**car(s="250 m"), "size": {"length": "3 m", "width": "1.5 m", "height": "1.4 m"}}
     starts = resolve(actors={"small": small, "wide": car(s="350 m")})
     assert starts.sizes[0].tolist() == [[3.0, 1.5, 1.4], [4.5, 1.8, 1.5]]
 
 
-def test_a_circle_of_gaps_is_refused_with_its_members(
-    make_scenario: Callable[..., LogicalScenario],
-) -> None:
+def test_a_circle_of_gaps_is_refused_with_its_members() -> None:
     scenario = make_scenario(
         actors={
             "lone": car(ahead_of="a", gap="1 m"),
@@ -97,22 +78,18 @@ def test_a_circle_of_gaps_is_refused_with_its_members(
         gap_order(scenario)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
+def test_an_impossible_start_is_an_error_with_its_field() -> None:
+    impossible: list[tuple[dict[str, Any], str]] = [
         ({"ego": {"lane": 3}}, r"ego\.lane: 3 is no lane of a road with lanes 0 to 2"),
         ({"ego": {"lane": "gap / 16 m"}}, r"ego\.lane: 2\.5 is no lane"),
         ({"actors": {"a": car(s="1 m", lane=-1)}}, r"actors\.a\.start\.lane: -1 is no lane"),
         ({"actors": {"a": car(ahead_of="b", gap="1 m")}}, "there is no 'b'"),
         ({"actors": {"a": {**car(s="1 m"), "reflectivity": 1.5}}}, "1.5 is above 1"),
         ({"ego": {"speed": "-1 m/s"}}, r"ego\.speed: -1 m/s"),
-    ],
-)
-def test_an_impossible_start_is_an_error_with_its_field(
-    resolve: Resolve, changes: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(SpecError, match=message):
-        resolve(**changes)
+    ]
+    for changes, message in impossible:
+        with pytest.raises(SpecError, match=message):
+            resolve(**changes)
 
 
 BEND = {"kind": "curve", "radius": "60 m", "length": "250 m"}
@@ -120,7 +97,7 @@ BEND = {"kind": "curve", "radius": "60 m", "length": "250 m"}
 
 @pytest.mark.parametrize("lane", [0, 1, 2])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_gap_on_a_bend_is_that_along_the_lane(resolve: Resolve, lane: int, side: float) -> None:
+def test_a_gap_on_a_bend_is_that_along_the_lane(lane: int, side: float) -> None:
     """By the angle about the centre of the bend, which begins after 100 m."""
     starts = resolve(
         world={"road": {**BEND, "radius": f"{60.0 * side} m"}},
@@ -135,9 +112,9 @@ def test_a_gap_on_a_bend_is_that_along_the_lane(resolve: Resolve, lane: int, sid
         assert angles * radius == pytest.approx([gap + 4.65, -gap - 4.65])
 
 
-def test_a_gap_along_the_straight_of_a_road_with_a_bend_is_that_of_a_straight_road_to_the_bit(
-    resolve: Resolve,
-) -> None:
+def test_a_gap_along_the_straight_of_a_road_with_a_bend_is_that_of_a_straight_road_to_the_bit() -> (
+    None
+):
     actors = {"lead": car(ahead_of="ego", gap="gap")}
     bent = resolve(world={"road": BEND}, ego={"s": "31.7 m"}, actors=actors, gaps=(40.1, 7.3))
     straight = resolve(ego={"s": "31.7 m"}, actors=actors, gaps=(40.1, 7.3))
@@ -145,39 +122,34 @@ def test_a_gap_along_the_straight_of_a_road_with_a_bend_is_that_of_a_straight_ro
     assert straight.s[:, 0].tolist() == [31.7 + gap + 0.5 * (4.5 + 4.8) for gap in (40.1, 7.3)]
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"ego": {"s": "2000.1 m"}}, r" ego\.s: 2000\.1 m is not on the road"),
-        ({"ego": {"s": "-1 m"}}, r" ego\.s: -1 m is not on the road"),
-        ({"ego": {"offset": "-8 m"}}, r" ego\.offset: -2\.75 m from the right edge"),
-        ({"actors": {"a": car(s="-500 m")}}, r" actors\.a\.start\.s: -500 m is not on"),
-        (
-            {"actors": {"a": car(ahead_of="ego", gap="1800 m")}},
-            r" actors\.a\.start\.gap: 2004\.65 m is not on the road",
-        ),
-        (
-            {"actors": {"a": car(s="300 m", lane=None, offset="-40 m")}},
-            r" actors\.a\.start\.offset: -40 m from the right edge",
-        ),
-        ({"actors": {"a": car(s="300 m", lane=2, offset="2 m")}}, r" actors\.a\.start\.offset"),
-        (
-            {"actors": {"a": {**car(s="2100 m", lane=None, offset="-3 m"), "kind": "pedestrian"}}},
-            r" actors\.a\.start\.s: 2100 m is not on the road",
-        ),
-    ],
-)
-def test_a_start_where_there_is_no_road_is_refused(
-    resolve: Resolve, changes: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(SpecError, match=message):
-        resolve(**changes)
-    for name, actor in changes.get("actors", {}).items():
+OUTSIDE: list[tuple[dict[str, Any], str]] = [
+    (car(s="-500 m"), r"start\.s: -500 m is not on"),
+    (car(ahead_of="ego", gap="1800 m"), r"start\.gap: 2004\.65 m is not on the road"),
+    (car(s="300 m", lane=None, offset="-40 m"), r"start\.offset: -40 m from the right edge"),
+    (car(s="300 m", lane=2, offset="2 m"), r"start\.offset"),
+    (
+        {**car(s="2100 m", lane=None, offset="-3 m"), "kind": "pedestrian"},
+        r"start\.s: 2100 m is not on the road",
+    ),
+]
+
+
+def test_a_start_where_there_is_no_road_is_refused() -> None:
+    for ego, message in (
+        ({"s": "2000.1 m"}, r" ego\.s: 2000\.1 m is not on the road"),
+        ({"s": "-1 m"}, r" ego\.s: -1 m is not on the road"),
+        ({"offset": "-8 m"}, r" ego\.offset: -2\.75 m from the right edge"),
+    ):
+        with pytest.raises(SpecError, match=message):
+            resolve(ego=ego)
+    for actor, message in OUTSIDE:
+        with pytest.raises(SpecError, match=rf" actors\.a\.{message}"):
+            resolve(actors={"a": actor})
         meant = {**actor, "start": {**actor["start"], "off_road": True}}
-        assert resolve(actors={name: meant}).s.shape == (1, 1)
+        assert resolve(actors={"a": meant}).s.shape == (1, 1)
 
 
-def test_the_ends_and_edges_of_the_road_belong_to_it(resolve: Resolve) -> None:
+def test_the_ends_and_edges_of_the_road_belong_to_it() -> None:
     starts = resolve(
         ego={"s": "0 m"},
         actors={

@@ -1,6 +1,5 @@
 """Bays beside the road: in the order of their places, apart from each other, along the road."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,10 +9,7 @@ from adeye.errors import SpecError
 from adeye.signals import REFUGE_KIND, REFUGE_KINDS, REFUGE_S, RoadMap
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
-from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
-
-Build = Callable[..., RoadMap]
+from tests.motorway import make_case, make_scenario
 
 
 def bay(**changes: Any) -> dict[str, Any]:
@@ -22,30 +18,24 @@ def bay(**changes: Any) -> dict[str, Any]:
     return written | {"taper": "20 m"} | changes
 
 
-@pytest.fixture
-def build(
-    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
-) -> Build:
-    def road(*, gaps: tuple[float, ...] = (40.0,), **changes: Any) -> RoadMap:
-        scenario = make_scenario(world={"road": {"length": "1000 m", **changes}})
-        return build_roads(Formulas.of([make_case(scenario, {"gap": gap}) for gap in gaps]))
-
-    return road
+def build(*, gaps: tuple[float, ...] = (40.0,), **changes: Any) -> RoadMap:
+    scenario = make_scenario(world={"road": {"length": "1000 m", **changes}})
+    return build_roads(Formulas.of([make_case(scenario, {"gap": gap}) for gap in gaps]))
 
 
-def test_a_road_has_no_bays_and_no_verge_unless_it_says_so(build: Build) -> None:
+def test_a_road_has_no_bays_and_no_verge_unless_it_says_so() -> None:
     road = build(gaps=(30.0, 40.0))
     assert road.refuges.shape == (2, 0, 5)
     assert road.verge.tolist() == [0.0, 0.0]
 
 
-def test_a_bay_is_written_down_as_it_is_given(build: Build) -> None:
+def test_a_bay_is_written_down_as_it_is_given() -> None:
     road = build(bays={"bay": bay()}, verge="1.5 m")
     assert road.refuges.tolist() == [[[0.0, 400.0, 60.0, 4.0, 20.0]]]
     assert road.verge.tolist() == [1.5]
 
 
-def test_bays_vary_from_run_to_run_and_keep_the_order_of_their_places(build: Build) -> None:
+def test_bays_vary_from_run_to_run_and_keep_the_order_of_their_places() -> None:
     bays = {"a": bay(s="10 * gap"), "b": bay(kind="rest_area", s="350 m")}
     road = build(bays=bays, gaps=(20.0, 60.0))
     assert road.refuges[:, :, REFUGE_S].tolist() == [[200.0, 350.0], [350.0, 600.0]]
@@ -53,14 +43,13 @@ def test_bays_vary_from_run_to_run_and_keep_the_order_of_their_places(build: Bui
     assert kinds == [["parking_bay", "rest_area"], ["rest_area", "parking_bay"]]
 
 
-def test_one_bay_may_begin_where_another_ends(build: Build) -> None:
+def test_one_bay_may_begin_where_another_ends() -> None:
     road = build(bays={"a": bay(), "b": bay(s="500 m")})
     assert road.refuges.shape[1] == 2
 
 
-@pytest.mark.parametrize(
-    ("bays", "message"),
-    [
+def test_an_impossible_bay_or_verge_is_an_error_with_its_values() -> None:
+    impossible: list[tuple[dict[str, Any], str]] = [
         ({"a": bay(depth="0 m")}, "bays.a.depth: 0 m is not above 0 m"),
         ({"a": bay(length="gap - 40 m")}, "bays.a.length: 0 m is not above 0 m"),
         ({"a": bay(taper="-1 m")}, "bays.a.taper: -1 m"),
@@ -68,21 +57,15 @@ def test_one_bay_may_begin_where_another_ends(build: Build) -> None:
         ({"a": bay(s="950 m")}, "bays.a.s: .* from 930 m to 1030 m"),
         ({"a": bay(), "b": bay(s="499 m")}, "bays.b.s: .* begins at 479 m, .* a .* to 480 m"),
         ({"a": bay(s="499 m"), "b": bay()}, "bays.a.s: .* begins at 479 m, .* b .* to 480 m"),
-    ],
-)
-def test_an_impossible_bay_is_an_error_with_its_values(
-    build: Build, bays: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(SpecError, match=message):
-        build(bays=bays)
-
-
-def test_a_negative_verge_is_an_error(build: Build) -> None:
+    ]
+    for bays, message in impossible:
+        with pytest.raises(SpecError, match=message):
+            build(bays=bays)
     with pytest.raises(SpecError, match="verge: -1 m"):
         build(verge="-1 m")
 
 
-def test_roads_of_some_runs_keep_their_bays(build: Build) -> None:
+def test_roads_of_some_runs_keep_their_bays() -> None:
     road = build(bays={"a": bay(s="10 * gap")}, gaps=(20.0, 60.0, 80.0), verge="gap / 20")
     kept = road.of(np.array([2, 0]))
     assert kept.refuges[:, 0, REFUGE_S].tolist() == [800.0, 200.0]
@@ -90,9 +73,7 @@ def test_roads_of_some_runs_keep_their_bays(build: Build) -> None:
     assert kept.lanes == road.lanes
 
 
-def test_scenarios_with_other_kinds_of_bays_are_not_one_batch(
-    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
-) -> None:
+def test_scenarios_with_other_kinds_of_bays_are_not_one_batch() -> None:
     kinds = [{"bays": {"a": bay(kind=kind, s="100 m")}} for kind in REFUGE_KINDS]
     cases = [make_case(make_scenario(world={"road": road})) for road in kinds]
     with pytest.raises(SpecError, match="differ in structure"):

@@ -1,6 +1,5 @@
 """Storyboards become rows of numbers and programs."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,10 +25,8 @@ from adeye.kernel.storyboard import (
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.simulate.world.storyboard import check_lanes, compile_script
-from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.case import TestCase
+from tests.motorway import make_case, make_scenario
 
-Compile = Callable[..., Script]
 ACTORS: dict[str, dict[str, Any]] = {
     name: {"kind": kind, "start": {"lane": 0, "s": "300 m", "speed": "20 m/s"}}
     for name, kind in (("one", "car"), ("two", "car"), ("walker", "pedestrian"))
@@ -37,26 +34,20 @@ ACTORS: dict[str, dict[str, Any]] = {
 INDEX = {"time": 0, "gap": 1, "ego_speed": 2}
 
 
-@pytest.fixture
-def script(
-    make_scenario: Callable[..., LogicalScenario], make_case: Callable[..., TestCase]
-) -> Compile:
-    def make(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> Script:
-        cases = []
-        for board in boards:
-            scenario = make_scenario(actors=ACTORS, storyboard=board)
-            cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
-        formulas = Formulas.of(cases)
-        return compile_script(formulas, build_roads(formulas), INDEX, 0.05)
-
-    return make
+def script(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> Script:
+    cases = []
+    for board in boards:
+        scenario = make_scenario(actors=ACTORS, storyboard=board)
+        cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
+    formulas = Formulas.of(cases)
+    return compile_script(formulas, build_roads(formulas), INDEX, 0.05)
 
 
 def event(when: str = "time >= 1 s", *, actor: str = "two", **action: Any) -> dict[str, Any]:
     return {"actor": actor, "when": when, **action}
 
 
-def test_a_lane_change_aims_at_the_centre_of_its_lane(script: Compile) -> None:
+def test_a_lane_change_aims_at_the_centre_of_its_lane() -> None:
     change = {"to_lane": 2, "lateral_speed": "1.2 m/s"}
     row = script({"cut": event(lane_change=change)}).actions[0, 0]
     assert row[ACTION_KIND] == CHANGE_TO
@@ -66,7 +57,7 @@ def test_a_lane_change_aims_at_the_centre_of_its_lane(script: Compile) -> None:
     assert row[ACTION_SHAPE] == SINUSOIDAL
 
 
-def test_a_lane_change_by_a_distance_varies_with_the_run(script: Compile) -> None:
+def test_a_lane_change_by_a_distance_varies_with_the_run() -> None:
     change = {"by": "gap / 20", "lateral_speed": "1 m/s", "shape": "linear"}
     rows = script({"swerve": event(lane_change=change)}, gaps=(40.0, 20.0)).actions[:, 0]
     assert rows[:, ACTION_TARGET].tolist() == [2.0, 1.0]
@@ -74,13 +65,13 @@ def test_a_lane_change_by_a_distance_varies_with_the_run(script: Compile) -> Non
     assert set(rows[:, ACTION_SHAPE]) == {LINEAR}
 
 
-def test_a_stop_is_a_change_to_no_speed_without_jerk_limit(script: Compile) -> None:
+def test_a_stop_is_a_change_to_no_speed_without_jerk_limit() -> None:
     row = script({"brake": event(stop={"rate": "6 m/s^2"})}).actions[0, 0]
     assert row[ACTION_KIND] == CHANGE_SPEED
     assert (row[ACTION_TARGET], row[ACTION_RATE], row[ACTION_JERK]) == (0.0, 6.0, np.inf)
 
 
-def test_a_speed_change_and_a_crossing_keep_their_values(script: Compile) -> None:
+def test_a_speed_change_and_a_crossing_keep_their_values() -> None:
     board = {
         "faster": event(speed={"to": "30 m/s", "rate": "2 m/s^2", "jerk": "4 m/s^3"}),
         "walk": event(actor="walker", cross={"to": "9 m", "speed": "1.5 m/s"}),
@@ -90,9 +81,7 @@ def test_a_speed_change_and_a_crossing_keep_their_values(script: Compile) -> Non
     assert (walk[ACTION_KIND], walk[ACTION_TARGET], walk[ACTION_RATE]) == (CROSS, 9.0, 1.5)
 
 
-def test_equal_conditions_share_a_program_and_overridden_ones_have_their_own(
-    script: Compile,
-) -> None:
+def test_equal_conditions_share_a_program_and_overridden_ones_have_their_own() -> None:
     stop = {"rate": "6 m/s^2"}
     early = {"a": event(stop=stop), "b": event(stop=stop)}
     late = {"a": event(stop=stop), "b": event("time >= 3 s and gap < 50 m", stop=stop)}
@@ -103,40 +92,36 @@ def test_equal_conditions_share_a_program_and_overridden_ones_have_their_own(
     assert values == [True, False]
 
 
-def test_an_empty_storyboard_has_no_programs(script: Compile) -> None:
+def test_an_empty_storyboard_has_no_programs() -> None:
     made = script({})
     assert made.actions.shape[1] == 0
     assert made.numbers.shape == (1, 0)
 
 
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
+def test_an_impossible_action_is_an_error_with_its_field() -> None:
+    impossible: list[tuple[dict[str, Any], str]] = [
         ({"lane_change": {"to_lane": 3, "lateral_speed": "1 m/s"}}, "to_lane: 3 is no lane"),
         ({"lane_change": {"by": "1 m", "lateral_speed": "0 m/s"}}, "lateral_speed: 0 m/s"),
         ({"stop": {"rate": "-3 m/s^2"}}, r"storyboard\.act\.stop\.rate: -3 m/s\^2"),
         ({"stop": {"rate": "3 m/s^2", "jerk": "0 m/s^3"}}, r"stop\.jerk: 0"),
         ({"speed": {"to": "-1 m/s", "rate": "3 m/s^2"}}, r"speed\.to: -1"),
         ({"actor": "walker", "cross": {"to": "3 m", "speed": "0 m/s"}}, r"cross\.speed: 0"),
-    ],
-)
-def test_an_impossible_action_is_an_error_with_its_field(
-    script: Compile, action: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(SpecError, match=message):
-        script({"act": event(**action)})
+    ]
+    for action, message in impossible:
+        with pytest.raises(SpecError, match=message):
+            script({"act": event(**action)})
 
 
-@pytest.mark.parametrize("lane", [-1.0, 0.5, 3.0, np.nan])
-def test_only_whole_numbers_of_the_road_are_lanes(lane: float) -> None:
+def test_only_whole_numbers_of_the_road_are_lanes() -> None:
     check_lanes("lane", np.array([0.0, 2.0]), 3)
-    with pytest.raises(SpecError, match="no lane"):
-        check_lanes("lane", np.array([0.0, lane]), 3)
+    for lane in (-1.0, 0.5, 3.0, np.nan):
+        with pytest.raises(SpecError, match="no lane"):
+            check_lanes("lane", np.array([0.0, lane]), 3)
 
 
 @pytest.mark.parametrize("kind", ["car", "cyclist"])
 def test_what_has_wheels_does_not_turn_on_the_spot(
-    script: Compile, monkeypatch: pytest.MonkeyPatch, kind: str
+    monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     cross = {"go": event(cross={"to": "8 m", "speed": "1.4 m/s"})}
     monkeypatch.setitem(ACTORS["two"], "kind", kind)

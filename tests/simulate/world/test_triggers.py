@@ -1,7 +1,6 @@
 """Trigger variables: gaps and times to collision along the road, distances between bodies."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 
 from adeye.signals import Scene
 from adeye.simulate.traffic.stage import locate_all
-from adeye.simulate.world.compile import World, compile_world
+from adeye.simulate.world.compile import compile_world
 from adeye.simulate.world.storyboard import (
     TriggerTable,
     parameter_dimensions,
@@ -21,8 +20,7 @@ from adeye.simulate.world.storyboard import (
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.units import Dimension
-
-Compile = Callable[..., World]
+from tests.motorway import make_case, make_scenario
 
 
 def actor(kind: str = "car", **start: Any) -> dict[str, Any]:
@@ -30,7 +28,7 @@ def actor(kind: str = "car", **start: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def scenario(make_scenario: Callable[..., LogicalScenario]) -> LogicalScenario:
+def scenario() -> LogicalScenario:
     return make_scenario(
         parameters={"rain": {"default": "2 mm/h"}, "share": {"default": 0.5}},
         actors={
@@ -43,7 +41,7 @@ def scenario(make_scenario: Callable[..., LogicalScenario]) -> LogicalScenario:
 
 
 @pytest.fixture
-def table(scenario: LogicalScenario, make_case: Callable[..., TestCase]) -> Any:
+def table(scenario: LogicalScenario) -> Any:
     cases = [make_case(scenario, {"gap": gap, "rain": 5e-7, "share": 0.5}) for gap in (40.0, 20.0)]
     world = compile_world(cases)
     places = np.zeros((2, 3, 6))
@@ -70,9 +68,7 @@ def table(scenario: LogicalScenario, make_case: Callable[..., TestCase]) -> Any:
     return lambda name: values[:, made.index[name]].tolist()
 
 
-def test_the_columns_are_the_names_that_conditions_may_use(
-    scenario: LogicalScenario, make_case: Callable[..., TestCase]
-) -> None:
+def test_the_columns_are_the_names_that_conditions_may_use(scenario: LogicalScenario) -> None:
     case = make_case(scenario, {"rain": 0.0, "share": 0.5})
     index = compile_world([case]).triggers.index
     assert list(index) == list(trigger_variables(scenario))
@@ -89,37 +85,33 @@ def test_dimensions_of_parameters_come_from_their_defaults(scenario: LogicalScen
     assert variables["brake.begun"] is Dimension.NONE
 
 
-def test_gap_and_distance_to_a_car_ahead_in_the_lane_agree(table: Any) -> None:
-    assert table("lead.gap") == pytest.approx([40.0, 20.0])
-    assert table("lead.distance") == pytest.approx([40.0, 20.0])
+VALUES = {
+    # The gap and the distance to a car ahead in the lane agree.
+    "lead.gap": [40.0, 20.0],
+    "lead.distance": [40.0, 20.0],
+    "lead.ttc": [4.0, 2.0],
+    "lead.speed": [20.0, 20.0],
+    "lead.d": [5.25, 5.25],
+    # What is behind has a negative gap and does not close when it is slower.
+    "rear.gap": [-10.0, -10.0],
+    "rear.ttc": [math.inf, math.inf],
+    "beside.gap": [0.0, 0.0],
+    "beside.distance": [3.5 - 0.95 - 0.9] * 2,
+    "time": [0.5, 0.5],
+    "ego.speed": [30.0, 30.0],
+    "ego.s": [200.0, 200.0],
+    "ego.d": [5.25, 5.25],
+    "brake.begun": [0.0, 1.0],
+    "brake.ended": [0.0, 1.0],
+    "brake.begun_at": [math.nan, 0.25],
+    "brake.since": [math.nan, 0.25],
+    "gap": [40.0, 20.0],
+}
 
 
-def test_time_to_collision_is_gap_over_closing_speed(table: Any) -> None:
-    assert table("lead.ttc") == pytest.approx([4.0, 2.0])
-
-
-def test_what_is_behind_has_a_negative_gap_and_does_not_close_when_slower(table: Any) -> None:
-    assert table("rear.gap") == pytest.approx([-10.0, -10.0])
-    assert table("rear.ttc") == [math.inf, math.inf]
-
-
-def test_side_by_side_there_is_no_gap_but_a_distance(table: Any) -> None:
-    assert table("beside.gap") == [0.0, 0.0]
-    assert table("beside.distance") == pytest.approx([3.5 - 0.95 - 0.9] * 2)
-
-
-def test_time_ego_events_and_parameters_are_there(table: Any) -> None:
-    assert table("time") == [0.5, 0.5]
-    assert table("ego.speed") == [30.0, 30.0]
-    assert table("ego.s") == pytest.approx([200.0, 200.0])
-    assert table("ego.d") == pytest.approx([5.25, 5.25])
-    assert table("brake.begun") == [0.0, 1.0]
-    assert table("brake.ended") == [0.0, 1.0]
-    np.testing.assert_array_equal(table("brake.begun_at"), [np.nan, 0.25])
-    np.testing.assert_array_equal(table("brake.since"), [np.nan, 0.25])
-    assert table("gap") == [40.0, 20.0]
-    assert table("lead.speed") == [20.0, 20.0]
-    assert table("lead.d") == pytest.approx([5.25, 5.25])
+def test_values_are_those_of_the_scene(table: Any) -> None:
+    for name, expected in VALUES.items():
+        assert table(name) == pytest.approx(expected, nan_ok=True), name
 
 
 def test_a_faster_one_behind_closes() -> None:
@@ -158,12 +150,7 @@ def at_start(case: TestCase) -> dict[str, float]:
 
 @pytest.mark.parametrize("radius", ["60 m", "-60 m"])
 @pytest.mark.parametrize("lane", [0, 2])
-def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(
-    make_scenario: Callable[..., LogicalScenario],
-    make_case: Callable[..., TestCase],
-    radius: str,
-    lane: int,
-) -> None:
+def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(radius: str, lane: int) -> None:
     scenario = make_scenario(
         world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},
         ego={"lane": lane, "s": "120 m"},
@@ -182,12 +169,7 @@ def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(
 @pytest.mark.parametrize(("radius", "bend"), [("60 m", 60.0), ("-60 m", -60.0)])
 @pytest.mark.parametrize(("lane", "other"), [(0, 1), (1, 0), (0, 2), (2, 1)])
 def test_on_a_bend_a_time_to_collision_is_the_gap_over_its_rate(
-    make_scenario: Callable[..., LogicalScenario],
-    make_case: Callable[..., TestCase],
-    radius: str,
-    bend: float,
-    lane: int,
-    other: int,
+    radius: str, bend: float, lane: int, other: int
 ) -> None:
     scenario = make_scenario(
         world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},

@@ -131,14 +131,14 @@ def test_ground_truth_is_as_good_as_the_ego_knows_itself() -> None:
     assert deviations(TRUTH, 100.0) == pytest.approx((0.02, 0.02, 0.05))
 
 
-@pytest.mark.parametrize("model", sorted(set(BUILT_IN) - {"gnss", "imu", "localisation"}))
-def test_every_sensor_that_detects_has_a_row_of_its_own(model: str) -> None:
+def test_every_sensor_that_detects_has_a_row_of_its_own() -> None:
     every = (CAMERA, RADAR, LIDAR, PIXELS, CELLS, BEAMS, ULTRASONIC, TRUTH)
-    shown = {model_name(record(sensor)): sensor for sensor in every}
     unknown = assumed_accuracy(
         channel_context(None, links=["one"], sensors={"one": "./mine.py:Mine"}), ["one"]
     )
-    assert not np.array_equal(assumed(shown[model]), unknown[0])
+    models = {model_name(record(sensor)): assumed(sensor) for sensor in every}
+    assert models.keys() == set(BUILT_IN) - {"gnss", "imu", "localisation"}
+    assert not any(np.array_equal(rows, unknown[0]) for rows in models.values())
 
 
 def test_sensor_without_a_data_sheet_is_taken_for_a_middling_camera() -> None:
@@ -148,37 +148,35 @@ def test_sensor_without_a_data_sheet_is_taken_for_a_middling_camera() -> None:
     assert np.sqrt(rows[0]) == pytest.approx([0.3, 3e-4, 0.1, 0.003, 0.05])
 
 
-@pytest.mark.parametrize(
-    ("sensor", "better", "worse"),
-    [
-        (CAMERA, {"distance_noise": 0.01}, {"distance_noise": 0.02}),
-        (CAMERA, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "0.2 deg"}),
-        (RADAR, {"range_noise": "0.1 m"}, {"range_noise": "0.2 m"}),
-        (RADAR, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "1 deg"}),
-        (RADAR, {"range_rate_noise": "0 m/s"}, {"range_rate_noise": "0.1 m/s"}),
-        (LIDAR, {"range_noise": "0.02 m"}, {"range_noise": "0.05 m"}),
-        (LIDAR, {"bearing_noise": "0.02 deg"}, {"bearing_noise": "0.1 deg"}),
-        (PIXELS, {"columns": 800}, {"columns": 400}),
-        (PIXELS, {"mount": {"z": "1.8 m"}}, {"mount": {"z": "1.2 m"}}),
-        (PIXELS, {"field_of_view": "40 deg"}, {"field_of_view": "100 deg"}),
-        (CELLS, {"range_resolution": "0.5 m"}, {"range_resolution": "1 m"}),
-        (CELLS, {"bearing_resolution": "1 deg"}, {"bearing_resolution": "2 deg"}),
-        (CELLS, {"range_rate_resolution": "0.1 m/s"}, {"range_rate_resolution": "0.5 m/s"}),
-        # A lower threshold lets weaker echoes pass, whose place is less sure.
-        (CELLS, {"false_alarm_rate": 1e-7}, {"false_alarm_rate": 1e-5}),
-        (BEAMS, {"beams": 1200}, {"beams": 600}),
-        (BEAMS, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
-        (BEAMS, {"bearing_noise": "0 deg"}, {"bearing_noise": "0.1 deg"}),
-        (ULTRASONIC, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
-        (ULTRASONIC, {"field_of_view": "30 deg"}, {"field_of_view": "60 deg"}),
-    ],
-)
-def test_better_data_sheet_gives_smaller_variance_and_none_that_is_greater(
-    sensor: dict[str, Any], better: dict[str, Any], worse: dict[str, Any]
-) -> None:
-    good, bad = assumed({**sensor, **better}, {**sensor, **worse})
-    assert (good <= bad).all()
-    assert (good < bad).any()
+BETTER: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = [
+    (CAMERA, {"distance_noise": 0.01}, {"distance_noise": 0.02}),
+    (CAMERA, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "0.2 deg"}),
+    (RADAR, {"range_noise": "0.1 m"}, {"range_noise": "0.2 m"}),
+    (RADAR, {"bearing_noise": "0.1 deg"}, {"bearing_noise": "1 deg"}),
+    (RADAR, {"range_rate_noise": "0 m/s"}, {"range_rate_noise": "0.1 m/s"}),
+    (LIDAR, {"range_noise": "0.02 m"}, {"range_noise": "0.05 m"}),
+    (LIDAR, {"bearing_noise": "0.02 deg"}, {"bearing_noise": "0.1 deg"}),
+    (PIXELS, {"columns": 800}, {"columns": 400}),
+    (PIXELS, {"mount": {"z": "1.8 m"}}, {"mount": {"z": "1.2 m"}}),
+    (PIXELS, {"field_of_view": "40 deg"}, {"field_of_view": "100 deg"}),
+    (CELLS, {"range_resolution": "0.5 m"}, {"range_resolution": "1 m"}),
+    (CELLS, {"bearing_resolution": "1 deg"}, {"bearing_resolution": "2 deg"}),
+    (CELLS, {"range_rate_resolution": "0.1 m/s"}, {"range_rate_resolution": "0.5 m/s"}),
+    # A lower threshold lets weaker echoes pass, whose place is less sure.
+    (CELLS, {"false_alarm_rate": 1e-7}, {"false_alarm_rate": 1e-5}),
+    (BEAMS, {"beams": 1200}, {"beams": 600}),
+    (BEAMS, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
+    (BEAMS, {"bearing_noise": "0 deg"}, {"bearing_noise": "0.1 deg"}),
+    (ULTRASONIC, {"range_noise": "0 m"}, {"range_noise": "0.1 m"}),
+    (ULTRASONIC, {"field_of_view": "30 deg"}, {"field_of_view": "60 deg"}),
+]
+
+
+def test_better_data_sheet_gives_smaller_variance_and_none_that_is_greater() -> None:
+    for sensor, better, worse in BETTER:
+        good, bad = assumed({**sensor, **better}, {**sensor, **worse})
+        assert (good <= bad).all(), better
+        assert (good < bad).any(), better
 
 
 def test_each_run_has_the_data_sheet_of_its_own_sweep() -> None:

@@ -32,7 +32,14 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import PhysicalLidar
 from adeye.testing.sensors import injector, moment
-from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, sensor_context
+from tests.simulate.sensors.scenes import (
+    CAR,
+    TRUCK,
+    scene,
+    scene_context,
+    sensor_context,
+    sensor_spec,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,19 +50,13 @@ if TYPE_CHECKING:
 
 BEAMS = 900
 STEP = 2.0 * math.pi / BEAMS
-LIDAR: dict[str, Any] = {
-    "kind": "lidar",
-    "fidelity": "physical",
-    "mount": {"z": "0.6 m"},
-    "field_of_view": "360 deg",
-    "beams": BEAMS,
-    "range": "150 m",
-    "rate": "10 Hz",
-}
 
 
 def spec(**changes: Any) -> PhysicalLidar:
-    return PhysicalLidar.model_validate({**LIDAR, **changes})
+    fields = {"mount": {"z": "0.6 m"}, "field_of_view": "360 deg", "rate": "10 Hz"}
+    beams = {"beams": BEAMS, "range": "150 m"}
+    made: PhysicalLidar = sensor_spec("lidar/physical", **(fields | beams | changes))
+    return made
 
 
 def reading(returns: Sequence[tuple[int, float]], *, things: Sequence[int] = ()) -> Measurement:
@@ -109,31 +110,26 @@ AHEAD = BEAMS // 2
 
 
 def test_returns_closer_than_the_cluster_distance_are_one_object() -> None:
-    assert len(clusters([(AHEAD, 20.0), (AHEAD + 1, 20.9)])) == 1
-    assert len(clusters([(AHEAD, 20.0), (AHEAD + 1, 21.1)], min_points=1)) == 2
-    assert len(clusters([(AHEAD, 20.0), (AHEAD + 1, 21.1)], cluster_distance="1.5 m")) == 1
-
-
-def test_chain_of_close_returns_is_one_object() -> None:
-    assert len(clusters([(AHEAD + k, 20.0 + 0.8 * k) for k in range(10)])) == 1
-
-
-def test_late_return_joins_two_groups() -> None:
-    # The third is near to both of the others, which are apart.
-    assert len(clusters([(AHEAD, 20.0), (AHEAD + 1, 21.8), (AHEAD + 2, 20.9)])) == 1
-
-
-def test_lone_return_is_no_object() -> None:
-    assert len(clusters([(AHEAD, 20.0)])) == 0
-    assert len(clusters([(AHEAD, 20.0)], min_points=1)) == 1
-    assert len(clusters([(AHEAD + k, 20.0) for k in range(4)], min_points=5)) == 0
-
-
-def test_far_object_holds_together_though_its_beams_are_metres_apart() -> None:
-    # At 140 m beams are 0.98 m apart, two of them further than the cluster distance.
+    near, apart = [(AHEAD, 20.0), (AHEAD + 1, 20.9)], [(AHEAD, 20.0), (AHEAD + 1, 21.1)]
+    alone: dict[str, Any] = {"min_points": 1}
     assert 2.0 * 140.0 * STEP > 1.9
-    assert len(clusters([(AHEAD, 140.0), (AHEAD + 2, 140.0)])) == 1
-    assert len(clusters([(AHEAD, 140.0), (AHEAD + 3, 140.0)], min_points=1)) == 2
+    for returns, changes, count in (
+        (near, {}, 1),
+        (apart, alone, 2),
+        (apart, {"cluster_distance": "1.5 m"}, 1),
+        # A chain, and a late return that is near to two others, which are apart.
+        ([(AHEAD + k, 20.0 + 0.8 * k) for k in range(10)], {}, 1),
+        ([(AHEAD, 20.0), (AHEAD + 1, 21.8), (AHEAD + 2, 20.9)], {}, 1),
+        # A lone return is no object, nor are few.
+        ([(AHEAD, 20.0)], {}, 0),
+        ([(AHEAD, 20.0)], alone, 1),
+        ([(AHEAD + k, 20.0) for k in range(4)], {"min_points": 5}, 0),
+        # At 140 m beams are 0.98 m apart, two of them further than the cluster distance.
+        ([(AHEAD, 140.0), (AHEAD + 2, 140.0)], {}, 1),
+        ([(AHEAD, 140.0), (AHEAD + 3, 140.0)], alone, 2),
+        ([(AHEAD + k, way) for k, way in enumerate((np.nan, np.inf, -3.0, np.nan))], alone, 0),
+    ):
+        assert len(clusters(returns, **changes)) == count, (returns, changes)
 
 
 def test_pole_in_front_of_a_car_does_not_part_it() -> None:
@@ -189,12 +185,8 @@ def test_two_cars_side_by_side_are_two_objects() -> None:
 
 
 def test_ground_is_no_object() -> None:
-    layers: Any = {
-        "layers": 8,
-        "vertical_field_of_view": "20 deg",
-        "mount": {"z": "1.8 m", "pitch": "5 deg"},
-    }
-    found = detect([(200.0, 50.0)], **layers)
+    down = {"z": "1.8 m", "pitch": "5 deg"}
+    found = detect([(200.0, 50.0)], layers=8, vertical_field_of_view="20 deg", mount=down)
     assert found.points is not None
     assert np.count_nonzero(found.points[0, :, 0]) > 500
     assert not found.mask.any()
@@ -215,11 +207,6 @@ def test_layer_that_sees_over_a_car_finds_what_is_behind_it() -> None:
     assert rows_of(found)[1, DETECTION_X] == pytest.approx(35.0, abs=0.1)
 
 
-def test_returns_that_are_no_numbers_are_no_object() -> None:
-    bad = [(AHEAD + k, value) for k, value in enumerate((np.nan, np.inf, -3.0, np.nan))]
-    assert len(clusters(bad, min_points=1)) == 0
-
-
 def test_source_is_the_object_of_most_returns() -> None:
     returns = [(AHEAD + k, 20.0) for k in range(5)]
     found = Clustering([spec()], 4).detect(reading(returns, things=[2, 2, 3, 3, 3]))
@@ -232,13 +219,13 @@ def test_source_is_the_object_of_most_returns() -> None:
 # --- what is measured -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("distance", [10.0, 30.0, 60.0, 100.0])
-def test_lead_is_its_rear_face_of_a_cars_width(distance: float) -> None:
-    row = rows_of(detect([(distance + 2.25, 0.0)]))[0]
-    assert row[DETECTION_X] == pytest.approx(distance)
-    assert row[DETECTION_LENGTH] == 0.0
-    assert row[DETECTION_WIDTH] == pytest.approx(1.8, abs=distance * STEP)
-    assert abs(row[DETECTION_Y]) <= 0.5 * distance * STEP
+def test_lead_is_its_rear_face_of_a_cars_width() -> None:
+    for distance in (10.0, 30.0, 60.0, 100.0):
+        row = rows_of(detect([(distance + 2.25, 0.0)]))[0]
+        assert row[DETECTION_X] == pytest.approx(distance)
+        assert row[DETECTION_LENGTH] == 0.0
+        assert row[DETECTION_WIDTH] == pytest.approx(1.8, abs=distance * STEP)
+        assert abs(row[DETECTION_Y]) <= 0.5 * distance * STEP
 
 
 def test_neighbour_close_ahead_is_its_box() -> None:
@@ -299,10 +286,9 @@ def test_detections_stay_until_the_next_sample() -> None:
 
 def test_lidar_that_has_dropped_out_detects_nothing_in_its_run_only() -> None:
     seen = drive(9, out=(3, 4))
-    assert [bool(item.mask[0, 0]) for item in seen] == [False] + [True] * 8
-    assert [bool(item.mask[1, 0]) for item in seen] == [False] + [True] * 2 + [False] * 2 + [
-        True
-    ] * 4
+    there = np.array([item.mask[:, 0] for item in seen])
+    assert there[:, 0].tolist() == [False] + [True] * 8
+    assert there[:, 1].tolist() == [False, True, True, False, False] + [True] * 4
     faces = [float(item.detections[1, 0, DETECTION_X]) for item in seen[5:]]
     assert faces == pytest.approx([21.75, 21.75, 23.75, 23.75])
 
@@ -419,6 +405,7 @@ def test_rain_takes_the_lead_from_the_lidar_and_the_ego_brakes_later(mini: Execu
 # Boxes of hand-made clusters: the nearest face, and the depth where a side shows it.
 
 SPACING = math.radians(0.4)
+CENTRE, GRILLE = (0.0, 0.0), (2.3, 0.0)
 Points = list[tuple[float, float]]
 
 
@@ -439,71 +426,56 @@ def flank(y: float, low: float, high: float, count: int = 10) -> Points:
     return [(float(x), y) for x in np.linspace(low, high, count)]
 
 
-def test_rear_of_a_lead_is_a_face_of_unknown_depth() -> None:
-    x, y, length, width = fit(face(30.0, -0.9, 0.9))
-    assert [x, y, length] == pytest.approx([30.0, 0.0, 0.0])
+NOISE = (0.5, -0.5, 0.3, -0.3, 0.4, -0.4)
+FITS: dict[str, tuple[Points, tuple[float, float], tuple[float | None, ...]]] = {
     # On average a beam's spacing wider than from the first return to the last.
-    assert width == pytest.approx(1.8 + 30.0 * SPACING)
-
-
-@pytest.mark.slow
-def test_front_of_a_follower_is_its_nearest_face_too() -> None:
-    assert fit(face(-12.0, -0.9, 0.9))[:3] == pytest.approx((-12.0, 0.0, 0.0))
-
-
-def test_noise_does_not_draw_the_face_towards_the_sensor() -> None:
-    noise = [0.5, -0.5, 0.3, -0.3, 0.4, -0.4]
-    points = [(30.0 + n, -0.9 + 0.36 * k) for k, n in enumerate(noise)]
-    assert fit(points)[0] == pytest.approx(30.0)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_two_faces_of_a_near_neighbour_show_its_box(side: float) -> None:
-    rear = [(x, side * y) for x, y in face(6.0, 2.6, 4.4)]
-    along = [(x, side * y) for x, y in flank(2.6, 6.0, 10.5, 20)]
-    x, y, length, width = fit(rear + along)
-    assert [x, y] == pytest.approx([8.25, side * 3.5])
-    assert length == pytest.approx(4.5)
-    assert width == pytest.approx(1.8, abs=0.1)
-
-
-def test_two_faces_of_a_neighbour_behind_show_its_box() -> None:
-    x, _, length, _ = fit(face(-5.0, 2.6, 4.4) + flank(2.6, -9.5, -5.0, 20))
-    assert [x, length] == pytest.approx([-7.25, 4.5])
-
-
-def test_side_far_away_whose_end_no_beam_shows_leaves_the_depth_unknown() -> None:
+    "rear of a lead": (face(30.0, -0.9, 0.9), CENTRE, (30.0, 0.0, 0.0, 1.8 + 30.0 * SPACING)),
+    "front of a follower": (face(-12.0, -0.9, 0.9), CENTRE, (-12.0, 0.0, 0.0, None)),
+    "noise": (
+        [(30.0 + n, -0.9 + 0.36 * k) for k, n in enumerate(NOISE)],
+        CENTRE,
+        (30.0, None, None, None),
+    ),
+    "neighbour behind": (
+        face(-5.0, 2.6, 4.4) + flank(2.6, -9.5, -5.0, 20),
+        CENTRE,
+        (-7.25, None, 4.5, None),
+    ),
     # At 45 m a beam meets a side that is 2.6 m off every 5 m.
-    x, y, length, _ = fit([*face(40.0, 2.6, 4.4), (42.0, 2.6), (44.4, 2.6)])
-    assert [x, y, length] == pytest.approx([40.0, 3.5, 0.0])
-
-
-def test_shallow_side_leaves_the_depth_unknown() -> None:
-    # A rear that stands aslant.
-    assert fit(face(6.0, 2.6, 4.4) + flank(2.6, 6.0, 6.8, 4))[2] == 0.0
-
-
-@pytest.mark.slow
-def test_side_alone_is_a_box_of_unknown_width_whose_side_stays() -> None:
-    x, y, length, width = fit(flank(2.6, 8.0, 12.0, 20))
-    assert [x, length, width] == pytest.approx([10.0, 4.0, 0.0])
+    "side whose end no beam shows": (
+        [*face(40.0, 2.6, 4.4), (42.0, 2.6), (44.4, 2.6)],
+        CENTRE,
+        (40.0, 3.5, 0.0, None),
+    ),
+    "rear that stands aslant": (
+        face(6.0, 2.6, 4.4) + flank(2.6, 6.0, 6.8, 4),
+        CENTRE,
+        (None, None, 0.0, None),
+    ),
     # Half an assumed width beyond the side.
-    assert y == pytest.approx(2.6 + 0.9)
-
-
-def test_vehicle_alongside_is_a_box_as_long_as_it_is_seen() -> None:
-    x, y, length, width = fit(flank(-2.6, -2.0, 2.5, 30))
-    assert [x, y] == pytest.approx([0.25, -3.5])
-    assert [length, width] == pytest.approx([4.5, 0.0])
-
-
-def test_side_is_seen_from_the_mount_not_from_the_centre() -> None:
+    "side alone": (flank(2.6, 8.0, 12.0, 20), CENTRE, (10.0, 2.6 + 0.9, 4.0, 0.0)),
+    "vehicle alongside": (flank(-2.6, -2.0, 2.5, 30), CENTRE, (0.25, -3.5, 4.5, 0.0)),
     # Ahead of the centre of the body, behind a lidar in its grille.
-    points = face(1.5, 2.6, 4.4)
-    assert fit(points)[2] == 0.0
-    assert fit(points, mount=(2.3, 0.0))[0] == pytest.approx(1.5)
-    beside = flank(2.6, 2.0, 5.0, 20)
-    assert fit(beside, mount=(2.3, 0.0))[2] == pytest.approx(3.0)
+    "face ahead of the mount": (face(1.5, 2.6, 4.4), CENTRE, (None, None, 0.0, None)),
+    "face behind the mount": (face(1.5, 2.6, 4.4), GRILLE, (1.5, None, None, None)),
+    "side beside the mount": (flank(2.6, 2.0, 5.0, 20), GRILLE, (None, None, 3.0, None)),
+}
+"""Returns, the place of the lidar, and what is known of x, y, length and width of the box."""
+
+
+def test_box_has_its_nearest_face_and_the_depth_that_a_side_shows() -> None:
+    for name, (points, mount, wanted) in FITS.items():
+        for value, expected in zip(fit(points, mount), wanted, strict=True):
+            assert expected is None or value == pytest.approx(expected, abs=1e-6), name
+
+
+def test_two_faces_of_a_near_neighbour_show_its_box() -> None:
+    for side in (1.0, -1.0):
+        rear = [(x, side * y) for x, y in face(6.0, 2.6, 4.4)]
+        along = [(x, side * y) for x, y in flank(2.6, 6.0, 10.5, 20)]
+        x, y, length, width = fit(rear + along)
+        assert [x, y, length] == pytest.approx([8.25, side * 3.5, 4.5])
+        assert width == pytest.approx(1.8, abs=0.1)
 
 
 def listed(rows: list[tuple[float, float]]) -> tuple[int, np.ndarray, np.ndarray]:
@@ -527,22 +499,19 @@ def test_boxes_stand_in_order_of_distance_with_what_is_behind_them() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("order", [1, -1])
-def test_full_list_keeps_the_nearest(order: int) -> None:
-    ways = [float(way) for way in range(1, SLOTS + 6)][::order]
-    count, detections, _ = listed([(way, 0.0) for way in ways])
-    assert count == SLOTS
-    assert detections[:, DETECTION_X].tolist() == [float(way) for way in range(1, SLOTS + 1)]
+def test_full_list_keeps_the_nearest() -> None:
+    ways = [float(way) for way in range(1, SLOTS + 6)]
+    for order in (ways, ways[::-1]):
+        count, detections, _ = listed([(way, 0.0) for way in order])
+        assert count == SLOTS
+        assert detections[:, DETECTION_X].tolist() == ways[:SLOTS]
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_part_of_a_car_in_view_is_placed_from_the_edge_that_is_seen(side: float) -> None:
+def test_part_of_a_car_in_view_is_placed_from_the_edge_that_is_seen() -> None:
     # A car from -2.5 to -0.7 m, of which a sensor that looks aside sees the outer 0.2 m.
-    points = [(7.0, side * y) for y in (-2.5, -2.4, -2.3)]
-    x, y, length, width = fit(points, (1.4, side * -0.9), cut=side)
-    assert (x, y) == pytest.approx((7.0, side * -1.6))
-    assert (length, width) == (0.0, 0.0)
-
-
-def test_part_that_is_as_wide_as_a_car_is_placed_as_it_is_seen() -> None:
+    for side in (1.0, -1.0):
+        points = [(7.0, side * y) for y in (-2.5, -2.4, -2.3)]
+        found = fit(points, (1.4, side * -0.9), cut=side)
+        assert found == pytest.approx((7.0, side * -1.6, 0.0, 0.0))
+    # A part that is as wide as a car is placed as it is seen.
     assert fit(face(7.0, -1.2, 1.2), cut=1.0) == fit(face(7.0, -1.2, 1.2))

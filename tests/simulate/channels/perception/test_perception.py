@@ -13,6 +13,7 @@ from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.channels import NominalParameters
 from adeye.testing import channel_context
 from adeye.testing.scenes import object_measurement, pose_measurement, straight_road
+from tests.simulate.channels.perceived import LINKS, SENSORS
 
 STEP = 0.05
 SPEED = 20.0
@@ -26,94 +27,83 @@ class Eye:
     def __init__(self, runs: int = 1) -> None:
         self.road = straight_road(runs)
         context = channel_context(
-            NominalParameters(),
-            links=("front", "pose"),
-            sensors={"front": "radar", "pose": "localisation"},
-            runs=runs,
-            road=self.road,
+            NominalParameters(), links=LINKS, sensors=SENSORS, runs=runs, road=self.road
         )
         self.perception = Perception(context, channel_records(context, FIELDS))
         self.seen = self.perception.seen
 
     def look(
         self,
-        time: float,
+        tick: int,
         *,
-        stamp: float,
+        sampled: int | None = None,
         with_pose: bool = True,
         alive: Bools | None = None,
         running: Bools | None = None,
     ) -> None:
+        """Show a tick, with samples of an earlier one if that is given."""
         runs = self.seen.records.shape[0]
+        stamp = STEP * (tick if sampled is None else sampled)
         ego = np.tile([SPEED * stamp, LANE, 0.0, SPEED, 0.0, 0.0, 0.0], (runs, 1))
-        objects = np.tile([60.0, LANE, 0.0, 0.0, 0.0], (runs, 1, 1))
-        front = object_measurement(ego, objects, stamp)
+        front = object_measurement(ego, np.tile([60.0, LANE, 0.0, 0.0, 0.0], (runs, 1, 1)), stamp)
         if alive is not None:
             front = replace(front, alive=alive)
         pose = pose_measurement(self.road, ego, stamp if with_pose else -1.0)
-        if running is None:
-            running = np.ones(runs, dtype=np.bool_)
+        running = np.ones(runs, dtype=np.bool_) if running is None else running
         shown = {"front": front, "pose": pose}
-        self.perception.update(Observation(time, shown, {}, None, running))
+        self.perception.update(Observation(tick * STEP, shown, {}, None, running))
 
 
-def test_confirmed_track_is_shown_in_the_vehicle_frame_with_its_speed_over_ground() -> None:
+def test_track_is_shown_in_the_vehicle_frame_once_it_is_confirmed() -> None:
     eye = Eye()
     for tick in range(20):
-        eye.look(tick * STEP, stamp=tick * STEP)
+        eye.look(tick)
+        assert np.isfinite(eye.seen.shown).any() == (tick >= 2)
+    # With its speed over ground.
     shown = eye.seen.shown[0]
     assert shown[0, :4] == pytest.approx([60.0 - SPEED * 0.95, 0.0, 0.0, 0.0], abs=0.1)
     assert np.isnan(shown[1:]).all()
 
 
-def test_track_is_not_shown_before_it_is_confirmed() -> None:
-    eye = Eye()
-    for tick in range(2):
-        eye.look(tick * STEP, stamp=tick * STEP)
-    assert np.isnan(eye.seen.shown).all()
-
-
 def test_track_that_is_gone_is_not_shown_any_more() -> None:
     eye = Eye()
     for tick in range(3):
-        eye.look(tick * STEP, stamp=tick * STEP)
+        eye.look(tick)
     assert np.isfinite(eye.seen.shown[0, 0]).all()
     for tick in range(3, 20):
-        eye.look(tick * STEP, stamp=2 * STEP)
+        eye.look(tick, sampled=2)
     assert np.isnan(eye.seen.shown).all()
 
 
 def test_end_of_the_tracks_is_noted() -> None:
-    eye = Eye()
-    eye.look(0.0, stamp=0.0)
-    assert eye.seen.notes[0, NOTE_END] == 1.0
-    blind = Eye()
-    blind.look(0.0, stamp=0.0, with_pose=False)
-    assert blind.seen.notes[0, NOTE_END] == -1.0
+    for with_pose, end in ((True, 1.0), (False, -1.0)):
+        eye = Eye()
+        eye.look(0, with_pose=with_pose)
+        assert eye.seen.notes[0, NOTE_END] == end
 
 
 def test_one_sample_is_used_once() -> None:
     eye = Eye()
     for tick in range(4):
-        eye.look(tick * STEP, stamp=0.0)
+        eye.look(tick, sampled=0)
     assert eye.seen.tracks[0, 0, TRACK_HITS] == 1.0
 
 
 def test_without_own_motion_nothing_is_tracked() -> None:
     eye = Eye()
     for tick in range(5):
-        eye.look(tick * STEP, stamp=tick * STEP, with_pose=False)
+        eye.look(tick, with_pose=False)
     assert (eye.seen.tracks[0, :, TRACK_HITS] == 0.0).all()
     # The sample was not used up meanwhile.
-    eye.look(5 * STEP, stamp=5 * STEP)
+    eye.look(5)
     assert eye.seen.tracks[0, 0, TRACK_HITS] == 1.0
 
 
 def test_dead_sensor_degrades_its_own_run_only_and_only_while_it_is_dead() -> None:
     eye = Eye(runs=3)
-    eye.look(0.0, stamp=0.0, alive=np.array([True, False, True]))
+    eye.look(0, alive=np.array([True, False, True]))
     assert eye.seen.degraded.tolist() == [False, True, False]
-    eye.look(STEP, stamp=STEP)
+    eye.look(1)
     assert not eye.seen.degraded.any()
 
 
@@ -122,10 +112,10 @@ def test_runs_that_have_ended_stay_as_they_were() -> None:
     eye = Eye(runs=70)
     running = np.ones(70, dtype=np.bool_)
     for tick in range(3):
-        eye.look(tick * STEP, stamp=tick * STEP, running=running)
+        eye.look(tick, running=running)
     before = eye.seen.shown.copy()
     running[66] = False
-    eye.look(3 * STEP, stamp=3 * STEP, running=running)
+    eye.look(3, running=running)
     changed = (eye.seen.shown[:, 0] != before[:, 0]).any(axis=1)
     assert changed.tolist() == running.tolist()
     # A channel keeps what it was shown, whatever becomes of the array.
@@ -145,24 +135,16 @@ def measurement(count: int, *, alive: bool = True, estimate: float | None = None
     )
 
 
+KINDS = {"front": "radar", "own": "./mine.py:Mine", "gnss": "gnss", "imu": "imu"}
+
+
 def linked(*links: str) -> ChannelContext:
-    kinds = {
-        "front": "radar",
-        "own": "./mine.py:Mine",
-        "pose": "localisation",
-        "gnss": "gnss",
-        "imu": "imu",
-    }
-    context = channel_context(
-        None,
-        links=links,
-        sensors={name: kinds[name] for name in links if name in kinds},
-        runs=2,
-    )
+    kinds = {name: (KINDS | SENSORS)[name] for name in links if name != "switch"}
+    context = channel_context(None, links=links, sensors=kinds, runs=2)
     sheets = {
-        name: dict.fromkeys(DATA_SHEETS[kinds[name]], np.full(2, 0.1))
-        for name in links
-        if kinds.get(name) in DATA_SHEETS
+        name: dict.fromkeys(DATA_SHEETS[kind], np.full(2, 0.1))
+        for name, kind in kinds.items()
+        if kind in DATA_SHEETS
     }
     if "gnss" in sheets:
         sheets["gnss"]["bias"] = np.zeros(2)
@@ -196,14 +178,6 @@ def test_lists_of_different_length_stand_side_by_side() -> None:
     assert shown.owner.shape == (3,)
 
 
-def test_samples_are_shown_where_they_lie() -> None:
-    one, seen = sight("front"), measurement(2)
-    shown = one.take({"front": seen})
-    assert shown.detections[0] is seen.detections
-    assert shown.masks[0] is seen.mask
-    assert shown.stamps[0] is seen.stamp
-
-
 def test_arrays_of_another_type_are_made_the_one_that_steps_are_compiled_for() -> None:
     one, seen = sight("front"), measurement(2)
     seen.detections = np.asfortranarray(seen.detections, dtype=np.float32)
@@ -227,34 +201,23 @@ def test_number_of_slots_is_the_same_for_few_sensors_and_doubles_for_many() -> N
     assert counts == {0: {4}, 1: {4}, 4: {4}, 5: {8}}
 
 
-def test_first_linked_estimate_is_taken() -> None:
-    two = sight("own", "pose")
-    shown = two.take({"own": measurement(0, estimate=1.0), "pose": measurement(0, estimate=2.0)})
+def test_first_linked_estimate_is_taken_and_without_one_there_is_no_stamp() -> None:
+    both = {"own": measurement(0, estimate=1.0), "pose": measurement(0, estimate=2.0)}
+    shown = sight("own", "pose").take(both)
     assert shown.estimate[0, 0] == 1.0
     assert shown.estimate_stamp.tolist() == [0.5, 0.5]
+    blind = sight("front").take({"front": measurement(1)})
+    assert blind.estimate_stamp.tolist() == [-1.0, -1.0]
 
 
-def test_without_estimate_there_is_no_stamp() -> None:
-    blind = sight("front")
-    shown = blind.take({"front": measurement(1)})
-    assert shown.estimate_stamp.tolist() == [-1.0, -1.0]
-
-
-def test_dead_sensor_is_shown_as_such() -> None:
-    two = sight("pose", "front")
-    shown = two.take({"front": measurement(1, alive=False), "pose": measurement(0)})
+def test_dead_sensor_is_shown_as_such_and_a_localisation_not_looked_through_for_objects() -> None:
+    two, seen = sight("pose", "front"), measurement(1, alive=False)
+    shown = two.take({"front": seen, "pose": measurement(1, estimate=1.0)})
     # The slots beyond the sensors are never a fault.
     assert [rows.all() for rows in shown.alive] == [True, False, True, True]
-
-
-def test_localisation_is_not_looked_through_for_objects() -> None:
-    two = sight("pose", "front")
-    seen = measurement(1)
-    shown = two.take({"front": seen, "pose": measurement(1, alive=False, estimate=1.0)})
     assert shown.accuracy.shape[:2] == shown.mounts.shape[:2] == (2, 1)
     assert shown.masks[0] is seen.mask
     assert shown.estimate[0, 0] == 1.0
-    assert not shown.alive[0].any()
 
 
 FIX = (100.0, 5.0, 20.0, 0.0)
@@ -269,25 +232,16 @@ def test_receiver_and_unit_stand_in_for_a_sensor_that_gives_an_estimate() -> Non
     assert shown.accuracy.size == 0
 
 
-def test_receiver_alone_estimates_the_time_of_the_tick() -> None:
-    one = sight("gnss")
-    shown = one.take({"gnss": values(*FIX)}, 0.6)
+def test_receiver_alone_estimates_the_time_of_the_tick_if_it_is_known() -> None:
+    shown = sight("gnss").take({"gnss": values(*FIX)}, 0.6)
     assert shown.estimate_stamp.tolist() == [0.6, 0.6]
     assert np.abs(shown.estimate[:, 0] - 102.0).max() < 1e-9
-
-
-def test_receiver_alone_without_the_time_of_the_tick_gives_nothing() -> None:
-    one = sight("gnss")
-    shown = one.take({"gnss": values(*FIX)})
-    assert shown.estimate_stamp.tolist() == [-1.0, -1.0]
+    assert sight("gnss").take({"gnss": values(*FIX)}).estimate_stamp.tolist() == [-1.0, -1.0]
 
 
 def test_estimate_of_a_sensor_is_taken_before_that_of_the_channel() -> None:
-    three = sight("gnss", "imu", "own")
-    shown = three.take(
-        {"gnss": values(*FIX), "imu": values(0.0, 0.0, 0.0), "own": measurement(0, estimate=7.0)},
-        0.6,
-    )
+    own = {"gnss": values(*FIX), "imu": values(0.0, 0.0, 0.0)}
+    shown = sight("gnss", "imu", "own").take({**own, "own": measurement(0, estimate=7.0)}, 0.6)
     assert shown.estimate[0, 0] == 7.0
 
 

@@ -40,10 +40,11 @@ TRUTH, RADAR, CAMERA, LIDAR = (
 """Variances that are assumed of sensors, see ``accuracy.ACCURACY_WIDTH``."""
 
 
-def ego_pose() -> Floats:
+def nothing() -> tuple[Floats, Floats]:
+    """Return no tracks yet, and the pose of an ego that drives straight on."""
     pose = np.zeros(POSE_WIDTH)
     pose[POSE_SPEED] = EGO_SPEED
-    return pose
+    return np.zeros((TRACKS, TRACK_STATE)), pose
 
 
 def predict(tracks: Floats, pose: Floats, time: float) -> int:
@@ -68,12 +69,13 @@ def live_end(tracks: Floats) -> int:
     return int(live[-1]) + 1 if live.size else 0
 
 
-def sample(x: float, y: float, rate: float | None = None) -> Floats:
-    detection = np.zeros((1, 7))
-    detection[0, [0, 1, 4, 5]] = x, y, 4.5, 1.8
+def sample(*places: tuple[float, float], rate: float | None = None) -> Floats:
+    """Return detections of cars at places."""
+    rows = np.zeros((len(places), 7))
+    rows[:, :2], rows[:, 4:6] = places, (4.5, 1.8)
     if rate is not None:
-        detection[0, [2, 3]] = rate, 1.0
-    return detection
+        rows[:, [2, 3]] = rate, 1.0
+    return rows
 
 
 def track(
@@ -87,7 +89,7 @@ def track(
 ) -> Floats:
     """Track one object that starts 60 m ahead; return the tracks at the last tick."""
     generator = np.random.Generator(np.random.Philox(2))
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    tracks, pose = nothing()
     for tick in range(ticks):
         time = tick * STEP
         predict(tracks, pose, time)
@@ -95,9 +97,8 @@ def track(
         if stamp < 0.0:
             continue
         x = 60.0 + (velocity[0] - EGO_SPEED) * stamp + noise * generator.standard_normal()
-        y = 2.0 + velocity[1] * stamp
         rate = velocity[0] - EGO_SPEED if with_rate else None
-        detection = sample(x, y, rate)
+        detection = sample((x, 2.0 + velocity[1] * stamp), rate=rate)
         update(tracks, pose, accuracy, detection, stamp, time - stamp)
     return tracks
 
@@ -106,17 +107,15 @@ def test_two_exact_samples_give_place_and_velocity() -> None:
     first = track(TRUTH, 2)[0]
     assert first[[TRACK_X, TRACK_Y]] == pytest.approx([59.5, 2.0], abs=0.02)
     assert first[[TRACK_VX, TRACK_VY]] == pytest.approx([10.0, 0.0], abs=0.3)
+    assert track(TRUTH, 3)[0, TRACK_HITS] == 3.0
 
 
-def test_latency_does_not_bias_place_or_velocity() -> None:
+def test_latency_does_not_bias_place_or_velocity_and_loses_no_object() -> None:
     late = track(TRUTH, 40, latency=3)[0]
     assert late[TRACK_X] == pytest.approx(60.0 - 10.0 * 39 * STEP, abs=0.02)
     assert late[TRACK_VX] == pytest.approx(10.0, abs=0.05)
-
-
-@pytest.mark.parametrize("latency", [6, 12, 20])
-def test_sensor_that_is_late_has_not_lost_the_object(latency: int) -> None:
-    assert track(TRUTH, 60, latency=latency)[0][TRACK_HITS] >= 3.0
+    for latency in (6, 12, 20):
+        assert track(TRUTH, 60, latency=latency)[0][TRACK_HITS] >= 3.0, latency
 
 
 def test_range_rate_gives_the_velocity_at_once() -> None:
@@ -131,35 +130,28 @@ def test_crossing_object_is_tracked_across() -> None:
     assert crossing[TRACK_VX] == pytest.approx(0.0, abs=0.2)
 
 
-def test_noisy_place_ends_within_its_own_uncertainty() -> None:
-    first = track(CAMERA, 80, noise=1.0)[0]
-    assert abs(first[TRACK_VX] - 10.0) < 3.0 * np.sqrt(first[TRACK_VAR_VX])
+def test_noisy_object_makes_one_track_that_ends_within_its_own_uncertainty() -> None:
+    tracks = track(CAMERA, 80, noise=1.0)
+    assert abs(tracks[0, TRACK_VX] - 10.0) < 3.0 * np.sqrt(tracks[0, TRACK_VAR_VX])
+    assert (tracks[:, TRACK_HITS] > 0.0).sum() == 1
 
 
 def test_braking_of_an_object_is_found_by_exact_sensors_only() -> None:
     def braking_seen_by(accuracy: Floats) -> float:
-        tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+        tracks, pose = nothing()
         for tick in range(40):
             time = tick * STEP
             predict(tracks, pose, time)
             x = 60.0 + (20.0 - EGO_SPEED) * time - 3.0 * time * time
-            update(tracks, pose, accuracy, sample(x, 0.0), time)
+            update(tracks, pose, accuracy, sample((x, 0.0)), time)
         return float(tracks[0, TRACK_BRAKING])
 
     assert braking_seen_by(TRUTH) == pytest.approx(-6.0, abs=0.5)
     assert braking_seen_by(CAMERA) == 0.0
 
 
-def test_one_object_makes_one_track() -> None:
-    assert (track(CAMERA, 40, noise=1.0)[:, TRACK_HITS] > 0.0).sum() == 1
-
-
-def test_hits_count_detections() -> None:
-    assert track(TRUTH, 3)[0, TRACK_HITS] == 3.0
-
-
 def test_unseen_track_coasts_and_is_then_forgotten() -> None:
-    tracks, pose = track(TRUTH, 10), ego_pose()
+    tracks, (_, pose) = track(TRUTH, 10), nothing()
     last = 9 * STEP
     for tick in range(10, 20):
         predict(tracks, pose, tick * STEP)
@@ -170,7 +162,7 @@ def test_unseen_track_coasts_and_is_then_forgotten() -> None:
 
 
 def test_object_too_near_to_be_seen_is_kept_while_the_ego_is_slow() -> None:
-    tracks, pose = track(TRUTH, 10), ego_pose()
+    tracks, (_, pose) = track(TRUTH, 10), nothing()
     tracks[0, [TRACK_X, TRACK_Y, TRACK_VX]] = 5.0, 0.0, 0.2
     pose[POSE_SPEED] = 0.0
     for tick in range(10, 100):
@@ -193,15 +185,18 @@ def test_tentative_track_is_dropped_sooner_than_a_confirmed_one() -> None:
     assert (tracks[0, TRACK_HITS], confirmed[0, TRACK_HITS]) == (0.0, 2.0)
 
 
-def test_detection_that_is_no_number_makes_no_track() -> None:
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    assert update(tracks, pose, TRUTH, sample(np.nan, 0.0), 0.0) == 0
+def test_detection_that_is_no_number_or_none_at_all_makes_no_track() -> None:
+    tracks, pose = nothing()
+    assert update(tracks, pose, TRUTH, sample((np.nan, 0.0)), 0.0) == 0
     assert (tracks[:, TRACK_HITS] == 0.0).all()
+    new = sample_of(TRUTH, sample((30.0, 0.0), (60.0, 0.0)), 0.0, mask=np.array([False, True]))
+    assert update_tracks(tracks, 0, pose, carried_by(pose, 0.0), new, 4.0, CONFIRM) == 1
+    assert tracks[0, TRACK_X] == pytest.approx(60.0)
 
 
 def test_length_that_turns_out_to_be_another_is_no_motion() -> None:
     # A truck whose rear stands still relative to the ego, taken for a car until its side is seen.
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
+    tracks, pose = nothing()
     row = np.zeros((1, 7))
     row[0, [0, 4, 5]] = (20.0, 0.0, 2.5)
     speeds = []
@@ -216,56 +211,36 @@ def test_length_that_turns_out_to_be_another_is_no_motion() -> None:
     assert np.count_nonzero(tracks[:, TRACK_HITS]) == 1
 
 
-def test_end_of_the_tracks_is_behind_the_last_live_one() -> None:
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
-    assert update(tracks, pose, TRUTH, both, 0.0) == 2
+def test_end_of_the_tracks_is_behind_the_last_live_one_and_a_new_one_fills_a_hole() -> None:
+    tracks, pose = nothing()
+    assert update(tracks, pose, TRUTH, sample((30.0, 0.0), (60.0, 0.0)), 0.0) == 2
     # A track that is gone leaves a hole, which the end does not count.
     tracks[0, TRACK_HITS] = 0.0
-    assert predict(tracks, pose, STEP) == 2
+    assert predict(tracks.copy(), pose, STEP) == 2
+    filled = tracks.copy()
+    assert update(filled, pose, TRUTH, sample((10.0, 0.0)), 0.0) == 2
+    assert filled[0, TRACK_X] == pytest.approx(10.0)
     tracks[1, TRACK_HITS] = 0.0
-    assert predict(tracks, pose, 2 * STEP) == 0
-
-
-def test_new_track_fills_a_hole_and_leaves_the_end() -> None:
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
-    update(tracks, pose, TRUTH, both, 0.0)
-    tracks[0, TRACK_HITS] = 0.0
-    assert update(tracks, pose, TRUTH, sample(10.0, 0.0), 0.0) == 2
-    assert tracks[0, TRACK_X] == pytest.approx(10.0)
+    assert predict(tracks, pose, STEP) == 0
 
 
 def test_nearer_objects_take_the_places_of_the_farthest() -> None:
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    far = np.concatenate([sample(50.0 + 10.0 * row, 0.0) for row in range(TRACKS)])
+    tracks, pose = nothing()
+    far = sample(*((50.0 + 10.0 * row, 0.0) for row in range(TRACKS)))
     update(tracks, pose, TRUTH, far, 0.0)
-    near = np.concatenate([sample(10.0, 0.0), sample(20.0, 0.0), sample(300.0, 0.0)])
+    near = sample((10.0, 0.0), (20.0, 0.0), (300.0, 0.0))
     assert update(tracks, pose, TRUTH, near, 0.0) == TRACKS
     places = tracks[:, TRACK_X].tolist()
     assert places == pytest.approx([50.0, 60.0, 70.0, 80.0, 90.0, 100.0, 20.0, 10.0])
 
 
-def test_row_without_a_detection_is_no_object() -> None:
-    tracks, pose = np.zeros((TRACKS, TRACK_STATE)), ego_pose()
-    both = np.concatenate([sample(30.0, 0.0), sample(60.0, 0.0)])
-    new = sample_of(TRUTH, both, 0.0, mask=np.array([False, True]))
-    end = update_tracks(tracks, 0, pose, carried_by(pose, 0.0), new, 4.0, CONFIRM)
-    assert end == 1
-    assert tracks[0, TRACK_X] == pytest.approx(60.0)
-
-
 @pytest.mark.parametrize("latency", [0, 3])
-@pytest.mark.parametrize(("accuracy", "with_rate"), [(TRUTH, False), (RADAR, True)])
-def test_what_stands_beside_a_bend_has_no_speed(
-    accuracy: Floats,
-    latency: int,
-    with_rate: bool,  # noqa: FBT001 - a parameter
-) -> None:
+@pytest.mark.parametrize("with_rate", [False, True])
+def test_what_stands_beside_a_bend_has_no_speed(latency: int, *, with_rate: bool) -> None:
     """The ego turns about a centre; its box centre is ahead of the rear axle, the sensor aside."""
     speed, turning, rear = 8.0, 0.3, 1.45
     radius = speed / turning
-    pose = ego_pose()
+    tracks, pose = nothing()
     pose[POSE_SPEED], pose[POSE_YAW_RATE], pose[POSE_REAR] = speed, turning, rear
 
     def seen(time: float) -> Any:
@@ -276,7 +251,6 @@ def test_what_stands_beside_a_bend_has_no_speed(
         c, s = math.cos(turn), math.sin(turn)
         return np.array([c * x + s * y, c * y - s * x])
 
-    tracks = np.zeros((TRACKS, TRACK_STATE))
     for tick in range(40):
         time = tick * STEP
         predict(tracks, pose, time)
@@ -284,7 +258,6 @@ def test_what_stands_beside_a_bend_has_no_speed(
         if stamp < 0.0:
             continue
         before, after = (np.hypot(*seen(stamp + late)) for late in (-1e-4, 1e-4))
-        x, y = seen(stamp)
-        rate = (after - before) / 2e-4 if with_rate else None
-        update(tracks, pose, accuracy, sample(x, y, rate), stamp, time - stamp)
+        detection = sample(seen(stamp), rate=(after - before) / 2e-4 if with_rate else None)
+        update(tracks, pose, RADAR if with_rate else TRUTH, detection, stamp, time - stamp)
     assert np.hypot(tracks[0, TRACK_VX], tracks[0, TRACK_VY]) < 0.02

@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from adeye.signals import (
     DETECTION_LENGTH,
     DETECTION_RANGE_RATE,
     Floats,
-    Ints,
 )
 from adeye.simulate.channels.perception.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 from adeye.simulate.channels.perception.tracks import (
@@ -60,71 +60,64 @@ def tracks_at(*places: tuple[float, float], kind: float = 0.0) -> Floats:
     return tracks
 
 
-def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> Ints:
-    owner = np.full(len(places), FREE, dtype=np.int64)
+def owners(tracks: Floats, *places: tuple[float, float], kind: float = 0.0) -> list[int]:
     detections = np.zeros((len(places), 7))
     detections[:, DETECTION_LENGTH] = 4.5
     detections[:, 6] = kind
-    associate(tracks, TRACKS, detections, np.array(places), owner, len(places), 0.0, GATE, ORIGIN)
-    return owner
+    return owners_of(tracks, detections, places)
 
 
-def test_standing_point_comes_nearer_by_the_way_of_the_ego() -> None:
+def owners_of(
+    tracks: Floats,
+    detections: Floats,
+    places: Sequence[tuple[float, float]],
+    turning: tuple[float, float, float, float] = ORIGIN,
+) -> list[int]:
+    """Return the track of each detection."""
+    owner = np.full(len(places), FREE, dtype=np.int64)
+    at = np.array(places)
+    associate(tracks, TRACKS, detections, at, owner, len(places), 0.0, GATE, turning)
+    found: list[int] = owner.tolist()
+    return found
+
+
+def test_standing_point_comes_nearer_and_turns_as_the_ego_moves() -> None:
     pose = np.zeros(POSE_WIDTH)
     pose[POSE_SPEED] = 20.0
     assert carry_by(carried_by(pose, 0.1), 50.0, 2.0) == pytest.approx((48.0, 2.0))
-
-
-def test_point_turns_away_from_a_turning_ego() -> None:
-    pose = np.zeros(POSE_WIDTH)
-    pose[POSE_YAW_RATE] = np.pi / 2.0
+    pose[[POSE_SPEED, POSE_YAW_RATE]] = 0.0, np.pi / 2.0
     assert carry_by(carried_by(pose, 1.0), 10.0, 0.0) == pytest.approx((0.0, -10.0), abs=1e-9)
 
 
-def test_nearest_pair_is_joined_first() -> None:
+def test_nearest_pair_is_joined_first_and_no_track_is_shared() -> None:
     # The second detection is near both tracks, the first one only near the first track.
-    assert owners(tracks_at((20.0, 0.0), (22.0, 0.0)), (19.0, 0.0), (21.9, 0.0)).tolist() == [0, 1]
+    assert owners(tracks_at((20.0, 0.0), (22.0, 0.0)), (19.0, 0.0), (21.9, 0.0)) == [0, 1]
+    assert sorted(owners(tracks_at((20.0, 0.0)), (20.5, 0.0), (20.1, 0.0))) == [-1, 0]
+    # The middle one is nearest to both, and nearer to the first; the third takes what is left.
+    three = tracks_at((18.0, 0.0), (20.0, 0.0), (22.5, 0.0))
+    assert owners(three, (20.1, 0.0), (20.5, 0.0)) == [1, 2]
+    # Competition takes nothing from a track that was served before it.
+    served = tracks_at((60.0, 0.0), (20.0, 0.0), (22.0, 0.0))
+    assert owners(served, (21.9, 0.0), (60.0, 0.0)) == [2, 0]
 
 
-def test_two_detections_never_share_a_track() -> None:
-    assert sorted(owners(tracks_at((20.0, 0.0)), (20.5, 0.0), (20.1, 0.0)).tolist()) == [-1, 0]
-
-
-def test_detection_outside_the_gate_fits_no_track() -> None:
-    assert owners(tracks_at((5.0, 0.0)), (5.0, 4.1)).tolist() == [-1]
-    assert owners(tracks_at((5.0, 0.0)), (5.0, 3.9)).tolist() == [0]
-
-
-@pytest.mark.slow
-def test_gate_is_longer_along_the_line_of_sight() -> None:
-    assert owners(tracks_at((100.0, 0.0)), (110.0, 0.0)).tolist() == [0]
-    assert owners(tracks_at((100.0, 0.0)), (100.0, 5.0)).tolist() == [-1]
+def test_gate_is_an_ellipse_that_is_longer_along_the_line_of_sight() -> None:
+    for track, place, fits in (
+        ((5.0, 0.0), (5.0, 4.1), False),
+        ((5.0, 0.0), (5.0, 3.9), True),
+        ((100.0, 0.0), (110.0, 0.0), True),
+        ((100.0, 0.0), (100.0, 5.0), False),
+        # 3.2 m along a gate of 4.4 m and 3.2 m across one of 4 m: 0.53 + 0.64.
+        ((5.0, 0.0), (8.2, 3.2), False),
+        ((5.0, 0.0), (7.9, 2.7), True),
+        ((20.0, 0.0), (np.nan, 0.0), False),
+    ):
+        assert owners(tracks_at(track), place) == [0 if fits else FREE], (track, place)
 
 
 def test_other_class_does_not_fit_and_an_unknown_one_does() -> None:
-    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=0.0).tolist() == [-1]
-    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=-1.0).tolist() == [0]
-
-
-def test_detection_that_is_no_number_fits_nothing() -> None:
-    assert owners(tracks_at((20.0, 0.0)), (np.nan, 0.0)).tolist() == [-1]
-
-
-def test_gate_is_an_ellipse_not_its_box() -> None:
-    # 3.2 m along a gate of 4.4 m and 3.2 m across one of 4 m: 0.53 + 0.64.
-    assert owners(tracks_at((5.0, 0.0)), (8.2, 3.2)).tolist() == [-1]
-    assert owners(tracks_at((5.0, 0.0)), (7.9, 2.7)).tolist() == [0]
-
-
-def test_three_tracks_compete_for_two_detections() -> None:
-    # The middle one is nearest to both, and nearer to the first; the third takes what is left.
-    tracks = tracks_at((18.0, 0.0), (20.0, 0.0), (22.5, 0.0))
-    assert owners(tracks, (20.1, 0.0), (20.5, 0.0)).tolist() == [1, 2]
-
-
-def test_competition_takes_nothing_from_a_track_that_was_served_before_it() -> None:
-    tracks = tracks_at((60.0, 0.0), (20.0, 0.0), (22.0, 0.0))
-    assert owners(tracks, (21.9, 0.0), (60.0, 0.0)).tolist() == [2, 0]
+    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=0.0) == [-1]
+    assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=-1.0) == [0]
 
 
 def test_row_without_a_detection_belongs_to_nobody() -> None:
@@ -140,92 +133,74 @@ def test_new_track_takes_a_free_place_or_that_of_the_farthest() -> None:
     assert room_for_track(full) == (TRACKS - 1, 55.0**2)
 
 
-@pytest.mark.parametrize("place", [(-30.0, 0.0), (10.0, 40.0)])
-def test_no_track_begins_where_nothing_can_come_into_the_path(place: tuple[float, float]) -> None:
-    assert not may_begin(*place)
-
-
-def test_track_begins_further_behind_where_a_channel_looks_back() -> None:
-    assert may_begin(-60.0, 3.5, 100.0)
-    assert not may_begin(-60.0, 3.5)
-
-
-@pytest.mark.parametrize("place", [(-10.0, 0.0), (60.0, 40.0)])
-def test_track_begins_beside_and_far_ahead(place: tuple[float, float]) -> None:
-    assert may_begin(*place)
+def test_track_begins_where_something_can_come_into_the_path() -> None:
+    for place in ((-10.0, 0.0), (60.0, 40.0), (-60.0, 3.5, 100.0)):
+        assert may_begin(*place)
+    for place in ((-30.0, 0.0), (10.0, 40.0), (-60.0, 3.5)):
+        assert not may_begin(*place)
 
 
 def test_face_of_a_truck_fits_its_track_though_its_centre_is_far() -> None:
     tracks = tracks_at((20.0, 0.0))
     tracks[0, TRACK_LENGTH] = 12.0
-    places = np.array([[14.0, 0.0]])
-    detections = np.zeros((1, 7))
-    owner = np.full(1, FREE, dtype=np.int64)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
-    assert owner.tolist() == [0]
     # Whoever tells the length has the same face, or another one.
-    for place, length, expected in ((10.25, 4.5, FREE), (16.25, 4.5, 0), (22.0, 16.0, 0)):
-        places[0, 0], detections[:, DETECTION_LENGTH], owner[:] = place, length, FREE
-        associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
-        assert owner.tolist() == [expected], (place, length)
+    for place, length, owner in (
+        (14.0, 0.0, 0),
+        (10.25, 4.5, -1),
+        (16.25, 4.5, 0),
+        (22.0, 16.0, 0),
+    ):
+        detections = np.zeros((1, 7))
+        detections[:, DETECTION_LENGTH] = length
+        assert owners_of(tracks, detections, [(place, 0.0)]) == [owner], (place, length)
 
 
-def test_centre_moves_by_half_of_what_a_box_is_longer_away_from_its_face() -> None:
-    assert with_face_kept(20.0, 4.5, 10.5) == 3.0
-    assert with_face_kept(-20.0, 4.5, 10.5) == -3.0
-    assert with_face_kept(20.0, 4.5, 4.5) == 0.0
-    assert with_face_kept(20.0, 0.0, 4.5) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("x", "length", "width", "depth"),
-    [
+def test_centre_lies_half_the_known_or_assumed_length_behind_the_face() -> None:
+    for x, length, width, depth in (
         (10.0, 12.0, 0.0, 6.0),
         (-10.0, 12.0, 0.0, -6.0),
         (10.0, 0.0, 0.0, 2.25),
         (10.0, 0.0, 0.6, 0.3),
-    ],
-)
-def test_centre_lies_half_the_known_or_assumed_length_behind_the_face(
-    x: float, length: float, width: float, depth: float
-) -> None:
-    assert behind_face(x, length, width) == pytest.approx(depth)
+    ):
+        assert behind_face(x, length, width) == pytest.approx(depth)
+    # It moves by half of what a box turns out to be longer.
+    for x, before, after, moved in (
+        (20.0, 4.5, 10.5, 3.0),
+        (-20.0, 4.5, 10.5, -3.0),
+        (20.0, 4.5, 4.5, 0.0),
+        (20.0, 0.0, 4.5, 0.0),
+    ):
+        assert with_face_kept(x, before, after) == moved
 
 
-def echo(x: float, y: float, rate: float, kind: float = -1.0) -> tuple[Floats, Floats, Ints]:
-    """One detection with a range rate: detections, places, owner."""
+def echo(rate: float, kind: float = -1.0) -> Floats:
+    """One detection with a range rate."""
     detections = np.zeros((1, 7))
     detections[0, [DETECTION_LENGTH, DETECTION_RANGE_RATE]] = 4.5, rate
     detections[0, [DETECTION_HAS_RANGE_RATE, DETECTION_CLASS]] = 1.0, kind
-    return detections, np.array([[x, y]]), np.full(1, FREE, dtype=np.int64)
+    return detections
 
 
-@pytest.mark.parametrize(("rate", "fits"), [(-10.0, True), (-13.5, True), (-30.0, False)])
-def test_standing_echo_does_not_update_the_track_of_a_vehicle_that_drives(
-    rate: float, *, fits: bool
-) -> None:
+def test_standing_echo_does_not_update_the_track_of_a_vehicle_that_drives() -> None:
     # The ego drives 30 m/s, the vehicle 20 m/s; -30 m/s is the rate of what stands.
     tracks = tracks_at((40.0, 0.0))
     tracks[0, TRACK_VX], tracks[0, TRACK_VAR_VX] = 20.0, 0.04
-    detections, places, owner = echo(41.0, 0.0, rate)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, (2.0, 0.0, 30.0, 0.0))
-    assert bool(owner[0] == 0) is fits
+    for rate, owner in ((-10.0, 0), (-13.5, 0), (-30.0, FREE)):
+        found = owners_of(tracks, echo(rate), [(41.0, 0.0)], (2.0, 0.0, 30.0, 0.0))
+        assert found == [owner], rate
 
 
-@pytest.mark.parametrize(("kind", "fits"), [(-1.0, False), (0.0, True)])
-def test_echo_without_a_class_must_be_where_the_track_is_sure_to_be(
-    kind: float, *, fits: bool
-) -> None:
+def test_echo_without_a_class_must_be_where_the_track_is_sure_to_be() -> None:
     tracks = tracks_at((40.0, 0.0))
-    tracks[0, TRACK_VAR_X] = 0.04
-    detections, places, owner = echo(43.5, 0.0, 0.0, kind)
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
-    assert bool(owner[0] == 0) is fits
     # Unless it is not sure of it.
-    tracks[0, TRACK_VAR_X] = 4.0
-    owner[:] = FREE
-    associate(tracks, TRACKS, detections, places, owner, 1, 0.0, GATE, ORIGIN)
-    assert owner[0] == 0
+    for kind, variance, owner in (
+        (-1.0, 0.04, FREE),
+        (0.0, 0.04, 0),
+        (-1.0, 4.0, 0),
+        (0.0, 4.0, 0),
+    ):
+        tracks[0, TRACK_VAR_X] = variance
+        assert owners_of(tracks, echo(0.0, kind), [(43.5, 0.0)]) == [owner], (kind, variance)
 
 
 def part_of_a_car(
@@ -242,15 +217,10 @@ def part_of_a_car(
 
 def test_piece_of_a_flank_is_no_object_of_its_own() -> None:
     assert part_of_a_car()
-
-
-def test_what_has_a_class_or_a_range_rate_or_stands_aside_is_one() -> None:
+    # What has a class or a range rate or stands aside is one; so is all on a new track.
     assert not part_of_a_car(kind=7.0)
     assert not part_of_a_car(rate=1.0)
     assert not part_of_a_car(y=1.3)
-
-
-def test_body_of_a_new_track_hides_nothing() -> None:
     assert not part_of_a_car(hits=3.0)
 
 
@@ -272,32 +242,17 @@ def _sample(tracks: Floats, confirm: tuple[float, float, float], *, is_hit: bool
     count_misses(tracks, 1, confirm)
 
 
-@pytest.mark.parametrize(
-    ("pattern", "confirmed"),
-    [
-        ("xxx", True),
-        ("x.x.x", True),
-        ("x..x.x", False),
-        ("x...xxx", True),
-        ("xx...x", False),
-        ("x.x..x.x", False),
-        ("xxx........", True),
-    ],
-)
-def test_three_of_five_confirm(pattern: str, *, confirmed: bool) -> None:
-    assert (hits_after(pattern) >= 3.0) is confirmed
+def test_three_of_five_confirm() -> None:
+    for pattern in ("xxx", "x.x.x", "x...xxx", "xxx........"):
+        assert hits_after(pattern) >= 3.0, pattern
+    for pattern in ("x..x.x", "xx...x", "x.x..x.x"):
+        assert hits_after(pattern) < 3.0, pattern
 
 
-def test_without_a_window_every_detection_counts() -> None:
+def test_hits_count_while_they_are_remembered_and_go_on_once_confirmed() -> None:
     assert hits_after("x....................xx", window=0) == 3.0
-
-
-def test_track_is_free_when_its_last_hit_is_forgotten() -> None:
     assert hits_after("x....") == 1.0
     assert hits_after("x.....") == 0.0
-
-
-def test_hits_of_a_confirmed_track_go_on_counting() -> None:
     assert hits_after("xxx..x") == 4.0
 
 
@@ -347,11 +302,6 @@ def as_track(belief: Belief) -> Floats:
     return track
 
 
-def test_what_is_written_is_read() -> None:
-    belief = some_belief()
-    assert read_belief(as_track(belief)) == belief
-
-
 def test_number_is_taken_in_as_by_a_kalman_filter() -> None:
     belief = some_belief()
     mean, p = matrices(belief)
@@ -382,8 +332,9 @@ def test_order_of_two_numbers_does_not_matter() -> None:
         assert first == pytest.approx(second)
 
 
-def test_no_number_makes_anything_less_sure() -> None:
+def test_no_number_makes_anything_less_sure_and_what_is_written_is_read() -> None:
     belief: Any = some_belief()
+    assert read_belief(as_track(belief)) == belief
     after = learn(belief, WEIGHTS, 1.0, 0.2)
     assert all(new <= old for new, old in zip(after[1], belief[1], strict=True))
 

@@ -1,12 +1,14 @@
 """A supervised safety channel in a tiny closed loop, and under a made-up observation."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from adeye.signals import FAULT, Bools, ControlCommand
+from adeye.signals import SILENT as SILENT_STATUS
+from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.nominal import NominalChannel
-from adeye.simulate.channels.safety import SupervisedSafetyChannel
 from adeye.spec.channels import NominalParameters, SafetyParameters
 from adeye.spec.switch import Switch
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, drive
@@ -19,6 +21,10 @@ LINKS = {
     "safety": ("truth", "channels.nominal", "switch", "channels.other"),
     "other": ("pose",),
 }
+SENSORS = {"front": "radar", "pose": "localisation", "truth": "ground_truth"}
+LATCHED = Switch(
+    policy="fixed_priority", priority=("safety", "nominal"), default="nominal", latch=True
+)
 SILENT = {"kind": "channel_silent", "watches": ["nominal"]}
 OTHER_SILENT = {"kind": "channel_silent", "watches": ["other"]}
 """Of a channel that never acts, so that the switch does nothing of its own."""
@@ -31,52 +37,41 @@ def parameters(
     return SafetyParameters.model_validate(content)
 
 
-def run(
+def run(  # noqa: PLR0913 - each is one thing that a test may want to set
     world: World,
     item: SafetyParameters,
     horizon: float = 6.0,
     *,
     on_commands: Hook | None = None,
-    latch: bool = True,
+    switch: Switch = LATCHED,
+    nominal: Any = None,
+    links: tuple[str, ...] = LINKS["safety"],
 ) -> Drive:
-    nominal, safety, other = NominalChannel(), SupervisedSafetyChannel(item), ScriptedChannel([0.0])
-    road = world.road or straight_road()
-    sensors = {
-        "nominal": {"front": "radar", "pose": "localisation"},
-        "safety": {"truth": "ground_truth"},
-        "other": {"pose": "localisation"},
+    """Drive with a nominal channel, the safety channel of these parameters, and one that rests."""
+    listened = LINKS | {"safety": links}
+    channels = {
+        "nominal": nominal or NominalChannel(),
+        "safety": make_channel("safety", Path(), item),
+        "other": ScriptedChannel([0.0]),
     }
-    channels: tuple[tuple[str, Any, Any], ...] = (
-        ("nominal", nominal, NominalParameters()),
-        ("safety", safety, item),
-        ("other", other, None),
-    )
-    for name, channel, numbers in channels:
+    numbers = {"nominal": NominalParameters(), "safety": item, "other": None}
+    for name, channel in channels.items():
         channel.reset(
             channel_context(
-                numbers,
-                links=LINKS[name],
-                sensors=sensors[name],
+                numbers[name],
+                links=listened[name],
+                sensors={link: SENSORS[link] for link in listened[name] if link in SENSORS},
                 channel_id=name,
                 desired_speed=world.speed,
-                road=road,
+                road=world.road or straight_road(),
             )
         )
-    switch = Switch(
-        policy="fixed_priority", priority=("safety", "nominal"), default="nominal", latch=latch
-    )
-    return drive(
-        {"nominal": nominal, "safety": safety, "other": other},
-        LINKS,
-        world,
-        horizon=horizon,
-        switch=switch,
-        on_commands=on_commands,
-    )
+    return drive(channels, listened, world, horizon=horizon, switch=switch, on_commands=on_commands)
 
 
 def column(done: Drive, item: SafetyParameters, name: str, which: int = 1) -> Bools:
-    number = SupervisedSafetyChannel(item).monitor_ids.index(name)
+    """Tell at which ticks a monitor was confirmed, or fired as it stands at 0."""
+    number = make_channel("safety", Path(), item).monitor_ids.index(name)
     rows = [shown[SAFETY] for shown in done.monitors]
     return np.array([row[number, which] for row in rows if row is not None])
 
@@ -87,27 +82,33 @@ def first(done: Drive, flags: Bools) -> float:
     return float(done.time[int(np.argmax(flags))])
 
 
-def changed(first_at: float, change: Any, last: float = np.inf) -> Hook:
-    """Change the nominal channel's commands for a while."""
+def changed(first_at: float, change: Any, last: float = np.inf, which: int = NOMINAL) -> Hook:
+    """Change the commands of a channel for a while."""
 
     def hook(time: float, proposals: list[ControlCommand]) -> list[ControlCommand]:
         if not first_at - 1e-9 <= time < last - 1e-9:
             return proposals
-        other = proposals[NOMINAL].copy()
+        other = proposals[which].copy()
         change(other)
-        return [other, *proposals[SAFETY:]]
+        return [*proposals[:which], other, *proposals[which + 1 :]]
 
     return hook
+
+
+def silence(first_at: float, last: float = np.inf) -> Hook:
+    """Make the nominal channel silent for a while; the switch does not see it by its state."""
+
+    def quiet(command: ControlCommand) -> None:
+        command.status[:] = SILENT_STATUS
+        command.stamp[:] = first_at - 0.05
+
+    return changed(first_at, quiet, last)
 
 
 def faulty(first_at: float, last: float = np.inf) -> Hook:
     """Let the channel that never acts be in fault for a while."""
 
-    def hook(time: float, proposals: list[ControlCommand]) -> list[ControlCommand]:
-        if not first_at - 1e-9 <= time < last - 1e-9:
-            return proposals
-        other = proposals[OTHER].copy()
-        other.status[:] = FAULT
-        return [*proposals[:OTHER], other]
+    def fail(command: ControlCommand) -> None:
+        command.status[:] = FAULT
 
-    return hook
+    return changed(first_at, fail, last, OTHER)

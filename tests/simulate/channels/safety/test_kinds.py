@@ -215,23 +215,23 @@ def rule(increment: int, decrement: int, fault: int, heal: int) -> Floats:
     return row
 
 
-@pytest.mark.parametrize(
-    ("counter", "steps"),
-    [((1, 1, 4, -4), 8), ((1, 1, 15, -15), 30), ((3, 1, 4, -4), 3), ((1, 5, 1, 0), 1)],
-)
-def test_counter_confirms_after_its_number_of_failing_evaluations(
-    counter: tuple[int, int, int, int], steps: int
-) -> None:
-    row = rule(*counter)
-    state = np.array([counter[3], 0], dtype=np.int64)
-    confirmed = [count(state, True, row) for _ in range(steps + 5)]
-    assert confirmed == [False] * (steps - 1) + [True] * 6
-    assert steps_to_confirm(row) == steps
-    # It saturates, so it is cleared after as many steps however long it has fired.
-    back = -(-(counter[2] - counter[3]) // counter[1])
-    cleared = [count(state, False, row) for _ in range(back + 5)]
-    assert cleared == [True] * (back - 1) + [False] * 6
-    assert state[0] == counter[3]
+def test_counter_confirms_after_its_number_of_failing_evaluations() -> None:
+    for counter, steps in (
+        ((1, 1, 4, -4), 8),
+        ((1, 1, 15, -15), 30),
+        ((3, 1, 4, -4), 3),
+        ((1, 5, 1, 0), 1),
+    ):
+        row = rule(*counter)
+        state = np.array([counter[3], 0], dtype=np.int64)
+        confirmed = [count(state, True, row) for _ in range(steps + 5)]
+        assert confirmed == [False] * (steps - 1) + [True] * 6
+        assert steps_to_confirm(row) == steps
+        # It saturates, so it is cleared after as many steps however long it has fired.
+        back = -(-(counter[2] - counter[3]) // counter[1])
+        cleared = [count(state, False, row) for _ in range(back + 5)]
+        assert cleared == [True] * (back - 1) + [False] * 6
+        assert state[0] == counter[3]
 
 
 def test_counter_holds_between_its_ends() -> None:

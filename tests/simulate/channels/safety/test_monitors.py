@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -66,70 +68,49 @@ def evidence(**changes: float) -> Floats:
     return seen
 
 
-def test_nothing_fires_in_order() -> None:
-    for monitor in (nominal_silent, nominal_implausible, object_danger, lane_departure):
-        assert not monitor(RECORD, evidence())
-
-
-@pytest.mark.parametrize(
-    ("changes", "fires"),
-    [
+NAN, INF = float("nan"), float("inf")
+FIRES: dict[Any, list[tuple[dict[str, float], bool]]] = {
+    nominal_silent: [
         ({"status": 1.0}, True),
         ({"age": 0.2}, False),
         ({"age": 0.21}, True),
-        ({"age": np.nan}, True),
+        ({"age": NAN}, True),
         ({"heard": 0.0, "time": 0.2}, False),
         ({"heard": 0.0, "time": 0.25}, True),
         ({"channels": 0.0, "status": 1.0, "age": 9.0, "heard": 0.0}, False),
     ],
-)
-def test_silence(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
-    assert nominal_silent(RECORD, evidence(**changes)) is fires
-
-
-@pytest.mark.parametrize(
-    ("changes", "fires"),
-    [
+    nominal_implausible: [
         ({"acceleration": 10.0}, False),
         ({"acceleration": 10.1}, True),
-        ({"acceleration": np.nan}, True),
-        ({"acceleration": np.inf}, True),
+        ({"acceleration": NAN}, True),
+        ({"acceleration": INF}, True),
         ({"steering": 0.6}, False),
         ({"steering": 0.61}, True),
-        ({"channels": 0.0, "acceleration": np.nan}, False),
+        ({"channels": 0.0, "acceleration": NAN}, False),
     ],
-)
-def test_implausible_command(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
-    assert nominal_implausible(RECORD, evidence(**changes)) is fires
-
-
-@pytest.mark.parametrize(
-    ("changes", "fires"),
-    [
+    object_danger: [
         ({"required": 4.49}, False),
         ({"required": 4.5}, True),
-        ({"required": np.inf}, True),
-        ({"required": np.nan}, True),
-        ({"required": np.inf, "pose": 0.0}, False),
+        ({"required": INF}, True),
+        ({"required": NAN}, True),
+        ({"required": INF, "pose": 0.0}, False),
     ],
-)
-def test_danger(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
-    assert object_danger(RECORD, evidence(**changes)) is fires
-
-
-@pytest.mark.parametrize(
-    ("changes", "fires"),
-    [
+    lane_departure: [
         ({"offset": 1.0}, False),
         ({"offset": -1.01}, True),
-        ({"offset": np.nan}, True),
+        ({"offset": NAN}, True),
         ({"d": -0.1}, True),
         ({"d": 10.6}, True),
         ({"offset": 2.0, "pose": 0.0}, False),
     ],
-)
-def test_departure(changes: dict[str, float], fires: bool) -> None:  # noqa: FBT001 - a test's choice
-    assert lane_departure(RECORD, evidence(**changes)) is fires
+}
+
+
+def test_monitor_fires_beyond_its_threshold_and_where_it_knows_no_number() -> None:
+    for monitor, cases in FIRES.items():
+        assert not monitor(RECORD, evidence())
+        for changes, fires in cases:
+            assert monitor(RECORD, evidence(**changes)) is fires, changes
 
 
 def confirmed_after(pattern: str, confirm: int, heal: int) -> str:
@@ -142,9 +123,8 @@ def confirmed_after(pattern: str, confirm: int, heal: int) -> str:
     return marks
 
 
-@pytest.mark.parametrize(
-    ("pattern", "confirm", "heal", "marks"),
-    [
+def test_debounce_counts_and_saturates() -> None:
+    for pattern, confirm, heal, marks in (
         ("x", 0, 0, "C"),
         ("x.", 0, 0, "C."),
         ("xxxx", 2, 3, "..CC"),
@@ -153,10 +133,8 @@ def confirmed_after(pattern: str, confirm: int, heal: int) -> str:
         ("xxx....", 2, 3, "..CCCC."),
         ("xxx..x....", 2, 3, "..CCCCCC.."),
         ("xxxxxxxxx....", 2, 3, "..CCCCCCCCCC."),
-    ],
-)
-def test_debounce_counts_and_saturates(pattern: str, confirm: int, heal: int, marks: str) -> None:
-    assert confirmed_after(pattern, confirm, heal)[: len(marks)] == marks
+    ):
+        assert confirmed_after(pattern, confirm, heal)[: len(marks)] == marks, pattern
 
 
 @pytest.mark.slow
@@ -212,16 +190,14 @@ def test_worst_of_the_linked_channels_counts() -> None:
 
 
 def test_number_that_is_none_is_not_hidden_by_others() -> None:
-    assert np.isnan(gathered((np.nan, 0.0, 1.0, OK), (9.0, 0.0, 1.0, OK))[SEEN_ACCELERATION])
-    assert np.isnan(gathered((9.0, 0.0, 1.0, OK), (np.nan, 0.0, 1.0, OK))[SEEN_ACCELERATION])
+    none, some = (np.nan, 0.0, 1.0, OK), (9.0, 0.0, 1.0, OK)
+    assert np.isnan(gathered(none, some)[SEEN_ACCELERATION])
+    assert np.isnan(gathered(some, none)[SEEN_ACCELERATION])
 
 
-def test_channel_without_first_command_is_not_heard() -> None:
+def test_channel_without_first_command_is_not_heard_and_nothing_linked_is_none() -> None:
     assert gathered((0.0, 0.0, -1.0, SILENT), heard=False)[SEEN_HEARD] == 0.0
     assert gathered((0.0, 0.0, 1.0, OK), heard=False)[SEEN_HEARD] == 1.0
-
-
-def test_nothing_linked_is_no_channel() -> None:
     assert gathered()[SEEN_CHANNELS] == 0.0
 
 
@@ -231,8 +207,8 @@ RECORD_STOP = parameter_record(
 )[0]
 
 
-def stop(ticks: int, required: float, *, start: float = 0.0) -> list[float]:
-    accelerations = [start]
+def stop(ticks: int, required: float) -> list[float]:
+    accelerations = [0.0]
     for _ in range(ticks):
         accelerations.append(
             stop_acceleration(RECORD_STOP, accelerations[-1], 20.0, required, is_danger=True)
@@ -246,22 +222,20 @@ def test_stop_builds_up_at_the_onset_jerk_to_the_stop_deceleration() -> None:
     assert ramp[-1] == -4.0
 
 
-def test_object_ahead_is_braked_for_at_once_with_a_reserve() -> None:
-    assert stop(1, 5.0)[-1] == pytest.approx(-5.0)
-    assert stop(3, 5.0)[-1] == pytest.approx(-6.0)
+def test_object_ahead_is_braked_for_at_once_with_a_reserve_up_to_the_emergency() -> None:
+    for ticks, required, expected in (
+        (1, 5.0, -5.0),
+        (3, 5.0, -6.0),
+        (3, 50.0, -8.0),
+        (3, INF, -8.0),
+    ):
+        assert stop(ticks, required)[-1] == pytest.approx(expected)
 
 
-def test_no_more_than_the_emergency_deceleration_is_asked_for() -> None:
-    assert stop(3, 50.0)[-1] == -8.0
-    assert stop(3, float("inf"))[-1] == -8.0
-
-
-def test_braking_is_not_taken_back_before_standstill() -> None:
-    assert stop_acceleration(RECORD_STOP, -7.0, 10.0, 0.0, is_danger=True) == -7.0
-
-
-def test_standing_ego_is_held() -> None:
-    assert stop_acceleration(RECORD_STOP, -7.0, 0.0, 0.0, is_danger=True) == -HOLD_DECELERATION
+def test_braking_is_not_taken_back_before_standstill_where_the_ego_is_held() -> None:
+    for speed, expected in ((10.0, -7.0), (0.0, -HOLD_DECELERATION)):
+        found = stop_acceleration(RECORD_STOP, -7.0, speed, 0.0, is_danger=True)
+        assert found == expected
 
 
 def test_healed_danger_leaves_the_stop_its_own_deceleration() -> None:

@@ -220,7 +220,7 @@ def found_of(*rows: tuple[float, float, float]) -> Floats:
 
 
 @pytest.mark.slow
-def test_kept_stop_is_given_up_for_a_better_rating_only() -> None:
+def test_kept_stop_is_given_up_for_a_better_rating_or_once_it_is_infeasible() -> None:
     found = found_of((1.0, 3.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 0.0))
     found[0, FOUND_COST] = 3.6
     assert choose_stop(found, NO_STOP, ANYWHERE) == 2
@@ -228,9 +228,6 @@ def test_kept_stop_is_given_up_for_a_better_rating_only() -> None:
     assert (choose_stop(found, NO_STOP, ANYWHERE), choose_stop(found, 0, ANYWHERE)) == (1, 0)
     found[2, FOUND_FEASIBLE] = 1.0
     assert choose_stop(found, 0, ANYWHERE) == 2
-
-
-def test_kept_stop_is_given_up_once_it_is_infeasible() -> None:
     assert choose_stop(found_of((0.0, 1.0, 9.0), (1.0, 5.0, 0.0)), 0, ANYWHERE) == 1
 
 
@@ -258,19 +255,12 @@ def test_a_bay_that_is_taken_leaves_the_shoulder() -> None:
     assert not taken[1][number(REFUGE, 0) :, FOUND_FEASIBLE].any()
 
 
-def test_a_bay_that_is_too_near_for_the_speed_is_not_entered() -> None:
-    near = BAY - [[0.0, 140.0, 0.0, 0.0, 0.0]]
+def test_a_bay_is_entered_where_it_is_neither_too_near_nor_too_far() -> None:
+    near, far = (np.add(BAY, [0.0, way, 0.0, 0.0, 0.0]) for way in (-140.0, 500.0))
     assert plan([], refuges=near, speed=33.0)[0] == number(SHOULDER, 1)
     assert plan([], refuges=near, speed=15.0)[0] == number(REFUGE, 1)
-
-
-def test_a_bay_beyond_the_library_s_time_is_not_reached() -> None:
-    far = np.add(BAY, [0.0, 500.0, 0.0, 0.0, 0.0])
     assert plan([], refuges=far)[0] == number(SHOULDER, 1)
-
-
-@pytest.mark.slow
-def test_a_bay_without_a_shoulder_is_entered_over_its_taper() -> None:
+    # Without a shoulder it is entered over its taper.
     chosen, found = plan([], refuges=BAY, shoulder=0.0)
     assert chosen // STOP_LEVELS == REFUGE
     assert found[chosen, FOUND_RATING] == 0.0
@@ -298,42 +288,35 @@ def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> No
 # A stop may enter or cross a lane only where nobody from behind is cut up.
 
 
-@pytest.mark.parametrize("place", [MIDDLE, MIDDLE + 1.2])
-def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
-    place: float,
-) -> None:
+def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free() -> None:
     """From the middle lane towards the left one: also once the side is over the edge."""
     # The gentle one leads off the road.
     straight = slice(number(STRAIGHT, 1), number(STRAIGHT, 3) + 1)
-    _, blind = plan([], d=place, align=0.03)
-    assert not blind[straight, FOUND_FEASIBLE].any()
-    _, seen = plan([], d=place, align=0.03, rear_sight=500.0)
-    assert seen[straight, FOUND_FEASIBLE].all()
-    _, taken = plan([(-20.0, 8.75, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
-    assert not taken[straight, FOUND_FEASIBLE].any()
-    _, away = plan([(-20.0, SLOW, 30.0, 0.0)], d=place, align=0.03, rear_sight=500.0)
-    assert away[straight, FOUND_FEASIBLE].all()
-    _, along = plan([], d=MIDDLE)
-    assert along[straight, FOUND_FEASIBLE].all()
+
+    def feasible(things: list[Thing], **changes: float) -> list[float]:
+        found: list[float] = plan(things, **changes)[1][straight, FOUND_FEASIBLE].tolist()
+        return found
+
+    left, right = (-20.0, 8.75, 30.0, 0.0), (-20.0, SLOW, 30.0, 0.0)
+    for place in (MIDDLE, MIDDLE + 1.2):
+        turned = {"d": place, "align": 0.03}
+        assert feasible([], **turned) == [0.0] * 3
+        assert feasible([], **turned, rear_sight=500.0) == [1.0] * 3
+        assert feasible([left], **turned, rear_sight=500.0) == [0.0] * 3
+        assert feasible([right], **turned, rear_sight=500.0) == [1.0] * 3
+    assert feasible([], d=MIDDLE) == [1.0] * 3
 
 
-def test_path_to_the_right_crosses_a_lane_only_where_that_is_seen_to_be_free() -> None:
+def test_path_aside_is_feasible_only_where_nobody_comes_along_it() -> None:
     across = number(SHOULDER, 1)
-    for things, rear_sight, is_free in (
-        ([], 0.0, 0.0),
-        ([], 500.0, 1.0),
-        ([(-20.0, SLOW, 33.0, 0.0)], 500.0, 0.0),
-        ([(-20.0, 8.75, 33.0, 0.0)], 500.0, 1.0),
+    for things, more, is_free in (
+        ([], {"d": MIDDLE}, 0.0),
+        ([], {"d": MIDDLE, "rear_sight": 500.0}, 1.0),
+        ([(-20.0, SLOW, 33.0, 0.0)], {"d": MIDDLE, "rear_sight": 500.0}, 0.0),
+        ([(-20.0, 8.75, 33.0, 0.0)], {"d": MIDDLE, "rear_sight": 500.0}, 1.0),
+        # From the slow lane onto the shoulder.
+        ([(-20.0, HARD_SHOULDER, 30.0, 0.0)], {}, 0.0),
+        ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], {}, 1.0),
     ):
-        _, found = plan(things, d=MIDDLE, rear_sight=rear_sight)
-        assert found[across, FOUND_FEASIBLE] == is_free
-
-
-def test_shoulder_is_entered_only_where_nobody_comes_along_it() -> None:
-    aside = number(SHOULDER, 1)
-    for things, is_free in (
-        ([(-20.0, HARD_SHOULDER, 30.0, 0.0)], 0.0),
-        ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], 1.0),
-    ):
-        _, found = plan(things)
-        assert found[aside, FOUND_FEASIBLE] == is_free
+        _, found = plan(things, **more)
+        assert found[across, FOUND_FEASIBLE] == is_free, (things, more)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
-from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, Bools, Floats, RoadMap
+from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, Bools, Floats
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.safety import SupervisedSafetyChannel
@@ -40,6 +41,7 @@ from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
 from adeye.testing import World, channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
 from tests.simulate.channels.safety.supervised import (
+    LATCHED,
     NOMINAL,
     OTHER_SILENT,
     SAFETY,
@@ -50,10 +52,15 @@ from tests.simulate.channels.safety.supervised import (
     first,
     parameters,
     run,
+    silence,
 )
-from tests.simulate.channels.safety.test_supervision import silence
 
 PERIOD, TICK = 0.1, 0.05
+
+
+def waiting(level: int, **more: Any) -> SafetyParameters:
+    """Let the channel that never acts be watched at a level."""
+    return parameters({"silent": {**OTHER_SILENT, "level": level}}, **more)
 
 
 def test_nothing_happens_while_nothing_fires() -> None:
@@ -65,17 +72,17 @@ def test_nothing_happens_while_nothing_fires() -> None:
         assert not column(done, item, name, 0).any()
 
 
+COUNTERS: list[tuple[dict[str, int], int]] = [
+    ({}, 8),
+    ({"fault": 15, "heal": -15}, 30),
+    ({"increment": 2}, 4),
+    ({"increment": 3}, 3),
+    ({"fault": 1, "heal": 0}, 1),
+]
+
+
 @pytest.mark.parametrize("killed", [1.0, 1.05, 1.3])
-@pytest.mark.parametrize(
-    ("counter", "steps"),
-    [
-        ({}, 8),
-        ({"fault": 15, "heal": -15}, 30),
-        ({"increment": 2}, 4),
-        ({"increment": 3}, 3),
-        ({"fault": 1, "heal": 0}, 1),
-    ],
-)
+@pytest.mark.parametrize(("counter", "steps"), COUNTERS)
 def test_detection_takes_staleness_the_link_and_the_steps_of_the_counter(
     killed: float, counter: dict[str, int], steps: int
 ) -> None:
@@ -84,8 +91,7 @@ def test_detection_takes_staleness_the_link_and_the_steps_of_the_counter(
     # The last command is one tick older, and a linked channel is seen one tick late.
     stale = killed - TICK + 0.2 + TICK
     asked = np.ceil(stale / PERIOD - 1e-6) * PERIOD
-    raw = first(done, column(done, item, "silent", 0))
-    assert raw == pytest.approx(asked)
+    assert first(done, column(done, item, "silent", 0)) == pytest.approx(asked)
     expected = asked + (steps - 1) * PERIOD
     confirmed = first(done, column(done, item, "silent"))
     assert confirmed == pytest.approx(expected)
@@ -128,9 +134,8 @@ def test_stop_of_level_4_is_the_best_there_is() -> None:
     done = run(World(lane=0), item, 16.0, on_commands=silence(1.0))
     assert done.ego[-1, 3] == 0.0
     assert done.ego[-1, 1] == pytest.approx(-1.25, abs=0.1)
-    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(
-        first(done, column(done, item, "silent"))
-    )
+    confirmed = first(done, column(done, item, "silent"))
+    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(confirmed)
 
 
 def test_without_a_planner_a_milder_manoeuvre_gives_way_to_the_stop_in_the_lane() -> None:
@@ -145,20 +150,20 @@ def test_without_a_planner_a_milder_manoeuvre_gives_way_to_the_stop_in_the_lane(
 
 def test_roadside_parking_is_waited_for_until_the_patience_is_over() -> None:
     # From the left lane nobody sees behind, so the shoulder cannot be reached.
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}}, patience="2 s")
+    item = waiting(3, patience="2 s")
     done = run(World(lane=1), item, 16.0, on_commands=faulty(1.0))
     began = first(done, column(done, item, "mrm_roadside_parking"))
     stops = first(done, column(done, item, "mrm_stop"))
     assert stops - began == pytest.approx(2.0 + TICK)
-    waiting = (done.time > began) & (done.time < stops - 1e-6)
-    assert (done.status[waiting, SAFETY] == DEGRADED).all()
-    assert (done.authority[waiting] == NOMINAL).all()
+    between = (done.time > began) & (done.time < stops - 1e-6)
+    assert (done.status[between, SAFETY] == DEGRADED).all()
+    assert (done.authority[between] == NOMINAL).all()
     assert done.ego[-1, 3] == 0.0
     assert done.ego[-1, 1] == pytest.approx(5.25, abs=0.1)
 
 
 def test_roadside_parking_takes_over_once_the_shoulder_can_be_reached() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    item = waiting(3)
     done = run(World(lane=0), item, 16.0, on_commands=faulty(1.0))
     assert column(done, item, "mrm_roadside_parking").any()
     assert not column(done, item, "mrm_stop").any()
@@ -166,10 +171,11 @@ def test_roadside_parking_takes_over_once_the_shoulder_can_be_reached() -> None:
     assert done.ego[-1, 3] == 0.0
 
 
-def with_refuges(*refuges: tuple[float, float]) -> RoadMap:
+def with_refuges(*refuges: tuple[float, float]) -> World:
     """Return a road without a shoulder that has refuges: kind and place along it [m]."""
     rows = np.array([[(kind, s, 80.0, 4.0, 30.0) for kind, s in refuges]])
-    return replace(straight_road(), shoulder=np.zeros(1), refuges=rows.reshape(1, -1, 5))
+    road = replace(straight_road(), shoulder=np.zeros(1), refuges=rows.reshape(1, -1, 5))
+    return World(lane=0, speed=25.0, road=road)
 
 
 BAY, AREA = 0, 1
@@ -177,29 +183,26 @@ BAY, AREA = 0, 1
 
 @pytest.mark.slow
 def test_nominal_channel_drives_on_to_the_rest_area_and_past_a_bay() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 2}})
-    road = with_refuges((BAY, 300.0), (AREA, 900.0))
-    done = run(World(lane=0, speed=25.0, road=road), item, 50.0, on_commands=faulty(1.0))
-    assert column(done, item, "mrm_rest_area").any()
-    assert not column(done, item, "mrm_roadside_parking").any()
-    assert not column(done, item, "mrm_stop").any()
+    item = waiting(2)
+    done = run(with_refuges((BAY, 300.0), (AREA, 900.0)), item, 50.0, on_commands=faulty(1.0))
+    confirmed = {name: column(done, item, name) for name in MANOEUVRE_MONITORS}
+    assert [name for name, flags in confirmed.items() if flags.any()] == ["mrm_rest_area"]
     assert done.ego[-1, 3] == 0.0
     assert 900.0 < done.ego[-1, 0] < 980.0
     assert done.ego[-1, 1] < -0.95
-    asked = first(done, column(done, item, "mrm_rest_area"))
+    asked = first(done, confirmed["mrm_rest_area"])
     took = first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY)
     assert took > asked + 5.0
-    waiting = (done.time > asked) & (done.time < took - 1e-6)
-    assert (done.authority[waiting] == NOMINAL).all()
-    assert done.ego[waiting, 3].min() > 23.0
+    between = (done.time > asked) & (done.time < took - 1e-6)
+    assert (done.authority[between] == NOMINAL).all()
+    assert done.ego[between, 3].min() > 23.0
     assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
 @pytest.mark.slow
 def test_roadside_parking_takes_the_bay() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
-    road = with_refuges((BAY, 300.0), (AREA, 900.0))
-    done = run(World(lane=0, speed=25.0, road=road), item, 40.0, on_commands=faulty(1.0))
+    item = waiting(3)
+    done = run(with_refuges((BAY, 300.0), (AREA, 900.0)), item, 40.0, on_commands=faulty(1.0))
     assert not column(done, item, "mrm_stop").any()
     assert done.ego[-1, 3] == 0.0
     assert 300.0 < done.ego[-1, 0] < 380.0
@@ -209,10 +212,12 @@ def test_roadside_parking_takes_the_bay() -> None:
 
 @pytest.mark.slow
 def test_better_place_is_not_worth_a_harder_braking() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    item = waiting(3)
     for ahead in (150.0, 250.0, 350.0):
-        road = replace(with_refuges((BAY, ahead)), shoulder=np.full(1, 2.5))
-        done = run(World(lane=0, speed=27.0, road=road), item, 30.0, on_commands=faulty(1.0))
+        world = with_refuges((BAY, ahead))
+        assert world.road is not None
+        beside = replace(world, speed=27.0, road=replace(world.road, shoulder=np.full(1, 2.5)))
+        done = run(beside, item, 30.0, on_commands=faulty(1.0))
         assert done.ego[-1, 3] == 0.0
         assert done.ego[-1, 1] < -0.95
         assert not column(done, item, "mrm_stop").any()
@@ -220,48 +225,37 @@ def test_better_place_is_not_worth_a_harder_braking() -> None:
 
 
 def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 2}}, sight="400 m")
+    item = waiting(2, sight="400 m")
     for refuges, places in (
         (((BAY, 250.0),), ["mrm_roadside_parking"]),
         (((AREA, 900.0),), ["mrm_stop"]),
         ((), ["mrm_stop"]),
     ):
-        world = World(lane=0, speed=25.0, road=with_refuges(*refuges))
-        done = run(world, item, 3.0, on_commands=faulty(1.0))
+        done = run(with_refuges(*refuges), item, 3.0, on_commands=faulty(1.0))
         seen = [name for name in MANOEUVRE_MONITORS if column(done, item, name).any()]
         assert seen == places
         assert column(done, item, "mrm_rest_area", 0).any()
 
 
 @pytest.mark.slow
-def test_level_that_rises_on_the_way_to_the_rest_area_stops_at_once() -> None:
-    item = parameters(
-        {"silent": {**OTHER_SILENT, "level": 2}, "later": {"kind": "odd_exit", "to_s": "200 m"}}
-    )
-    world = World(lane=0, speed=25.0, road=with_refuges((AREA, 900.0)))
-    done = run(world, item, 25.0, on_commands=faulty(1.0))
-    assert column(done, item, "mrm_rest_area").any()
-    later = first(done, column(done, item, "later"))
-    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
-    assert done.ego[-1, 3] == 0.0
-    assert done.ego[-1, 0] < 400.0
-
-
-def test_level_that_rises_while_waiting_stops_at_once() -> None:
-    item = parameters(
-        {
-            "silent": {**OTHER_SILENT, "level": 3},
-            "later": {"kind": "odd_exit", "to_s": "100 m"},
-        }
-    )
-    done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0))
-    later = first(done, column(done, item, "later"))
-    assert first(done, column(done, item, "mrm_stop")) == pytest.approx(later)
-    assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == pytest.approx(later)
+def test_level_that_rises_on_the_way_to_a_place_or_while_waiting_stops_at_once() -> None:
+    for level, world, way in (
+        (2, with_refuges((AREA, 900.0)), 200.0),
+        (3, World(lane=1), 100.0),
+    ):
+        later = {"kind": "odd_exit", "to_s": f"{way} m"}
+        item = parameters({"silent": {**OTHER_SILENT, "level": level}, "later": later})
+        done = run(world, item, 25.0, on_commands=faulty(1.0))
+        assert column(done, item, MANOEUVRE_MONITORS[level - 2]).any()
+        rises = pytest.approx(first(done, column(done, item, "later")))
+        assert first(done, column(done, item, "mrm_stop")) == rises
+        assert first(done, done.status[:, SAFETY] == REQUESTS_AUTHORITY) == rises
+        assert done.ego[-1, 3] == 0.0
+        assert done.ego[-1, 0] < way + 200.0
 
 
 def test_what_heals_before_the_takeover_is_forgotten() -> None:
-    item = parameters({"silent": {**OTHER_SILENT, "level": 3}})
+    item = waiting(3)
     done = run(World(lane=1), item, 8.0, on_commands=faulty(1.0, 3.0))
     assert column(done, item, "mrm_roadside_parking").any()
     assert (done.status[-1, SAFETY], done.authority[-1]) == (OK, NOMINAL)
@@ -273,7 +267,8 @@ def test_what_heals_before_the_takeover_is_forgotten() -> None:
 def test_what_heals_after_the_takeover_is_given_up_only_when_another_channel_acts() -> None:
     item = parameters({"silent": SILENT})
     for latch in (True, False):
-        done = run(World(), item, 16.0, on_commands=silence(1.0, 3.0), latch=latch)
+        switch = LATCHED.model_copy(update={"latch": latch})
+        done = run(World(), item, 16.0, on_commands=silence(1.0, 3.0), switch=switch)
         assert column(done, item, "mrm_stop").any()
         assert (done.ego[-1, 3] == 0.0) == latch
         assert column(done, item, "mrm_stop")[-1] == latch
@@ -298,8 +293,7 @@ def test_steering_in_degrees_is_found_at_once_and_a_brake_in_g_is_not() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stop", ["in_lane", "planned"])
-@pytest.mark.parametrize("links", [("truth", "channels.nominal", "switch", "health.front")])
-def test_conforms(stop: str, links: tuple[str, ...]) -> None:
+def test_conforms(stop: str) -> None:
     every = {
         "silent": SILENT,
         "wrong": {"kind": "channel_implausible", "watches": ["nominal"]},
@@ -311,12 +305,9 @@ def test_conforms(stop: str, links: tuple[str, ...]) -> None:
         "odd": {"kind": "odd_exit", "max_speed": "25 m/s", "level": 3},
     } | ({"last": {"kind": "last_safe_stop"}} if stop == "planned" else {})
     item = parameters(every, stop=stop)
-    check_channel(
-        lambda: SupervisedSafetyChannel(item),
-        item,
-        links=links[:3],
-        sensors={"truth": "ground_truth"},
-    )
+    links = ("truth", "channels.nominal", "switch")
+    made = partial(SupervisedSafetyChannel, item)
+    check_channel(made, item, links=links, sensors={"truth": "ground_truth"})
 
 
 def test_parameters_say_which_channel_is_made() -> None:
@@ -362,11 +353,7 @@ def test_runs_of_a_batch_decide_as_they_do_alone_whatever_their_thresholds() -> 
     items = [
         parameters(
             {
-                "front": {
-                    "kind": "sensor_silent",
-                    "watches": ["front"],
-                    "timeout": f"{0.2 * at} s",
-                },
+                "front": {**FRONT, "timeout": f"{0.2 * at} s"},
                 "rss": {"kind": "rss_danger", "level": at, "response_time": f"{at} s"},
                 "last": {"kind": "last_safe_stop"},
             },
@@ -408,11 +395,11 @@ def state(held: int = NONE, asked: int = NONE, level: int = 0, waited: float = 0
     return row
 
 
-@pytest.mark.parametrize("level", [0, 1, 2, 3, 4])
-def test_level_asks_for_its_manoeuvre(level: int) -> None:
-    row = state(level=level)
-    ask(row, SETTINGS, GOING_ON, 0.05)
-    assert row[FORCE_ASKED] == row[FORCE_HELD] == level
+def test_level_asks_for_its_manoeuvre() -> None:
+    for level in range(5):
+        row = state(level=level)
+        ask(row, SETTINGS, GOING_ON, 0.05)
+        assert row[FORCE_ASKED] == row[FORCE_HELD] == level
 
 
 def test_what_has_given_way_stays_so_while_the_level_is_the_same() -> None:
@@ -429,9 +416,8 @@ def test_lower_level_begins_anew_unless_the_channel_has_taken_over() -> None:
         assert row[FORCE_WAITED] == (0.55 if stopping else 0.0)
 
 
-@pytest.mark.parametrize(
-    ("held", "rest", "parking", "waited", "left"),
-    [
+def test_what_cannot_be_had_or_not_in_time_gives_way() -> None:
+    for held, rest, parking, waited, left in (
         (REST_AREA, True, True, 1.0, REST_AREA),
         (REST_AREA, True, True, 1.01, ROADSIDE_PARKING),
         (REST_AREA, False, True, 0.0, ROADSIDE_PARKING),
@@ -441,14 +427,10 @@ def test_lower_level_begins_anew_unless_the_channel_has_taken_over() -> None:
         (ROADSIDE_PARKING, True, False, 0.0, STOP),
         (CONTINUE, False, False, 9.0, CONTINUE),
         (STOP, True, True, 9.0, STOP),
-    ],
-)
-def test_what_cannot_be_had_or_not_in_time_gives_way(
-    held: int, rest: float, parking: float, waited: float, left: int
-) -> None:
-    row = state(held, held, held, waited)
-    give_way(row, SETTINGS, bool(rest), bool(parking))
-    assert row[FORCE_HELD] == left
+    ):
+        row = state(held, held, held, waited)
+        give_way(row, SETTINGS, rest, parking)
+        assert row[FORCE_HELD] == left, (held, rest, parking, waited)
 
 
 def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
@@ -457,9 +439,8 @@ def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
     assert shown.tolist() == [[True, False], [False, False], [False, True]]
 
 
-@pytest.mark.parametrize(
-    ("refuges", "best"),
-    [
+def test_map_shows_what_is_neither_too_near_nor_out_of_sight() -> None:
+    shown: list[tuple[list[tuple[float, float]], int]] = [
         ([], ANYWHERE),
         ([(0, 100.0)], ROADSIDE),
         ([(0, 100.0), (1, 500.0)], ONLY_REST_AREA),
@@ -467,12 +448,9 @@ def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
         ([(1, 25.1)], ONLY_REST_AREA),
         ([(1, 1000.1), (0, 1000.0)], ROADSIDE),
         ([(1, -50.0)], ANYWHERE),
-    ],
-)
-def test_map_shows_what_is_neither_too_near_nor_out_of_sight(
-    refuges: list[tuple[float, float]], best: int
-) -> None:
-    rows = np.zeros((len(refuges), 5))
-    for row, (kind, ahead) in zip(rows, refuges, strict=True):
-        row[:2] = kind, 300.0 + ahead
-    assert look_ahead(SETTINGS, rows, 300.0) == best
+    ]
+    for refuges, best in shown:
+        rows = np.zeros((len(refuges), 5))
+        for row, (kind, ahead) in zip(rows, refuges, strict=True):
+            row[:2] = kind, 300.0 + ahead
+        assert look_ahead(SETTINGS, rows, 300.0) == best, refuges

@@ -17,92 +17,33 @@ from adeye.signals import (
     REASON_RETURNED,
     REASON_VOTED,
     REQUESTS_AUTHORITY,
-    SILENT,
-    ControlCommand,
+    Bools,
 )
-from adeye.simulate.channels.links import observe
-from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.safety import SafetyChannel
 from adeye.simulate.channels.safety.in_lane import (
     MEMORY_STOPPING,
     MEMORY_WIDTH,
-    MONITOR_IDS,
     ticks_within,
     update_stopping,
 )
-from adeye.spec.channels import NominalParameters, SafetyParameters
+from adeye.spec.channels import SafetyParameters
 from adeye.spec.switch import Switch
-from adeye.testing import Drive, ScriptedChannel, World, channel_context, check_channel, drive
-from adeye.testing.driving import Hook
-from adeye.testing.scenes import object_measurement, straight_road
+from adeye.testing import Drive, ScriptedChannel, World, channel_context, check_channel
+from tests.simulate.channels.perceived import shown
+from tests.simulate.channels.safety import supervised
+from tests.simulate.channels.safety.supervised import LATCHED, NOMINAL, SAFETY, column, silence
 
 LANE = 5.25
-NOMINAL, SAFETY = 0, 1
-LINKS = {"nominal": ("front", "pose"), "safety": ("truth", "channels.nominal", "switch")}
+IN_LANE = SafetyParameters()
+LINKS = ("truth", "channels.nominal", "switch")
 
 
-def monitor(done: Drive, name: str, column: int) -> np.ndarray[Any, Any]:
-    rows = [shown[SAFETY] for shown in done.monitors]
-    return np.array([row[MONITOR_IDS.index(name), column] for row in rows if row is not None])
+def run(world: World, horizon: float, **more: Any) -> Drive:
+    return supervised.run(world, IN_LANE, horizon, **({"links": LINKS} | more))
 
 
-def run(  # noqa: PLR0913 - a test's choice
-    world: World,
-    horizon: float,
-    *,
-    desired: float = 30.0,
-    on_commands: Hook | None = None,
-    nominal: Any = None,
-    latch: bool = True,
-    switch: Switch | None = None,
-    links: tuple[str, ...] = LINKS["safety"],
-) -> Drive:
-    driver = nominal or NominalChannel()
-    driver.reset(
-        channel_context(
-            NominalParameters(),
-            links=LINKS["nominal"],
-            sensors={"front": "radar", "pose": "localisation"},
-            channel_id="nominal",
-            desired_speed=desired,
-        )
-    )
-    safety = SafetyChannel()
-    sensors = {"truth": "ground_truth", "front": "radar"}
-    safety.reset(
-        channel_context(
-            SafetyParameters(),
-            links=links,
-            sensors={name: kind for name, kind in sensors.items() if name in links},
-            channel_id="safety",
-            desired_speed=desired,
-        )
-    )
-    fixed = Switch(
-        policy="fixed_priority", priority=("safety", "nominal"), default="nominal", latch=latch
-    )
-    return drive(
-        {"nominal": driver, "safety": safety},
-        LINKS | {"safety": links},
-        world,
-        horizon=horizon,
-        switch=switch or fixed,
-        on_commands=on_commands,
-    )
-
-
-def silence(first: float, last: float = np.inf) -> Hook:
-    """Make the nominal channel silent for a while; the switch does not see it by its state."""
-
-    def change(time: float, proposals: list[ControlCommand]) -> list[ControlCommand]:
-        if not first - 1e-9 <= time < last - 1e-9:
-            return proposals
-        quiet = proposals[NOMINAL].copy()
-        quiet.status[:] = SILENT
-        quiet.stamp[:] = first - 0.05
-        return [quiet, *proposals[SAFETY:]]
-
-    return change
+def monitor(done: Drive, name: str, which: int = 1) -> Bools:
+    return column(done, IN_LANE, name, which)
 
 
 def test_nothing_is_requested_on_a_free_road() -> None:
@@ -115,48 +56,38 @@ def test_silent_nominal_is_confirmed_after_staleness_and_the_confirm_time() -> N
     done = run(World(), 3.0, on_commands=silence(1.0))
     first = int(np.argmax(done.status[:, SAFETY] == REQUESTS_AUTHORITY))
     # The last command is of 0.95 s, and a linked channel is seen one tick late.
-    raw = 0.95 + SafetyParameters().staleness + 0.05
+    raw = 0.95 + IN_LANE.staleness + 0.05
     assert done.time[monitor(done, "nominal_silent", 0).argmax()] == pytest.approx(raw)
-    assert done.time[first] == pytest.approx(raw + SafetyParameters().confirm)
+    assert done.time[first] == pytest.approx(raw + IN_LANE.confirm)
 
 
 def test_safe_stop_ends_in_standstill_in_the_lane_at_its_deceleration() -> None:
     done = run(World(offset=0.3), 14.0, on_commands=silence(1.0))
     assert done.ego[-1, 3] == 0.0
     assert done.ego[-1, 1] == pytest.approx(LANE, abs=0.1)
-    assert done.ego[:, 4].min() >= -SafetyParameters().stop_deceleration - 1e-9
-
-
-def test_stop_distance_is_that_of_the_stop_deceleration_and_its_onset() -> None:
-    done = run(World(), 14.0, on_commands=silence(1.0))
+    assert done.ego[:, 4].min() >= -IN_LANE.stop_deceleration - 1e-9
     way = done.ego[-1, 0] - done.ego[20, 0]
     # 4 m/s² from 30 m/s, and 0.15 s to confirm, 0.16 s of ramp, 0.15 s of lag at full speed.
     assert way == pytest.approx(30.0**2 / 8.0 + 30.0 * 0.46, abs=5.0)
 
 
-def test_latched_stop_goes_on_after_the_nominal_channel_has_recovered() -> None:
-    done = run(World(), 16.0, on_commands=silence(1.0, 1.6))
-    assert done.status[-1, SAFETY] == OK
-    assert done.reason[-1] == REASON_LATCHED
-    assert done.ego[-1, 3] == 0.0
-
-
-def test_without_latch_the_nominal_channel_drives_on_after_healing() -> None:
-    done = run(World(), 16.0, on_commands=silence(1.0, 1.6), latch=False)
+def test_stop_goes_on_after_healing_while_it_is_latched_or_the_switch_is_not_linked() -> None:
+    healing = silence(1.0, 1.6)
+    latched = run(World(), 16.0, on_commands=healing)
+    assert latched.status[-1, SAFETY] == OK
+    assert latched.reason[-1] == REASON_LATCHED
+    unlinked = run(World(), 16.0, on_commands=healing, links=LINKS[:2])
+    assert latched.ego[-1, 3] == unlinked.ego[-1, 3] == 0.0
+    free = LATCHED.model_copy(update={"latch": False})
+    done = run(World(), 16.0, on_commands=healing, switch=free)
     assert (done.authority[-1], done.reason[-1]) == (NOMINAL, REASON_DEFAULT)
     assert done.ego[-1, 3] > 25.0
     assert done.proposals[-1, SAFETY, 0] > -0.5
 
 
 def test_stop_is_given_up_once_hysteresis_returns_authority() -> None:
-    spec = Switch.model_validate(
-        {
-            "policy": "hysteresis",
-            "priority": ("safety", "nominal"),
-            "default": "nominal",
-            "return_after": "1 s",
-        }
-    )
+    content = {"policy": "hysteresis", "priority": ("safety", "nominal"), "default": "nominal"}
+    spec = Switch.model_validate({**content, "return_after": "1 s"})
     done = run(World(), 16.0, on_commands=silence(1.0, 1.6), switch=spec)
     taken = np.flatnonzero(done.authority == SAFETY)
     assert done.reason[taken[-1] + 1] == REASON_RETURNED
@@ -165,24 +96,18 @@ def test_stop_is_given_up_once_hysteresis_returns_authority() -> None:
     assert done.proposals[-1, SAFETY, 0] > -0.5
 
 
-@pytest.mark.parametrize(
-    ("reason", "goes_on"),
-    [
+def test_stop_goes_on_unless_another_channel_acts_in_the_ordinary_way() -> None:
+    for reason, goes_on in (
         (REASON_DEFAULT, False),
         (REASON_VOTED, False),
         (REASON_HANDOVER, True),
         (REASON_NO_MAJORITY, True),
         (REASON_LATCHED, True),
-    ],
-)
-def test_stop_goes_on_unless_another_channel_acts_in_the_ordinary_way(
-    reason: int,
-    goes_on: bool,  # noqa: FBT001 - a test's choice
-) -> None:
-    memory = np.zeros(MEMORY_WIDTH)
-    memory[MEMORY_STOPPING] = 1.0
-    update_stopping(memory, False, reason, 0.0)  # noqa: FBT003 - a kernel
-    assert bool(memory[MEMORY_STOPPING]) == goes_on
+    ):
+        memory = np.zeros(MEMORY_WIDTH)
+        memory[MEMORY_STOPPING] = 1.0
+        update_stopping(memory, False, reason, 0.0)  # noqa: FBT003 - a kernel
+        assert bool(memory[MEMORY_STOPPING]) == goes_on, reason
 
 
 def test_blind_nominal_channel_is_overridden_for_a_stopped_vehicle() -> None:
@@ -191,9 +116,9 @@ def test_blind_nominal_channel_is_overridden_for_a_stopped_vehicle() -> None:
     assert done.distance.min() > 0.5
     first = int(np.argmax(done.authority == SAFETY))
     required = 30.0**2 / (2.0 * done.distance[first])
-    assert SafetyParameters().danger_threshold <= required < 6.0
+    assert IN_LANE.danger_threshold <= required < 6.0
     assert done.reason[first] == REASON_REQUEST
-    assert monitor(done, "object_danger", 1)[first]
+    assert monitor(done, "object_danger")[first]
 
 
 def test_pedestrian_entering_the_path_of_a_blind_nominal_channel_is_not_hit() -> None:
@@ -201,22 +126,22 @@ def test_pedestrian_entering_the_path_of_a_blind_nominal_channel_is_not_hit() ->
         return [[55.0, -2.0 + 1.5 * time, np.pi / 2, 1.5, 0.0]]
 
     world = World(objects=crossing, size=(0.5, 0.6), object_class=6, sight=0.0, speed=13.9)
-    blind = run(world, 6.0, desired=13.9)
+    blind = run(world, 6.0)
     assert blind.distance.min() > 0.5
-    assert monitor(blind, "object_danger", 1).any()
+    assert monitor(blind, "object_danger").any()
 
 
 def test_implausible_command_is_overridden() -> None:
     done = run(World(), 4.0, nominal=ScriptedChannel([0.0] * 20 + [-25.0]))
-    assert monitor(done, "nominal_implausible", 1)[-1]
+    assert monitor(done, "nominal_implausible")[-1]
     assert done.authority[-1] == SAFETY
     done = run(World(), 2.0, nominal=ScriptedChannel([0.0], [0.0] * 20 + [0.9]))
-    assert monitor(done, "nominal_implausible", 1).any()
+    assert monitor(done, "nominal_implausible").any()
 
 
 def test_departure_is_stopped_and_led_back_to_the_lane_that_was_left() -> None:
     done = run(World(speed=20.0), 14.0, nominal=ScriptedChannel([0.0], [0.005]))
-    assert monitor(done, "lane_departure", 1).any()
+    assert monitor(done, "lane_departure").any()
     assert done.authority[-1] == SAFETY
     assert done.ego[-1, 3] == 0.0
     assert done.ego[-1, 1] == pytest.approx(LANE, abs=0.3)
@@ -224,7 +149,7 @@ def test_departure_is_stopped_and_led_back_to_the_lane_that_was_left() -> None:
 
 def test_shadow_command_follows_gently() -> None:
     lead = World(objects=lambda t: [[60.0 + 20.0 * t, LANE, 0.0, 20.0, 0.0]], speed=20.0)
-    done = run(lead, 10.0, desired=20.0)
+    done = run(lead, 10.0)
     assert (done.authority == NOMINAL).all()
     assert done.proposals[:, SAFETY, 0].min() > -1.0
 
@@ -239,19 +164,11 @@ def test_without_channel_link_silence_never_fires() -> None:
     assert not monitor(done, "nominal_silent", 0).any()
 
 
-def test_unlinked_switch_makes_a_stop_final() -> None:
-    done = run(World(), 16.0, on_commands=silence(1.0, 1.6), links=("truth", "channels.nominal"))
-    assert done.ego[-1, 3] == 0.0
-
-
-LINKS_CHANNEL = ("truth", "channels.nominal", "switch")
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("links", [LINKS_CHANNEL, ("truth",), ("channels.nominal",)])
-def test_conforms(links: tuple[str, ...]) -> None:
-    sensors = {"truth": "ground_truth"} if "truth" in links else {}
-    check_channel(SafetyChannel, SafetyParameters(), links=links, sensors=sensors or {"x": "radar"})
+def test_conforms() -> None:
+    for links in (LINKS, ("truth",), ("channels.nominal",)):
+        sensors = {"truth": "ground_truth"} if "truth" in links else {"x": "radar"}
+        check_channel(SafetyChannel, IN_LANE, links=links, sensors=sensors)
 
 
 def test_monitors_are_named_in_the_order_of_their_columns() -> None:
@@ -268,21 +185,9 @@ def test_durations_are_rounded_up_to_ticks_of_the_channel() -> None:
 
 
 def test_dead_sensor_degrades_the_channel() -> None:
-    channel, road = SafetyChannel(), straight_road()
-    channel.reset(
-        channel_context(
-            SafetyParameters(),
-            links=("truth", "rear"),
-            sensors={"truth": "ground_truth", "rear": "radar"},
-        )
-    )
-    ego = np.array([[0.0, 5.25, 0.0, 20.0, 0.0, 0.0, 0.0]])
-    rear = object_measurement(ego, np.zeros((1, 0, 5)), 0.0)
-    readings = {"truth": object_measurement(ego, np.zeros((1, 0, 5)), 0.0, road=road), "rear": rear}
-    running = np.ones(1, dtype=np.bool_)
-    statuses = []
-    for alive in (True, False):
-        rear.alive[:] = alive
-        seen = observe(("truth", "rear"), 0.0, readings, {}, None, running, protect=False)
-        statuses.append(int(channel.act(seen).status[0]))
-    assert statuses == [OK, DEGRADED]
+    channel, links = SafetyChannel(), ("truth", "rear")
+    sensors = {"truth": "ground_truth", "rear": "radar"}
+    channel.reset(channel_context(IN_LANE, links=links, sensors=sensors))
+    for alive, status in ((True, OK), (False, DEGRADED)):
+        seen = shown([0.0, LANE, 0.0, 20.0], links=links, alive=alive)
+        assert channel.act(seen).status.tolist() == [status]
