@@ -366,7 +366,9 @@ def as_a_fault_that_changes_nothing(project: Project) -> None:
 
 def as_a_stuck_switch_that_has_nowhere_to_go(project: Project) -> None:
     with project.edited_odd() as odd:
-        odd["faults"] = [{"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}]
+        odd["faults"] = [
+            {"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}
+        ]
         odd["scenarios"][0]["faults"] = ["jam"]
         sweep = odd["scenarios"][0]["sweep"]["parameters"]
         sweep["faults.jam.onset.at"] = [f"{time} s" for time in (1, 1.5, 2, 2.5, 3)]
