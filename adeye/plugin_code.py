@@ -109,7 +109,10 @@ def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
 
 
 def _imported(path: Path) -> frozenset[str]:
-    state = path.stat()
+    try:
+        state = path.stat()
+    except OSError:  # whoever hashes it says so
+        return frozenset()
     return _names_in(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
 
 

@@ -322,16 +322,8 @@ def _require_code(source: Source) -> None:
     except SpecError as error:
         named = f"{source.name}, which {source.user} names"
         raise _refusal(f"it cannot load {named}: {error}") from error
-    module = source.name.rpartition(":")[0]
-    if not module.endswith(".py"):
-        # A module stays as it was first imported, whatever was installed since; a file does not.
-        found = _FIRST.setdefault(module, found)
     if found != source.digest:
         raise _refusal(f"its code of {source.name}, which {source.user} names, is another one")
-
-
-_FIRST: dict[str, str] = {}
-"""Digest of each module when it was first needed here."""
 
 
 def _refusal(why: str) -> UnfitWorker:

@@ -108,6 +108,7 @@ def test_axis_of_a_fault_varies_with_that_fault_only(load: Load) -> None:
 # --- Sections: what one file variant makes alike stands together, and every ordinal is in one -----
 
 RANGE = "architecture.sensors.front_camera.range"
+LANES = "scenario.world.road.lanes"
 GAPS = ["30 m", "40 m", "50 m"]
 
 
@@ -123,7 +124,7 @@ def test_axes_of_parameters_make_one_section(load: Load) -> None:
 
 
 def test_points_of_one_variant_stand_together(load: Load) -> None:
-    sections = expanded(load, **{"gap": GAPS, RANGE: ["90 m", "120 m"]}).sections
+    sections = expanded(load, **{"gap": GAPS, LANES: [3, 4]}).sections
     assert [item.rows.tolist() for item in sections] == [[0, 2, 4], [1, 3, 5]]
     assert [(item.first, item.end) for item in sections] == [(0, 6), (6, 12)]
 
@@ -159,7 +160,7 @@ def test_what_is_written_differently_is_another_section(load: Load) -> None:
 def test_ordinal_range_is_found_in_its_sections(
     load: Load, start: int, stop: int, found: list[tuple[int, int, int]]
 ) -> None:
-    sections = expanded(load, **{"gap": GAPS, RANGE: ["90 m", "120 m"]}).sections
+    sections = expanded(load, **{"gap": GAPS, LANES: [3, 4]}).sections
     got = [(item.first, low, high) for item, low, high in overlapping(sections, start, stop)]
     assert got == found
 
