@@ -12,9 +12,9 @@ import pytest
 from adeye.campaign.check import over_budget
 from adeye.spec.concept import ASIL_ORDER, determine_asil
 from adeye.store.read.checking import EVIDENCE_RULES, check_campaign, check_plan
-from adeye.store.repository import Repository
 from adeye.store.rules import BUDGET_RULES, CAMPAIGN_RULES, CONCEPT_RULES, RULES, check_view_ddl
 from adeye.store.views import view_ddl
+from tests.store.conftest import Store
 
 LATE = "always(contact implies eventually[0 s, 2 s](gap > 1))"
 NESTED = "always(contact implies eventually[0 s, 1 s](eventually[0 s, 1 s](gap > 1)))"
@@ -72,9 +72,9 @@ def test_plan_rules_ask_no_table_of_results() -> None:
         assert rule.needs_evidence == is_about_runs, rule.name
 
 
-def test_campaign_that_was_only_planned_has_not_run(repository: Repository, example: Any) -> None:
-    repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+def test_campaign_that_was_only_planned_has_not_run(store: Store) -> None:
+    store.plan(8, block_size=3)
+    checked = check_campaign(store.repository.location, rules=EVIDENCE_RULES)
     assert checked is not None
     assert [(item.rule, item.id, item.detail) for item in checked.violations] == [
         ("not_run", scenario, f"2 of 2 test cases of {architecture} have no result")
@@ -84,17 +84,15 @@ def test_campaign_that_was_only_planned_has_not_run(repository: Repository, exam
 
 
 @pytest.mark.slow
-def test_another_threshold_makes_evidence_stale_until_it_is_judged(
-    repository: Repository, example: Any
-) -> None:
-    example.campaign(repository, 8)
-    example.thresholds["FSR1"] = "another"
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+def test_another_threshold_makes_evidence_stale_until_it_is_judged(store: Store) -> None:
+    store.campaign(8)
+    store.example.thresholds["FSR1"] = "another"
+    plan = store.plan(8, block_size=3)
+    checked = check_campaign(store.repository.location, rules=EVIDENCE_RULES)
     assert checked is not None
     assert {(item.rule, item.id) for item in checked.violations} >= {("stale_evidence", "FSR1")}
-    example.work_off(repository, plan.campaign)
-    checked = check_campaign(repository.location, rules=EVIDENCE_RULES)
+    store.work_off(plan.campaign)
+    checked = check_campaign(store.repository.location, rules=EVIDENCE_RULES)
     assert checked is not None
     assert checked.violations == ()
 

@@ -6,7 +6,6 @@ import json
 import shutil
 import sqlite3
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from tests.project import Executed
-from tests.store.rows import complete_block
+from tests.store.conftest import Store
 
 BOTH = ("camera_radar", "legacy_camera")
 WORDS = (*map(str, VERDICTS), "NOT_RUN", None)
@@ -103,12 +102,11 @@ def test_only_the_named_architectures_are_read(mini: Executed) -> None:
     assert len(none) == 0
 
 
-def test_planned_case_without_a_result_is_not_run(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    compared = repository.compared(plan.campaign, ("legacy", "new"))
+def test_planned_case_without_a_result_is_not_run(store: Store) -> None:
+    plan = store.plan(8, block_size=4)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    compared = store.repository.compared(plan.campaign, ("legacy", "new"))
     assert compared.is_done.tolist() == [True] * 4 + [False] * 4
     judged = compared.verdict[:, compared.fsrs.index("FSR1")]
     assert (judged[:4] < NOT_RUN).all()
@@ -119,9 +117,9 @@ def test_planned_case_without_a_result_is_not_run(repository: Repository, exampl
     assert not compared.has_object.any()
 
 
-def test_fsr_that_is_not_applicable_has_no_verdict(repository: Repository, example: Any) -> None:
-    example.not_applicable = {"FSR1": {"new": "no such signal"}}
-    compared = repository.compared(example.campaign(repository), ("legacy", "new"))
+def test_fsr_that_is_not_applicable_has_no_verdict(store: Store) -> None:
+    store.example.not_applicable = {"FSR1": {"new": "no such signal"}}
+    compared = store.repository.compared(store.campaign(), ("legacy", "new"))
     is_new = compared.architecture.codes == compared.architecture.words.index("new")
     judged = compared.verdict[:, compared.fsrs.index("FSR1")]
     assert (judged[is_new] == NOT_JUDGED).all()
@@ -165,16 +163,15 @@ def test_figures_are_what_the_view_shows(mini: Executed) -> None:
         assert np.array_equal(figures.metrics[name], expected, equal_nan=True)
 
 
-def test_only_executed_runs_of_the_campaign_are_there(repository: Repository, example: Any) -> None:
-    example.campaign(repository, 4)
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    table = repository.results(plan.campaign)
+def test_only_executed_runs_of_the_campaign_are_there(store: Store) -> None:
+    store.campaign(4)
+    plan = store.plan(8, block_size=3)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    table = store.repository.results(plan.campaign)
     expected = [row[table.columns.index("ordinal")] for row in table.rows]
     assert 0 < len(expected) < 8
-    assert repository.figures(plan.campaign).ordinal.tolist() == expected
+    assert store.repository.figures(plan.campaign).ordinal.tolist() == expected
 
 
 def test_scenario_that_was_not_executed_has_no_runs(mini: Executed) -> None:
