@@ -16,6 +16,10 @@ from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import Camera, PluginSensor
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- Architectures: references resolve at their place, and identity is what is executed -----------
 
@@ -193,26 +197,7 @@ def test_rate_is_that_of_the_actuator() -> None:
 
 @pytest.mark.parametrize(
     ("target", "model", "more", "said"),
-    [
-        ("actuators.steering", "loss", {"share": 0.5}, "actuators.drive or actuators.brake"),
-        ("actuators.steering", "fade", {"share": 0.5, "over": "1 s"}, "actuators.brake"),
-        ("actuators.brake", "offset", {"steering_angle": "1 deg"}, "a fault of actuators.steering"),
-        ("actuators.brake", "loss", {"share": 1.5}, "less than or equal to 1"),
-        ("actuators.brake", "fade", {"share": 0.5, "over": "0 s"}, "greater than 0"),
-        ("actuators.brake", "rate_limit", {}, "rate of actuators.brake is jerk"),
-        ("actuators.brake", "rate_limit", {"steering_rate": "1 rad/s"}, "is jerk"),
-        ("actuators.steering", "rate_limit", {"jerk": "1 m/s^3"}, "is steering_rate"),
-        (
-            "actuators.steering",
-            "rate_limit",
-            {"jerk": "1 m/s^3", "steering_rate": "1 rad/s"},
-            "give it alone",
-        ),
-        ("tyres", "friction", {}, "give one of value and factor"),
-        ("tyres", "friction", {"value": 0.5, "factor": 0.5}, "give one of value and factor"),
-        ("tyres", "friction", {"value": -0.5}, "greater than or equal to 0"),
-        ("tyres", "loss", {"share": 0.5}, "loss is a fault of actuators, and tyres"),
-    ],
+    TABLES["what is no such fault is refused of architecture"],
 )
 def test_what_is_no_such_fault_is_refused(
     target: str, model: str, more: dict[str, Any], said: str

@@ -13,6 +13,10 @@ from adeye.spec.document import load_document
 from adeye.spec.load import load_scenario
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, SpeedChange
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 ROOT = Path(__file__).parents[2] / "scenarios_db"
 SHIPPED = sorted(ROOT.rglob("*.yaml"))
@@ -90,14 +94,7 @@ def test_action_of_an_event_is_the_one_that_it_has() -> None:
 
 @pytest.mark.parametrize(
     ("default", "limits"),
-    [
-        ("30 m", ["0 m", "0.06 km"]),
-        ("-30 km/h", ["-50 km/h", "-10 km/h"]),
-        (0.9, [0.3, 1]),
-        ("0 mm/h", ["0 mm/h", "40 mm/h"]),
-        ("5 m", ["5 m", "5 m"]),
-        ("60 m + 5 m", None),
-    ],
+    TABLES["default within its range is a parameter"],
 )
 def test_default_within_its_range_is_a_parameter(default: Any, limits: Any) -> None:
     parameter = Parameter.model_validate({"default": default, "range": limits})

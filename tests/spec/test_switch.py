@@ -9,6 +9,10 @@ from pydantic import ValidationError
 
 from adeye.spec.quantity import SI
 from adeye.spec.switch import KEYS, NEEDED, Switch
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 PLAIN: dict[str, Any] = {
     "policy": "fixed_priority",
@@ -156,15 +160,7 @@ def test_what_does_without_the_later_keys_is_stored_as_it_was() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"quorum": 2},
-        {"vote": "majority"},
-        {"steering_tolerance": "3 deg"},
-        {"without_majority": "spare"},
-        {"handover": "0.2 s"},
-        {"meanwhile": "keep"},
-        {"bumpless": {"jerk": "11 m/s^3", "steering_rate": "20 deg/s"}},
-    ],
+    TABLES["what changes the decisions is stored"],
 )
 def test_what_changes_the_decisions_is_stored(changes: dict[str, Any]) -> None:
     full = {**FULL, "quorum": 3}
