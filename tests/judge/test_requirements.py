@@ -206,10 +206,7 @@ def test_wrong_dimension_is_refused(check: Check) -> None:
         check(formula="always(gap > 2 s)")
 
 
-@pytest.mark.parametrize(
-    "formula",
-    TABLES["what no signal decides is refused at its place"],
-)
+@pytest.mark.parametrize("formula", TABLES["what no signal decides is refused at its place"])
 def test_what_no_signal_decides_is_refused_at_its_place(check: Check, formula: str) -> None:
     with pytest.raises(SpecError, match="always holds, whatever its signals are") as caught:
         check(formula=formula)
@@ -227,8 +224,7 @@ def test_scenario_that_the_odd_lacks_is_refused(check: Check) -> None:
 
 
 @pytest.mark.parametrize(
-    ("formula", "needed"),
-    TABLES["window beyond the tail names the tail needed"],
+    ("formula", "needed"), TABLES["window beyond the tail names the tail needed"]
 )
 def test_window_beyond_the_tail_names_the_tail_needed(
     check: Check, formula: str, needed: str
@@ -237,10 +233,7 @@ def test_window_beyond_the_tail_names_the_tail_needed(
         check(formula=formula)
 
 
-@pytest.mark.parametrize(
-    "formula",
-    TABLES["window within the tail is accepted"],
-)
+@pytest.mark.parametrize("formula", TABLES["window within the tail is accepted"])
 def test_window_within_the_tail_is_accepted(check: Check, formula: str) -> None:
     assert check(formula=formula).formula is not None
 
@@ -268,18 +261,7 @@ def test_all_errors_come_together(plan: JudgedPlan) -> None:
     assert len(caught.value.errors) == 2
 
 
-@pytest.mark.parametrize(
-    ("formula", "last"),
-    [
-        ("always(gap > 1 m)", -math.inf),
-        ("authority.safety", 0.0),
-        ("always(authority.safety)", 10.0),
-        ("always(contact implies eventually[1 s, 3 s](authority.safety))", 13.0),
-        ("contact until[0 s, 2 s] authority.safety", 2.0),
-        ("always(once[1 s, 3 s](authority.safety))", 9.0),
-        ("always(authority.safety since[1 s, 3 s] contact)", 10.0),
-    ],
-)
+@pytest.mark.parametrize(("formula", "last"), TABLES["last decision that a formula reads"])
 def test_last_decision_that_a_formula_reads(formula: str, last: float) -> None:
     assert last_decision(parse_formula(formula).root, 10.0) == last
 
@@ -338,8 +320,7 @@ def test_a_parameter_is_part_of_what_is_judged_whatever_its_unit(check: Check) -
 
 
 @pytest.mark.parametrize(
-    ("item", "place", "message"),
-    TABLES["a parameter that does not fit is refused at its place"],
+    ("item", "place", "message"), TABLES["a parameter that does not fit is refused at its place"]
 )
 def test_a_parameter_that_does_not_fit_is_refused_at_its_place(
     check: Check, item: dict[str, Any], place: str, message: str
@@ -357,8 +338,7 @@ def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
 
 
 @pytest.mark.parametrize(
-    ("bound", "said"),
-    TABLES["bound on the wrong side is refused unless it is meant"],
+    ("bound", "said"), TABLES["bound on the wrong side is refused unless it is meant"]
 )
 def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
     check: Check, bound: dict[str, Any], said: str, monkeypatch: pytest.MonkeyPatch
@@ -390,8 +370,7 @@ def bounded(metric: str, limit: Any, side: str = "at_most") -> Requirement:
 
 
 @pytest.mark.parametrize(
-    ("metric", "text", "number"),
-    TABLES["text with a unit is the number in si and the same fsr"],
+    ("metric", "text", "number"), TABLES["text with a unit is the number in si and the same fsr"]
 )
 @pytest.mark.parametrize("side", ["at_most", "at_least"])
 def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
@@ -408,10 +387,7 @@ def test_digest_of_a_plain_number_is_what_it_was() -> None:
     assert requirement_digest(bounded("takeover_time_s", 1.5)) == RECORDED
 
 
-@pytest.mark.parametrize(
-    ("metric", "text", "message"),
-    TABLES["unit of something else is refused"],
-)
+@pytest.mark.parametrize(("metric", "text", "message"), TABLES["unit of something else is refused"])
 def test_unit_of_something_else_is_refused(metric: str, text: str, message: str) -> None:
     with pytest.raises(SpecError, match=message):
         bound_of(bounded(metric, text))

@@ -85,10 +85,7 @@ def test_parameters_of_the_trajectory_channel_have_units() -> None:
     assert channel.parameters.max_jerk == 10.0
 
 
-@pytest.mark.parametrize(
-    "content",
-    TABLES["impossible channel is refused"],
-)
+@pytest.mark.parametrize("content", TABLES["impossible channel is refused"])
 def test_impossible_channel_is_refused(content: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         CHANNEL.validate_python(content)
@@ -120,10 +117,7 @@ def test_what_a_planned_stop_reads_is_no_part_of_the_identity_where_it_is_left_o
     assert SafetyParameters.model_validate(added, context={"si": True}) == planned
 
 
-@pytest.mark.parametrize(
-    ("parameters", "match"),
-    TABLES["wrong stop is refused"],
-)
+@pytest.mark.parametrize(("parameters", "match"), TABLES["wrong stop is refused"])
 def test_wrong_stop_is_refused(parameters: dict[str, Any], match: str) -> None:
     with pytest.raises(ValidationError, match=match):
         SafetyParameters.model_validate(parameters)
@@ -194,8 +188,7 @@ def test_name_is_read(text: str, name: ReferenceName | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    TABLES["name that means nothing is refused at its place"],
+    ("text", "said"), TABLES["name that means nothing is refused at its place"]
 )
 def test_name_that_means_nothing_is_refused_at_its_place(odd: Any, text: str, said: str) -> None:
     with pytest.raises(SpecError) as caught:

@@ -190,8 +190,7 @@ def test_an_fsr_without_parameters_is_what_it_was_before_there_were_any() -> Non
 
 
 @pytest.mark.parametrize(
-    ("measure", "parameters", "message"),
-    TABLES["parameters that do not fit are refused"],
+    ("measure", "parameters", "message"), TABLES["parameters that do not fit are refused"]
 )
 def test_parameters_that_do_not_fit_are_refused(
     measure: dict[str, Any], parameters: dict[str, Any], message: str

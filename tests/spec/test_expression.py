@@ -51,10 +51,7 @@ def words(text: str) -> str:
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "postfix"),
-    TABLES["precedence"],
-)
+@pytest.mark.parametrize(("text", "postfix"), TABLES["precedence"])
 def test_precedence(text: str, postfix: str) -> None:
     assert words(text) == postfix
 
@@ -106,8 +103,7 @@ def test_bare_zero_fits_anything_and_a_zero_with_a_unit_does_not() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
-    TABLES["text outside the grammar is refused with its position"],
+    ("text", "message"), TABLES["text outside the grammar is refused with its position"]
 )
 def test_text_outside_the_grammar_is_refused_with_its_position(text: str, message: str) -> None:
     with pytest.raises(ExpressionError) as caught:
@@ -380,10 +376,7 @@ def test_a_difference_that_people_see_is_none_of_rounding() -> None:
     assert parse("a > 0 mm/h").evaluate({"a": 1e-6 / 3.6e6}) is True
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["a function of a sum on a limit is that of the limit"],
-)
+@pytest.mark.parametrize("text", TABLES["a function of a sum on a limit is that of the limit"])
 def test_a_function_of_a_sum_on_a_limit_is_that_of_the_limit(text: str) -> None:
     # 0.1 + 0.2 is not the float 0.3.
     values = {"a": 0.1 + 0.2, "d": 0.3}
@@ -573,10 +566,7 @@ def test_inputs_are_not_changed() -> None:
     np.testing.assert_array_equal(found, [0.0, 1.0])
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["text is no number"],
-)
+@pytest.mark.parametrize("text", TABLES["text is no number"])
 def test_text_is_no_number(text: str) -> None:
     with pytest.raises(TypeError):
         evaluate(text, x=NAN)
@@ -587,10 +577,7 @@ def test_columns_of_different_length_are_refused_of_columns() -> None:
         evaluate("a + b", a=np.zeros(2), b=np.zeros(3))
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    TABLES["what may hold whatever the unknown is"],
-)
+@pytest.mark.parametrize(("text", "expected"), TABLES["what may hold whatever the unknown is"])
 def test_what_may_hold_whatever_the_unknown_is(text: str, expected: list[bool]) -> None:
     held = may_hold(read_steps(text), {"time": np.array([0.0, 1.0, 2.0])})
     assert np.broadcast_to(held, 3).tolist() == expected
@@ -672,10 +659,7 @@ def test_dimension(text: str, found: Dimension | None) -> None:
     assert dimension(text) is found
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    TABLES["mismatch is named"],
-)
+@pytest.mark.parametrize(("text", "message"), TABLES["mismatch is named"])
 def test_mismatch_is_named(text: str, message: str) -> None:
     with pytest.raises(ExpressionError) as caught:
         dimension(text)

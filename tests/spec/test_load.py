@@ -60,8 +60,7 @@ def write(tmp_path: Path) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("base", "override", "merged"),
-    TABLES["merge lays one content over another"],
+    ("base", "override", "merged"), TABLES["merge lays one content over another"]
 )
 def test_merge_lays_one_content_over_another(base: Any, override: Any, merged: Any) -> None:
     assert merge(base, override) == merged

@@ -38,8 +38,7 @@ def edited(source: Path, folder: Path, path: str, value: Any, **more: Any) -> Pa
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "bound"),
-    TABLES["part beyond the plausible is refused unless it is meant"],
+    ("path", "value", "bound"), TABLES["part beyond the plausible is refused unless it is meant"]
 )
 def test_part_beyond_the_plausible_is_refused_unless_it_is_meant(
     tmp_path: Path, path: str, value: str, bound: str
@@ -79,8 +78,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "bound"),
-    TABLES["scenario beyond the plausible is refused"],
+    ("path", "value", "bound"), TABLES["scenario beyond the plausible is refused"]
 )
 def test_scenario_beyond_the_plausible_is_refused(
     project: Project, path: str, value: Any, bound: str
@@ -102,10 +100,7 @@ def test_constant_that_no_run_can_have_is_refused(project: Project, path: str, v
         make_plan(project.odd)
 
 
-@pytest.mark.parametrize(
-    "path",
-    TABLES["delay longer than the run is refused"],
-)
+@pytest.mark.parametrize("path", TABLES["delay longer than the run is refused"])
 def test_delay_longer_than_the_run_is_refused(project: Project, path: str) -> None:
     """Such a sensor, channel or switch does nothing in any run, and no bound of its own says so."""
     file = edited(LEAD, project.folder / "scenarios_db", "tail", "13 s", scenario="mine")
@@ -131,8 +126,7 @@ def test_default_counts_as_nobodys_word() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "bound"),
-    TABLES["fault beyond the plausible is refused unless it is meant"],
+    ("fault", "bound"), TABLES["fault beyond the plausible is refused unless it is meant"]
 )
 def test_fault_beyond_the_plausible_is_refused_unless_it_is_meant(
     tmp_path: Path, fault: dict[str, Any], bound: str

@@ -61,10 +61,7 @@ def test_fault_without_a_meaning_for_a_sensor_says_so_where_it_is_written(
 FIXED = {"id": "a", "target": "sensors.a", "onset": {"at": "0 s"}}
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    TABLES["what cannot be is refused"],
-)
+@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused"])
 def test_what_cannot_be_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})
@@ -78,10 +75,7 @@ def test_classes_are_of_the_structure_of_a_batch() -> None:
 # --- The body: where it looks, how far, and through what ------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    TABLES["what cannot be is refused of sensor bodies"],
-)
+@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused of sensor bodies"])
 def test_what_cannot_be_is_refused_of_sensor_bodies(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})
@@ -115,10 +109,7 @@ def test_stored_fault_is_read_again() -> None:
     assert again == fault
 
 
-@pytest.mark.parametrize(
-    ("wrong", "loc"),
-    TABLES["wrong value is refused at its place"],
-)
+@pytest.mark.parametrize(("wrong", "loc"), TABLES["wrong value is refused at its place"])
 def test_wrong_value_is_refused_at_its_place(wrong: dict[str, Any], loc: str) -> None:
     with pytest.raises(ValidationError) as caught:
         read(**wrong)
@@ -137,10 +128,7 @@ def test_identity_of_a_drop_out_is_what_it_was() -> None:
     assert set(fault.executable()) == {"id", "target", "model", "onset", "duration"}
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    TABLES["what no sensor can have is refused"],
-)
+@pytest.mark.parametrize("wrong", TABLES["what no sensor can have is refused"])
 def test_what_no_sensor_can_have_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})

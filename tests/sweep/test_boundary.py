@@ -88,8 +88,7 @@ def test_inside_is_no_breach() -> None:
 
 
 @pytest.mark.parametrize(
-    ("attributes", "attribute", "text"),
-    TABLES["word outside holds for every point"],
+    ("attributes", "attribute", "text"), TABLES["word outside holds for every point"]
 )
 def test_word_outside_holds_for_every_point(
     attributes: dict[str, Any], attribute: str, text: str

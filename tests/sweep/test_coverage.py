@@ -310,8 +310,7 @@ def test_sun_below_the_horizon_is_no_sun_and_below_the_odd_in_no_bin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("degrees", "side"),
-    TABLES["sun stands in a quarter whatever turns its azimuth has"],
+    ("degrees", "side"), TABLES["sun stands in a quarter whatever turns its azimuth has"]
 )
 def test_sun_stands_in_a_quarter_whatever_turns_its_azimuth_has(degrees: float, side: str) -> None:
     shines = changed("environment", sun_elevation="20 deg", sun_azimuth=f"{degrees} deg")

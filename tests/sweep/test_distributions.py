@@ -152,10 +152,7 @@ def test_choice_of_a_path_takes_what_a_list_would(load: Load) -> None:
     assert 120 < found.count("day") < 180
 
 
-@pytest.mark.parametrize(
-    ("text", "law", "said"),
-    TABLES["unusable data is refused at the axis"],
-)
+@pytest.mark.parametrize(("text", "law", "said"), TABLES["unusable data is refused at the axis"])
 def test_unusable_data_is_refused_at_the_axis(
     load: Load, project: Path, text: str | None, law: dict[str, Any], said: str
 ) -> None:
@@ -169,8 +166,7 @@ def test_unusable_data_is_refused_at_the_axis(
 
 
 @pytest.mark.parametrize(
-    ("name", "law", "said"),
-    TABLES["unusable distribution is refused at the axis"],
+    ("name", "law", "said"), TABLES["unusable distribution is refused at the axis"]
 )
 def test_unusable_distribution_is_refused_at_the_axis(
     load: Load, name: str, law: dict[str, Any], said: str

@@ -127,8 +127,7 @@ def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, desig
 
 
 @pytest.mark.parametrize(
-    ("design", "samples", "more", "said"),
-    TABLES["design that cannot be is refused"],
+    ("design", "samples", "more", "said"), TABLES["design that cannot be is refused"]
 )
 def test_design_that_cannot_be_is_refused(
     load: Load, design: str, samples: int, more: dict[str, Any], said: str
@@ -187,10 +186,7 @@ def test_relation_may_name_an_axis_by_path(load: Load) -> None:
     assert points.columns[axis].tolist() == [120.0]
 
 
-@pytest.mark.parametrize(
-    ("relation", "said"),
-    TABLES["wrong relation is refused at its place"],
-)
+@pytest.mark.parametrize(("relation", "said"), TABLES["wrong relation is refused at its place"])
 def test_wrong_relation_is_refused_at_its_place(load: Load, relation: str, said: str) -> None:
     parameters = {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m", "45 m", "60 m"]}
     with pytest.raises(SweepError) as caught:

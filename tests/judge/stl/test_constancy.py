@@ -18,10 +18,7 @@ from tests.stored import stored
 TABLES = stored("formulas")
 
 
-@pytest.mark.parametrize(
-    ("text", "part", "held"),
-    TABLES["what no signal decides is found"],
-)
+@pytest.mark.parametrize(("text", "part", "held"), TABLES["what no signal decides is found"])
 def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) -> None:
     formula = parse_formula(text)
     found = first_constant(formula.root)
@@ -30,10 +27,7 @@ def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) ->
     assert found[1] is held
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["what some value decides is not found"],
-)
+@pytest.mark.parametrize("text", TABLES["what some value decides is not found"])
 def test_what_some_value_decides_is_not_found(text: str) -> None:
     assert first_constant(parse_formula(text).root) is None
 
@@ -56,10 +50,7 @@ def kinds(text: str) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["it is needed where the formula holds by that alone"],
-)
+@pytest.mark.parametrize("text", TABLES["it is needed where the formula holds by that alone"])
 def test_it_is_needed_where_the_formula_holds_by_that_alone(text: str) -> None:
     # At the top level of always, it makes the run VACUOUS instead.
     if "(always (" not in text:
@@ -67,10 +58,7 @@ def test_it_is_needed_where_the_formula_holds_by_that_alone(text: str) -> None:
     assert kinds(text.format("ok", "ok")) == [HELD]
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["it is spare where the formula holds without it"],
-)
+@pytest.mark.parametrize("text", TABLES["it is spare where the formula holds without it"])
 def test_it_is_spare_where_the_formula_holds_without_it(text: str) -> None:
     assert kinds(text) == [SPARE]
 

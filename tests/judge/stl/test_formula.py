@@ -87,17 +87,13 @@ def check(text: str) -> None:
     check_condition(parse_text(text), DICTIONARY_OF_CHECK, text)
 
 
-@pytest.mark.parametrize(
-    "text",
-    TABLES["what fits the dictionary passes"],
-)
+@pytest.mark.parametrize("text", TABLES["what fits the dictionary passes"])
 def test_what_fits_the_dictionary_passes(text: str) -> None:
     check(text)
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "what", "remedy"),
-    TABLES["what does not fit is refused with a suggestion"],
+    ("text", "column", "what", "remedy"), TABLES["what does not fit is refused with a suggestion"]
 )
 def test_what_does_not_fit_is_refused_with_a_suggestion(
     text: str, column: int, what: str, remedy: str

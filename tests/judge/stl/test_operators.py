@@ -35,10 +35,7 @@ def at_row(text: str, row: int) -> StlColumns:
     return judge(window, signals(), step_s=0.5, length=LENGTHS, horizon=horizon, complete=False)
 
 
-@pytest.mark.parametrize(
-    ("one", "other"),
-    TABLES["equivalent conditions hold at the same rows"],
-)
+@pytest.mark.parametrize(("one", "other"), TABLES["equivalent conditions hold at the same rows"])
 def test_equivalent_conditions_hold_at_the_same_rows(one: str, other: str) -> None:
     # Robustness may differ: a tautology such as x or not x has a finite one.
     for row in range(ROWS):

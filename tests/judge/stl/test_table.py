@@ -186,8 +186,7 @@ def test_truth_values_and_words_are_told_from_the_cells() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cells", "options", "message"),
-    TABLES["a column that makes no sense is refused"],
+    ("cells", "options", "message"), TABLES["a column that makes no sense is refused"]
 )
 def test_a_column_that_makes_no_sense_is_refused(
     cells: list[str], options: dict[str, Any], message: str
@@ -348,10 +347,7 @@ def test_the_horizon_ends_obligations_and_beyond_the_table_leaves_them_open() ->
     assert judged("always(gap > 4)", horizon="1 h").verdict is Verdict.FAIL
 
 
-@pytest.mark.parametrize(
-    ("formula", "reading", "message"),
-    TABLES["what does not fit is refused"],
-)
+@pytest.mark.parametrize(("formula", "reading", "message"), TABLES["what does not fit is refused"])
 def test_what_does_not_fit_is_refused(formula: str, reading: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         judged(formula, **reading)
