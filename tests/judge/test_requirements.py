@@ -37,47 +37,12 @@ Check = Callable[..., CheckedRequirement]
 
 
 def concept(*requirements: dict[str, Any]) -> Concept:
-    shared = {
-        "goals": ["SG"],
-        "text": "Stay clear.",
-        "threshold_source": "made for a test",
-        "asil": "QM",
-        "allocation": ["element"],
-    }
-    event = {
-        "id": "HE",
-        "function": "f",
-        "malfunction": "m",
-        "situation": "s",
-        "severity": "S0",
-        "exposure": "E0",
-        "controllability": "C0",
-        "severity_rationale": "r",
-        "exposure_rationale": "r",
-        "controllability_rationale": "r",
-    }
-    return Concept.model_validate(
-        {
-            "concept": "made",
-            "title": "Made",
-            "hazardous_events": [event],
-            "safety_goals": [
-                {
-                    "id": "SG",
-                    "text": "t",
-                    "hazardous_events": ["HE"],
-                    "safe_state": "s",
-                    "ftti": "1 s",
-                    "ftti_rationale": "r",
-                }
-            ],
-            "elements": [{"id": "element", "kind": "other", "text": "t", "asil_capability": "D"}],
-            "requirements": [
-                {"id": f"FSR-{number}", **shared, **item}
-                for number, item in enumerate(requirements)
-            ],
-        }
-    )
+    content = stored("made_concept")
+    (shared,) = content["requirements"]
+    content["requirements"] = [
+        {**shared, "id": f"FSR-{number}", **item} for number, item in enumerate(requirements)
+    ]
+    return Concept.model_validate(content)
 
 
 @pytest.fixture

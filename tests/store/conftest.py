@@ -16,15 +16,11 @@ from adeye.judge.timeline import Injection, Timeline
 from adeye.judge.uncertainty import Difference
 from adeye.judge.verdict import Outcome, Verdict
 from adeye.spec.concept import (
-    Assumption,
     Concept,
     Decomposition,
     DependentFailure,
-    Element,
-    HazardousEvent,
     MetricBound,
     Requirement,
-    SafetyGoal,
     Waiver,
 )
 from adeye.store.block import BasisBlock, ExtremeBlock, JudgedBlock
@@ -60,6 +56,9 @@ from tests.store.rows import (
     result_table_hash,
     run_block,
 )
+from tests.stored import stored
+
+CONCEPT = stored("example_concept")
 
 
 def sha(text: str) -> str:
@@ -106,42 +105,8 @@ class Example:
         self.detail_of: Callable[[BlockCase], str | None] = lambda _case: None
 
     def concept(self) -> Concept:
-        return Concept(
-            concept="example",
-            title="Example",
-            hazardous_events=(
-                HazardousEvent(
-                    id="HE1",
-                    function="follow",
-                    malfunction="no braking",
-                    situation="motorway",
-                    severity="S3",
-                    exposure="E4",
-                    controllability="C3",
-                    severity_rationale="speed",
-                    exposure_rationale="daily",
-                    controllability_rationale="none",
-                ),
-            ),
-            safety_goals=(
-                SafetyGoal(
-                    id="SG1",
-                    text="No contact",
-                    hazardous_events=("HE1",),
-                    safe_state="standstill",
-                    ftti="1.5 s",
-                    ftti_rationale="gap",
-                ),
-            ),
-            elements=(
-                Element(id="camera", kind="sensor", text="front camera", asil_capability="B"),
-            ),
-            requirements=self.requirements,
-            assumptions=(
-                Assumption(id="A1", text="dry", owner="me", valid_until=date(2030, 1, 1)),
-            ),
-            waivers=self.waivers,
-        ).model_copy(update=self.parts)
+        content = {**CONCEPT, "requirements": self.requirements, "waivers": self.waivers}
+        return Concept.model_validate(content).model_copy(update=self.parts)
 
     def fsr_digest(self, name: str) -> str:
         return sha(f"{name} {self.thresholds.get(name, '')}")
