@@ -1,3 +1,5 @@
+"""What the cases of a block lack: results, verdicts, or nothing."""
+
 import pytest
 
 from tests.store.conftest import Store

@@ -1,3 +1,5 @@
+"""The catalogue of a database: its tables, views and triggers, and what was altered."""
+
 from collections.abc import Iterator
 from typing import Any
 

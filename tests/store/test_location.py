@@ -1,3 +1,5 @@
+"""Where a database is: names of files, addresses of servers, and secrets that stay so."""
+
 from pathlib import Path
 
 import pytest

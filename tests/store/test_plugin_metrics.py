@@ -1,3 +1,5 @@
+"""Metrics of plug-ins: a wide table for each set of them, kept once and protected."""
+
 import sqlite3
 from dataclasses import replace
 from typing import Any

@@ -1,3 +1,5 @@
+"""The repository as its users open it: made on first use, committed, shared by threads."""
+
 import threading
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""Versions of the schema: made, upgraded, refused, and never changed by hand."""
+
 import hashlib
 import multiprocessing
 import shutil

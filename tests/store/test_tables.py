@@ -1,3 +1,5 @@
+"""The tables: which there are, which can change, and what they refuse."""
+
 import re
 import sqlite3
 

@@ -1,3 +1,5 @@
+"""Campaigns and runs: how they are found, counted, and told from each other."""
+
 import json
 import random  # noqa: TID251 - tests may draw
 from contextlib import closing

@@ -1,3 +1,5 @@
+"""Contents and concepts in the database, hostile texts among them."""
+
 import json
 
 import pytest
