@@ -2,7 +2,6 @@
 
 import json
 import random  # noqa: TID251 - tests may draw
-from contextlib import closing
 from datetime import date
 from itertools import pairwise
 from pathlib import Path
@@ -15,8 +14,6 @@ from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
 from tests.store.conftest import Store
-from tests.store.raw import raw_connection
-from tests.store.rows import complete_block, result_table_hash
 
 
 @pytest.fixture
@@ -36,30 +33,34 @@ def test_campaigns_are_listed_the_newest_first(store: Store, campaign: str) -> N
     assert found[1].provenance == {"tool": "0.1.0"}
 
 
-def test_latest_campaign_is_that_of_the_odd(repository: Repository, campaign: str) -> None:
-    latest = repository.latest_campaign("motorway")
-    assert latest is not None
-    assert latest.id == campaign
-    assert repository.latest_campaign() == latest
+def test_campaign_is_found_by_number_id_prefix_and_odd(
+    repository: Repository, campaign: str
+) -> None:
+    found = repository.latest_campaign()
+    for name in ("1", campaign, campaign[:6]):
+        assert repository.find_campaign(name) == found
+    assert found == repository.latest_campaign("motorway")
     assert repository.latest_campaign("urban") is None
 
 
-def test_campaign_is_found_by_number_id_and_prefix(repository: Repository, campaign: str) -> None:
-    for name in ("1", campaign, campaign[:6]):
-        assert repository.find_campaign(name).id == campaign
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("2", "not the beginning"), ("xyz!", "not the beginning"), ("0" * 32, "there is none")],
-)
-def test_unknown_campaign_is_an_input_error(
-    repository: Repository, campaign: str, name: str, message: str
+def test_names_of_no_campaign_and_of_no_run_are_input_errors(
+    repository: Repository, campaign: str
 ) -> None:
-    assert campaign
-    with pytest.raises(InputError, match=message) as caught:
-        repository.find_campaign(name)
-    assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
+    for name, message in (
+        ("2", "not the beginning"),
+        ("xyz!", "not the beginning"),
+        ("0" * 32, "there is none"),
+    ):
+        with pytest.raises(InputError, match=message) as caught:
+            repository.find_campaign(name)
+        assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
+    for name in ("", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"):
+        with pytest.raises(InputError, match="not the beginning of a digest"):
+            repository.find_run(name)
+    with pytest.raises(InputError, match="run '99999'"):
+        repository.find_run("99999", campaign=campaign)
+    with pytest.raises(InputError, match="there is none"):
+        repository.test_case_row("0" * 64)
 
 
 def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> None:
@@ -71,12 +72,17 @@ def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> N
     assert store.repository.find_run(by_ordinal.result_digest, campaign=campaign) == by_ordinal
 
 
-def test_run_in_two_campaigns_is_shown_in_the_newest(store: Store, campaign: str) -> None:
+def test_run_in_two_campaigns_is_shown_in_the_newest_and_found_in_its_own_only(
+    store: Store, campaign: str
+) -> None:
     store.example.with_odd("2")
-    second = store.campaign(8)
-    digest = store.example.case(5).result_digest
-    assert store.repository.find_run(digest).campaign == second
-    assert store.repository.find_run(digest, campaign=campaign).campaign == campaign
+    second = store.campaign(12)
+    shared, own = (store.example.case(ordinal).result_digest for ordinal in (5, 11))
+    assert store.repository.find_run(shared).campaign == second
+    assert store.repository.find_run(shared, campaign=campaign).campaign == campaign
+    assert store.repository.find_run(own).campaign == second
+    with pytest.raises(InputError, match="is not in campaign"):
+        store.repository.find_run(own, campaign=campaign)
 
 
 def test_planned_run_is_found_before_it_is_executed(store: Store) -> None:
@@ -96,29 +102,6 @@ def test_ambiguous_prefix_lists_what_it_could_be(store: Store) -> None:
         assert (digest[:12] in str(caught.value)) == digest.startswith(prefix)
 
 
-@pytest.mark.parametrize("name", ["", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"])
-def test_run_name_that_is_no_prefix_is_refused(
-    repository: Repository, campaign: str, name: str
-) -> None:
-    assert campaign
-    with pytest.raises(InputError, match="not the beginning of a digest"):
-        repository.find_run(name)
-
-
-def test_ordinal_beyond_the_plan_is_an_input_error(repository: Repository, campaign: str) -> None:
-    with pytest.raises(InputError, match="run '99999'"):
-        repository.find_run("99999", campaign=campaign)
-
-
-def test_run_of_another_campaign_is_not_found(store: Store, campaign: str) -> None:
-    store.example.with_odd("2")
-    second = store.campaign(12)
-    digest = store.example.case(11).result_digest
-    assert store.repository.find_run(digest).campaign == second
-    with pytest.raises(InputError, match="is not in campaign"):
-        store.repository.find_run(digest, campaign=campaign)
-
-
 def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:
     case = store.example.case(1, faults=[{"id": "out"}], fault_entry="out")
     store.plan([case])
@@ -131,36 +114,22 @@ def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:
     assert store.repository.content("odd", stored.odd_digest) == store.example.odd.content
 
 
-def test_unknown_test_case_is_an_input_error(repository: Repository) -> None:
-    with pytest.raises(InputError, match="there is none"):
-        repository.test_case_row("0" * 64)
-
-
 @pytest.mark.slow
 def test_campaign_that_was_planned_again_is_the_latest(store: Store) -> None:
     def latest() -> str:
         found = store.repository.latest_campaign()
         assert found is not None
-        with closing(raw_connection(store.repository)) as connection:
-            asked = connection.execute(
-                "SELECT campaign FROM v_campaigns WHERE recency = 1"
-            ).fetchone()
-        assert asked == (found.id,)
+        asked = store.rows("SELECT campaign FROM v_campaigns WHERE recency = 1")
+        assert asked == [(found.id,)]
         return found.id
 
-    first, second = store.campaign(4), store.campaign(2)
-    assert latest() == second
-    assert store.campaign(4) == first
-    assert latest() == first
     # The same once more changes nothing, another one does.
-    assert store.campaign(4) == first
-    assert latest() == first
-    third = store.campaign(3)
-    assert latest() == third
-    assert store.campaign(2) == second
-    assert latest() == second
-    with closing(raw_connection(store.repository)) as connection:
-        assert connection.execute("SELECT COUNT(*) FROM campaign_use").fetchone() == (3,)
+    planned = {}
+    for count in (4, 2, 4, 4, 3, 2):
+        campaign = store.campaign(count)
+        assert planned.setdefault(count, campaign) == campaign
+        assert latest() == campaign
+    assert store.repository.info().rows["campaign_use"] == 3
     assert store.repository.verify() == ()
 
 
@@ -177,9 +146,10 @@ def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
     """Execute one plan with random blocks abandoned and completed out of order."""
     picks = random.Random(seed)  # noqa: S311 - order only
     with Repository.open(path) as repository:
-        plan = repository.plan_campaign(example.record(), example.cases(16), block_size=block_size)
+        store = Store(repository, example)
+        campaign = store.plan(16, block_size=block_size).campaign
         held = []
-        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+        while (block := repository.claim_block(campaign=campaign)) is not None:
             if picks.random() < 0.3:
                 assert repository.release_block(block)
                 continue
@@ -189,11 +159,11 @@ def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
                 done = held.pop()
                 runs = [example.run(case, executed_by=str(seed)) for case in done.to_execute]
                 picks.shuffle(runs)
-                assert complete_block(repository, done, runs)
+                assert store.complete(done, runs)
         for block in held:
-            assert complete_block(repository, block, example.runs(block))
+            assert store.complete(block)
         assert repository.verify() == ()
-        return result_table_hash(repository, plan.campaign)
+        return store.result_hash(campaign)
 
 
 @pytest.mark.slow
@@ -209,31 +179,19 @@ def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change", ["trace_digest", "outcome_detail", "duration_s"])
-def test_hash_of_results_notices_one_different_run(
-    tmp_path: Path, example: Any, change: str
-) -> None:
+def test_hash_of_results_notices_one_different_run(tmp_path: Path, example: Any) -> None:
+    changed = {"trace_digest": "f" * 32, "outcome_detail": "f" * 32, "duration_s": 16.0}
     hashes = set()
-    for name, changes in (("a", {}), ("b", {change: {"duration_s": 16.0}.get(change, "f" * 32)})):
+    for name in ("nothing", *changed):
         with Repository.open(tmp_path / f"{name}.db") as repository:
-            plan = repository.plan_campaign(example.record(), example.cases(4))
-            block = repository.claim_block()
-            assert block is not None
-            runs = [example.run(case) for case in block.cases]
-            runs[2] = example.run(block.cases[2], **changes)
-            assert complete_block(repository, block, runs)
-            hashes.add(result_table_hash(repository, plan.campaign))
-    assert len(hashes) == 2
-
-
-@pytest.mark.slow
-def test_hash_of_results_is_kept_when_other_campaigns_reuse_them(store: Store) -> None:
-    first = store.campaign(8)
-    before = store.result_hash(first)
-    store.example.with_odd("2")
-    store.example.thresholds["FSR1"] = "3 m"
-    store.campaign(12)
-    assert store.result_hash(first) == before
+            store = Store(repository, example)
+            block = store.claim(store.plan(4).campaign)
+            runs = store.example.runs(block)
+            if name in changed:
+                runs[2] = example.run(block.cases[2], **{name: changed[name]})
+            assert store.complete(block, runs)
+            hashes.add(store.result_hash(block.campaign))
+    assert len(hashes) == 4
 
 
 def test_status_counts_by_architecture_and_scenario(store: Store) -> None:
@@ -356,13 +314,9 @@ def test_results_are_one_row_a_run_in_the_order_of_the_plan(store: Store) -> Non
     assert {"scenario", "architecture", "min_ttc_s", "verdicts"} <= set(table.columns)
 
 
-def test_no_failed_channel_is_nothing_to_count(store: Store) -> None:
-    campaign = store.campaign(8)
-    assert store.repository.failed_channels(campaign) == ()
-
-
 def test_failed_channels_are_counted_from_the_runs(store: Store) -> None:
     campaign = store.campaign(8)
+    assert store.repository.failed_channels(campaign) == ()
     store.raw.execute("DROP TRIGGER run_no_update")
     store.raw.execute(
         "UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3"
