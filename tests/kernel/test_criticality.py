@@ -399,7 +399,7 @@ def test_unknown_number_is_never_a_known_answer() -> None:
         required_deceleration: (20.0, 5.0, 9.0, 0.0),
         stopping_distance: (0.0, 1.0, 5.0),
     }
-    some = (
+    some: list[tuple[Callable[..., float], tuple[float, ...]]] = [
         (enhanced_time_to_collision, (NAN, 0.0, 0.0)),
         (enhanced_time_to_collision, (20.0, NAN, 0.0)),
         (rss_longitudinal_distance, (NAN, 20.0, *CONSERVATIVE)),
@@ -418,7 +418,7 @@ def test_unknown_number_is_never_a_known_answer() -> None:
         (speed_change, (1800.0, 1500.0, NAN)),
         (fatality_probability, (NAN,)),
         (normal_share, (NAN,)),
-    )
+    ]
     spoilt = [
         (form, (*state[:place], NAN, *state[place + 1 :]))
         for form, state in whole.items()
