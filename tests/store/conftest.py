@@ -427,11 +427,13 @@ class Store:
 
     def fork(self, campaign: str) -> ForkRecord:
         """Save a fork of the first run of a campaign."""
-        return self.example.fork(self.repository, campaign)
+        made: ForkRecord = self.example.fork(self.repository, campaign)
+        return made
 
     def hindsight(self, campaign: str) -> tuple[Injection, TakeoverLine]:
         """Keep what became of a fault of the first run, and what its fork told."""
-        return self.example.hindsight(self.repository, campaign)
+        kept: tuple[Injection, TakeoverLine] = self.example.hindsight(self.repository, campaign)
+        return kept
 
     def halved(self, campaign: str) -> None:
         """Save a twin of the first run with half the step, and a line of what it told."""

@@ -124,7 +124,7 @@ def test_campaign_that_was_planned_again_is_the_latest(store: Store) -> None:
         return found.id
 
     # The same once more changes nothing, another one does.
-    planned = {}
+    planned: dict[int, str] = {}
     for count in (4, 2, 4, 4, 3, 2):
         campaign = store.campaign(count)
         assert planned.setdefault(count, campaign) == campaign

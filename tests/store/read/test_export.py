@@ -117,7 +117,7 @@ def test_another_database_gives_the_same(tmp_path: Path) -> None:
         before.with_odd("2")
         before.gate = ("legacy",)
         before.campaign(repository, 6)
-        example = Example()
+        example: Any = Example()
         run = example.run
         example.run = lambda case, **changes: replace(run(case, **changes), executed_by="host 2")
         assert example.campaign(repository, 8, block_size=5) == campaign
