@@ -17,6 +17,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Requirement
 from adeye.spec.scenario import LogicalScenario
 from adeye.trace import ChannelEvent, Layout, Trace
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -26,37 +27,7 @@ if TYPE_CHECKING:
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.odd import Attributes
 
-ARCHITECTURE: dict[str, Any] = {
-    "architecture": "two_channels",
-    "title": "Two channels",
-    "vehicle": {
-        "length": "4 m",
-        "width": "2 m",
-        "height": "1.5 m",
-        "wheelbase": "2.5 m",
-        "max_acceleration": "3 m/s^2",
-        "max_deceleration": "9 m/s^2",
-        "max_steering_angle": "0.6 rad",
-        "max_steering_rate": "0.5 rad/s",
-        "acceleration_lag": "0 s",
-        "steering_lag": "0 s",
-    },
-    "sensors": {
-        "camera": {
-            "kind": "camera",
-            "mount": {},
-            "field_of_view": "60 deg",
-            "range": "100 m",
-            "rate": "10 Hz",
-        },
-        "truth": {"kind": "ground_truth", "rate": "10 Hz"},
-    },
-    "channels": {
-        "nominal": {"kind": "nominal", "links": ["camera"], "rate": "10 Hz"},
-        "safety": {"kind": "safety", "links": ["truth"], "rate": "10 Hz"},
-    },
-    "switch": {"policy": "fixed_priority", "priority": ["safety", "nominal"], "default": "nominal"},
-}
+ARCHITECTURE: dict[str, Any] = stored("two_channels")
 
 
 class HandMade:
@@ -297,28 +268,11 @@ def scenario() -> Callable[..., LogicalScenario]:
     """The scenario of the hand-made runs: follow a lead; horizon 1.5 s, tail 0.5 s."""
 
     def make(*actors: str, horizon: str = "1.5 s", tail: str = "0.5 s") -> LogicalScenario:
-        start = {"lane": 1, "s": "44 m", "speed": "20 m/s"}
-        return LogicalScenario.model_validate(
-            {
-                "scenario": "follow",
-                "title": "Follow",
-                "provenance": {"source": "made for a test"},
-                "world": {
-                    "road": {
-                        "kind": "straight",
-                        "length": "2000 m",
-                        "lanes": 3,
-                        "lane_width": "3.5 m",
-                        "shoulder": "2 m",
-                        "speed_limit": "130 km/h",
-                    }
-                },
-                "environment": {"rain": "0 mm/h", "fog_visibility": "2000 m", "friction": 0.9},
-                "ego": {"lane": 1, "s": "0 m", "speed": "20 m/s"},
-                "actors": {name: {"kind": "car", "start": start} for name in (actors or ("lead",))},
-                "horizon": horizon,
-                "tail": tail,
-            }
-        )
+        content = stored("follow")
+        lead = content["actors"]["lead"]
+        changed: dict[str, Any] = {"horizon": horizon, "tail": tail}
+        if actors:
+            changed["actors"] = dict.fromkeys(actors, lead)
+        return LogicalScenario.model_validate({**content, **changed})
 
     return make

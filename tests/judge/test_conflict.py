@@ -40,21 +40,12 @@ def measured(made: Any, quantity: str, row: int = 0) -> Any:
     return float(values[column, 0, row]), int(actors[column, 0, row])
 
 
-@pytest.mark.parametrize(
-    ("quantity", "value"),
-    [
-        ("distance", 40.0),
-        ("gap", 40.0),
-        ("ttc", 4.0),
-        ("time_gap", 2.0),
-        ("time_headway", 2.2),
-        ("drac", 1.25),
-        ("required_deceleration", 1.25),
-    ],
-)
-def test_golden_approach_to_a_slower_lead(hand_made: Any, quantity: str, value: float) -> None:
+def test_golden_approach_to_a_slower_lead(hand_made: Any) -> None:
     made = hand_made().object("lead", speed=10.0)
-    assert measured(made, quantity) == (pytest.approx(value), 0)
+    lengths, times = {"distance": 40.0, "gap": 40.0}, {"ttc": 4.0, "time_gap": 2.0}
+    demands = {"time_headway": 2.2, "drac": 1.25, "required_deceleration": 1.25}
+    for quantity, value in (lengths | times | demands).items():
+        assert measured(made, quantity) == (pytest.approx(value), 0), quantity
 
 
 def test_braking_lead_that_stops_first_requires_more_than_drac(hand_made: Any) -> None:
@@ -117,25 +108,17 @@ def crossing(hand_made: Any, d: float, speed: float, heading: float = np.pi / 2)
     return made.object("pedestrian", s=42.3, d=d, speed=speed, heading=heading, size=(0.6, 0.6))
 
 
-def test_pedestrian_who_will_be_in_the_corridor_is_in_the_path(hand_made: Any) -> None:
-    # The ego arrives after 2 s; at 1.5 m/s the pedestrian has gone 3 m by then.
-    assert measured(crossing(hand_made, 2.25, 1.5), "ttc") == (pytest.approx(2.0), 0)
-
-
-def test_pedestrian_who_arrives_too_late_is_not_in_the_path(hand_made: Any) -> None:
-    assert measured(crossing(hand_made, 0.0, 1.5), "ttc") == (np.inf, -1)
-
-
-def test_pedestrian_who_has_left_before_the_ego_comes_is_not_in_the_path(hand_made: Any) -> None:
-    assert measured(crossing(hand_made, 3.9, 3.0), "ttc") == (np.inf, -1)
-
-
-def test_pedestrian_who_walks_away_is_not_in_the_path(hand_made: Any) -> None:
-    assert measured(crossing(hand_made, 2.25, 1.5, -np.pi / 2), "ttc") == (np.inf, -1)
-
-
-def test_pedestrian_in_the_corridor_is_in_the_path_whatever_follows(hand_made: Any) -> None:
-    assert measured(crossing(hand_made, 5.25, 5.0), "gap") == (pytest.approx(40.0), 0)
+def test_pedestrian_is_in_the_path_who_is_in_the_corridor_as_the_ego_comes(hand_made: Any) -> None:
+    nobody = (np.inf, -1)
+    for why, walker, quantity, expected in (
+        # The ego arrives after 2 s; at 1.5 m/s the pedestrian has gone 3 m by then.
+        ("will be in the corridor", (2.25, 1.5), "ttc", (pytest.approx(2.0), 0)),
+        ("arrives too late", (0.0, 1.5), "ttc", nobody),
+        ("has left before", (3.9, 3.0), "ttc", nobody),
+        ("walks away", (2.25, 1.5, -np.pi / 2), "ttc", nobody),
+        ("is in it, whatever follows", (5.25, 5.0), "gap", (pytest.approx(40.0), 0)),
+    ):
+        assert measured(crossing(hand_made, *walker), quantity) == expected, why
 
 
 def test_drifting_vehicle_is_not_predicted_to_cross(hand_made: Any) -> None:
@@ -197,14 +180,13 @@ def test_overlapping_extents_of_bodies_apart_leave_their_distance_as_gap(hand_ma
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-@pytest.mark.parametrize("column", ["speed", "s", "heading", "acceleration"])
-def test_input_that_is_not_finite_spoils_the_row(hand_made: Any, column: str, bad: float) -> None:
-    made = hand_made()
-    values = made.columns["objects"][0, 3]
-    values[0, {"s": 0, "heading": 2, "speed": 3, "acceleration": 4}[column]] = bad
-    measured_values, _ = TraceSeries(made.trace()).conflicts
-    assert np.isnan(measured_values[:, 0, 3]).all()
-    assert not np.isnan(measured_values[:, 0, 2]).any()
+def test_input_that_is_not_finite_spoils_the_row(hand_made: Any, bad: float) -> None:
+    for column in (0, 2, 3, 4):
+        made = hand_made()
+        made.columns["objects"][0, 3, 0, column] = bad
+        measured_values, _ = TraceSeries(made.trace()).conflicts
+        assert np.isnan(measured_values[:, 0, 3]).all()
+        assert not np.isnan(measured_values[:, 0, 2]).any()
 
 
 def on_a_bend(made: Any, radius: float) -> Any:

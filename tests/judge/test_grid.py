@@ -11,8 +11,7 @@ import pytest
 from adeye.errors import UsageError
 from adeye.judge.grid import LAYERS, grid_at, grid_map
 from adeye.judge.safe_stop import ratings_of
-from adeye.kernel.stops import RULE_NAMES, place_kind, rate_footprint
-from adeye.spec.channels import StopRatings
+from adeye.kernel.stops import RULE_NAMES
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings, rating_costs
 
 if TYPE_CHECKING:
@@ -91,20 +90,6 @@ def test_map_tells_lanes_and_shoulder(hand_made: Make) -> None:
     assert np.array_equal(found["lane"], np.tile(lanes, (150, 1)))
     assert np.array_equal(found["shoulder"], np.tile((d < 0.0) & (d >= -2.0), (150, 1)))
     assert np.array_equal(found["drivable"], np.tile((d >= -2.0) & (d <= 10.5), (150, 1)))
-
-
-def test_cells_are_rated_as_the_planner_rates_them(hand_made: Make) -> None:
-    trace = hand_made(objects=()).trace()
-    found = grid_map(trace, 0, 0.0)
-    rules = np.array([float(getattr(StopRatings(), name)) for name in RULE_NAMES])
-    road = trace.layout.context.road
-    for i, j in np.random.default_rng(1).integers((0, 0), (150, 70), (100, 2)):
-        s, d = found.x[i], found.y[j] + 5.25
-        rating = rate_footprint(
-            rules, road.segments[0], road.refuges[0], s, d, 0.0, 0.5, 0.5, 3.5, 3, 2.0, 0.0, 36.0
-        )  # fmt: skip
-        assert found["number"][i, j] == rating
-        assert found["place"][i, j] == place_kind(0.0, d, 3.5, 3, 2.0, 0.0, 0.0, 36.0)
 
 
 def test_ratings_are_those_of_the_safety_channel(

@@ -59,33 +59,46 @@ def test_broken_formula_fails_with_a_negative_margin(hand_made: Any) -> None:
     assert found.robustness_high < 0.0
 
 
-def test_truth_value_is_reported_in_words(hand_made: Any) -> None:
+def test_truth_values_and_labels_are_reported_in_words(hand_made: Any) -> None:
     found = judged(hand_made().touch(6, "lead"), fsr(formula="always(not contact)"))
-    assert found.verdict is FAIL
+    assert (found.verdict, found.detail) == (FAIL, "contact is true")
     assert (found.value, found.threshold, found.margin) == (1.0, 1.0, None)
-    assert (found.detail, found.actor, found.time_s) == (
-        "contact is true",
-        "lead",
-        pytest.approx(0.6),
-    )
-
-
-def test_label_is_reported_in_words(hand_made: Any) -> None:
+    assert (found.actor, found.time_s) == ("lead", pytest.approx(0.6))
     found = judged(hand_made(), fsr(formula="always(switch.reason == request)"))
     assert (found.verdict, found.value) == (FAIL, None)
     assert found.detail == "switch.reason is default"
 
 
 def test_no_conflict_passes_with_the_cap_as_margin(hand_made: Any) -> None:
-    found = judged(hand_made(objects=()), fsr(formula="always(ttc >= 1.5 s)"))
-    assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
-    assert (found.detail, found.actor) == ("no conflict", None)
+    ttc = {"metric": "min_ttc_s", "at_least": 1.5}
+    for item in (fsr(formula="always(ttc >= 1.5 s)"), fsr(bound=ttc)):
+        found = judged(hand_made(objects=()), item)
+        assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
+        assert (found.detail, found.actor, found.is_exercised) == ("no conflict", None, True)
+    # Under an upper bound it is no demand.
+    found = judged(hand_made(objects=()), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
+    assert (found.verdict, found.margin) == (PASS, 3.0)
 
 
-def test_precondition_that_never_holds_is_vacuous(hand_made: Any) -> None:
-    found = judged(hand_made(), fsr(formula=TAKEOVER))
-    assert (found.verdict, found.is_exercised) == (VACUOUS, False)
-    assert "the precondition never held" in str(found.detail)
+def test_formula_is_vacuous_open_or_broken_by_what_a_run_shows(hand_made: Any) -> None:
+    def failing(takeover: int) -> Any:
+        made = hand_made().set("status", SILENT, rows=slice(5, None), at=0)
+        return made.set("authority", 1, rows=slice(takeover, None))
+
+    late = hand_made(tail_rows=2).set("monitors", value=True, rows=slice(17, None))
+    obligation = "always(monitor.danger.raw implies eventually[0 s, 0.5 s](standstill))"
+    silent = hand_made().set("status", SILENT, rows=4, at=0)
+    command = "always(channel.nominal.acceleration <= 1 m/s^2)"
+    for made, formula, verdict, said in (
+        (hand_made(), TAKEOVER, VACUOUS, "the precondition never held"),
+        (failing(8), TAKEOVER, PASS, ""),
+        (failing(9), TAKEOVER, FAIL, ""),
+        (late, obligation, INCONCLUSIVE, "an obligation is open where the trace ends"),
+        (silent, command, INCONCLUSIVE, "does not apply"),
+    ):
+        found = judged(made, fsr(formula=formula))
+        assert (found.verdict, found.is_exercised) == (verdict, verdict is not VACUOUS)
+        assert said in str(found.detail)
 
 
 @pytest.mark.parametrize(
@@ -105,31 +118,6 @@ def test_past_before_the_first_row_tests_nothing(hand_made: Any, formula: str) -
     assert (near.verdict, near.is_exercised) == (PASS, True)
 
 
-@pytest.mark.parametrize(("takeover", "verdict"), [(8, PASS), (9, FAIL)])
-def test_mastered_failure_of_a_channel_passes(
-    hand_made: Any, takeover: int, verdict: Verdict
-) -> None:
-    made = hand_made().set("status", SILENT, rows=slice(5, None), at=0)
-    made.set("authority", 1, rows=slice(takeover, None))
-    found = judged(made, fsr(formula=TAKEOVER))
-    assert (found.verdict, found.is_exercised) == (verdict, True)
-
-
-def test_missing_answer_to_an_obligation_near_the_end_is_inconclusive(hand_made: Any) -> None:
-    made = hand_made(tail_rows=2).set("monitors", value=True, rows=slice(17, None))
-    item = fsr(formula="always(monitor.danger.raw implies eventually[0 s, 0.5 s](standstill))")
-    found = judged(made, item)
-    assert found.verdict is INCONCLUSIVE
-    assert "an obligation is open where the trace ends" in str(found.detail)
-
-
-def test_signal_that_does_not_apply_decides_nothing(hand_made: Any) -> None:
-    made = hand_made().set("status", SILENT, rows=4, at=0)
-    found = judged(made, fsr(formula="always(channel.nominal.acceleration <= 1 m/s^2)"))
-    assert found.verdict is INCONCLUSIVE
-    assert "does not apply" in str(found.detail)
-
-
 @pytest.mark.parametrize("formula", ["always(ego.speed <= 30 m/s)", "always(gap > 1 m)"])
 def test_nan_is_an_error_even_if_everything_else_is_safe(hand_made: Any, formula: str) -> None:
     made = hand_made(runs=2)
@@ -143,59 +131,36 @@ def test_nan_is_an_error_even_if_everything_else_is_safe(hand_made: Any, formula
 # --- contact
 
 
-def test_contact_leaves_what_was_still_to_come_open(hand_made: Any) -> None:
-    found = judged(hand_made().touch(6, "lead"), fsr(formula="always(ego.speed <= 30 m/s)"))
-    assert found.verdict is INCONCLUSIVE
-    assert str(found.detail).startswith("ended by contact")
-
-
-def test_open_obligation_fails_if_the_fsr_says_so(hand_made: Any) -> None:
-    item = fsr(formula="always(ego.speed <= 30 m/s)", on_contact="fail")
-    found = judged(hand_made().touch(6, "lead"), item)
-    assert found.verdict is FAIL
-    assert str(found.detail).startswith("ended by contact")
-
-
-def test_what_was_broken_before_the_contact_fails(hand_made: Any) -> None:
-    found = judged(hand_made().touch(6, "lead"), fsr(formula="always(ego.speed <= 10 m/s)"))
-    assert (found.verdict, found.detail) == (FAIL, None)
-
-
-def test_contact_in_the_tail_is_not_overlooked(hand_made: Any) -> None:
+def test_contact_opens_what_was_to_come_and_changes_nothing_that_was_decided(
+    hand_made: Any,
+) -> None:
+    slow = fsr(formula="always(ego.speed <= 30 m/s)")
+    strict = fsr(formula="always(ego.speed <= 30 m/s)", on_contact="fail")
+    for why, item, verdict, said in (
+        ("still to come", slow, INCONCLUSIVE, "ended by contact"),
+        ("fails if the FSR says so", strict, FAIL, "ended by contact"),
+        ("broken before", fsr(formula="always(ego.speed <= 10 m/s)"), FAIL, "None"),
+        ("satisfied before", fsr(formula="eventually(ego.speed > 10 m/s)"), PASS, "None"),
+        ("a precondition that it forestalled", fsr(formula=TAKEOVER), INCONCLUSIVE, "ended"),
+    ):
+        found = judged(hand_made().touch(6, "lead"), item)
+        assert found.verdict is verdict, why
+        assert str(found.detail).startswith(said), why
     found = judged(hand_made().touch(18, "lead"), fsr(formula="always(not contact)"))
     assert (found.verdict, found.time_s) == (FAIL, pytest.approx(1.8))
 
 
-def test_satisfied_eventuality_survives_the_contact(hand_made: Any) -> None:
-    found = judged(hand_made().touch(6, "lead"), fsr(formula="eventually(ego.speed > 10 m/s)"))
-    assert found.verdict is PASS
-
-
-def test_precondition_that_a_contact_forestalled_is_not_vacuous(hand_made: Any) -> None:
-    found = judged(hand_made().touch(6, "lead"), fsr(formula=TAKEOVER))
-    assert found.verdict is INCONCLUSIVE
-
-
-# --- invalid runs
-
-
-@pytest.mark.parametrize("bound", [False, True])
-def test_contact_from_the_start_is_invalid(hand_made: Any, *, bound: bool) -> None:
-    item = fsr(bound=CLOSE) if bound else fsr(formula="always(not contact)", on_contact="fail")
-    found = judged(hand_made().touch(0, "lead"), item)
-    assert (found.verdict, found.is_exercised) == (INVALID, False)
-    assert "from the start" in str(found.detail)
-
-
-def test_run_that_did_not_come_about_is_invalid(hand_made: Any) -> None:
-    found = judged(hand_made(events=("cut_in",)), fsr(formula="always(not contact)"))
-    assert found.verdict is INVALID
-    assert "cut_in" in str(found.detail)
-
-
-def test_other_traffic_that_collided_first_makes_it_invalid(hand_made: Any) -> None:
-    made = hand_made().set("foreign_contact", value=True, rows=slice(4, None)).touch(9, "lead")
-    assert judged(made, fsr(formula="always(not contact)")).verdict is INVALID
+def test_run_that_is_none_is_invalid_whatever_it_shows(hand_made: Any) -> None:
+    other = hand_made().set("foreign_contact", value=True, rows=slice(4, None)).touch(9, "lead")
+    for made, said in (
+        (hand_made().touch(0, "lead"), "from the start"),
+        (hand_made(events=("cut_in",)), "cut_in"),
+        (other, "other traffic"),
+    ):
+        for item in (fsr(bound=CLOSE), fsr(formula="always(not contact)", on_contact="fail")):
+            found = judged(made, item)
+            assert (found.verdict, found.is_exercised) == (INVALID, False)
+            assert said in str(found.detail)
 
 
 # --- bounds
@@ -229,12 +194,6 @@ def test_bound_names_time_actor_value_and_threshold(hand_made: Any) -> None:
     assert found.predicate == "min_distance_m >= 10 m"
 
 
-def test_no_conflict_satisfies_a_lower_bound_with_its_cap(hand_made: Any) -> None:
-    found = judged(hand_made(objects=()), fsr(bound={"metric": "min_ttc_s", "at_least": 1.5}))
-    assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
-    assert (found.detail, found.is_exercised) == ("no conflict", True)
-
-
 @pytest.mark.parametrize(
     "item",
     [{"bound": {"metric": "min_ttc_s", "at_least": 1.5}}, {"formula": "always(ttc >= 1.5 s)"}],
@@ -249,35 +208,18 @@ def test_a_conflict_beyond_the_cap_is_judged_as_none(hand_made: Any, item: dict[
     assert far.robustness_low == free.robustness_low == 10.0
 
 
-def test_no_conflict_is_no_demand_under_an_upper_bound(hand_made: Any) -> None:
-    found = judged(hand_made(objects=()), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
-    assert (found.verdict, found.margin) == (PASS, 3.0)
-
-
-def test_metric_that_does_not_apply_is_vacuous(hand_made: Any) -> None:
-    item = fsr(bound={"metric": "takeover_time_s", "at_most": 0.5})
-    found = judged(hand_made(), item)
+def test_metric_without_a_value_is_vacuous_or_open(hand_made: Any) -> None:
+    takeover = fsr(bound={"metric": "takeover_time_s", "at_most": 0.5})
+    found = judged(hand_made(), takeover)
     assert (found.verdict, found.is_exercised, found.robustness_low) == (VACUOUS, False, None)
-
-
-def test_metric_that_does_not_apply_before_a_contact_is_open(hand_made: Any) -> None:
-    item = fsr(bound={"metric": "takeover_time_s", "at_most": 0.5})
-    assert judged(hand_made().touch(6, "lead"), item).verdict is INCONCLUSIVE
-
-
-def test_metric_that_is_incomplete_is_inconclusive(hand_made: Any) -> None:
+    assert judged(hand_made().touch(6, "lead"), takeover).verdict is INCONCLUSIVE
     made = hand_made().set("fault_active", value=True, rows=slice(5, None), at=0)
-    found = judged(made, fsr(bound={"metric": "takeover_time_s", "at_most": 0.5}))
+    found = judged(made, takeover)
     assert (found.verdict, found.is_exercised) == (INCONCLUSIVE, True)
     assert found.detail == "the run ended before the metric was complete"
     assert (found.robustness_low, found.robustness_high) == (-math.inf, math.inf)
-
-
-@pytest.mark.slow
-def test_metric_that_is_undefined_is_inconclusive(hand_made: Any) -> None:
-    made = hand_made(rows=1, tail_rows=0)
-    found = judged(made, fsr(bound={"metric": "max_jerk_mps3", "at_most": 5.0}))
-    assert found.verdict is INCONCLUSIVE
+    jerk = fsr(bound={"metric": "max_jerk_mps3", "at_most": 5.0})
+    assert judged(hand_made(rows=1, tail_rows=0), jerk).verdict is INCONCLUSIVE
 
 
 def test_metric_in_error_is_an_error(hand_made: Any) -> None:

@@ -27,18 +27,14 @@ from adeye.judge.pairing import (
 
 
 def test_rows_meet_by_key_whatever_their_order() -> None:
-    first, second = pair_up(np.array([7, 3, 9, 5]), np.array([5, 7, 1, 3]))
-    assert list(zip(first.tolist(), second.tolist(), strict=True)) == [(0, 1), (1, 3), (3, 0)]
-
-
-def test_row_with_several_partners_is_in_several_pairs() -> None:
-    first, second = pair_up(np.array([1, 2]), np.array([2, 1, 1]))
-    assert list(zip(first.tolist(), second.tolist(), strict=True)) == [(0, 1), (0, 2), (1, 0)]
-
-
-def test_nobody_meets_nobody() -> None:
-    first, second = pair_up(np.array([1]), np.zeros(0, dtype=np.int64))
-    assert (len(first), len(second)) == (0, 0)
+    for one, other, pairs in (
+        ([7, 3, 9, 5], [5, 7, 1, 3], [(0, 1), (1, 3), (3, 0)]),
+        # A row with several partners is in several pairs.
+        ([1, 2], [2, 1, 1], [(0, 1), (0, 2), (1, 0)]),
+        ([1], [], []),
+    ):
+        first, second = pair_up(np.array(one), np.array(other, dtype=np.int64))
+        assert list(zip(first.tolist(), second.tolist(), strict=True)) == pairs
 
 
 def test_rows_get_one_number_exactly_where_all_columns_agree() -> None:

@@ -28,52 +28,21 @@ from adeye.judge.requirements import (
 from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
 from tests.judge.conftest import fsr
+from tests.stored import stored
+
+TABLES = stored("formulas")
+
 
 Check = Callable[..., CheckedRequirement]
 
 
 def concept(*requirements: dict[str, Any]) -> Concept:
-    shared = {
-        "goals": ["SG"],
-        "text": "Stay clear.",
-        "threshold_source": "made for a test",
-        "asil": "QM",
-        "allocation": ["element"],
-    }
-    event = {
-        "id": "HE",
-        "function": "f",
-        "malfunction": "m",
-        "situation": "s",
-        "severity": "S0",
-        "exposure": "E0",
-        "controllability": "C0",
-        "severity_rationale": "r",
-        "exposure_rationale": "r",
-        "controllability_rationale": "r",
-    }
-    return Concept.model_validate(
-        {
-            "concept": "made",
-            "title": "Made",
-            "hazardous_events": [event],
-            "safety_goals": [
-                {
-                    "id": "SG",
-                    "text": "t",
-                    "hazardous_events": ["HE"],
-                    "safe_state": "s",
-                    "ftti": "1 s",
-                    "ftti_rationale": "r",
-                }
-            ],
-            "elements": [{"id": "element", "kind": "other", "text": "t", "asil_capability": "D"}],
-            "requirements": [
-                {"id": f"FSR-{number}", **shared, **item}
-                for number, item in enumerate(requirements)
-            ],
-        }
-    )
+    content = stored("made_concept")
+    (shared,) = content["requirements"]
+    content["requirements"] = [
+        {**shared, "id": f"FSR-{number}", **item} for number, item in enumerate(requirements)
+    ]
+    return Concept.model_validate(content)
 
 
 @pytest.fixture
@@ -202,15 +171,7 @@ def test_wrong_dimension_is_refused(check: Check) -> None:
         check(formula="always(gap > 2 s)")
 
 
-@pytest.mark.parametrize(
-    "formula",
-    [
-        "always(time >= 0 s)",
-        "always(contact or not contact)",
-        "always(any_actor.distance <= 1e308 m)",
-        "always(ego.speed <= 5 m/s or ego.speed - ego.speed <= 0 m/s)",
-    ],
-)
+@pytest.mark.parametrize("formula", TABLES["what no signal decides is refused at its place"])
 def test_what_no_signal_decides_is_refused_at_its_place(check: Check, formula: str) -> None:
     with pytest.raises(SpecError, match="always holds, whatever its signals are") as caught:
         check(formula=formula)
@@ -228,13 +189,7 @@ def test_scenario_that_the_odd_lacks_is_refused(check: Check) -> None:
 
 
 @pytest.mark.parametrize(
-    ("formula", "needed"),
-    [
-        ("always(contact implies eventually[0 s, 0.6 s](standstill))", "0.6 s"),
-        ("always(contact implies eventually[0 s, 0.5 s](authority.safety))", "0.6 s"),
-        ("always(rise(authority.safety) implies eventually[0 s, 0.6 s](standstill))", "0.6 s"),
-        ("eventually[0 s, 2.1 s](standstill)", "0.6 s"),
-    ],
+    ("formula", "needed"), TABLES["window beyond the tail names the tail needed"]
 )
 def test_window_beyond_the_tail_names_the_tail_needed(
     check: Check, formula: str, needed: str
@@ -243,16 +198,7 @@ def test_window_beyond_the_tail_names_the_tail_needed(
         check(formula=formula)
 
 
-@pytest.mark.parametrize(
-    "formula",
-    [
-        "always(contact implies eventually[0 s, 0.5 s](standstill))",
-        "always(rise(authority.safety) implies eventually[0 s, 0.5 s](standstill))",
-        "always(contact implies eventually[0 s, 0.4 s](authority.safety))",
-        "eventually[0 s, 2 s](standstill)",
-        "always(not authority.safety) and eventually(standstill)",
-    ],
-)
+@pytest.mark.parametrize("formula", TABLES["window within the tail is accepted"])
 def test_window_within_the_tail_is_accepted(check: Check, formula: str) -> None:
     assert check(formula=formula).formula is not None
 
@@ -280,18 +226,7 @@ def test_all_errors_come_together(plan: JudgedPlan) -> None:
     assert len(caught.value.errors) == 2
 
 
-@pytest.mark.parametrize(
-    ("formula", "last"),
-    [
-        ("always(gap > 1 m)", -math.inf),
-        ("authority.safety", 0.0),
-        ("always(authority.safety)", 10.0),
-        ("always(contact implies eventually[1 s, 3 s](authority.safety))", 13.0),
-        ("contact until[0 s, 2 s] authority.safety", 2.0),
-        ("always(once[1 s, 3 s](authority.safety))", 9.0),
-        ("always(authority.safety since[1 s, 3 s] contact)", 10.0),
-    ],
-)
+@pytest.mark.parametrize(("formula", "last"), TABLES["last decision that a formula reads"])
 def test_last_decision_that_a_formula_reads(formula: str, last: float) -> None:
     assert last_decision(parse_formula(formula).root, 10.0) == last
 
@@ -350,52 +285,7 @@ def test_a_parameter_is_part_of_what_is_judged_whatever_its_unit(check: Check) -
 
 
 @pytest.mark.parametrize(
-    ("item", "place", "message"),
-    [
-        (
-            {"formula": "always(time_gap > tua)", "parameters": {"tau": "1 s"}},
-            "formula",
-            "no scenario and architecture has a signal 'tua'. Did you mean 'tau'?",
-        ),
-        (
-            {"formula": "always(time_gap > 1 s)", "parameters": {"tau": "1 s"}},
-            "parameters/tau",
-            "the formula does not name parameter 'tau'",
-        ),
-        (
-            {"formula": "always(time_gap > tau)", "parameters": {"tau": "1 m"}},
-            "formula",
-            "'tau' is a length",
-        ),
-        (
-            {"formula": "always[0 s, tau](not contact)", "parameters": {"tau": "1 m"}},
-            "formula",
-            "'tau' is not a time",
-        ),
-        (
-            {"formula": "always(not contact)", "parameters": {"contact": "1 s"}},
-            "parameters/contact",
-            "parameter 'contact' is the name of a signal, too",
-        ),
-        (
-            {"formula": "always(not contact)", "parameters": {"since": "1 s"}},
-            "parameters/since",
-            "parameter 'since' is a word of the language",
-        ),
-        (
-            {
-                "formula": "always(not contact and channel.nominal.status != fault)",
-                "parameters": {"silent": "1 s"},
-            },
-            "parameters/silent",
-            "parameter 'silent' is a value of a signal, too",
-        ),
-        (
-            {"bound": {"metric": "min_ttc_s", "at_least": "tau"}, "parameters": {"tau": "1 m"}},
-            "bound/at_least",
-            "'1.0 m' does not fit metric min_ttc_s",
-        ),
-    ],
+    ("item", "place", "message"), TABLES["a parameter that does not fit is refused at its place"]
 )
 def test_a_parameter_that_does_not_fit_is_refused_at_its_place(
     check: Check, item: dict[str, Any], place: str, message: str
@@ -413,23 +303,7 @@ def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
 
 
 @pytest.mark.parametrize(
-    ("bound", "said"),
-    [
-        ({"metric": "min_distance_m", "at_most": 6}, "bounds the harmless side: the lower"),
-        ({"metric": "max_drac_mps2", "at_least": 6}, "bounds the harmless side: the higher"),
-        ({"metric": "min_ttc_s", "at_most": "1 s"}, "bounds the harmless side"),
-        ({"metric": "contact", "at_most": 1}, "cannot fail: no value is above 1"),
-        ({"metric": "contact", "at_least": 0}, "cannot fail: no value is below 0"),
-        ({"metric": "fatality_probability", "at_most": 1.5}, "cannot fail"),
-        ({"metric": "min_distance_m", "at_least": "0 m"}, "cannot fail: no value is below 0"),
-        ({"metric": "min_ttb_s", "at_least": "-10 s"}, "cannot fail: no value is below -10"),
-        ({"metric": "nominal_availability", "at_least": -0.5}, "cannot fail"),
-        ({"metric": "smoothness", "at_most": 0.5}, "harmless side: the lower"),
-        ({"metric": "smoothness", "at_least": 0}, "cannot fail"),
-        ({"metric": "max_drac_mps2", "at_most": 1e300}, "no plausible value is above 50"),
-        ({"metric": "max_required_deceleration_mps2", "at_most": "6 g"}, "no plausible value"),
-        ({"metric": "standstill_gap_m", "at_least": "-200 km"}, "no plausible value is below"),
-    ],
+    ("bound", "said"), TABLES["bound on the wrong side is refused unless it is meant"]
 )
 def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
     check: Check, bound: dict[str, Any], said: str, monkeypatch: pytest.MonkeyPatch
@@ -461,16 +335,7 @@ def bounded(metric: str, limit: Any, side: str = "at_most") -> Requirement:
 
 
 @pytest.mark.parametrize(
-    ("metric", "text", "number"),
-    [
-        ("takeover_time_s", "1.5 s", 1.5),
-        ("takeover_time_s", "1500 ms", 1.5),
-        ("impact_speed_mps", "36 km/h", 10.0),
-        ("max_drac_mps2", "6 m/s^2", 6.0),
-        ("max_jerk_mps3", "5 m/s³", 5.0),
-        ("stop_rating", "3", 3.0),
-        ("min_distance_m", "0 m", 0.0),
-    ],
+    ("metric", "text", "number"), TABLES["text with a unit is the number in si and the same fsr"]
 )
 @pytest.mark.parametrize("side", ["at_most", "at_least"])
 def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
@@ -487,22 +352,7 @@ def test_digest_of_a_plain_number_is_what_it_was() -> None:
     assert requirement_digest(bounded("takeover_time_s", 1.5)) == RECORDED
 
 
-@pytest.mark.parametrize(
-    ("metric", "text", "message"),
-    [
-        (
-            "takeover_time_s",
-            "1.5 m",
-            r"'1.5 m' does not fit .* in s. .*\(s, ms, min, h\)",
-        ),
-        (
-            "takeover_time_s",
-            "1.5",
-            r"'1.5' does not fit .* in s. Write a plain number in s",
-        ),
-        ("trips", "2 s", r"'2 s' does not fit metric trips, which is a plain number"),
-    ],
-)
+@pytest.mark.parametrize(("metric", "text", "message"), TABLES["unit of something else is refused"])
 def test_unit_of_something_else_is_refused(metric: str, text: str, message: str) -> None:
     with pytest.raises(SpecError, match=message):
         bound_of(bounded(metric, text))

@@ -33,16 +33,6 @@ def stopped(make: Make, d: float, *, after: float = 1.0, **arguments: object) ->
     return made
 
 
-def test_stop_in_the_slow_lane_beside_a_free_shoulder_is_regretted(hand_made: Make) -> None:
-    made = stopped(hand_made, SLOW).object("lead", d=8.75)
-    quality = rate_run(made.trace(), 0)
-    assert (quality.achieved, quality.best, quality.regret) == (3.0, 3.0, 0.0)
-    wide = made.trace()
-    wide.layout.context.road.shoulder[:] = 2.5
-    quality = rate_run(wide, 0)
-    assert (quality.achieved, quality.best, quality.regret) == (3.0, 1.0, 2.0)
-
-
 def test_shoulder_that_was_blocked_is_not_regretted(hand_made: Make) -> None:
     made = stopped(hand_made, SLOW).object("lead", d=-1.25, s=40.0, speed=0.0, size=(300.0, 2.0))
     trace = made.trace()
@@ -70,16 +60,6 @@ def test_follower_in_the_own_lane_does_not_forbid_to_stop(hand_made: Make) -> No
     made.object("lead", d=MIDDLE, s=20.0 * made.time - 10.0)
     # The lane to the right is free.
     assert best_rating(made.trace(), 0, 10, RULES) == 3.0
-
-
-def test_who_drives_on_or_has_no_fault_has_no_rating(hand_made: Make) -> None:
-    driving = rate_run(hand_made().trace(), 0)
-    assert np.isnan([driving.achieved, driving.best, driving.regret]).all()
-
-
-def test_contact_is_the_worst_that_can_be_achieved(hand_made: Make) -> None:
-    made = stopped(hand_made, SLOW).touch(60, "lead")
-    assert achieved_rating(made.trace(), 0, RULES) == CONTACT
 
 
 @pytest.mark.parametrize(("d", "rating"), [(MIDDLE, 5.0), (3.5, 5.0), (SLOW, 3.0), (-9.0, 7.0)])

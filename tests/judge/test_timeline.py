@@ -73,48 +73,40 @@ def test_effect_that_the_ego_never_shows_is_masked(hand_made: Any) -> None:
 
 
 def test_takeover_within_the_ftti_is_detected_in_time(hand_made: Any) -> None:
-    made = taken_over(faulty(hand_made), 8)
-    found = read(made, hand_made())
+    found = read(taken_over(faulty(hand_made), 8), hand_made())
     assert found.fdti_s == pytest.approx(0.3)
     assert (found.detect_s, found.switch_s, found.brake_s, found.emergency_s) == pytest.approx(
         (0.8, 0.8, 0.8, 0.8)
     )
     assert (found.frti_s, found.fhti_s) == pytest.approx((0.0, 0.3))
-    assert classify_injection(found, 0.4) == "detected_in_time"
-    assert classify_injection(found, None) == "detected_in_time"
-
-
-def test_handling_that_takes_as_long_as_the_ftti_is_late(hand_made: Any) -> None:
-    found = read(taken_over(faulty(hand_made), 8), hand_made())
     assert found.fhti_s is not None
-    assert classify_injection(found, found.fhti_s) == "detected_late"
+    # Handling that takes as long as the FTTI is late.
+    for ftti, class_ in (
+        (0.4, "detected_in_time"),
+        (None, "detected_in_time"),
+        (found.fhti_s, "detected_late"),
+    ):
+        assert classify_injection(found, ftti) == class_
 
 
-def test_detection_without_reaction_is_late(hand_made: Any) -> None:
-    made = confirmed(faulty(hand_made), 8)
-    found = read(made, hand_made())
-    assert found.fdti_s == pytest.approx(0.3)
+def test_without_reaction_or_detection_it_is_late_latent_or_a_violation(hand_made: Any) -> None:
+    deviating = faulty(hand_made).set("command", 0.3, rows=slice(9, None), at=0)
+    for made, time, value, class_ in (
+        (confirmed(faulty(hand_made), 8), "fdti_s", 0.3, "detected_late"),
+        (taken_over(faulty(hand_made), 8).touch(12, "lead"), "violation_s", 1.2, "detected_late"),
+        (deviating, "deviation_s", 0.9, "undetected_no_violation"),
+        (
+            faulty(hand_made).touch(12, "lead"),
+            "fault_to_violation_s",
+            0.7,
+            "undetected_violation",
+        ),
+    ):
+        found = read(made, hand_made())
+        assert getattr(found, time) == pytest.approx(value)
+        assert classify_injection(found, None) == class_
+    found = read(confirmed(faulty(hand_made), 8), hand_made())
     assert (found.frti_s, found.fhti_s) == (None, None)
-    assert classify_injection(found, None) == "detected_late"
-
-
-def test_contact_after_the_detection_is_late(hand_made: Any) -> None:
-    found = read(taken_over(faulty(hand_made), 8).touch(12, "lead"), hand_made())
-    assert found.violation_s == pytest.approx(1.2)
-    assert classify_injection(found, None) == "detected_late"
-
-
-def test_deviation_without_detection_or_violation_is_latent(hand_made: Any) -> None:
-    made = faulty(hand_made).set("command", 0.3, rows=slice(9, None), at=0)
-    found = read(made, hand_made())
-    assert found.deviation_s == pytest.approx(0.9)
-    assert classify_injection(found, None) == "undetected_no_violation"
-
-
-def test_contact_without_detection_is_undetected_violation(hand_made: Any) -> None:
-    found = read(faulty(hand_made).touch(12, "lead"), hand_made())
-    assert found.fault_to_violation_s == pytest.approx(0.7)
-    assert classify_injection(found, None) == "undetected_violation"
 
 
 def test_monitor_that_the_twin_confirms_too_is_no_detection(hand_made: Any) -> None:
@@ -151,16 +143,11 @@ def test_what_happened_before_the_fault_is_not_its_effect(hand_made: Any) -> Non
     assert (found.effect_s, found.deviation_s) == (None, None)
 
 
-def test_ego_beside_the_road_violates(hand_made: Any) -> None:
-    made = hand_made()
-    assert violation_s(made.trace(), 0) is None
-    made.ego(d=np.where(np.arange(21) < 13, 5.25, -2.5))
-    assert violation_s(made.trace(), 0) == pytest.approx(1.3)
-
-
-def test_place_that_is_no_number_violates(hand_made: Any) -> None:
-    made = hand_made().ego(d=np.where(np.arange(21) < 13, 5.25, np.nan))
-    assert violation_s(made.trace(), 0) == pytest.approx(1.3)
+def test_ego_beside_the_road_or_nowhere_violates(hand_made: Any) -> None:
+    assert violation_s(hand_made().trace(), 0) is None
+    for place in (-2.5, np.nan):
+        made = hand_made().ego(d=np.where(np.arange(21) < 13, 5.25, place))
+        assert violation_s(made.trace(), 0) == pytest.approx(1.3)
 
 
 def test_runs_of_another_clock_are_no_twins(hand_made: Any) -> None:

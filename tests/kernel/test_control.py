@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 5000.0, 0.0]])
 IDM = (30.0, 1.5, 2.0, 1.4, 2.0, 4.0, 9.0)
+GAINS = (2.8, 1.4, 0.8, 6.0)
+"""Wheelbase, rear axle to the centre, and gains of the law."""
 VEHICLE = (2.8, 1.4, 4.0, 9.0, 0.6, 0.6, 0.2, 0.1, 1.0)
 
 
@@ -30,18 +32,8 @@ def keep_lane(segments: Floats, speed: float, d: float, start: Floats, duration:
         s, now, heading, curvature = local(segments, state[0], state[1])
         assert s < 5000.0
         errors.append(now - d)
-        steering = lane_keeping_steering(
-            now - d,
-            wrap_to_pi(state[2] - heading),
-            offset_curvature(curvature, d),
-            speed,
-            2.8,
-            1.4,
-            0.8,
-            6.0,
-            4.0,
-            0.6,
-        )
+        turned, bend = wrap_to_pi(state[2] - heading), offset_curvature(curvature, d)
+        steering = lane_keeping_steering(now - d, turned, bend, speed, *GAINS, 4.0, 0.6)
         advance_ego(state, 0.0, steering, 0.05, *VEHICLE, state)
     return np.array(errors)
 
@@ -82,48 +74,49 @@ def test_far_from_the_lane_the_approach_is_bounded() -> None:
     assert errors.min() > -0.05
 
 
-def test_on_the_path_the_wheels_are_straight() -> None:
-    assert lane_keeping_steering(0.0, 0.0, 0.0, 20.0, 2.8, 1.4, 0.8, 6.0, 4.0, 0.6) == 0.0
-
-
-def test_left_of_the_path_it_steers_right() -> None:
-    right = lane_keeping_steering(0.5, 0.0, 0.0, 20.0, 2.8, 1.4, 0.8, 6.0, 4.0, 0.6)
-    left = lane_keeping_steering(-0.5, 0.0, 0.0, 20.0, 2.8, 1.4, 0.8, 6.0, 4.0, 0.6)
-    assert right < 0.0
-    assert left == -right
-
-
-def test_lateral_acceleration_and_angle_are_limited() -> None:
-    angle = lane_keeping_steering(-9.0, -1.0, 0.0, 30.0, 2.8, 1.4, 0.8, 6.0, 3.0, 0.6)
+def test_steering_is_straight_on_the_path_and_back_to_it_within_its_limits() -> None:
+    assert lane_keeping_steering(0.0, 0.0, 0.0, 20.0, *GAINS, 4.0, 0.6) == 0.0
+    right = lane_keeping_steering(0.5, 0.0, 0.0, 20.0, *GAINS, 4.0, 0.6)
+    left = lane_keeping_steering(-0.5, 0.0, 0.0, 20.0, *GAINS, 4.0, 0.6)
+    assert left == -right > 0.0
+    angle = lane_keeping_steering(-9.0, -1.0, 0.0, 30.0, *GAINS, 3.0, 0.6)
     assert 900.0 * math.tan(angle) / 2.8 == pytest.approx(3.0, rel=1e-12)
-    assert lane_keeping_steering(-9.0, -1.0, 0.2, 2.0, 2.8, 1.4, 0.8, 6.0, 30.0, 0.6) == 0.6
+    assert lane_keeping_steering(-9.0, -1.0, 0.2, 2.0, *GAINS, 30.0, 0.6) == 0.6
 
 
-def test_unknown_error_gives_an_unknown_angle() -> None:
+def test_unknown_number_gives_no_angle_and_no_acceleration() -> None:
     for place in range(4):
-        arguments = [0.1, 0.0, 0.001, 20.0]
-        arguments[place] = math.nan
-        angle = lane_keeping_steering(
-            arguments[0], arguments[1], arguments[2], arguments[3], 2.8, 1.4, 0.8, 6.0, 4.0, 0.6
-        )
+        seen = [0.1, 0.0, 0.001, 20.0]
+        seen[place] = math.nan
+        error, heading, curvature, speed = seen
+        angle = lane_keeping_steering(error, heading, curvature, speed, *GAINS, 4.0, 0.6)
         assert math.isnan(angle)
-
-
-def test_free_road_is_full_acceleration_from_rest() -> None:
-    assert idm_acceleration(0.0, math.inf, 0.0, *IDM) == 1.4
-    assert idm_acceleration(30.0, math.inf, 0.0, *IDM) == 0.0
-    assert idm_acceleration(15.0, math.inf, 0.0, *IDM) == pytest.approx(1.4 * (1.0 - 0.5**4))
+    for place in range(3):
+        followed = [10.0, 30.0, 10.0]
+        followed[place] = math.nan
+        speed, gap, front = followed
+        assert math.isnan(idm_acceleration(speed, gap, front, *IDM))
 
 
 def test_idm_equals_its_formula() -> None:
     desired = 2.0 + 20.0 * 1.5 + 20.0 * 5.0 / (2.0 * math.sqrt(1.4 * 2.0))
-    expected = 1.4 * (1.0 - (20.0 / 30.0) ** 4 - (desired / 80.0) ** 2)
-    assert idm_acceleration(20.0, 80.0, 15.0, *IDM) == pytest.approx(expected, rel=1e-12)
-
-
-def test_faster_front_does_not_shorten_the_standstill_gap() -> None:
-    expected = 1.4 * (1.0 - (10.0 / 30.0) ** 4 - (2.0 / 20.0) ** 2)
-    assert idm_acceleration(10.0, 20.0, 60.0, *IDM) == pytest.approx(expected, rel=1e-12)
+    following = 1.4 * (1.0 - (20.0 / 30.0) ** 4 - (desired / 80.0) ** 2)
+    # A faster front does not shorten the gap of standstill.
+    behind_faster = 1.4 * (1.0 - (10.0 / 30.0) ** 4 - (2.0 / 20.0) ** 2)
+    at_rest = (0.0, *IDM[1:])
+    for state, expected in (
+        ((0.0, math.inf, 0.0, *IDM), 1.4),
+        ((30.0, math.inf, 0.0, *IDM), 0.0),
+        ((15.0, math.inf, 0.0, *IDM), pytest.approx(1.4 * (1.0 - 0.5**4))),
+        ((20.0, 80.0, 15.0, *IDM), pytest.approx(following, rel=1e-12)),
+        ((10.0, 20.0, 60.0, *IDM), pytest.approx(behind_faster, rel=1e-12)),
+        # Contact, and no desired speed, are full braking.
+        ((10.0, 0.0, 10.0, *IDM), -9.0),
+        ((10.0, -1.0, 10.0, *IDM), -9.0),
+        ((10.0, math.inf, 0.0, *at_rest), -9.0),
+        ((0.0, math.inf, 0.0, *at_rest), 0.0),
+    ):
+        assert idm_acceleration(*state) == expected, state
 
 
 def test_idm_holds_its_equilibrium_gap() -> None:
@@ -136,19 +129,6 @@ def test_idm_brakes_more_the_nearer_and_the_faster() -> None:
     speeds = [idm_acceleration(float(v), 60.0, 15.0, *IDM) for v in range(40)]
     assert gaps == sorted(gaps)
     assert speeds == sorted(speeds, reverse=True)
-
-
-def test_contact_and_no_desired_speed_are_full_braking() -> None:
-    assert idm_acceleration(10.0, 0.0, 10.0, *IDM) == -9.0
-    assert idm_acceleration(10.0, -1.0, 10.0, *IDM) == -9.0
-    assert idm_acceleration(10.0, math.inf, 0.0, 0.0, *IDM[1:]) == -9.0
-    assert idm_acceleration(0.0, math.inf, 0.0, 0.0, *IDM[1:]) == 0.0
-
-
-def test_unknown_front_gives_an_unknown_acceleration() -> None:
-    assert math.isnan(idm_acceleration(10.0, math.nan, 10.0, *IDM))
-    assert math.isnan(idm_acceleration(10.0, 30.0, math.nan, *IDM))
-    assert math.isnan(idm_acceleration(math.nan, 30.0, 10.0, *IDM))
 
 
 def test_idm_stops_behind_a_standing_vehicle() -> None:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.detection_range import (
     FARTHEST,
     contrast_range,
@@ -17,13 +18,6 @@ from adeye.kernel.detection_range import (
 )
 
 DAY, NIGHT = 2e4, 0.1
-
-STOPPING = {
-    (0.35, 6.0): (20.9, 29.0, 48.9, 74.0, 121.3),
-    (0.5, 5.0): (26.2, 36.1, 60.5, 91.0, 148.5),
-    (1.0, 4.0): (38.0, 51.4, 84.0, 124.2, 199.1),
-}
-"""Stopping distance [m] by delay [s] and deceleration [m/s²], at 50, 60, 80, 100, 130 km/h."""
 
 
 def test_ninety_degrees_put_the_image_half_its_width_away() -> None:
@@ -80,20 +74,13 @@ def test_face_over_n_spacings_holds_n_beams_for_sure(beams: int) -> None:
     assert sure_beams(0.99 * width, 50.0, spacing) == beams - 1
 
 
-@pytest.mark.parametrize(("delay", "deceleration"), STOPPING)
-def test_published_stopping_distances_are_needed(delay: float, deceleration: float) -> None:
-    speeds = np.array([50.0, 60.0, 80.0, 100.0, 130.0]) / 3.6
-    out = np.zeros(5)
-    needed_ranges(speeds, delay, deceleration, 0.0, out)
-    assert out == pytest.approx(STOPPING[delay, deceleration], abs=0.051)
-    needed_ranges(speeds, delay, deceleration, 2.0, out)
-    assert out == pytest.approx(np.array(STOPPING[delay, deceleration]) + 2.0, abs=0.051)
-
-
-def test_who_is_not_faster_needs_the_margin_only() -> None:
-    out = np.zeros(2)
-    needed_ranges(np.array([-5.0, 0.0]), 1.0, 4.0, 2.0, out)
-    assert out.tolist() == [2.0, 2.0]
+@pytest.mark.parametrize("margin", [0.0, 2.0])
+def test_stopping_distance_and_the_margin_are_needed_by_who_is_faster(margin: float) -> None:
+    speeds, out = np.array([-5.0, 0.0, 13.9, 22.2, 36.1]), np.zeros(5)
+    for delay, deceleration in ((0.35, 6.0), (0.5, 5.0), (1.0, 4.0)):
+        needed_ranges(speeds, delay, deceleration, margin, out)
+        ways = [stopping_distance(max(speed, 0.0), delay, deceleration) for speed in speeds]
+        assert out == pytest.approx(np.array(ways) + margin, rel=1e-12)
 
 
 def test_unknown_is_never_a_range() -> None:

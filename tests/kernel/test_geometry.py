@@ -1,6 +1,7 @@
 """Boxes: hand-made contacts, symmetry, and a sweep that lets nothing through."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,22 +36,14 @@ def random_pairs(count: int) -> NDArray[np.float64]:
     return pairs
 
 
-@pytest.mark.parametrize(
-    ("angle", "wrapped"),
-    [
-        (0.0, 0.0),
-        (math.pi, math.pi),
-        (-math.pi, math.pi),
-        (3.0 * math.pi, math.pi),
-        (-3.0, -3.0),
-        (7.0, 7.0 - 2.0 * math.pi),
-        (-7.0, 2.0 * math.pi - 7.0),
-        (4.0, 4.0 - 2.0 * math.pi),
-        (-4.0, 2.0 * math.pi - 4.0),
-    ],
-)
-def test_wrapped_angle(angle: float, wrapped: float) -> None:
-    assert wrap_to_pi(angle) == wrapped
+def test_wrapped_angle() -> None:
+    turn = 2.0 * math.pi
+    same = {0.0: 0.0, math.pi: math.pi, -math.pi: math.pi, 3.0 * math.pi: math.pi, -3.0: -3.0}
+    beyond = {7.0: 7.0 - turn, -7.0: turn - 7.0, 4.0: 4.0 - turn, -4.0: turn - 4.0}
+    for angle, wrapped in (same | beyond).items():
+        assert wrap_to_pi(angle) == wrapped
+    assert math.isnan(wrap_to_pi(math.inf))
+    assert math.isnan(wrap_to_pi(math.nan))
 
 
 def test_wrapping_keeps_the_direction() -> None:
@@ -61,20 +54,9 @@ def test_wrapping_keeps_the_direction() -> None:
         assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-13)
 
 
-def test_infinite_angle_has_no_direction() -> None:
-    assert math.isnan(wrap_to_pi(math.inf))
-    assert math.isnan(wrap_to_pi(math.nan))
-
-
-def test_box_behind_another_is_a_gap_away() -> None:
-    assert box_distance(0.0, 0.0, 0.0, 4.0, 2.0, 10.0, 0.0, 0.0, 4.0, 2.0) == 6.0
-
-
-def test_diagonal_neighbours_are_a_corner_apart() -> None:
-    assert box_distance(0.0, 0.0, 0.0, 4.0, 2.0, 7.0, 6.0, 0.0, 4.0, 2.0) == 5.0
-
-
-def test_corner_against_a_side() -> None:
+def test_distance_of_boxes_apart_is_that_of_sides_or_corners() -> None:
+    assert box_distance(*UNIT, 10.0, 0.0, 0.0, 4.0, 2.0) == 6.0
+    assert box_distance(*UNIT, 7.0, 6.0, 0.0, 4.0, 2.0) == 5.0
     diamond = (4.0, 0.0, math.pi / 4, 2.0, 2.0)
     assert box_distance(*UNIT, *diamond) == pytest.approx(2.0 - math.sqrt(2.0), rel=1e-14)
 
@@ -111,27 +93,6 @@ def test_distance_is_symmetric_and_agrees_with_overlap() -> None:
     assert 30 < overlapping < 270
 
 
-def away(x: float, y: float, box: NDArray[np.float64]) -> float:
-    """Return the distance of a point from a box, 0 inside."""
-    dx, dy, c, s = x - box[0], y - box[1], math.cos(box[2]), math.sin(box[2])
-    along, across = abs(c * dx + s * dy) - 0.5 * box[3], abs(c * dy - s * dx) - 0.5 * box[4]
-    return math.hypot(max(along, 0.0), max(across, 0.0))
-
-
-def test_distance_equals_the_nearest_of_many_points() -> None:
-    for pair in random_pairs(40):
-        x, y, heading, length, width = pair[5:]
-        c, s = math.cos(heading), math.sin(heading)
-        along = np.linspace(-0.5, 0.5, 41)
-        rim = [(length * a, width * b) for a in along for b in (-0.5, 0.5)]
-        rim += [(length * a, width * b) for a in (-0.5, 0.5) for b in along]
-        sampled = min(away(x + u * c - v * s, y + u * s + v * c, pair[:5]) for u, v in rim)
-        exact = box_distance(*pair)
-        if exact > 0.0:
-            assert exact <= sampled + 1e-9
-            assert sampled <= exact + max(length, width) / 40.0
-
-
 def test_moving_out_by_the_overlap_parts_two_aligned_boxes() -> None:
     depth = -signed_box_distance(*UNIT, 3.0, 0.5, 0.0, 4.0, 2.0)
     assert depth == 1.0
@@ -139,49 +100,37 @@ def test_moving_out_by_the_overlap_parts_two_aligned_boxes() -> None:
 
 
 @pytest.mark.slow
-def test_head_on_at_60_mps_each_touches_at_the_right_time() -> None:
-    # 7.5 m between bumpers, 6 m closed in a step of 0.05 s and 12 m in one of 0.1 s.
-    contact, share = sweep((0, 0, 0), (6.0, 0, 0), (12.0, 0, math.pi), (6.0, 0, math.pi))
-    assert contact
-    assert share == pytest.approx(7.5 / 12.0, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_crossing_thin_boxes_do_not_tunnel() -> None:
-    # Neither pose of the step overlaps: the one passes through the other in between.
-    contact, share = sweep(
-        (0.0, -1.5, math.pi / 2),
-        (0.0, 1.5, math.pi / 2),
-        (-3.0, 0.0, 0.0),
-        (3.0, 0.0, 0.0),
-        size=(0.2, 0.2),
-    )
-    assert contact
-    assert share == pytest.approx((3.0 - 0.2) / 6.0, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_passing_beside_each_other_is_no_contact() -> None:
-    assert sweep((0, 0, 0), (6, 0, 0), (12, 1.81, math.pi), (6, 1.81, math.pi)) == (False, math.inf)
-    assert sweep((0, 0, 0), (6, 0, 0), (9, 1.8, math.pi), (0, 1.8, math.pi))[0]
-
-
-@pytest.mark.slow
-def test_contact_at_the_start_has_share_zero() -> None:
-    assert sweep((0, 0, 0), (3, 0, 0), (4, 0, 0), (9, 0, 0)) == (True, 0.0)
-
-
-@pytest.mark.slow
-def test_boxes_at_rest_apart_stay_apart() -> None:
-    assert sweep((0, 0, 0), (0, 0, 0), (5, 0, 0), (5, 0, 0)) == (False, math.inf)
-
-
-@pytest.mark.slow
-def test_heading_turns_the_shorter_way_over_the_seam() -> None:
-    # From 179 to -179 degrees: 2 degrees, not a full spin that would sweep the neighbour.
+def test_sweep_finds_the_contact_of_a_step_and_its_share() -> None:
+    thin, turned = (0.2, 0.2), math.pi / 2
     near, far = math.radians(179.0), math.radians(-179.0)
-    contact, _ = sweep((0, 0, near), (0, 0, far), (0, 2.2, 0), (0, 2.2, 0))
-    assert not contact
+    scenes: dict[str, tuple[tuple[Any, ...], tuple[bool, Any]]] = {
+        # 7.5 m between bumpers, 6 m closed in a step of 0.05 s and 12 m in one of 0.1 s.
+        "head-on at 60 m/s each": (
+            ((0, 0, 0), (6.0, 0, 0), (12.0, 0, math.pi), (6.0, 0, math.pi)),
+            (True, pytest.approx(7.5 / 12.0, rel=1e-12)),
+        ),
+        # Neither pose of the step overlaps: the one passes through the other in between.
+        "thin boxes that cross": (
+            ((0.0, -1.5, turned), (0.0, 1.5, turned), (-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), thin),
+            (True, pytest.approx((3.0 - 0.2) / 6.0, rel=1e-9)),
+        ),
+        "passing beside each other": (
+            ((0, 0, 0), (6, 0, 0), (12, 1.81, math.pi), (6, 1.81, math.pi)),
+            (False, math.inf),
+        ),
+        "contact at the start": (((0, 0, 0), (3, 0, 0), (4, 0, 0), (9, 0, 0)), (True, 0.0)),
+        "at rest apart": (((0, 0, 0), (0, 0, 0), (5, 0, 0), (5, 0, 0)), (False, math.inf)),
+        # From 179 to -179 degrees: 2 degrees, not a full spin that would sweep the neighbour.
+        "a turn over the seam": (
+            ((0, 0, near), (0, 0, far), (0, 2.2, 0), (0, 2.2, 0)),
+            (False, math.inf),
+        ),
+        "unknown place": (((0, 0, 0), (math.nan, 0, 0), (50, 0, 0), (50, 0, 0)), (True, 0.0)),
+        "unknown heading": (((0, 0, math.nan), (0, 0, 0), (50, 0, 0), (50, 0, 0)), (True, 0.0)),
+    }
+    for why, (poses, expected) in scenes.items():
+        assert sweep(*poses) == expected, why
+    assert sweep((0, 0, 0), (6, 0, 0), (9, 1.8, math.pi), (0, 1.8, math.pi))[0]
 
 
 def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
@@ -196,12 +145,6 @@ def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
     assert 0.2 < share < 0.5
     beyond = (2.0 + corner + 2.0 * SWEEP_TOLERANCE, 0.0, 0.0)
     assert not sweep((0.0, 0.0, 0.0), end, beyond, beyond, size=square)[0]
-
-
-@pytest.mark.slow
-def test_unknown_pose_counts_as_contact() -> None:
-    assert sweep((0, 0, 0), (math.nan, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
-    assert sweep((0, 0, math.nan), (0, 0, 0), (50, 0, 0), (50, 0, 0)) == (True, 0.0)
 
 
 @pytest.mark.slow

@@ -135,6 +135,11 @@ def test_folder_depends_on_compiled_sources_only(package: Path, tmp_path: Path) 
     assert run(program, package, XDG_CACHE_HOME=cache) != first
 
 
+def folder_of(package: Path, **environment: str) -> Path:
+    """Ask where machine code is kept."""
+    return Path(run(ASK + "print(cache_directory())", package, **environment)[0])
+
+
 @pytest.mark.slow
 def test_choice_of_the_user_is_kept(package: Path, tmp_path: Path) -> None:
     program = ASK + "import os; print(cache_directory(), os.environ['NUMBA_CACHE_DIR'])"
@@ -145,10 +150,9 @@ def test_choice_of_the_user_is_kept(package: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path: Path) -> None:
     stale = str(tmp_path / "stale")
-    program = ASK + "print(cache_directory())"
     inherited = {"NUMBA_CACHE_DIR": stale, "ADEYE_NUMBA_CACHE_DIR": stale}
-    found = run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache"), **inherited)
-    assert Path(found[0]).is_relative_to(tmp_path / "cache")
+    found = folder_of(package, XDG_CACHE_HOME=str(tmp_path / "cache"), **inherited)
+    assert found.is_relative_to(tmp_path / "cache")
 
 
 @pytest.mark.slow
@@ -159,38 +163,28 @@ def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_unwritable_cache_falls_back_to_a_private_folder(package: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    (tmp_path / "temporary").mkdir()
-    program = ASK + "print(cache_directory())"
-    environment = {
-        "XDG_CACHE_HOME": str(tmp_path / "file"),
-        "TMPDIR": str(tmp_path / "temporary"),
-    }
-    found = Path(run(program, package, **environment)[0])
-    assert found.is_relative_to(tmp_path / "temporary")
-    assert found.parent.stat().st_mode & 0o077 == 0
-
-
-@pytest.mark.slow
-def test_folder_that_others_can_write_to_is_not_trusted(package: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_taken", [False, True])
+def test_unwritable_cache_falls_back_to_a_folder_that_only_its_owner_can_write_to(
+    package: Path, tmp_path: Path, *, is_taken: bool
+) -> None:
     (tmp_path / "file").touch()
     temporary = tmp_path / "temporary"
+    temporary.mkdir()
     open_to_all = temporary / f"adeye-numba-{os.getuid()}"
-    open_to_all.mkdir(parents=True)
-    open_to_all.chmod(0o777)
-    program = ASK + "print(cache_directory())"
-    environment = {"XDG_CACHE_HOME": str(tmp_path / "file"), "TMPDIR": str(temporary)}
-    found = Path(run(program, package, **environment)[0])
-    assert not found.is_relative_to(open_to_all)
-    assert found.stat().st_mode & 0o077 == 0
+    if is_taken:
+        open_to_all.mkdir()
+        open_to_all.chmod(0o777)
+    found = folder_of(package, XDG_CACHE_HOME=str(tmp_path / "file"), TMPDIR=str(temporary))
+    assert found.is_relative_to(temporary)
+    assert not is_taken or not found.is_relative_to(open_to_all)
+    private = found if is_taken else found.parent
+    assert private.stat().st_mode & 0o077 == 0
 
 
 @pytest.mark.slow
 def test_relative_cache_home_is_ignored(package: Path, tmp_path: Path) -> None:
-    environment = {"XDG_CACHE_HOME": "here", "HOME": str(tmp_path)}
-    found = run(ASK + "print(cache_directory())", package, **environment)
-    assert Path(found[0]).parent == tmp_path / ".cache" / "adeye" / "numba"
+    found = folder_of(package, XDG_CACHE_HOME="here", HOME=str(tmp_path))
+    assert found.parent == tmp_path / ".cache" / "adeye" / "numba"
 
 
 def test_this_process_has_a_writable_folder() -> None:

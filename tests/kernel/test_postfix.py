@@ -152,26 +152,16 @@ def test_number_computed_from_nan_is_nan() -> None:
         assert math.isnan(run(NAN, word))
 
 
-@pytest.mark.parametrize(
-    ("value", "low", "high", "answer"),
-    [(5.0, 0.0, 3.0, 3.0), (-5.0, 0.0, 3.0, 0.0), (2.0, 0.0, 3.0, 2.0), (NAN, 0.0, 3.0, NAN)],
-)
-def test_clip(value: float, low: float, high: float, answer: float) -> None:
-    assert same(run(value, low, high, "clip"), answer)
-
-
-@pytest.mark.parametrize(("condition", "answer"), [(1.0, 7.0), (-0.5, 7.0), (0.0, 8.0), (NAN, NAN)])
-def test_if_takes_the_branch_and_is_undefined_with_its_condition(
-    condition: float, answer: float
-) -> None:
-    assert same(run(condition, 7.0, 8.0, "if_"), answer)
-
-
-@pytest.mark.parametrize(("value", "answer"), [(2.0, 1.0), (3.0, 1.0), (4.0, 0.0), (NAN, 0.0)])
-def test_membership(value: float, answer: float) -> None:
-    program = (value, 0.0, 2.0, "member", 3.0, "member", "found")
-    assert run(*program) == answer
-    assert run(10.0, *program, "+") == 10.0 + answer
+def test_clip_choice_and_membership() -> None:
+    for value, answer in ((5.0, 3.0), (-5.0, 0.0), (2.0, 2.0), (NAN, NAN)):
+        assert same(run(value, 0.0, 3.0, "clip"), answer), value
+    # A choice takes its branch and is undefined with its condition.
+    for condition, answer in ((1.0, 7.0), (-0.5, 7.0), (0.0, 8.0), (NAN, NAN)):
+        assert same(run(condition, 7.0, 8.0, "if_"), answer), condition
+    for value, answer in ((2.0, 1.0), (3.0, 1.0), (4.0, 0.0), (NAN, 0.0)):
+        program = (value, 0.0, 2.0, "member", 3.0, "member", "found")
+        assert run(*program) == answer, value
+        assert run(10.0, *program, "+") == 10.0 + answer, value
 
 
 def test_variables_are_taken_by_position() -> None:

@@ -234,11 +234,8 @@ class Parts:
         return [main_owner(part, self.count, self.owner, self.runs, votes) for part in self.numbers]
 
 
-def test_empty_image_has_no_part() -> None:
-    assert Parts("....", "....").numbers == []
-
-
 def test_box_is_one_part_with_its_extent() -> None:
+    assert Parts("....", "....").numbers == []
     parts = Parts("....", ".00.", ".00.", "....")
     assert len(parts.numbers) == 1
     assert parts.column(PART_FIRST) + parts.column(PART_LAST) == [1, 2]
@@ -247,74 +244,47 @@ def test_box_is_one_part_with_its_extent() -> None:
     assert parts.owners() == [0]
 
 
-def test_pixels_that_meet_at_a_corner_only_are_two_parts() -> None:
-    assert len(Parts("0..", ".0.", "...").numbers) == 2
+def test_pixels_of_a_part_are_connected_by_their_sides() -> None:
+    images: dict[str, tuple[tuple[str, ...], list[int]]] = {
+        "two that meet at a corner": (("0..", ".0.", "..."), [1, 1]),
+        "a U, which begins as two": (("0.0", "0.0", "000", "..."), [7]),
+        "a comb": (("00000", "0.0.0", "0.0.0", "....."), [11]),
+        "a comb upside down": (("0.0.0", "0.0.0", "00000", "....."), [11]),
+        "a ring, whose hole is nobody's": (("000", "0.0", "000", "..."), [8]),
+    }
+    for what, (lines, pixels) in images.items():
+        assert Parts(*lines).column(PART_PIXELS) == pixels, what
+    u = Parts("0.0", "0.0", "000", "...")
+    assert u.column(PART_FIRST) + u.column(PART_LAST) == [0, 2]
 
 
-def test_u_is_one_part_though_it_begins_as_two() -> None:
-    parts = Parts("0.0", "0.0", "000", "...")
-    assert parts.column(PART_PIXELS) == [7]
-    assert parts.column(PART_FIRST) + parts.column(PART_LAST) == [0, 2]
+def test_owner_of_a_part_is_whose_pixels_are_most() -> None:
+    assert 1.0 - DEPTHS[0] / DEPTHS[1] > EDGE > 1.0 - DEPTHS[0] / DEPTHS[3]
+    images: dict[str, tuple[tuple[str, ...], list[int]]] = {
+        "classes that touch are two parts": (("0022", "0022", "...."), [0, 2]),
+        "so are depths that jump": (("0011", "0011", "...."), [0, 1]),
+        "objects of one class at one depth melt together": (("0033", "0033", "...3"), [3]),
+        "above each other, too": (("333", "333", "000", "..."), [3]),
+        "equal shares name the first": (("0033", "0033", "...."), [0]),
+        "a ghost has none": (("??00", "??00", "...."), [-1, 0]),
+    }
+    for what, (lines, owners) in images.items():
+        assert Parts(*lines).owners() == owners, what
+    assert sorted(Parts("1111", "1001", ".00.", "....").owners()) == [0, 1]
+    assert Parts("0022", "0022", "....").column(RUN_CLASS) == [0, 6]
+    assert Parts("??00", "??00", "....").column(RUN_CLASS) == [-1, 0]
+    assert Parts("0033", "0033", "...3").column(PART_PIXELS) == [9]
 
 
-def test_comb_is_one_part() -> None:
-    assert Parts("00000", "0.0.0", "0.0.0", ".....").column(PART_PIXELS) == [11]
-    assert Parts("0.0.0", "0.0.0", "00000", ".....").column(PART_PIXELS) == [11]
-
-
-def test_hole_belongs_to_nobody() -> None:
-    parts = Parts("000", "0.0", "000", "...")
-    assert (parts.column(PART_PIXELS), parts.column(PART_CONTACT)) == ([8], [2])
-
-
-@pytest.mark.slow
-def test_classes_that_touch_are_two_parts() -> None:
-    parts = Parts("0022", "0022", "....")
-    assert parts.column(RUN_CLASS) == [0, 6]
-    assert parts.owners() == [0, 2]
-
-
-def test_jump_of_depth_parts_objects_of_one_class() -> None:
-    assert 1.0 - DEPTHS[0] / DEPTHS[1] > EDGE
-    beside = Parts("0011", "0011", "....")
-    assert beside.owners() == [0, 1]
-    above = Parts("1111", "1001", ".00.", "....")
-    assert sorted(above.owners()) == [0, 1]
-
-
-def test_objects_of_one_class_at_one_depth_melt_together() -> None:
-    assert 1.0 - DEPTHS[0] / DEPTHS[3] < EDGE
-    parts = Parts("0033", "0033", "...3")
-    assert parts.column(PART_PIXELS) == [9]
-    assert parts.owners() == [3]
-    assert Parts("333", "333", "000", "...").owners() == [3]
-
-
-def test_equal_shares_name_the_first_object() -> None:
-    assert Parts("0033", "0033", "....").owners() == [0]
-
-
-def test_ghosts_have_no_class_and_no_owner() -> None:
-    parts = Parts("??00", "??00", "....")
-    assert (parts.column(RUN_CLASS), parts.owners()) == ([-1, 0], [-1, 0])
-
-
-def test_contact_is_hidden_behind_what_is_below() -> None:
-    parts = Parts("1111", "2222", "....")
-    assert parts.column(PART_CONTACT) == [-1, 1]
-
-
-def test_contact_is_that_of_the_columns_in_which_it_is_free() -> None:
-    parts = Parts("1111", "1122", "..22", "....")
-    assert parts.column(PART_CONTACT) == [1, 2]
-
-
-def test_contact_below_the_image_is_not_seen() -> None:
-    assert Parts("....", "0000").column(PART_CONTACT) == [-1]
-
-
-def test_missing_pixels_do_not_lift_the_contact() -> None:
-    assert Parts("000", "0.0", "000", "...").column(PART_CONTACT) == [2]
+def test_contact_is_the_foot_of_the_columns_in_which_it_is_seen() -> None:
+    images: dict[str, tuple[tuple[str, ...], list[int]]] = {
+        "hidden behind what is below": (("1111", "2222", "...."), [-1, 1]),
+        "free in some columns": (("1111", "1122", "..22", "...."), [1, 2]),
+        "below the image": (("....", "0000"), [-1]),
+        "missing pixels do not lift it": (("000", "0.0", "000", "..."), [2]),
+    }
+    for what, (lines, contacts) in images.items():
+        assert Parts(*lines).column(PART_CONTACT) == contacts, what
 
 
 def test_mirrored_image_has_mirrored_parts() -> None:

@@ -1,6 +1,7 @@
 """Sight: hand-made scenes, and the same bits for one box or many."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,32 +29,24 @@ from adeye.kernel.sight import (
 Floats = NDArray[np.float64]
 
 
-def test_ray_meets_the_near_face() -> None:
-    assert ray_box_distance(0.0, 0.0, 1.0, 0.0, 20.0, 0.0, 0.0, 4.0, 2.0) == 18.0
-    assert ray_box_distance(0.0, 0.0, 0.0, 1.0, 0.0, 20.0, math.pi / 2, 4.0, 2.0) == pytest.approx(
-        18.0, rel=1e-15
-    )
-
-
-def test_ray_past_or_away_from_the_box_never_meets_it() -> None:
-    assert ray_box_distance(0.0, 1.01, 1.0, 0.0, 20.0, 0.0, 0.0, 4.0, 2.0) == math.inf
-    assert ray_box_distance(0.0, 0.0, -1.0, 0.0, 20.0, 0.0, 0.0, 4.0, 2.0) == math.inf
-
-
-def test_ray_from_inside_meets_at_once() -> None:
-    assert ray_box_distance(19.0, 0.5, 0.6, 0.8, 20.0, 0.0, 0.0, 4.0, 2.0) == 0.0
-
-
-def test_ray_along_an_edge_meets_the_corner() -> None:
-    assert ray_box_distance(0.0, 1.0, 1.0, 0.0, 20.0, 0.0, 0.0, 4.0, 2.0) == 18.0
+def test_ray_meets_a_box_where_it_first_touches_it_or_never() -> None:
+    box = (20.0, 0.0, 0.0, 4.0, 2.0)
+    beside = (0.0, 20.0, math.pi / 2, 4.0, 2.0)
+    rays: dict[str, tuple[tuple[float, ...], Any]] = {
+        "the near face": ((0.0, 0.0, 1.0, 0.0, *box), 18.0),
+        "of a turned box": ((0.0, 0.0, 0.0, 1.0, *beside), pytest.approx(18.0, rel=1e-15)),
+        "past it": ((0.0, 1.01, 1.0, 0.0, *box), math.inf),
+        "away from it": ((0.0, 0.0, -1.0, 0.0, *box), math.inf),
+        "from inside": ((19.0, 0.5, 0.6, 0.8, *box), 0.0),
+        "along an edge": ((0.0, 1.0, 1.0, 0.0, *box), 18.0),
+    }
+    for why, (ray, expected) in rays.items():
+        assert ray_box_distance(*ray) == expected, why
+    assert math.isnan(ray_box_distance(0.0, math.nan, 1.0, 0.0, *box))
 
 
 POINT = (0.0, 0.0, 0.0)
 """Heading and size of a box without any."""
-
-
-def test_ray_with_nan_has_no_distance() -> None:
-    assert math.isnan(ray_box_distance(0.0, math.nan, 1.0, 0.0, 20.0, 0.0, 0.0, 4.0, 2.0))
 
 
 def test_ray_hit_lies_on_the_outline() -> None:
@@ -167,38 +160,32 @@ def cast(sensor: tuple[float, float], target: int, objects: Floats, sizes: Float
     return first / met
 
 
-def test_lone_box_is_fully_visible() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
+def share(target: int, *boxes: tuple[float, float, float, float, float]) -> float:
+    objects, sizes = scene(*boxes)
+    return visible_fraction(0.0, 0.0, target, objects, sizes)
 
 
-def test_box_behind_a_wider_one_is_invisible() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 0.0
-    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
-
-
-def test_box_behind_the_sensor_covers_nothing() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (-10.0, 0.0, 0.0, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
-
-
-def test_half_covered_box_is_half_visible() -> None:
-    # The occluder's edge lies exactly on the line to the target's centre.
-    objects, sizes = scene((20.0, 0.0, 0.0, 0.0001, 2.0), (10.0, 5.0, 0.0, 0.0001, 10.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(0.5, abs=1e-9)
-
-
-def test_two_covers_of_the_same_part_count_once() -> None:
-    half = (10.0, 5.0, 0.0, 0.0001, 10.0)
-    objects, sizes = scene((20.0, 0.0, 0.0, 0.0001, 2.0), half, (12.0, 5.0, 0.0, 0.0001, 10.0))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(0.5, abs=1e-9)
-
-
-def test_long_barrier_beside_the_target_is_not_in_front() -> None:
+def test_what_hides_a_box_and_what_does_not() -> None:
+    box, nearer, behind = ((x, 0.0, 0.0, 4.0, 2.0) for x in (20.0, 10.0, -10.0))
+    around = (0.0, 0.0, 0.3, 4.0, 2.0)
+    # Its edge lies exactly on the line to the target's centre.
+    thin, half, too = ((x, y, 0.0, 0.0001, w) for x, y, w in ((20, 0, 2), (10, 5, 10), (12, 5, 10)))
     # The barrier's centre is nearer to the sensor than the target, but it lies beyond it.
-    objects, sizes = scene((30.0, 2.0, 0.0, 4.0, 2.0), (25.0, 5.0, 0.0, 80.0, 0.5))
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 1.0
+    beside, barrier = (30.0, 2.0, 0.0, 4.0, 2.0), (25.0, 5.0, 0.0, 80.0, 0.5)
+    scenes: dict[str, tuple[float, float]] = {
+        "alone": (share(0, box), 1.0),
+        "behind a wider one": (share(0, box, nearer), 0.0),
+        "which is seen": (share(1, box, nearer), 1.0),
+        "one behind the sensor": (share(0, box, behind), 1.0),
+        "a long one beside it": (share(0, beside, barrier), 1.0),
+        "one around the sensor": (share(0, box, around), 0.0),
+        "which is seen itself": (share(1, box, around), 1.0),
+    }
+    for why, (found, expected) in scenes.items():
+        assert found == expected, why
+    assert share(0, thin, half) == pytest.approx(0.5, abs=1e-9)
+    # Two covers of the same part count once.
+    assert share(0, thin, half, too) == pytest.approx(0.5, abs=1e-9)
 
 
 def test_walls_on_both_sides_that_meet_ahead_by_a_few_degrees() -> None:
@@ -212,12 +199,6 @@ def test_walls_on_both_sides_that_meet_ahead_by_a_few_degrees() -> None:
     extent = math.pi - 2.0 * math.atan2(1.0, 10.0)
     assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(1.0 - hidden / extent)
     assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
-
-
-def test_sensor_inside_a_box() -> None:
-    objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (0.0, 0.0, 0.3, 4.0, 2.0))
-    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == 0.0
 
 
 @pytest.mark.slow

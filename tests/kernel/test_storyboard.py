@@ -92,6 +92,13 @@ def drive(
     return out
 
 
+def begun(row: Floats, *actions: Floats, tick: int = 0) -> Floats:
+    """Let an actor begin actions at a tick."""
+    for item in actions:
+        begin_action(row, item, tick)
+    return row
+
+
 def test_constant_speed_goes_straight_along_the_road() -> None:
     row = actor(s=10.0, speed=30.0)
     out = drive(row, 0, 200)
@@ -99,8 +106,7 @@ def test_constant_speed_goes_straight_along_the_road() -> None:
 
 
 def test_a_sinusoidal_lane_change_ends_after_pi_shift_over_two_lateral_speeds() -> None:
-    row = actor()
-    begin_action(row, action(CHANGE_TO, 8.75, 1.0), 0)
+    row = begun(actor(), action(CHANGE_TO, 8.75, 1.0))
     duration = math.pi * 3.5 / 2.0
     ticks = math.ceil(duration / STEP)
     drive(row, 0, ticks - 1)
@@ -122,8 +128,7 @@ def test_a_sinusoidal_lane_change_follows_its_cosine_and_is_fastest_half_way() -
 
 
 def test_a_linear_lane_change_keeps_its_lateral_speed() -> None:
-    row = actor(speed=10.0)
-    begin_action(row, action(CHANGE_BY, 2.0, 0.5, shape=LINEAR), 0)
+    row = begun(actor(speed=10.0), action(CHANGE_BY, 2.0, 0.5, shape=LINEAR))
     out = drive(row, 0, 100)
     np.testing.assert_allclose(out[:79, 1], 5.25 + 0.5 * STEP * np.arange(1, 80), atol=1e-12)
     assert row[D] == 7.25
@@ -131,14 +136,12 @@ def test_a_linear_lane_change_keeps_its_lateral_speed() -> None:
 
 
 def test_a_lane_change_of_no_distance_is_over_at_once() -> None:
-    row = actor()
-    begin_action(row, action(CHANGE_TO, 5.25, 1.0), 0)
+    row = begun(actor(), action(CHANGE_TO, 5.25, 1.0))
     assert drive(row, 0, 1)[0, 1] == 5.25
 
 
 def test_braking_to_standstill_takes_speed_squared_over_twice_the_deceleration() -> None:
-    row = actor(s=50.0, speed=25.0)
-    begin_action(row, action(CHANGE_SPEED, 0.0, 4.0), 0)
+    row = begun(actor(s=50.0, speed=25.0), action(CHANGE_SPEED, 0.0, 4.0))
     out = drive(row, 0, 200)
     assert row[S] == pytest.approx(50.0 + 25.0**2 / 8.0, abs=1e-9)
     assert out[-1, 3] == 0.0
@@ -149,8 +152,7 @@ def test_braking_to_standstill_takes_speed_squared_over_twice_the_deceleration()
 
 def test_braking_with_limited_jerk_stops_after_the_closed_form_distance() -> None:
     speed, rate, jerk = 20.0, 5.0, 10.0
-    row = actor(speed=speed)
-    begin_action(row, action(CHANGE_SPEED, 0.0, rate, jerk), 0)
+    row = begun(actor(speed=speed), action(CHANGE_SPEED, 0.0, rate, jerk))
     out = drive(row, 0, 300)
     # A symmetric trapezium of deceleration: the mean speed is half the first one.
     duration = speed / rate + rate / jerk
@@ -161,8 +163,7 @@ def test_braking_with_limited_jerk_stops_after_the_closed_form_distance() -> Non
 
 
 def test_a_small_speed_change_never_reaches_the_rate() -> None:
-    row = actor(speed=20.0)
-    begin_action(row, action(CHANGE_SPEED, 20.4, 3.0, 2.0), 0)
+    row = begun(actor(speed=20.0), action(CHANGE_SPEED, 20.4, 3.0, 2.0))
     out = drive(row, 0, 100)
     # Two phases of jerk that meet at sqrt(jerk * change).
     assert out[:, 4].max() == pytest.approx(math.sqrt(2.0 * 0.4), abs=0.06)
@@ -175,8 +176,7 @@ def test_a_small_speed_change_never_reaches_the_rate() -> None:
 def test_a_new_target_during_braking_is_met_without_a_jump_of_the_acceleration(
     target: float, rate: float
 ) -> None:
-    row = actor(speed=25.0)
-    begin_action(row, action(CHANGE_SPEED, 5.0, 4.0, 8.0), 0)
+    row = begun(actor(speed=25.0), action(CHANGE_SPEED, 5.0, 4.0, 8.0))
     drive(row, 0, 30)
     assert row[PACE_RATE] == pytest.approx(-4.0)
     begin_action(row, action(CHANGE_SPEED, target, rate, 8.0), 30)
@@ -191,8 +191,7 @@ def test_a_new_target_during_braking_is_met_without_a_jump_of_the_acceleration(
 
 @pytest.mark.slow
 def test_hard_braking_that_would_pass_zero_drops_the_jerk_limit_and_never_reverses() -> None:
-    row = actor(speed=10.0)
-    begin_action(row, action(CHANGE_SPEED, 0.0, 8.0), 0)
+    row = begun(actor(speed=10.0), action(CHANGE_SPEED, 0.0, 8.0))
     drive(row, 0, 22)
     begin_action(row, action(CHANGE_SPEED, 0.0, 8.0, 4.0), 22)
     out = drive(row, 22, 100)
@@ -212,8 +211,7 @@ def test_the_step_does_not_change_where_an_actor_is() -> None:
 
 
 def test_a_pedestrian_crosses_at_right_angles_and_stops_at_the_place() -> None:
-    row = actor(s=80.0, d=-1.5, heading=0.3, speed=0.0)
-    begin_action(row, action(CROSS, 8.0, 1.4), 0)
+    row = begun(actor(s=80.0, d=-1.5, heading=0.3, speed=0.0), action(CROSS, 8.0, 1.4))
     out = drive(row, 0, 200)
     arrival = math.ceil(9.5 / 1.4 / STEP)
     np.testing.assert_allclose(
@@ -226,8 +224,7 @@ def test_a_pedestrian_crosses_at_right_angles_and_stops_at_the_place() -> None:
 
 
 def test_a_pedestrian_may_stop_on_the_road_and_go_on() -> None:
-    row = actor(d=0.0, speed=0.0)
-    begin_action(row, action(CROSS, 7.0, 1.4), 0)
+    row = begun(actor(d=0.0, speed=0.0), action(CROSS, 7.0, 1.4))
     drive(row, 0, 40)
     begin_action(row, action(CHANGE_SPEED, 0.0, 2.0), 40)
     drive(row, 40, 100)
@@ -239,8 +236,7 @@ def test_a_pedestrian_may_stop_on_the_road_and_go_on() -> None:
 
 
 def test_crossing_to_the_right_heads_to_the_right() -> None:
-    row = actor(d=6.0, speed=0.0)
-    begin_action(row, action(CROSS, 0.0, 1.0), 0)
+    row = begun(actor(d=6.0, speed=0.0), action(CROSS, 0.0, 1.0))
     out = drive(row, 0, 20)
     assert out[-1, 2] == pytest.approx(-math.pi / 2)
     assert out[-1, 1] == pytest.approx(5.0)
@@ -365,9 +361,9 @@ def walker(**start: float) -> Floats:
 
 @pytest.mark.parametrize("step", [0.05, 0.0125])
 def test_a_car_that_stops_in_a_lane_change_stands_where_it_is(step: float) -> None:
-    row = actor(d=5.25, speed=4.0)
-    begin_action(row, action(CHANGE_BY, 3.5, 1.0), 0)
-    begin_action(row, action(CHANGE_SPEED, 0.0, 3.0), 0)
+    row = begun(
+        actor(d=5.25, speed=4.0), action(CHANGE_BY, 3.5, 1.0), action(CHANGE_SPEED, 0.0, 3.0)
+    )
     ticks = round(2.0 / step)
     out = drive(row, 0, ticks, step)
     assert row[S] == pytest.approx(16.0 / 6.0)
@@ -389,8 +385,7 @@ def test_a_car_that_stops_in_a_lane_change_stands_where_it_is(step: float) -> No
 
 
 def test_a_car_that_stands_begins_its_lane_change_as_it_drives_off() -> None:
-    row = actor(speed=0.0)
-    begin_action(row, action(CHANGE_BY, 3.5, 1.0), 0)
+    row = begun(actor(speed=0.0), action(CHANGE_BY, 3.5, 1.0))
     assert set(drive(row, 0, 100)[:, 1]) == {5.25}
     begin_action(row, action(CHANGE_SPEED, 10.0, 2.0), 100)
     drive(row, 100, 300)
@@ -398,15 +393,13 @@ def test_a_car_that_stands_begins_its_lane_change_as_it_drives_off() -> None:
 
 
 def test_a_walker_steps_sideways() -> None:
-    row = walker(d=0.0, speed=0.0)
-    begin_action(row, action(CHANGE_BY, 1.0, 0.5), 0)
+    row = begun(walker(d=0.0, speed=0.0), action(CHANGE_BY, 1.0, 0.5))
     drive(row, 0, 100)
     assert row[D] == 1.0
 
 
 def test_a_lane_change_that_is_replaced_goes_on_from_its_lateral_speed() -> None:
-    row = actor(d=1.75, speed=20.0)
-    begin_action(row, action(CHANGE_TO, 5.25, 2.0), 0)
+    row = begun(actor(d=1.75, speed=20.0), action(CHANGE_TO, 5.25, 2.0))
     first = drive(row, 0, 28)
     begin_action(row, action(CHANGE_TO, 1.75, 2.0), 28)
     out = np.concatenate([first, drive(row, 28, 200)])
@@ -422,8 +415,7 @@ def test_a_lane_change_that_is_replaced_goes_on_from_its_lateral_speed() -> None
 @pytest.mark.parametrize("rate", [0.5, 2.0])
 @pytest.mark.parametrize("target", [1.75, 5.25, 8.75])
 def test_a_carried_lane_change_has_the_way_of_its_closed_form(target: float, rate: float) -> None:
-    row = actor(d=1.75, speed=20.0)
-    begin_action(row, action(CHANGE_TO, 8.75, 2.0), 0)
+    row = begun(actor(d=1.75, speed=20.0), action(CHANGE_TO, 8.75, 2.0))
     drive(row, 0, 55)
     begin_action(row, action(CHANGE_TO, target, rate), 55)
     out = drive(row, 55, 900)
@@ -434,8 +426,7 @@ def test_a_carried_lane_change_has_the_way_of_its_closed_form(target: float, rat
 
 
 def test_to_a_lane_after_crossing_ends_in_the_lane() -> None:
-    row = walker(d=-1.5, speed=0.0)
-    begin_action(row, action(CROSS, 8.0, 1.4), 0)
+    row = begun(walker(d=-1.5, speed=0.0), action(CROSS, 8.0, 1.4))
     drive(row, 0, 40)
     begin_action(row, action(CHANGE_TO, 5.25, 1.0), 40)
     drive(row, 40, 300)

@@ -16,6 +16,10 @@ from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import Camera, PluginSensor
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- Architectures: references resolve at their place, and identity is what is executed -----------
 
@@ -98,28 +102,7 @@ def test_channel_twice_in_the_priority_is_refused() -> None:
     assert loc == ("switch", "priority", 2)
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        (("sensors",), {}),
-        (("channels",), {}),
-        (("vehicle", "length"), "0 m"),
-        (("vehicle", "length"), 4.9),
-        (("vehicle", "mass"), True),
-        (("sensors", "front_camera", "range"), "-5 m"),
-        (("sensors", "front_camera", "rate"), "0 Hz"),
-        (("sensors", "front_camera", "field_of_view"), "361 deg"),
-        (("sensors", "front_camera", "latency"), "-0.1 s"),
-        (("sensors", "front_camera", "min_visible"), 1.1),
-        (("sensors", "front_camera", "kind"), "sonar"),
-        (("sensors", "Front-Camera"), {"kind": "ground_truth", "rate": "20 Hz"}),
-        (("channels", "nominal", "parameters"), {"gain": 1.0}),
-        (("channels", "nominal", "parameters"), {"confirm_hits": 2.0}),
-        (("switch", "latch"), 1),
-        (("switch", "policy"), "vote"),
-        (("switch", "quorum"), 2),
-    ],
-)
+@pytest.mark.parametrize(("place", "value"), TABLES["impossible value is refused of architecture"])
 def test_impossible_value_is_refused(place: tuple[str, ...], value: Any) -> None:
     assert errors(content(*place, value=value))
 
@@ -142,36 +125,13 @@ def test_order_in_the_file_is_no_part_of_the_content() -> None:
     assert one.executable() == other.executable()
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        (("title",), "Another title"),
-        (("text",), "Another text."),
-        (("architecture",), "another"),
-        (("cost",), 9_999),
-        (("sensors", "front_camera", "cost"), 9_999),
-        (("sensors", "front_camera", "text"), "new"),
-        (("sensors", "front_camera", "realises"), "front_radar"),
-        (("channels", "nominal", "realises"), "switch"),
-        (("switch", "realises"), "nominal_channel"),
-    ],
-)
+@pytest.mark.parametrize(("place", "value"), TABLES["words and cost are not executed"])
 def test_words_and_cost_are_not_executed(place: tuple[str, ...], value: Any) -> None:
     changed = Architecture.model_validate(content(*place, value=value))
     assert changed.executable() == Architecture.model_validate(CONTENT).executable()
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        (("vehicle", "wheelbase"), "3 m"),
-        (("sensors", "front_camera", "mount", "yaw"), "20 deg"),
-        (("sensors", "front_camera", "latency"), "0.6 s"),
-        (("channels", "safety", "links"), ["truth"]),
-        (("channels", "nominal", "parameters"), {"time_gap": "2 s"}),
-        (("switch", "policy"), "stuck"),
-    ],
-)
+@pytest.mark.parametrize(("place", "value"), TABLES["what changes the drive is executed"])
 def test_what_changes_the_drive_is_executed(place: tuple[str, ...], value: Any) -> None:
     changed = Architecture.model_validate(content(*place, value=value))
     assert changed.executable() != Architecture.model_validate(CONTENT).executable()
@@ -192,27 +152,7 @@ def test_rate_is_that_of_the_actuator() -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "model", "more", "said"),
-    [
-        ("actuators.steering", "loss", {"share": 0.5}, "actuators.drive or actuators.brake"),
-        ("actuators.steering", "fade", {"share": 0.5, "over": "1 s"}, "actuators.brake"),
-        ("actuators.brake", "offset", {"steering_angle": "1 deg"}, "a fault of actuators.steering"),
-        ("actuators.brake", "loss", {"share": 1.5}, "less than or equal to 1"),
-        ("actuators.brake", "fade", {"share": 0.5, "over": "0 s"}, "greater than 0"),
-        ("actuators.brake", "rate_limit", {}, "rate of actuators.brake is jerk"),
-        ("actuators.brake", "rate_limit", {"steering_rate": "1 rad/s"}, "is jerk"),
-        ("actuators.steering", "rate_limit", {"jerk": "1 m/s^3"}, "is steering_rate"),
-        (
-            "actuators.steering",
-            "rate_limit",
-            {"jerk": "1 m/s^3", "steering_rate": "1 rad/s"},
-            "give it alone",
-        ),
-        ("tyres", "friction", {}, "give one of value and factor"),
-        ("tyres", "friction", {"value": 0.5, "factor": 0.5}, "give one of value and factor"),
-        ("tyres", "friction", {"value": -0.5}, "greater than or equal to 0"),
-        ("tyres", "loss", {"share": 0.5}, "loss is a fault of actuators, and tyres"),
-    ],
+    ("target", "model", "more", "said"), TABLES["what is no such fault is refused of architecture"]
 )
 def test_what_is_no_such_fault_is_refused(
     target: str, model: str, more: dict[str, Any], said: str

@@ -31,6 +31,10 @@ from adeye.spec.channels import (
     read_name,
 )
 from adeye.spec.load import load_architecture, load_odd, shipped
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- A reference driver as an architecture ------------------------------------------------------
 
@@ -81,28 +85,7 @@ def test_parameters_of_the_trajectory_channel_have_units() -> None:
     assert channel.parameters.max_jerk == 10.0
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        {"kind": "cruise"},
-        {"kind": "nominal", "delay": "-1 s"},
-        {"kind": "nominal", "parameters": {"time_gap": "0 s"}},
-        {"kind": "safety", "parameters": {"time_gap": "1 s"}},
-        {"kind": "trajectory", "parameters": {"horizon": "20 s"}},
-        {"kind": "trajectory", "parameters": {"weight_comfort": -1}},
-        {"kind": "nominal", "files": ["net.bin"]},
-        {"kind": "./mine.py:Planner", "files": [""]},
-        {"kind": "policy"},
-        {"kind": "process"},
-        {"kind": "process", "parameters": {"command": []}},
-        {"kind": "process", "parameters": {"command": ["./a\0b"]}},
-        {"kind": "process", "parameters": {"command": ["./a"], "step_deadline": "0 s"}},
-        {"kind": "process", "parameters": {"command": ["./a"], "limits": {"memory_mib": 1}}},
-        {"kind": "process", "parameters": {"command": ["./a"], "limits": {"memory": 64}}},
-        {"kind": "policy", "parameters": {"policy": "mine.py"}},
-        {"kind": "policy", "parameters": {"policy": "./mine.py:p", "observation": "pixels"}},
-    ],
-)
+@pytest.mark.parametrize("content", TABLES["impossible channel is refused"])
 def test_impossible_channel_is_refused(content: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         CHANNEL.validate_python(content)
@@ -134,15 +117,7 @@ def test_what_a_planned_stop_reads_is_no_part_of_the_identity_where_it_is_left_o
     assert SafetyParameters.model_validate(added, context={"si": True}) == planned
 
 
-@pytest.mark.parametrize(
-    ("parameters", "match"),
-    [
-        ({"stop": "shoulder"}, "in_lane"),
-        ({"ratings": {"hard_shoulder": 9}}, "less than or equal to 8"),
-        ({"ratings": {"ditch": 2}}, "ditch"),
-        ({"rear_sight": "-1 m"}, "greater than or equal to 0"),
-    ],
-)
+@pytest.mark.parametrize(("parameters", "match"), TABLES["wrong stop is refused"])
 def test_wrong_stop_is_refused(parameters: dict[str, Any], match: str) -> None:
     with pytest.raises(ValidationError, match=match):
         SafetyParameters.model_validate(parameters)
@@ -213,16 +188,7 @@ def test_name_is_read(text: str, name: ReferenceName | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("reference:cx", "there is no reference driver 'cx'. Take one of cc, fsm, rss, reg157."),
-        ("reference:", "there is no reference driver ''. Take one of cc, fsm, rss, reg157."),
-        ("reference:CC", "there is no reference driver 'CC'"),
-        ("reference:cc@", "there is no edition ''. Take one of r157, r157-01"),
-        ("reference:cc@r157-02", "Did you mean 'r157-01'? Take one of r157, r157-01"),
-        ("reference:cc+jrk", "there is no variant 'jrk'. Did you mean 'jrc'?"),
-        ("reference:cc+jrc+jrc", "names a variant twice"),
-    ],
+    ("text", "said"), TABLES["name that means nothing is refused at its place"]
 )
 def test_name_that_means_nothing_is_refused_at_its_place(odd: Any, text: str, said: str) -> None:
     with pytest.raises(SpecError) as caught:

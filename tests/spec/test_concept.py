@@ -36,6 +36,10 @@ from adeye.spec.concept import (
 from adeye.spec.document import load_document, validate
 from adeye.spec.load import _check_asil, _load
 from adeye.spec.quantity import SI
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- ASIL determination and the references of a concept -------------------------------------------
 
@@ -186,14 +190,7 @@ def test_an_fsr_without_parameters_is_what_it_was_before_there_were_any() -> Non
 
 
 @pytest.mark.parametrize(
-    ("measure", "parameters", "message"),
-    [
-        ({"bound": {"metric": "m", "at_most": "tua"}}, {"tau": 1}, "there is no parameter 'tua'"),
-        ({"bound": {"metric": "m", "at_most": 1}}, {"tau": 1}, "the bound does not name 'tau'"),
-        ({"formula": "a"}, {"tau": "1 parsec"}, "'1 parsec' is not a quantity"),
-        ({"formula": "a"}, {"tau": True}, "True is not a quantity"),
-        ({"formula": "a"}, {"Tau": 1}, "should match pattern"),
-    ],
+    ("measure", "parameters", "message"), TABLES["parameters that do not fit are refused"]
 )
 def test_parameters_that_do_not_fit_are_refused(
     measure: dict[str, Any], parameters: dict[str, Any], message: str

@@ -13,6 +13,10 @@ from adeye.spec.fault import FAULT, MODELS, Late, idle_faults, model_of
 from adeye.spec.fault_base import LONGEST_LAG, Fault, Onset
 from adeye.spec.load import shipped
 from adeye.spec.quantity import SI
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- Faults: the model fits the target, the onset is one, and identity is what is executed --------
 
@@ -36,36 +40,7 @@ def test_duration_may_be_left_out() -> None:
     assert FAULT.validate_python({k: v for k, v in OUT.items() if k != "duration"}).duration is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"model": "silent"}, "silent is a fault of channels, and sensors.front_camera"),
-        ({"target": "channels.nominal"}, "drop_out is a fault of sensors, and channels.nominal"),
-        ({"target": "front_camera"}, "target"),
-        ({"target": "sensors.front.camera"}, "target"),
-        ({"model": "stuck"}, "stuck is a fault of channels or actuators or switch, and sensors.fr"),
-        ({"model": "late", "target": "switch"}, "delay"),
-        ({"model": "broken"}, "drop_out"),
-        ({"model": ["drop_out"]}, "model"),
-        ({"target": 3}, "target"),
-        ({"target": "tyres"}, "drop_out is a fault of sensors, and tyres is not one of them"),
-        ({"onset": {}}, "give one of at, when and between"),
-        ({"onset": {"at": "1 s", "when": "time > 1 s"}}, "give one of at, when and between"),
-        ({"onset": {"at": "1 s", "between": ["1 s", "2 s"]}}, "give one of at, when and between"),
-        ({"onset": {"between": ["2 s", "1 s"]}}, "the earliest time comes first"),
-        ({"onset": {"between": ["2 s"]}}, "at least 2"),
-        ({"every": "500 ms"}, "give a duration that is shorter"),
-        ({"every": "1 s", "duration": None}, "give a duration that is shorter"),
-        ({"times": 3}, "give every, too"),
-        ({"every": "1 s", "times": 0}, "greater than or equal to 1"),
-        ({"onset": {"at": "-1 s"}}, "greater than or equal to 0"),
-        ({"onset": {"at": "5 m"}}, "is not a time"),
-        ({"onset": {"when": "time"}}, "neither true nor false"),
-        ({"duration": "-1 s"}, "greater than or equal to 0"),
-        ({"id": "Camera out"}, "id"),
-        ({"from": "2 s"}, "from"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "said"), TABLES["what is no fault is refused"])
 def test_what_is_no_fault_is_refused(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
         FAULT.validate_python({**OUT, **changes})
@@ -182,20 +157,7 @@ def test_everything_is_lost_unless_a_share_is_given() -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "model", "more", "said"),
-    [
-        ("channels.nominal", "crash", {"duration": "1 s"}, "does not come back"),
-        ("channels.nominal", "bias", {}, "give acceleration, steering_angle or both"),
-        ("channels.nominal", "scale", {"by": 2}, "by"),
-        ("channels.nominal", "oscillating", {"acceleration": 1}, "frequency"),
-        ("channels.nominal", "slow", {}, "by"),
-        ("channels.nominal", "slow", {"by": "11 s"}, "less than or equal to 10"),
-        ("channels.nominal", "drop", {}, "drop is a fault of links, and channels.nominal"),
-        ("links.nominal.front", "drop", {"probability": 1.1}, "less than or equal to 1"),
-        ("links.nominal.front", "drop", {"burst": 0}, "greater than or equal to 1"),
-        ("hooks.nominal", "map_shifted", {}, "offset"),
-        ("hooks.nominal", "silent", {}, "silent is a fault of channels"),
-    ],
+    ("target", "model", "more", "said"), TABLES["what is no such fault is refused"]
 )
 def test_what_is_no_such_fault_is_refused(
     target: str, model: str, more: dict[str, Any], said: str
@@ -253,32 +215,7 @@ def idle(*faults: Any, of: Architecture | None = None) -> dict[str, str]:
     return dict(idle_faults([item.id for item in faults], [(faults, of or architecture())]))
 
 
-@pytest.mark.parametrize(
-    ("nothing", "something"),
-    [
-        ({"model": "bias", "signal": "x", "size": "0 m"}, {"size": "1 m"}),
-        ({"model": "scale", "signal": "x", "factor": 1}, {"factor": 1.1}),
-        ({"model": "spike", "signal": "x", "size": "1 m", "probability": 0}, {"probability": 0.1}),
-        ({"model": "sample_loss"}, {"enter": 0.1}),
-        ({"model": "delay", "by": "0 s"}, {"jitter": "0.1 s"}),
-        ({"model": "miss", "probability": 0}, {"probability": 0.5}),
-        ({"model": "blind_sector", "right": "1 deg", "left": "1 deg"}, {"left": "2 deg"}),
-        ({"model": "clock_drift"}, {"rate": 0.01}),
-        ({"model": "loss", "target": "actuators.brake", "share": 0}, {"share": 0.2}),
-        (
-            {"model": "bias", "target": "channels.nominal", "acceleration": "0 m/s^2"},
-            {"acceleration": "1 m/s^2"},
-        ),
-        ({"model": "scale", "target": "channels.nominal", "acceleration": 1}, {"acceleration": 2}),
-        ({"model": "late", "target": "switch", "delay": "0 s"}, {"delay": "1 s"}),
-        ({"model": "friction", "target": "tyres", "factor": 1}, {"factor": 0.5}),
-        ({"model": "map_shifted", "target": "hooks.nominal", "offset": "0 m"}, {"offset": "1 m"}),
-        (
-            {"model": "drop", "target": "links.nominal.front_radar", "probability": 0},
-            {"probability": 1},
-        ),
-    ],
-)
+@pytest.mark.parametrize(("nothing", "something"), TABLES["fault of no size is named"])
 def test_fault_of_no_size_is_named(nothing: dict[str, Any], something: dict[str, Any]) -> None:
     model = nothing["model"]
     assert "changes nothing" in idle(fault(**nothing))[model]
@@ -292,20 +229,7 @@ def test_sizes_are_fields_of_their_models() -> None:
 
 
 @pytest.mark.parametrize(
-    ("silencer", "other", "is_masked"),
-    [
-        ({}, {}, True),
-        ({"onset": {"at": "1 s"}}, {"duration": "3 s"}, True),
-        ({"onset": {"at": "1 s"}, "duration": "2 s"}, {"duration": "1 s"}, True),
-        ({"onset": {"at": "1 s"}, "duration": "2 s"}, {"duration": "2 s"}, False),
-        ({"duration": "2 s"}, {}, False),
-        ({"onset": {"at": "3 s"}}, {}, False),
-        ({"onset": {"at": "1 s"}}, {"onset": {"between": ["2 s", "3 s"]}}, True),
-        ({"onset": {"when": "time > 1 s"}}, {"onset": {"when": "time > 1 s"}}, True),
-        ({"onset": {"when": "time > 1 s"}}, {}, False),
-        ({"duration": "1 s", "every": "2 s"}, {"duration": "1 s"}, False),
-        ({}, {"target": "sensors.front_camera"}, False),
-    ],
+    ("silencer", "other", "is_masked"), TABLES["fault is masked while its target is silent"]
 )
 @pytest.mark.parametrize("is_first", [True, False])
 def test_fault_is_masked_while_its_target_is_silent(
@@ -338,14 +262,7 @@ def test_silent_channel_hides_what_it_is_shown_but_not_what_others_see_of_it() -
 
 
 @pytest.mark.parametrize(
-    ("target", "first", "then"),
-    [
-        ("sensors.front_radar", ("bias", {"size": "1 m"}), ("stuck_at", {"value": "9 m"})),
-        ("channels.nominal", ("bias", {"steering_angle": "1 deg"}), ("plausible_but_wrong", {})),
-        ("channels.nominal", ("scale", {"steering_angle": 57.3}), ("not_a_number", {})),
-        ("actuators.brake", ("loss", {"share": 0.5}), ("stuck", {})),
-        ("tyres", ("friction", {"factor": 0.5}), ("friction", {"value": 0.9})),
-    ],
+    ("target", "first", "then"), TABLES["fault is masked by one that replaces what it changed"]
 )
 def test_fault_is_masked_by_one_that_replaces_what_it_changed(
     target: str, first: tuple[str, dict[str, Any]], then: tuple[str, dict[str, Any]]

@@ -21,6 +21,10 @@ from adeye.spec.load import (
 )
 from adeye.spec.sensors import Camera
 from tests.project import CONCEPT, Project
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 ROOT = Path(__file__).parents[2]
 BASE = """\
@@ -56,19 +60,7 @@ def write(tmp_path: Path) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("base", "override", "merged"),
-    [
-        ({"a": 1}, {"b": 2}, {"a": 1, "b": 2}),
-        ({"a": 1}, {"a": 2}, {"a": 2}),
-        ({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}}, {"a": {"b": 3, "c": 2}}),
-        ({"a": 1, "b": 2}, {"a": None}, {"b": 2}),
-        ({"a": 1}, {"b": None}, {"a": 1}),
-        ({"a": [1, 2]}, {"a": [3]}, {"a": [3]}),
-        ({"a": [1]}, {"a": {"b": 1}}, {"a": {"b": 1}}),
-        ({"a": {"b": 1}}, {"a": "text"}, {"a": "text"}),
-        ({}, {"a": {"b": {"c": None}}}, {"a": {"b": {}}}),
-        ({"a": [{"b": 1}]}, {"a": [{"b": None}]}, {"a": [{"b": None}]}),
-    ],
+    ("base", "override", "merged"), TABLES["merge lays one content over another"]
 )
 def test_merge_lays_one_content_over_another(base: Any, override: Any, merged: Any) -> None:
     assert merge(base, override) == merged

@@ -12,6 +12,10 @@ from pydantic import ValidationError
 from adeye.spec.document import load_document
 from adeye.spec.odd import CoverageBins, Distribution, Odd, Steps, Sweep
 from adeye.spec.quantity import SI
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- ODDs: names resolve at their place, a design takes what is its own, limits are not empty -----
 
@@ -91,60 +95,16 @@ def test_every_wrong_name_is_listed() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("changes", "place"),
-    [
-        ({"scenarios": []}, ("scenarios",)),
-        ({"architectures": []}, ("architectures",)),
-        ({"gate": {"architectures": []}}, ("gate", "architectures")),
-        ({"step": "0 s"}, ("step",)),
-        ({"step": "1.5 s"}, ("step",)),
-        ({"step": 0.05}, ("step",)),
-        ({"seed": -1}, ("seed",)),
-        ({"seed": 2**63}, ("seed",)),
-        ({"seed": True}, ("seed",)),
-        ({"seed": 7.0}, ("seed",)),
-        ({"replicates": 0}, ("replicates",)),
-        ({"outside": "ignore"}, ("outside",)),
-        ({"attributes": {"scenery": {"lanes": {"min": 3, "max": 2}}}}, ("attributes",)),
-        ({"attributes": {"scenery": {"road_type": ["sea"]}}}, ("attributes",)),
-        ({"attributes": {"dynamic_elements": {"actors": ["tank"]}}}, ("attributes",)),
-        ({"attributes": {"environment": {"rain": {"max": "7.5 mm"}}}}, ("attributes",)),
-    ],
-)
-def test_impossible_value_is_refused(changes: dict[str, Any], place: tuple[str, ...]) -> None:
-    assert {loc[: len(place)] for loc in places(small(**changes))} == {place}
+@pytest.mark.parametrize(("changes", "place"), TABLES["impossible value is refused"])
+def test_impossible_value_is_refused(changes: dict[str, Any], place: list[str]) -> None:
+    assert {loc[: len(place)] for loc in places(small(**changes))} == {tuple(place)}
 
 
 def test_greatest_seed_fits_a_signed_column() -> None:
     assert Odd.model_validate(small(seed=2**63 - 1)).seed == 2**63 - 1
 
 
-@pytest.mark.parametrize(
-    ("sweep", "said"),
-    [
-        ({"design": "list"}, "design: list needs points"),
-        ({"points": [{"gap": "1 m"}]}, "points belong to design: list"),
-        ({"design": "random"}, "design: random needs samples"),
-        ({"design": "zip", "samples": 3}, "samples belong to design: random"),
-        (
-            {"design": "list", "points": [{"gap": "1 m"}], "parameters": {"gap": ["1 m"]}},
-            "takes points, no parameters",
-        ),
-        ({"design": "random", "samples": 0}, "greater than or equal to 1"),
-        ({"design": "t_wise"}, "design: t_wise needs strength"),
-        ({"design": "lhs"}, "design: lhs needs samples"),
-        ({"design": "pairwise", "strength": 2}, "strength belongs to design: t_wise"),
-        ({"design": "t_wise", "strength": 7}, "less than or equal to 6"),
-        ({"design": "halton"}, "full_factorial"),
-        ({"where": "gap > 1 m"}, "valid tuple"),
-        ({"where": ["gap"]}, "neither true nor false"),
-        ({"parameters": {"gap": [None]}}, "valid string"),
-        ({"parameters": {"gap": [{"from": "1 m"}]}}, "valid string"),
-        ({"parameters": {"links": [[["front_radar"]]]}}, "valid string"),
-        ({"parameters": {"gap": {"from": "1 m", "to": "2 m"}}}, "step"),
-    ],
-)
+@pytest.mark.parametrize(("sweep", "said"), TABLES["sweep that is none is refused"])
 def test_sweep_that_is_none_is_refused(sweep: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
         Sweep.model_validate(sweep)
@@ -177,20 +137,7 @@ def test_kinds_of_actor_need_no_order() -> None:
     assert bins.model_dump(mode="json")["actors"] == ["truck", "car"]
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ({"ego_speed": ["0 km/h", "60 km/h", "60 km/h"]}, "must ascend"),
-        ({"rain": ["0 mm/h"]}, "at least 2 items"),
-        ({"rain": ["0 m", "1 m"]}, "is not a speed|is not a rain rate"),
-        ({"radius": ["500 m", "100 m"]}, "must ascend"),
-        ({"sun_elevation": ["10 m", "20 m"]}, "is not an angle"),
-        ({"actors": []}, "at least 1 item"),
-        ({"actors": ["car", "truck", "car"]}, "'car' occurs twice"),
-        ({"actors": ["tram"]}, "pedestrian"),
-        ({"colour": [1, 2]}, "not permitted"),
-    ],
-)
+@pytest.mark.parametrize(("content", "said"), TABLES["edges that make no bins are refused"])
 def test_edges_that_make_no_bins_are_refused(content: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
         CoverageBins.model_validate(content)
@@ -199,35 +146,14 @@ def test_edges_that_make_no_bins_are_refused(content: dict[str, Any], said: str)
 # --- Distributions as a sweep writes them: one kind each, complete, and written without the rest --
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        {"uniform": ["1 m", "2 m"]},
-        {"normal": {"mean": "1 m", "sd": "2 m", "min": "0 m"}},
-        {"lognormal": {"median": "1 m", "sigma": 0.5}},
-        {"empirical": "gaps.csv", "column": "gap", "unit": "m"},
-        {"choice": {"day": 0.75, "night": 0.25}},
-    ],
-)
+@pytest.mark.parametrize("content", TABLES["what is written is what is stored"])
 def test_what_is_written_is_what_is_stored(content: dict[str, Any]) -> None:
     made = Distribution.model_validate(content)
     assert made.kind == next(iter(content))
     assert made.model_dump(mode="json") == content
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ({}, "exactly one of uniform, normal, lognormal, empirical, choice, not none"),
-        ({"uniform": ["1 m", "2 m"], "choice": {"1 m": 1.0}}, "not uniform, choice"),
-        ({"empirical": "gaps.csv"}, "empirical and column go together"),
-        ({"uniform": ["1 m", "2 m"], "unit": "m"}, "unit belongs to empirical"),
-        ({"choice": {"day": 0.75, "night": 0.2}}, "the weights sum up to 0.95, not to 1"),
-        ({"choice": {"day": 1.0, "night": 0.0}}, "greater than 0"),
-        ({"lognormal": {"median": "1 m", "sigma": 0.0}}, "greater than 0"),
-        ({"uniform": ["1 m"]}, "at least 2 items"),
-    ],
-)
+@pytest.mark.parametrize(("content", "said"), TABLES["what is no distribution is refused"])
 def test_what_is_no_distribution_is_refused(content: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
         Distribution.model_validate(content)

@@ -13,9 +13,13 @@ from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
 from adeye.spec.plausible import BOUNDS
 from tests.project import CANDIDATE, MINI, Project
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+TABLES = stored("definitions")
+
 
 ARCHITECTURE = shipped("odd") / "architectures" / "camera_radar.yaml"
 
@@ -34,29 +38,7 @@ def edited(source: Path, folder: Path, path: str, value: Any, **more: Any) -> Pa
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "bound"),
-    [
-        ("sensors.front_camera.mount.x", "1.5 km", "mount.x"),
-        ("sensors.front_camera.mount.y", "4 m", "mount.y"),
-        ("sensors.front_radar.mount.z", "-0.1 m", "mount.z"),
-        ("sensors.front_radar.range", "200 km", "range"),
-        ("sensors.front_radar.rate", "20000000 Hz", "rate"),
-        ("sensors.front_radar.range_noise", "300 m", "position_noise"),
-        ("sensors.localisation.lateral_noise", "1 km", "position_noise"),
-        ("sensors.localisation.speed_noise", "5000 km/h", "speed"),
-        ("sensors.localisation.heading_noise", "3000 deg", "angle"),
-        ("sensors.front_camera.latency", "2 h", "delay"),
-        ("switch.debounce", "2 h", "delay"),
-        ("switch.staleness", "2 h", "delay"),
-        ("vehicle.wheelbase", "29 m", "wheelbase"),
-        ("vehicle.length", "490 m", "vehicle.length"),
-        ("vehicle.width", "1.9 mm", "vehicle.width"),
-        ("vehicle.height", "160 m", "vehicle.height"),
-        ("vehicle.max_deceleration", "9000 m/s^2", "braking"),
-        ("vehicle.max_acceleration", "3000 m/s^2", "braking"),
-        ("vehicle.max_steering_angle", "175 deg", "steering"),
-        ("vehicle.steering_lag", "100 s", "lag"),
-    ],
+    ("path", "value", "bound"), TABLES["part beyond the plausible is refused unless it is meant"]
 )
 def test_part_beyond_the_plausible_is_refused_unless_it_is_meant(
     tmp_path: Path, path: str, value: str, bound: str
@@ -96,17 +78,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "bound"),
-    [
-        ("environment.friction", 9, "friction"),
-        ("environment.rain", "1000000 mm/h", "rain"),
-        ("environment.fog_visibility", "1 mm", "visibility"),
-        ("ego.offset", "5 m", "ego.offset"),
-        ("ego.speed", "2000 km/h", "speed"),
-        ("world.road.lane_width", "35 m", "lane_width"),
-        ("storyboard.brake.stop.rate", "9000 m/s^2", "braking"),
-        ("horizon", "100000 s", "time"),
-    ],
+    ("path", "value", "bound"), TABLES["scenario beyond the plausible is refused"]
 )
 def test_scenario_beyond_the_plausible_is_refused(
     project: Project, path: str, value: Any, bound: str
@@ -128,17 +100,7 @@ def test_constant_that_no_run_can_have_is_refused(project: Project, path: str, v
         make_plan(project.odd)
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "sensors.front_camera.latency",
-        "sensors.front_camera.jitter",
-        "channels.nominal.delay",
-        "switch.debounce",
-        "switch.handover",
-        "switch.staleness",
-    ],
-)
+@pytest.mark.parametrize("path", TABLES["delay longer than the run is refused"])
 def test_delay_longer_than_the_run_is_refused(project: Project, path: str) -> None:
     """Such a sensor, channel or switch does nothing in any run, and no bound of its own says so."""
     file = edited(LEAD, project.folder / "scenarios_db", "tail", "13 s", scenario="mine")
@@ -164,14 +126,7 @@ def test_default_counts_as_nobodys_word() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "bound"),
-    [
-        ({"model": "bias", "signal": "x", "size": "1e9 m"}, "length"),
-        ({"model": "drift", "signal": "range", "size": "-1e9 m", "over": "1 s"}, "length"),
-        ({"model": "noise", "signal": "range_rate", "size": "1e5 m/s"}, "speed"),
-        ({"model": "stuck_at", "signal": "bearing", "value": "1000 deg"}, "angle"),
-        ({"model": "scale", "signal": "x", "factor": 1e9}, "factor"),
-    ],
+    ("fault", "bound"), TABLES["fault beyond the plausible is refused unless it is meant"]
 )
 def test_fault_beyond_the_plausible_is_refused_unless_it_is_meant(
     tmp_path: Path, fault: dict[str, Any], bound: str

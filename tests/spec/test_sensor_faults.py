@@ -11,6 +11,10 @@ from adeye.spec.quantity import SI
 from adeye.spec.sensor_faults import DELIVERS, SIGNALS, SignalName, delivered, signals_of
 from adeye.spec.sensors import PluginSensor
 from tests.simulate.faults.streams import SUITE
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 # --- What sensors deliver, and so which faults have a meaning for them ----------------------------
 
@@ -43,26 +47,7 @@ def test_plugin_has_a_list_of_detections() -> None:
 
 @pytest.mark.parametrize(
     ("model", "parameters", "sensor", "loc"),
-    [
-        ("miss", {}, "gnss", "model"),
-        ("ghost", {"x": "20 m"}, "beam_lidar", "model"),
-        ("misclassify", {"taken_for": "car"}, "cell_radar", "model"),
-        ("blind_sector", {"right": "0 deg", "left": "9 deg"}, "ultrasonic", "model"),
-        ("range_loss", {"factor": 0.5}, "pixel_camera", "model"),
-        ("blackout", {}, "camera", "model"),
-        ("jump", {"x": "1 m"}, "imu", "model"),
-        ("jump", {"heading": "1 deg"}, "gnss", "heading"),
-        ("miss", {"right": "0 deg"}, "ultrasonic", "left"),
-        ("bias", {"signal": "range_rate", "size": "1 m/s"}, "camera", "signal"),
-        ("bias", {"signal": "x", "size": "1 m"}, "localisation", "signal"),
-        ("dead_pixels", {"columns": 321, "rows": 1}, "pixel_camera", "columns"),
-        (
-            "pixel_noise",
-            {"row": 1, "columns": 1, "rows": 120, "noise": 0.1},
-            "pixel_camera",
-            "rows",
-        ),
-    ],
+    TABLES["fault without a meaning for a sensor says so where it is written"],
 )
 def test_fault_without_a_meaning_for_a_sensor_says_so_where_it_is_written(
     model: str, parameters: dict[str, Any], sensor: str, loc: str
@@ -76,17 +61,7 @@ def test_fault_without_a_meaning_for_a_sensor_says_so_where_it_is_written(
 FIXED = {"id": "a", "target": "sensors.a", "onset": {"at": "0 s"}}
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"model": "miss", "classes": []},
-        {"model": "miss", "classes": ["tree"]},
-        {"model": "miss", "left": "190 deg"},
-        {"model": "ghost"},
-        {"model": "misclassify"},
-        {"model": "split", "probability": -0.1},
-    ],
-)
+@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused"])
 def test_what_cannot_be_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})
@@ -100,17 +75,7 @@ def test_classes_are_of_the_structure_of_a_batch() -> None:
 # --- The body: where it looks, how far, and through what ------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"model": "blind_sector", "left": "1 deg"},
-        {"model": "range_loss", "factor": 1.5},
-        {"model": "dead_pixels", "columns": 3},
-        {"model": "dead_pixels", "columns": 3, "rows": 3, "row": -1},
-        {"model": "pixel_noise", "columns": 3, "rows": 3, "noise": -0.1},
-        {"model": "blackout", "transmission": "5 m"},
-    ],
-)
+@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused of sensor bodies"])
 def test_what_cannot_be_is_refused_of_sensor_bodies(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})
@@ -144,18 +109,7 @@ def test_stored_fault_is_read_again() -> None:
     assert again == fault
 
 
-@pytest.mark.parametrize(
-    ("wrong", "loc"),
-    [
-        ({"model": "bias", "signal": "x", "size": "1 s"}, "size"),
-        ({"model": "bias", "signal": "x", "size": 1.0}, "size"),
-        ({"model": "bias", "signal": "z", "size": "1 m"}, "signal"),
-        ({"model": "noise", "signal": "x", "size": "-1 m"}, "size"),
-        ({"model": "bit_flip", "signal": "x", "bit": 64}, "bit"),
-        ({"model": "drift", "signal": "x", "size": "1 m", "over": "0 s"}, "over"),
-        ({"model": "spike", "signal": "x", "size": "1 m", "probability": 1.1}, "probability"),
-    ],
-)
+@pytest.mark.parametrize(("wrong", "loc"), TABLES["wrong value is refused at its place"])
 def test_wrong_value_is_refused_at_its_place(wrong: dict[str, Any], loc: str) -> None:
     with pytest.raises(ValidationError) as caught:
         read(**wrong)
@@ -174,17 +128,7 @@ def test_identity_of_a_drop_out_is_what_it_was() -> None:
     assert set(fault.executable()) == {"id", "target", "model", "onset", "duration"}
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"model": "delay"},
-        {"model": "delay", "by": "-1 s"},
-        {"model": "sample_loss", "probability": 2.0},
-        {"model": "sample_loss", "enter": 0.1, "leave": 0.0},
-        {"model": "clock_drift", "rate": 2.0},
-        {"model": "freeze", "target": "channels.nominal"},
-    ],
-)
+@pytest.mark.parametrize("wrong", TABLES["what no sensor can have is refused"])
 def test_what_no_sensor_can_have_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         FAULT.validate_python({**FIXED, **wrong})

@@ -9,6 +9,10 @@ from pydantic import ValidationError
 
 from adeye.spec.quantity import SI
 from adeye.spec.switch import KEYS, NEEDED, Switch
+from tests.stored import stored
+
+TABLES = stored("definitions")
+
 
 PLAIN: dict[str, Any] = {
     "policy": "fixed_priority",
@@ -84,32 +88,13 @@ def test_any_policy_can_be_set_to_stuck_with_its_keys_left_in_the_file(
 
 
 @pytest.mark.parametrize(
-    ("changes", "loc", "said"),
-    [
-        ({"default": "third"}, ("default",), "'third' is not in priority: safety"),
-        ({"without_majority": "third"}, ("without_majority",), "'third' is not in priority"),
-        ({"voters": ["nominal", "third"]}, ("voters", 1), "'third' is not in priority"),
-        ({"voters": ["nominal", "safety", "nominal"]}, ("voters", 2), "occurs twice"),
-        ({"voters": ["safety", "spare"]}, ("voters",), "must be one of the voters"),
-        ({"voters": ["nominal"]}, ("voters",), "at least 2"),
-        ({"quorum": 4}, ("quorum",), "there are only 3 voters; give 2 to 3"),
-        (
-            {"voters": ["safety", "nominal"], "priority": ["safety", "nominal"], "quorum": 1},
-            ("quorum",),
-            "greater than or equal to 2",
-        ),
-        ({"handover": "-1 s"}, ("handover",), "greater than or equal to 0"),
-        ({"meanwhile": "guess"}, ("meanwhile",), "'keep' or 'coast'"),
-        ({"bumpless": {"jerk": "0 m/s^3", "steering_rate": "1 deg/s"}}, ("bumpless", "jerk"), "0"),
-        ({"bumpless": {"jerk": "1 m/s^3"}}, ("bumpless", "steering_rate"), "required"),
-        ({"acceleration_tolerance": "1 m"}, ("acceleration_tolerance",), "not an acceleration"),
-    ],
+    ("changes", "loc", "said"), TABLES["impossible value is refused at its place"]
 )
 def test_impossible_value_is_refused_at_its_place(
-    changes: dict[str, Any], loc: tuple[str | int, ...], said: str
+    changes: dict[str, Any], loc: list[str | int], said: str
 ) -> None:
     ((found, message),) = errors({**VOTES, **changes})
-    assert found == loc
+    assert found == tuple(loc)
     assert said in message
 
 
@@ -154,18 +139,7 @@ def test_what_does_without_the_later_keys_is_stored_as_it_was() -> None:
     assert stuck == {**stored, "policy": "stuck"}
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"quorum": 2},
-        {"vote": "majority"},
-        {"steering_tolerance": "3 deg"},
-        {"without_majority": "spare"},
-        {"handover": "0.2 s"},
-        {"meanwhile": "keep"},
-        {"bumpless": {"jerk": "11 m/s^3", "steering_rate": "20 deg/s"}},
-    ],
-)
+@pytest.mark.parametrize("changes", TABLES["what changes the decisions is stored"])
 def test_what_changes_the_decisions_is_stored(changes: dict[str, Any]) -> None:
     full = {**FULL, "quorum": 3}
     changed = Switch.model_validate({**full, **changes}).model_dump(mode="json")

@@ -1,9 +1,10 @@
 """A small campaign to store: two scenarios, two architectures, three FSRs, made-up results."""
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,11 @@ from adeye.judge.timeline import Injection, Timeline
 from adeye.judge.uncertainty import Difference
 from adeye.judge.verdict import Outcome, Verdict
 from adeye.spec.concept import (
-    Assumption,
     Concept,
     Decomposition,
     DependentFailure,
-    Element,
-    HazardousEvent,
     MetricBound,
     Requirement,
-    SafetyGoal,
     Waiver,
 )
 from adeye.store.block import BasisBlock, ExtremeBlock, JudgedBlock
@@ -40,6 +37,8 @@ from adeye.store.records import (
     EventRecord,
     ForkRecord,
     MetricValue,
+    Plan,
+    StoredRun,
     VerdictRecord,
 )
 from adeye.store.repository import Repository
@@ -47,8 +46,19 @@ from adeye.store.tables import METRIC_IDS
 from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
 from adeye.store.write.studies import DriveRecord, TakeoverLine
 from tests.postgres import Server
-from tests.store.raw import Raw, raw_connection
-from tests.store.rows import PlannedCase, RunRecord, planned_case, run_block
+from tests.store.raw import raw_connection
+from tests.store.rows import (
+    PlannedCase,
+    RunRecord,
+    Verdicts,
+    complete_block,
+    planned_case,
+    result_table_hash,
+    run_block,
+)
+from tests.stored import stored
+
+CONCEPT = stored("example_concept")
 
 
 def sha(text: str) -> str:
@@ -95,42 +105,8 @@ class Example:
         self.detail_of: Callable[[BlockCase], str | None] = lambda _case: None
 
     def concept(self) -> Concept:
-        return Concept(
-            concept="example",
-            title="Example",
-            hazardous_events=(
-                HazardousEvent(
-                    id="HE1",
-                    function="follow",
-                    malfunction="no braking",
-                    situation="motorway",
-                    severity="S3",
-                    exposure="E4",
-                    controllability="C3",
-                    severity_rationale="speed",
-                    exposure_rationale="daily",
-                    controllability_rationale="none",
-                ),
-            ),
-            safety_goals=(
-                SafetyGoal(
-                    id="SG1",
-                    text="No contact",
-                    hazardous_events=("HE1",),
-                    safe_state="standstill",
-                    ftti="1.5 s",
-                    ftti_rationale="gap",
-                ),
-            ),
-            elements=(
-                Element(id="camera", kind="sensor", text="front camera", asil_capability="B"),
-            ),
-            requirements=self.requirements,
-            assumptions=(
-                Assumption(id="A1", text="dry", owner="me", valid_until=date(2030, 1, 1)),
-            ),
-            waivers=self.waivers,
-        ).model_copy(update=self.parts)
+        content = {**CONCEPT, "requirements": self.requirements, "waivers": self.waivers}
+        return Concept.model_validate(content).model_copy(update=self.parts)
 
     def fsr_digest(self, name: str) -> str:
         return sha(f"{name} {self.thresholds.get(name, '')}")
@@ -311,6 +287,10 @@ class Example:
         repository.hindsight.benchmarks.save((), (), None, [drive])
         return found, line
 
+    def require(self, **changes: Any) -> None:
+        """Change something of all requirements."""
+        self.requirements = tuple(item.model_copy(update=changes) for item in self.requirements)
+
     def decompose(self) -> None:
         """Give the concept rows in every table of its parts."""
         concept = self.concept()
@@ -361,11 +341,6 @@ def example() -> Example:
 
 
 @pytest.fixture(scope="session")
-def make_example() -> Callable[[], Example]:
-    return Example
-
-
-@pytest.fixture(scope="session")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """An empty database; copying it is faster than migrating."""
     path = tmp_path_factory.mktemp("empty") / "adeye.db"
@@ -401,9 +376,92 @@ def repository(place: str | Path) -> Iterator[Repository]:
         yield opened
 
 
+class Store:
+    """A database with made-up records for it, and what stands in it behind the repository."""
+
+    def __init__(self, repository: Repository, example: Any) -> None:
+        self.repository = repository
+        self.example = example
+
+    @cached_property
+    def raw(self) -> Any:
+        """The database as someone without the repository would open it."""
+        return raw_connection(self.repository)
+
+    def close(self) -> None:
+        if "raw" in vars(self):
+            self.raw.close()
+
+    def rows(self, statement: str, values: Sequence[Any] = ()) -> list[Any]:
+        """Read rows behind the repository."""
+        return list(self.raw.execute(statement, values).fetchall())
+
+    def plan(self, cases: int | Iterable[PlannedCase], **options: Any) -> Plan:
+        """Plan the first cases of the example, or others."""
+        chosen = self.example.cases(cases) if isinstance(cases, int) else cases
+        return self.repository.plan_campaign(self.example.record(), chosen, **options)
+
+    def claim(self, campaign: str | None = None, **options: Any) -> Block:
+        """Claim a block where there is one."""
+        block = self.repository.claim_block(campaign=campaign, **options)
+        assert block is not None
+        return block
+
+    def complete(
+        self,
+        block: Block,
+        runs: Sequence[RunRecord] | None = None,
+        verdicts: Verdicts | None = None,
+    ) -> bool:
+        """Complete a block with the results of the example, or others; whether it was held."""
+        chosen = self.example.runs(block) if runs is None else runs
+        return complete_block(self.repository, block, chosen, verdicts)
+
+    def campaign(self, count: int = 8, **options: Any) -> str:
+        """Plan and complete a campaign; return its id."""
+        return str(self.example.campaign(self.repository, count, **options))
+
+    def work_off(self, campaign: str) -> int:
+        """Complete every block; return how many runs that took."""
+        return int(self.example.work_off(self.repository, campaign))
+
+    def fork(self, campaign: str) -> ForkRecord:
+        """Save a fork of the first run of a campaign."""
+        made: ForkRecord = self.example.fork(self.repository, campaign)
+        return made
+
+    def hindsight(self, campaign: str) -> tuple[Injection, TakeoverLine]:
+        """Keep what became of a fault of the first run, and what its fork told."""
+        kept: tuple[Injection, TakeoverLine] = self.example.hindsight(self.repository, campaign)
+        return kept
+
+    def halved(self, campaign: str) -> None:
+        """Save a twin of the first run with half the step, and a line of what it told."""
+        self.example.halved(self.repository, campaign)
+
+    def vouched(self, campaign: str) -> None:
+        """Save root, session and certificate of a campaign, and withdraw its second run."""
+        self.example.vouched(self.repository, campaign)
+
+    def run(self, digest: str) -> StoredRun:
+        """Read a result that is there."""
+        stored = self.repository.run_row(digest)
+        assert stored is not None
+        return stored
+
+    def result_hash(self, campaign: str) -> str:
+        """Hash all that came of a campaign."""
+        return result_table_hash(self.repository, campaign)
+
+
 @pytest.fixture
-def raw(repository: Repository) -> Iterator[Raw]:
+def store(repository: Repository, example: Example) -> Iterator[Store]:
+    opened = Store(repository, example)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def raw(store: Store) -> Any:
     """The database as someone without the repository would open it."""
-    connection = raw_connection(repository)
-    yield connection
-    connection.close()
+    return store.raw

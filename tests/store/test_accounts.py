@@ -14,8 +14,8 @@ from adeye.store.accounts import CaseGroups
 from adeye.store.encoding import row_hash
 from adeye.store.repository import Repository
 from adeye.store.tables import case_count, case_match, case_repeat, case_run, case_tally, never_held
+from tests.store.conftest import Store
 from tests.store.raw import guarded, unguarded
-from tests.store.rows import complete_block, result_table_hash
 
 ACCOUNTS = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 
@@ -35,22 +35,19 @@ def content(repository: Repository) -> dict[str, list[Any]]:
         }
 
 
-def interrupted(repository: Repository, example: Any) -> str:
+def interrupted(store: Store) -> str:
     """One block is done, one is pending, one set aside."""
-    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=4)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block), example.judged(block))
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert repository.quarantine_block(block, "no result")
-    return str(plan.campaign)
+    plan = store.plan(12, block_size=4)
+    block = store.claim(plan.campaign)
+    assert store.complete(block, verdicts=store.example.judged(block))
+    assert store.repository.quarantine_block(store.claim(plan.campaign), "no result")
+    return plan.campaign
 
 
 @pytest.mark.slow
-def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example: Any) -> None:
-    interrupted(repository, example)
-    told = content(repository)
+def test_accounts_tell_the_plan_and_what_is_done(store: Store) -> None:
+    interrupted(store)
+    told = content(store.repository)
     assert [item[1:5] for item in told["case_count"]] == [
         (scenario, architecture, "none", 3)
         for scenario in ("braking", "cut_in")
@@ -61,7 +58,7 @@ def test_accounts_tell_the_plan_and_what_is_done(repository: Repository, example
     ]
     assert [item[1] for item in told["case_run"]] == [0, 1, 2, 3]
     assert [item[5:7] for item in told["case_tally"]] == [(1, 1)] * 4
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
 
 
 CHANGES = [
@@ -85,45 +82,38 @@ CHANGES = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("table", "column", "change"), CHANGES, ids=str)
 def test_altered_account_is_named_even_with_a_hash_that_fits(
-    repository: Repository,
-    example: Any,
-    raw: sqlite3.Connection,
-    table: Any,
-    column: str,
-    change: Any,
+    store: Store, table: Any, column: str, change: Any
 ) -> None:
     if table in {case_repeat, never_held}:
-        example.repeat(NEEDED)
-        example.campaign(repository, 8)
+        store.example.repeat(NEEDED)
+        store.campaign(8)
     else:
-        interrupted(repository, example)
+        interrupted(store)
     names = [item.name for item in table.columns]
     key = ", ".join(item.name for item in table.primary_key.columns)
-    values = list(raw.execute(f"SELECT * FROM {table.name} ORDER BY {key} LIMIT 1").fetchone())  # noqa: S608
+    values = list(store.rows(f"SELECT * FROM {table.name} ORDER BY {key} LIMIT 1")[0])  # noqa: S608
     former = values[-1]
     values[names.index(column)] += change
     values[-1] = row_hash(table, values[:-1])
-    with tampering(raw):
+    with tampering(store.raw):
         assignments = ", ".join(f"{name} = ?" for name in names)
-        raw.execute(
+        store.raw.execute(
             f"UPDATE {table.name} SET {assignments} WHERE row_hash = ?",  # noqa: S608
             (*values, former),
         )
-    findings = repository.verify()
+    findings = store.repository.verify()
     told = [item for item in findings if item.table == table.name]
     named = [str(values[names.index(item.name)]) for item in table.primary_key.columns]
     assert any(item.row == " ".join(named) for item in told)
 
 
 @pytest.mark.slow
-def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = example.campaign(repository, 8)
-    before = result_table_hash(repository, campaign)
-    with tampering(raw):
-        raw.execute("DELETE FROM case_tally")
-    assert result_table_hash(repository, campaign) == before
+def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(store: Store) -> None:
+    campaign = store.campaign(8)
+    before = store.result_hash(campaign)
+    with tampering(store.raw):
+        store.raw.execute("DELETE FROM case_tally")
+    assert store.result_hash(campaign) == before
     assert set(ACCOUNTS) <= set(tables.INSERT_ONLY)
 
 

@@ -12,7 +12,6 @@ from adeye.store.block import (
     ExtremeBlock,
     JudgedBlock,
     MetricBlock,
-    RunBlock,
     VerdictBlock,
 )
 from adeye.store.encoding import Dictionary, Texts
@@ -60,14 +59,10 @@ def said(part: Any) -> Any:
     return [said(item) for item in part] if isinstance(part, tuple | list) else part
 
 
-def block_of(records: list[RunRecord]) -> RunBlock:
-    return run_block(records)
-
-
 @pytest.mark.parametrize("runs", [[0], [3], [1, 2], [0, 2, 4], [0, 1, 2, 3, 4], []])
 def test_chosen_runs_are_those_runs_alone(records: list[RunRecord], runs: list[int]) -> None:
-    chosen = said(block_of(records).take(np.array(runs, dtype=np.int64)))
-    alone = said(block_of([records[run] for run in runs]))
+    chosen = said(run_block(records).take(np.array(runs, dtype=np.int64)))
+    alone = said(run_block([records[run] for run in runs]))
     for part in ("engines", "plugin_metrics"):
         chosen.pop(part)
         alone.pop(part)
@@ -75,7 +70,7 @@ def test_chosen_runs_are_those_runs_alone(records: list[RunRecord], runs: list[i
 
 
 def test_metrics_of_a_plug_in_stay_with_their_runs(records: list[RunRecord]) -> None:
-    (block,) = block_of(records).plugin_metrics
+    (block,) = run_block(records).plugin_metrics
     assert (block.plugin, block.run.tolist()) == ("ours", [1, 3])
     part = block.take(np.array([2, 3]))
     assert part.run.tolist() == [1]
@@ -83,7 +78,7 @@ def test_metrics_of_a_plug_in_stay_with_their_runs(records: list[RunRecord]) -> 
 
 
 def test_events_are_numbered_run_by_run(records: list[RunRecord]) -> None:
-    events = block_of(records).events
+    events = run_block(records).events
     assert events.run.tolist() == [1, 2, 2, 3, 3, 3, 4, 4, 4, 4]
     assert events.seq.tolist() == [0, 0, 1, 0, 1, 2, 0, 1, 2, 3]
     assert events.subject.values() == [None] * 10
@@ -91,14 +86,14 @@ def test_events_are_numbered_run_by_run(records: list[RunRecord]) -> None:
 
 
 def test_runs_with_a_failure_are_counted_once(records: list[RunRecord]) -> None:
-    verdicts = block_of(records).verdicts
+    verdicts = run_block(records).verdicts
     assert verdicts.failures == 2
     assert verdicts.take(verdicts.run != 1).failures == 1
     assert VerdictBlock.of(()).failures == 0
 
 
 def test_identity_of_a_result_is_that_of_its_record(records: list[RunRecord]) -> None:
-    block = block_of(records)
+    block = run_block(records)
     assert block.result_digests == tuple(record.result_digest for record in records)
     assert len(block) == 5
 
@@ -106,37 +101,33 @@ def test_identity_of_a_result_is_that_of_its_record(records: list[RunRecord]) ->
 def test_engines_are_listed_once(records: list[RunRecord]) -> None:
     other = replace(records[3].engine, variant="exact")
     mixed = [*records[:3], replace(records[3], engine=other), records[4]]
-    block = block_of(mixed)
+    block = run_block(mixed)
     assert len(block.engines) == 2
     assert block.engine.tolist() == [0, 0, 0, 1, 0]
     assert block.result_digests[3] == mixed[3].result_digest
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_value_that_is_not_finite_has_no_status_value(value: float) -> None:
-    with pytest.raises(ValueError, match="metric gap_m"):
-        metric_block(value, status=0)
+def test_value_of_a_metric_is_finite_and_fits_its_status() -> None:
+    def metric_block(value: float, status: int) -> MetricBlock:
+        return MetricBlock(
+            ("gap_m",),
+            np.array([[value]]),
+            np.array([[status]]),
+            np.array([[np.nan]]),
+            np.array([[-1]]),
+            Dictionary((None,)),
+        )
 
-
-@pytest.mark.parametrize("value", [0.0, np.inf])
-def test_status_without_a_value_has_none(value: float) -> None:
-    with pytest.raises(ValueError, match="no_conflict"):
-        metric_block(value, status=1)
-
-
-def metric_block(value: float, status: int) -> MetricBlock:
-    return MetricBlock(
-        ("gap_m",),
-        np.array([[value]]),
-        np.array([[status]]),
-        np.array([[np.nan]]),
-        np.array([[-1]]),
-        Dictionary((None,)),
-    )
+    for value in (np.nan, np.inf, -np.inf):
+        with pytest.raises(ValueError, match="metric gap_m"):
+            metric_block(value, status=0)
+    for value in (0.0, np.inf):
+        with pytest.raises(ValueError, match="no_conflict"):
+            metric_block(value, status=1)
 
 
 def test_infrastructure_error_is_no_result(records: list[RunRecord]) -> None:
-    block = block_of(records)
+    block = run_block(records)
     code = list(Outcome).index(Outcome.INFRASTRUCTURE_ERROR)
     with pytest.raises(ValueError, match="no result"):
         replace(block, outcome=np.full(5, code))

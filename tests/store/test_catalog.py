@@ -1,3 +1,5 @@
+"""The catalogue of a database: its tables, views and triggers, and what was altered."""
+
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +12,7 @@ from adeye.store.database import Database
 from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 from adeye.store.views import view_ddl
+from tests.store.conftest import Store
 from tests.store.raw import on_sqlite, unguarded
 
 
@@ -81,13 +84,11 @@ def test_guard_of_a_server_that_guards_no_more_is_named(
     assert len(list(catalog.altered(connection, expected(connection)))) == 1
 
 
-def test_row_whose_parent_is_gone_is_named(
-    repository: Repository, example: Any, raw: Any, connection: Connection
-) -> None:
-    campaign = example.campaign(repository, 2)
-    unguarded(raw)
-    raw.execute("DELETE FROM campaign_case WHERE campaign_id = ?", (campaign,))
-    raw.execute("DELETE FROM campaign")
+def test_row_whose_parent_is_gone_is_named(store: Store, connection: Connection) -> None:
+    campaign = store.campaign(2)
+    unguarded(store.raw)
+    store.raw.execute("DELETE FROM campaign_case WHERE campaign_id = ?", (campaign,))
+    store.raw.execute("DELETE FROM campaign")
     found = list(catalog.dangling(connection, tables.metadata.sorted_tables))
     assert {parent for _, _, parent in found} == {"campaign"}
     assert "work" in {table for table, _, _ in found}

@@ -1,3 +1,5 @@
+"""Transactions: whole or not at all, by several threads and processes, and again when lost."""
+
 import os
 import threading
 import time

@@ -1,4 +1,9 @@
+"""Ledger and seals: what a transaction wrote is counted, what is gone afterwards is named."""
+
 import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +15,7 @@ from adeye.store.database import Database
 from adeye.store.encoding import row
 from adeye.store.ledger import insert_rows
 from adeye.store.repository import Repository
+from tests.store.conftest import Example, Store
 from tests.store.raw import unguarded
 
 HASHES = [f"{value:032x}" for value in (5, 2**128 - 1, 2**64 + 7)]
@@ -39,15 +45,18 @@ def test_entry_belongs_to_its_place_and_list() -> None:
     assert len({ledger.offset(*item) for item in (given, *others, (1, 2, "odd", "other"))}) == 5
 
 
-def content(name: str) -> Any:
-    return row(tables.odd, (name * 64, name, "", "{}"))
+def content(name: str, said: str | None = None) -> Any:
+    return row(tables.odd, (name * 64, said or name, "", "{}"))
 
 
-def test_transaction_that_fails_leaves_no_entry(
-    repository: Repository, raw: sqlite3.Connection
-) -> None:
-    database = Database(repository.location)
+@pytest.fixture
+def database(repository: Repository) -> Iterator[Database]:
+    opened = Database(repository.location)
+    yield opened
+    opened.close()
 
+
+def test_transaction_that_fails_leaves_no_entry(store: Store, database: Database) -> None:
     def fail() -> None:
         with database.write() as connection:
             insert_rows(connection, tables.odd, [content("a")])
@@ -55,118 +64,84 @@ def test_transaction_that_fails_leaves_no_entry(
 
     with pytest.raises(RuntimeError):
         fail()
-    assert raw.execute("SELECT count(*) FROM ledger").fetchone() == (0,)
+    entries = "SELECT number, place, row_count, is_last FROM ledger"
+    assert store.rows(entries) == []
     with database.write() as connection:
         insert_rows(connection, tables.odd, [content("b")])
-    database.close()
-    (entry,) = raw.execute("SELECT number, place, row_count, is_last FROM ledger").fetchall()
-    assert entry == (1, 0, 1, 1)
+    assert store.rows(entries) == [(1, 0, 1, 1)]
 
 
 def test_many_entries_are_written_before_the_end(
-    repository: Repository, raw: sqlite3.Connection, monkeypatch: pytest.MonkeyPatch
+    store: Store, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ledger, "DETAILED", 2)
     monkeypatch.setattr(ledger, "_WAITING", 1)
-    database = Database(repository.location)
     with database.write() as connection:
         for name in "abcdefg":
             insert_rows(connection, tables.odd, [content(name)])
         assert connection.exec_driver_sql("SELECT count(*) FROM ledger").scalar_one() > 0
-    database.close()
-    found = raw.execute("SELECT place, row_count, is_last FROM ledger ORDER BY place").fetchall()
+    found = store.rows("SELECT place, row_count, is_last FROM ledger ORDER BY place")
     assert found == [(0, 2, 0), (1, 2, 0), (2, 2, 0), (3, 1, 1)]
 
 
 @pytest.mark.slow
-def test_entries_of_blocks_do_not_depend_on_their_order(make_example: Any, tmp_path: Any) -> None:
+def test_entries_of_blocks_do_not_depend_on_their_order(tmp_path: Path) -> None:
     totals = set()
     for size in (1, 3, 8):
-        example = make_example()
-        with Repository.open(tmp_path / f"{size}.db") as repository:
-            example.campaign(repository, 8, block_size=size)
+        path = tmp_path / f"{size}.db"
+        with Repository.open(path) as repository:
+            Example().campaign(repository, 8, block_size=size)
             assert repository.verify() == ()
-            read = sqlite3.connect(tmp_path / f"{size}.db")
-            totals.add(read.execute("SELECT sum(row_count) FROM ledger "
-                "WHERE table_name = 'verdict'").fetchone())  # fmt: skip
-            read.close()
+        with closing(sqlite3.connect(path)) as raw:
+            counted = "SELECT sum(row_count) FROM ledger WHERE table_name = 'verdict'"
+            totals.add(raw.execute(counted).fetchone())
     assert len(totals) == 1
 
 
-def test_known_rows_stay_and_of_one_key_the_first_goes_in(repository: Repository) -> None:
-    def made(key: str, name: str) -> tuple[object, ...]:
-        return row(tables.odd, (key * 64, name, "", "{}"))
-
-    database = Database(repository.location)
+def test_known_rows_stay_and_of_one_key_the_first_goes_in(store: Store, database: Database) -> None:
     with database.write() as connection:
-        insert_rows(connection, tables.odd, [made("a", "first")])
+        insert_rows(connection, tables.odd, [content("a", "first")])
     with database.write() as connection:
-        again = [made("a", "second"), made("b", "third"), made("b", "fourth")]
+        again = [content("a", "second"), content("b", "third"), content("b", "fourth")]
         insert_rows(connection, tables.odd, again, ignore_existing=True)
         insert_rows(connection, tables.odd, [], ignore_existing=True)
-    with database.read() as connection:
-        found = connection.exec_driver_sql("SELECT id FROM odd ORDER BY digest").scalars().all()
-        counted = connection.exec_driver_sql("SELECT sum(row_count) FROM ledger").scalar_one()
-    database.close()
-    assert (found, counted) == (["first", "third"], 2)
-
-
-@pytest.fixture
-def campaign(repository: Repository, example: Any) -> str:
-    return str(example.campaign(repository, 8))
-
-
-def found(repository: Repository) -> set[tuple[str, str]]:
-    return {(item.table, item.row) for item in repository.verify() if item.table != "schema"}
+    assert store.rows("SELECT id FROM odd ORDER BY digest") == [("first",), ("third",)]
+    assert store.rows("SELECT sum(row_count) FROM ledger") == [(2,)]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("table", ["timing", "criticality", "chain", "basis", "extreme"])
-def test_deleted_derived_row_is_named_by_its_run(
-    repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
+@pytest.mark.parametrize(
+    ("table", "condition", "row"),
+    [
+        *(
+            (table, "run_number = 4", "RUN")
+            for table in ("timing", "criticality", "chain", "basis", "extreme")
+        ),
+        ("safety_goal", "true", "SG1"),
+        ("ledger", "number = 2 AND place = 0", "2 0"),
+    ],
+)
+def test_deleted_row_is_named_by_its_run_or_key(
+    store: Store, table: str, condition: str, row: str
 ) -> None:
-    digest = repository.find_run("3", campaign=campaign).result_digest
-    unguarded(raw)
-    number = "(SELECT number FROM run WHERE result_digest = ?)"
-    raw.execute(f"DELETE FROM {table} WHERE run_number = {number}", (digest,))  # noqa: S608
-    assert (table, digest) in found(repository)
+    campaign = store.campaign()
+    unguarded(store.raw)
+    (digest,) = store.rows("SELECT result_digest FROM run WHERE number = 4")[0]
+    assert store.repository.find_run(digest, campaign=campaign).is_done
+    store.raw.execute(f"DELETE FROM {table} WHERE {condition}")  # noqa: S608
+    expected = row.replace("RUN", digest)
+    found = store.repository.verify()
+    assert any(item.table == table and expected in item.row for item in found)
 
 
 @pytest.mark.slow
-def test_deleted_listed_row_is_named_by_its_key(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    assert campaign
-    unguarded(raw)
-    raw.execute("DELETE FROM safety_goal")
-    assert any(table == "safety_goal" and "SG1" in row for table, row in found(repository))
-
-
-@pytest.mark.slow
-def test_last_entry_that_is_gone_leaves_rows_without_one(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    assert campaign
-    unguarded(raw)
-    raw.execute("DELETE FROM ledger WHERE number = (SELECT max(number) FROM ledger)")
-    assert found(repository) != set()
-
-
-@pytest.mark.slow
-def test_entry_in_the_middle_that_is_gone_is_named(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    assert campaign
-    unguarded(raw)
-    raw.execute("DELETE FROM ledger WHERE number = 2 AND place = 0")
-    assert ("ledger", "2 0") in found(repository)
-
-
-@pytest.mark.slow
-def test_seal_that_is_gone_is_told_from_the_rows(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    assert campaign
-    unguarded(raw)
-    raw.execute("DELETE FROM seal WHERE run_number = 4")
-    assert {table for table, _ in found(repository)} == {"seal"}
+@pytest.mark.parametrize(
+    "gone",
+    ["seal WHERE run_number = 4", "ledger WHERE number = (SELECT max(number) FROM ledger)"],
+)
+def test_seal_or_last_entry_that_is_gone_is_told_from_the_rows(store: Store, gone: str) -> None:
+    store.campaign()
+    unguarded(store.raw)
+    store.raw.execute(f"DELETE FROM {gone}")  # noqa: S608
+    found = {item.table for item in store.repository.verify()} - {"schema"}
+    assert (found == {"seal"}) if gone.startswith("seal") else found

@@ -1,9 +1,14 @@
+"""Where a database is: names of files, addresses of servers, and secrets that stay so."""
+
 from pathlib import Path
 
 import pytest
 
 from adeye.errors import InputError
 from adeye.store.location import Location, locate, masked, option
+from tests.stored import stored
+
+PLACES = stored("places")
 
 
 @pytest.mark.parametrize(
@@ -59,35 +64,8 @@ def test_other_locations_are_refused_without_their_password(url: str, problem: s
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "its name is empty"),
-        (" ", "its name is empty"),
-        (":memory:", "would be gone"),
-        ("postgresql:team", "has another form"),
-        ("postgresql:/me:canary@host/team", "has another form"),
-        ("postgresql//me:canary@host/team", "postgresql… is neither"),
-        (Path("postgresql://me:canary@host/team"), "postgresql… is neither"),
-        ("sqlite:x.db", "sqlite… is neither"),
-        ("sqlite:/x.db", "sqlite… is neither"),
-        ("file:x.db?mode=ro", "file… is neither"),
-        ("a.db?mode=ro", "followed by . and options"),
-        ("sqlite:///a.db?mode=ro", "followed by . and options"),
-        ("~/x.db", "~ was not expanded"),
-        (Path("~/x.db"), "~ was not expanded"),
-        ("$HOME/x.db", "HOME was not put in"),
-        ("${HOME}/x.db", "HOME was not put in"),
-        ("%TEMP%/x.db", "TEMP% was not put in"),
-        (r"C:\x.db", "another system"),
-        ("a/x.db-wal", "keeps beside another database"),
-        ("X.DB-SHM", "keeps beside another database"),
-        ("sqlite:///x.db-journal", "keeps beside another database"),
-        (Path("a/x.db.traces"), "folder of kept traces"),
-        ("x.db.traces/y.db", "folder of kept traces"),
-        ("a\nb.db", "has a control character"),
-        ("a\0.db", "has a control character"),
-        ("-x.db", "stands where a name"),
-        ("new/", "is a folder"),
-        (".", "is a folder"),
-        ("/dev/null", "is no regular file"),
+        *((text, problem) for text, problem in PLACES["no file name"]),
+        *((Path(text), problem) for text, problem in PLACES["no file name though a path"]),
     ],
 )
 def test_what_is_no_file_name_is_refused(text: str | Path, problem: str) -> None:

@@ -1,3 +1,5 @@
+"""Owners of leases: alive, dead, or of another machine."""
+
 import os
 import subprocess
 import sys

@@ -1,3 +1,5 @@
+"""Databases on a server: statements as it takes them, and what it says when it does not."""
+
 import sys
 from typing import Any
 

@@ -29,20 +29,16 @@ def test_a_field_that_the_row_lacks_is_no_default() -> None:
         of_row(MetricValue, {"value": 1.0})
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
+def test_result_depends_on_each_part_of_the_engine_and_on_the_test_case() -> None:
+    keys = [
+        EngineKey("highway", "v", 1, "p"),
         EngineKey("batch", "v", 1, "p"),
         EngineKey("highway", "w", 1, "p"),
         EngineKey("highway", "v", 2, "p"),
         EngineKey("highway", "v", 1, "q"),
-    ],
-)
-def test_result_depends_on_each_part_of_the_engine(other: EngineKey) -> None:
-    key = EngineKey("highway", "v", 1, "p")
-    assert key.result_digest("a") == EngineKey("highway", "v", 1, "p").result_digest("a")
-    assert other.result_digest("a") != key.result_digest("a")
-    assert key.result_digest("b") != key.result_digest("a")
+    ]
+    assert len({key.result_digest(case) for key in keys for case in "ab"}) == 10
+    assert keys[0].result_digest("a") == EngineKey("highway", "v", 1, "p").result_digest("a")
 
 
 def test_content_is_identified_by_what_it_says_not_by_its_name() -> None:
@@ -50,34 +46,20 @@ def test_content_is_identified_by_what_it_says_not_by_its_name() -> None:
     assert record.digest == ContentRecord("b", "2", {"x": 1.0}).digest == digest({"x": 1.0})
 
 
-@pytest.mark.parametrize(
-    ("value", "status"),
-    [
-        (math.inf, "value"),
-        (-math.inf, "value"),
-        (math.nan, "value"),
-        (math.inf, "no_conflict"),
-        (math.nan, "error"),
-        (1.0, "error"),
-        (None, "value"),
-    ],
-)
-def test_metric_without_finite_value_needs_a_status_and_no_number(
-    value: float | None, status: str
-) -> None:
-    with pytest.raises(ValueError, match="does not fit status"):
-        MetricValue(value, status)
+def test_metric_without_finite_value_needs_a_status_and_no_number() -> None:
+    bad = [(value, "value") for value in (math.inf, -math.inf, math.nan, None)]
+    for value, status in (*bad, (math.inf, "no_conflict"), (math.nan, "error"), (1.0, "error")):
+        with pytest.raises(ValueError, match="does not fit status"):
+            MetricValue(value, status)
 
 
-@pytest.mark.parametrize("verdict", [item for item in Verdict if item is not Verdict.NOT_RUN])
-@pytest.mark.parametrize("field", ["robustness_low", "robustness_high", "margin"])
-def test_nan_is_error_and_nothing_else(verdict: Verdict, field: str) -> None:
-    values: dict[str, Any] = {field: math.nan}
-    if verdict is Verdict.ERROR:
-        VerdictRecord("F", "d", verdict, is_exercised=True, **values)
-        return
-    with pytest.raises(ValueError, match="NaN"):
-        VerdictRecord("F", "d", verdict, is_exercised=True, **values)
+def test_nan_is_error_and_nothing_else() -> None:
+    for field in ("robustness_low", "robustness_high", "margin"):
+        values: dict[str, Any] = {"is_exercised": True, field: math.nan}
+        VerdictRecord("F", "d", Verdict.ERROR, **values)
+        for verdict in set(Verdict) - {Verdict.NOT_RUN, Verdict.ERROR}:
+            with pytest.raises(ValueError, match="NaN"):
+                VerdictRecord("F", "d", verdict, **values)
 
 
 def test_executed_run_is_never_not_run() -> None:
@@ -91,22 +73,17 @@ def test_seed_must_fit_a_column(example: Any, seed: int) -> None:
         example.case(0, seed=seed)
 
 
-def case(ordinal: int, result: str, missing: tuple[str, ...], *, has_result: bool) -> BlockCase:
-    return BlockCase(ordinal, f"t{result}", result, has_result=has_result, missing_fsrs=missing)
-
-
 def test_block_executes_what_has_no_result_once() -> None:
-    block = Block(
-        1,
-        "c",
-        1,
-        (
-            case(0, "a", ("F",), has_result=False),
-            case(1, "a", ("F",), has_result=False),
-            case(2, "b", ("F",), has_result=True),
-            case(3, "c", (), has_result=False),
-        ),
-    )
+    cases = [
+        BlockCase(ordinal, f"t{result}", result, has_result=has_result, missing_fsrs=missing)
+        for ordinal, result, missing, has_result in (
+            (0, "a", ("F",), False),
+            (1, "a", ("F",), False),
+            (2, "b", ("F",), True),
+            (3, "c", (), False),
+        )
+    ]
+    block = Block(1, "c", 1, tuple(cases))
     assert [item.result_digest for item in block.to_execute] == ["a", "c"]
     assert [item.result_digest for item in block.to_judge] == ["b"]
 

@@ -1,7 +1,11 @@
+"""Versions of the schema: made, upgraded, refused, and never changed by hand."""
+
 import hashlib
 import multiprocessing
 import shutil
 import sqlite3
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +20,14 @@ from adeye.errors import InputError, PlatformError
 from adeye.judge.stl.batch import NEEDED
 from adeye.store import catalogue as catalog
 from adeye.store import schema, tables
+from adeye.store.read.checking import check_campaign
+from adeye.store.read.export import open_export
+from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
-from tests.store.rows import result_table_hash
+from tests.store.conftest import Store
 
 HELD = {"sqlite": "0009 2c4a3f4bb525814e", "postgresql": "0009 ba5e286a944a625d"}
 """Version, and digest of all statements that make it."""
@@ -49,6 +56,11 @@ def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(schema, "_FOLDER", folder)
     monkeypatch.setattr(schema, "_HEAD", "0010")
     return "0010"
+
+
+def set_version(path: Path, version: str) -> None:
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = ?", (version,))
 
 
 def ddl(path: Path) -> dict[str, str]:
@@ -114,16 +126,6 @@ def test_upgrade_of_the_newest_version_changes_nothing(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_newer_database_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.db"
-    schema.upgrade(path)
-    set_version(path, "9999")
-    for action in (schema.upgrade, Repository.open):
-        with pytest.raises(PlatformError, match=r"9999.*Use the newer release"):
-            action(path)
-    assert schema.current(path) == "9999"
-
-
 def test_older_database_is_refused_until_it_is_upgraded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,53 +137,72 @@ def test_older_database_is_refused_until_it_is_upgraded(
 
 
 def test_database_is_upgraded_by_the_migrations_that_came_after_it(
-    repository: Repository, example: Any, request: pytest.FixtureRequest
+    store: Store, request: pytest.FixtureRequest
 ) -> None:
-    campaign = example.campaign(repository, 8)
-    results = result_table_hash(repository, campaign)
-    before = there(repository)
+    campaign = store.campaign(8)
+    results = store.result_hash(campaign)
+    before = there(store.repository)
     version = request.getfixturevalue("next_version")
-    assert schema.upgrade(repository.location) == version == schema.current(repository.location)
-    after = there(repository)
+    assert (
+        schema.upgrade(store.repository.location)
+        == version
+        == schema.current(store.repository.location)
+    )
+    after = there(store.repository)
     assert set(after) - set(before) == {"noticed"}
     assert set(before) - set(after) == {"v_check"}
-    assert result_table_hash(repository, campaign) == results
+    assert store.result_hash(campaign) == results
 
 
-@pytest.mark.parametrize("version", ["0001", "0007"])
-def test_database_from_before_the_first_release_is_refused(tmp_path: Path, version: str) -> None:
+@pytest.mark.parametrize(
+    ("version", "told"),
+    [
+        ("0001", "0001, of a version from before.*again"),
+        ("0007", "0007, of a version from before.*again"),
+        ("9999", "9999.*Use the newer release"),
+    ],
+)
+def test_database_of_a_newer_release_or_from_before_the_first_is_refused(
+    tmp_path: Path, version: str, told: str
+) -> None:
     path = tmp_path / "a.db"
     schema.upgrade(path)
     set_version(path, version)
     before = path.read_bytes()
     for action in (schema.upgrade, Repository.open):
-        with pytest.raises(PlatformError, match=rf"{version}, of a version from before.*again"):
+        with pytest.raises(PlatformError, match=told):
             action(path)
     assert path.read_bytes() == before
+    assert schema.current(path) == version
+
+
+READERS: dict[str, Callable[[Path], object]] = {
+    "repository": lambda path: Repository.open(path, create=False),
+    "query": lambda path: run_query(path, "SELECT 1"),
+    "export": lambda path: open_export(path, None).__enter__(),
+    "checks": lambda path: check_campaign(path, "1"),
+}
 
 
 def test_database_of_someone_else_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
-    connection = sqlite3.connect(path)
-    connection.execute("CREATE TABLE theirs (x)")
-    connection.close()
-    with pytest.raises(PlatformError, match="did not make"):
-        schema.upgrade(path)
-    with pytest.raises(PlatformError, match="did not make"):
-        Repository.open(path)
+    path.touch()
+    for _ in range(2):
+        for reader in READERS.values():
+            with pytest.raises(PlatformError, match="not made by adeye"):
+                reader(path)
+        with closing(sqlite3.connect(path)) as connection:
+            connection.execute("CREATE TABLE IF NOT EXISTS theirs (x)")
+    for action in (schema.upgrade, Repository.open):
+        with pytest.raises(PlatformError, match="did not make"):
+            action(path)
     assert set(ddl(path)) == {"theirs"}
 
 
-def test_foreign_database_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "a.db"
-    path.touch()
-    with pytest.raises(PlatformError, match="not made by adeye"):
-        Repository.open(path, create=False)
-
-
-def test_missing_database_is_an_input_error_for_readers(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"no such file.*Run a campaign"):
-        Repository.open(tmp_path / "a.db", create=False)
+def test_missing_database_is_an_input_error_for_readers_and_not_made(tmp_path: Path) -> None:
+    for reader in READERS.values():
+        with pytest.raises(InputError, match=r"no such file.*Run a campaign"):
+            reader(tmp_path / "a.db")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -225,35 +246,26 @@ def test_many_first_users_make_one_database(tmp_path: Path) -> None:
     assert [process.exitcode for process in processes] == [0] * 6
 
 
-def set_version(path: Path, version: str) -> None:
-    connection = sqlite3.connect(path)
-    connection.execute("UPDATE alembic_version SET version_num = ?", (version,))
-    connection.commit()
-    connection.close()
-
-
 @pytest.mark.slow
-def test_stored_rows_are_never_changed_or_deleted(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.decompose()
-    campaign = example.campaign(repository, 4)
-    example.hindsight(repository, campaign)
-    example.halved(repository, campaign)
-    example.campaign(repository, 2)
-    example.campaign(repository, 4)
-    example.vouched(repository, campaign)
-    example.repeat(NEEDED)
-    example.campaign(repository, 8)
+def test_stored_rows_are_never_changed_or_deleted(store: Store) -> None:
+    store.example.decompose()
+    campaign = store.campaign(4)
+    store.hindsight(campaign)
+    store.halved(campaign)
+    store.campaign(2)
+    store.campaign(4)
+    store.vouched(campaign)
+    store.example.repeat(NEEDED)
+    store.campaign(8)
     for table in (item.name for item in tables.INSERT_ONLY):
         count = f"SELECT count(*) FROM {table}"  # noqa: S608 - a table of this package
-        before = raw.execute(count).fetchone()
+        before = store.raw.execute(count).fetchone()
         assert before != (0,), table
         for statement in ("UPDATE {} SET row_hash = 'x'", "DELETE FROM {}"):
             with pytest.raises(sqlite3.IntegrityError, match=f"{table} is insert-only"):
-                raw.execute(statement.format(table))
-        assert raw.execute(count).fetchone() == before, table
-    assert repository.verify() == ()
+                store.raw.execute(statement.format(table))
+        assert store.raw.execute(count).fetchone() == before, table
+    assert store.repository.verify() == ()
 
 
 def test_dialect_without_triggers_is_an_error() -> None:

@@ -1,3 +1,5 @@
+"""Databases in files: their rules, their errors in words, and archives that nobody may write."""
+
 import json
 import os
 import re

@@ -1,6 +1,7 @@
+"""The tables: which there are, which can change, and what they refuse."""
+
 import re
 import sqlite3
-from typing import Any
 
 import pytest
 from sqlalchemy import CheckConstraint
@@ -9,8 +10,8 @@ from sqlalchemy.exc import IntegrityError
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
 from adeye.store import tables
-from adeye.store.repository import Repository
 from adeye.store.tables import FIRST_METRIC_IDS, METRIC_IDS
+from tests.store.conftest import Store
 
 RECORDED = "07962e33f5440c95de8ab04f4cff4860f7b93917639ef768558644f06e5c6d47"
 
@@ -84,32 +85,30 @@ def test_seal_has_a_sum_for_every_table_with_rows_of_a_run() -> None:
     ],
 )
 def test_uncertainty_that_contradicts_itself_is_refused(
-    repository: Repository, example: Any, raw: sqlite3.Connection, columns: str, values: str
+    store: Store, columns: str, values: str
 ) -> None:
-    example.halved(repository, example.campaign(repository, 4))
-    raw.execute("DROP TRIGGER uncertainty_no_update")
+    store.halved(store.campaign(4))
+    store.raw.execute("DROP TRIGGER uncertainty_no_update")
     with pytest.raises(sqlite3.IntegrityError, match=r"(?i)check"):
-        raw.execute(f"UPDATE uncertainty SET ({columns}) = (SELECT {values})")  # noqa: S608
+        store.raw.execute(f"UPDATE uncertainty SET ({columns}) = (SELECT {values})")  # noqa: S608
 
 
-def test_relations_of_elements_are_rows_that_stay(
-    repository: Repository, raw: sqlite3.Connection, example: Any
-) -> None:
-    concept = example.concept()
+def test_relations_of_elements_are_rows_that_stay(store: Store) -> None:
+    concept = store.example.concept()
     camera = concept.elements[0].model_copy(
         update={"resources": ("power", "power"), "supplier": "one", "provides": ("objects",)}
     )
-    key = repository.save_concept(concept.model_copy(update={"elements": (camera,)}))
-    found = raw.execute("SELECT * FROM element_relation ORDER BY kind").fetchall()
+    key = store.repository.save_concept(concept.model_copy(update={"elements": (camera,)}))
+    found = store.rows("SELECT * FROM element_relation ORDER BY kind")
     assert [row[:4] for row in found] == [
         (key, "camera", "provides", "objects"),
         (key, "camera", "resource", "power"),
         (key, "camera", "supplier", "one"),
     ]
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
     for action in ("UPDATE element_relation SET name = 'x'", "DELETE FROM element_relation"):
         with pytest.raises((sqlite3.IntegrityError, IntegrityError), match="insert-only"):
-            raw.execute(action)
+            store.raw.execute(action)
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,9 @@ from adeye.judge.verdict import Verdict, fold_runs
 from adeye.store import catalogue as catalog
 from adeye.store import sql
 from adeye.store.records import BlockCase, ContentRecord
-from adeye.store.repository import Repository
 from adeye.store.views import identifier, view_ddl
-from tests.store.conftest import sha
+from tests.store.conftest import Store, sha
 from tests.store.former_views import FORMER, make_former
-from tests.store.rows import complete_block
 
 JUDGED = [item for item in Verdict if item is not Verdict.NOT_RUN]
 WAIVABLE = (Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN)
@@ -35,38 +33,18 @@ def test_every_view_can_be_read_before_anything_is_stored(raw: sqlite3.Connectio
         assert raw.execute(f"SELECT * FROM {view}").fetchall() == []  # noqa: S608
 
 
-def runs_with(repository: Repository, example: Any, verdicts: tuple[Verdict, ...]) -> str:
-    """One FSR, one architecture, one scenario, one run for each verdict."""
-    example.requirements = example.requirements[:1]
-    cases = [example.case(4 * ordinal) for ordinal in range(len(verdicts))]
-
-    def verdict_of(case: BlockCase, _fsr: str) -> Verdict:
-        return verdicts[case.ordinal]
-
-    example.verdict_of = verdict_of
-    plan = repository.plan_campaign(example.record(), cases, block_size=1)
-    while (block := repository.claim_block(campaign=plan.campaign)) is not None:
-        if verdicts[block.cases[0].ordinal] is Verdict.NOT_RUN:
-            assert repository.quarantine_block(block, "no result")
-        else:
-            assert complete_block(repository, block, example.runs(block))
-    return str(plan.campaign)
-
-
 @pytest.mark.parametrize("min_exercised", [1, 2])
-def test_sql_folds_as_the_evaluation_does(
-    repository: Repository, example: Any, raw: Any, min_exercised: int
-) -> None:
+def test_sql_folds_as_the_evaluation_does(store: Store, min_exercised: int) -> None:
     """An architecture for each pair of verdicts; what has no result is in blocks of its own."""
-    first = example.requirements[0]
-    example.requirements = (first.model_copy(update={"min_exercised": min_exercised}),)
+    first = store.example.requirements[0]
+    store.example.requirements = (first.model_copy(update={"min_exercised": min_exercised}),)
     every = combinations_with_replacement(Verdict, 2)
     pairs = {f"a{number}": pair for number, pair in enumerate(every)}
     planned = [(name, at, pair[at]) for name, pair in pairs.items() for at in range(2)]
     planned.sort(key=lambda item: item[2] is Verdict.NOT_RUN)
-    example.verdict_of = lambda case, _: planned[case.ordinal][2]
+    store.example.verdict_of = lambda case, _: planned[case.ordinal][2]
     cases = [
-        example.case(
+        store.example.case(
             4 * at,
             test_case=sha(f"{name} {at}"),
             architecture=name,
@@ -75,15 +53,15 @@ def test_sql_folds_as_the_evaluation_does(
         )
         for name, at, verdict in planned
     ]
-    plan = repository.plan_campaign(example.record(), cases)
-    while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+    plan = store.plan(cases)
+    while (block := store.repository.claim_block(campaign=plan.campaign)) is not None:
         if planned[block.cases[0].ordinal][2] is Verdict.NOT_RUN:
-            assert repository.quarantine_block(block, "no result")
+            assert store.repository.quarantine_block(block, "no result")
         else:
-            assert complete_block(repository, block, example.runs(block))
-    raw.row_factory = sqlite3.Row
+            assert store.complete(block)
+    store.raw.row_factory = sqlite3.Row
     gates, states = (
-        {item["architecture"]: item for item in raw.execute(f"SELECT * FROM {view}").fetchall()}  # noqa: S608
+        {item["architecture"]: item for item in store.rows(f"SELECT * FROM {view}")}  # noqa: S608
         for view in ("v_gate", "v_fsr_status")
     )
     assert len(pairs) == 28
@@ -98,12 +76,10 @@ def test_sql_folds_as_the_evaluation_does(
         assert counts == {item: verdicts.count(item) for item in Verdict}
 
 
-def test_planned_but_empty_folds_to_not_run(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = example.campaign(repository, 8)
+def test_planned_but_empty_folds_to_not_run(store: Store) -> None:
+    campaign = store.campaign(8)
     gate = one(
-        raw,
+        store.raw,
         "SELECT * FROM v_gate WHERE campaign = ? AND fsr = 'FSR3' AND architecture = 'new'",
         campaign,
     )
@@ -112,16 +88,12 @@ def test_planned_but_empty_folds_to_not_run(
 
 @pytest.mark.parametrize(("architecture", "verdict"), [("new", "ERROR"), ("legacy", None)])
 def test_fsr_that_cannot_be_judged_is_an_error_in_the_gate_only(
-    repository: Repository,
-    example: Any,
-    raw: sqlite3.Connection,
-    architecture: str,
-    verdict: str | None,
+    store: Store, architecture: str, verdict: str | None
 ) -> None:
-    example.not_applicable = {"FSR1": {architecture: "no such signal"}}
-    campaign = example.campaign(repository, 4)
+    store.example.not_applicable = {"FSR1": {architecture: "no such signal"}}
+    campaign = store.campaign(4)
     gate = one(
-        raw,
+        store.raw,
         "SELECT * FROM v_gate WHERE campaign = ? AND fsr = 'FSR1' AND architecture = ?",
         campaign,
         architecture,
@@ -129,37 +101,16 @@ def test_fsr_that_cannot_be_judged_is_an_error_in_the_gate_only(
     assert (gate["verdict"], gate["reason"], gate["applicable"]) == (verdict, "no such signal", 0)
 
 
-def test_optional_fsr_is_not_in_the_gate(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.campaign(repository, 4)
-    found = raw.execute("SELECT DISTINCT fsr FROM v_gate ORDER BY fsr").fetchall()
+def test_optional_fsr_is_not_in_the_gate(store: Store) -> None:
+    store.campaign(4)
+    found = store.rows("SELECT DISTINCT fsr FROM v_gate ORDER BY fsr")
     assert found == [("FSR1",), ("FSR3",)]
 
 
-def test_worst_run_is_the_failed_one(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = runs_with(repository, example, (Verdict.PASS, Verdict.FAIL, Verdict.INVALID))
-    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
-    assert gate["worst_margin"] == -2.0
-    assert gate["worst_run"] == example.case(4).result_digest
-
-
-def test_run_without_a_judged_margin_has_no_worst(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = runs_with(repository, example, (Verdict.INVALID, Verdict.ERROR))
-    gate = one(raw, "SELECT * FROM v_gate WHERE campaign = ? AND architecture = 'legacy'", campaign)
-    assert gate["worst_run"] is None
-
-
-def test_verdicts_of_a_run_are_a_json_object(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.verdict_of = lambda _case, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
-    example.campaign(repository, 1)
-    run = one(raw, "SELECT * FROM v_runs")
+def test_verdicts_of_a_run_are_a_json_object(store: Store) -> None:
+    store.example.verdict_of = lambda _case, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
+    store.campaign(1)
+    run = one(store.raw, "SELECT * FROM v_runs")
     assert json.loads(run["verdicts"]) == {"FSR1": "PASS", "FSR2": "FAIL"}
     assert json.loads(run["parameters"]) == {"ego_speed": 20.0}
     assert (run["min_distance_m"], run["min_ttc_s"], run["min_ttc_s_status"]) == (
@@ -169,68 +120,55 @@ def test_verdicts_of_a_run_are_a_json_object(
     )
 
 
-def test_unjudged_case_shows_an_empty_object(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    plan = repository.plan_campaign(example.record(), [example.case(2, inside_odd=False)])
-    assert example.work_off(repository, plan.campaign) == 1
-    assert one(raw, "SELECT verdicts FROM v_runs")["verdicts"] == "{}"
+def test_unjudged_case_shows_an_empty_object(store: Store) -> None:
+    plan = store.plan([store.example.case(2, inside_odd=False)])
+    assert store.work_off(plan.campaign) == 1
+    assert one(store.raw, "SELECT verdicts FROM v_runs")["verdicts"] == "{}"
 
 
-def test_planned_case_without_a_run_is_not_run_in_v_verdicts(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    repository.plan_campaign(example.record(), example.cases(4))
-    found = raw.execute("SELECT DISTINCT verdict FROM v_verdicts").fetchall()
+def test_planned_case_without_a_run_is_not_run_in_v_verdicts(store: Store) -> None:
+    store.plan(4)
+    found = store.rows("SELECT DISTINCT verdict FROM v_verdicts")
     assert found == [("NOT_RUN",)]
 
 
-def test_pairs_share_situation_and_fault_and_differ_in_architecture(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = example.campaign(repository, 8)
-    pairs = raw.execute(
+def test_pairs_share_situation_and_fault_and_differ_in_architecture(store: Store) -> None:
+    campaign = store.campaign(8)
+    pairs = store.rows(
         "SELECT architecture_a, architecture_b, min_distance_m_difference "
         "FROM v_architecture_pairs WHERE campaign = ?",
         (campaign,),
-    ).fetchall()
+    )
     assert pairs == [("legacy", "new", 1.0)] * 4
 
 
 @pytest.mark.parametrize(("yaw_of_new", "pairs"), [({"yaw": 0.0}, 1), ({"yaw": 0.1}, 0), ({}, 1)])
 def test_pair_has_equal_values_on_every_axis_that_both_have(
-    repository: Repository,
-    example: Any,
-    raw: sqlite3.Connection,
-    yaw_of_new: dict[str, float],
-    pairs: int,
+    store: Store, yaw_of_new: dict[str, float], pairs: int
 ) -> None:
-    cases = [example.case(0, point={"yaw": 0.0}), example.case(1, point=yaw_of_new)]
-    plan = repository.plan_campaign(example.record(), cases)
-    example.work_off(repository, plan.campaign)
-    assert raw.execute("SELECT count(*) FROM v_architecture_pairs").fetchone() == (pairs,)
+    cases = [store.example.case(0, point={"yaw": 0.0}), store.example.case(1, point=yaw_of_new)]
+    plan = store.plan(cases)
+    store.work_off(plan.campaign)
+    assert store.raw.execute("SELECT count(*) FROM v_architecture_pairs").fetchone() == (pairs,)
 
 
-def test_coverage_counts_planned_done_and_exercised(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.verdict_of = lambda case, _fsr: Verdict.VACUOUS if case.ordinal == 0 else Verdict.PASS
-    plan = repository.plan_campaign(example.record(), example.cases(12), block_size=8)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    found = raw.execute(
+def test_coverage_counts_planned_done_and_exercised(store: Store) -> None:
+    store.example.verdict_of = lambda case, _fsr: (
+        Verdict.VACUOUS if case.ordinal == 0 else Verdict.PASS
+    )
+    plan = store.plan(12, block_size=8)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    found = store.rows(
         "SELECT planned, done, exercised FROM v_coverage "
         "WHERE scenario = 'cut_in' AND architecture = 'legacy' AND fault_entry = 'none'"
-    ).fetchall()
+    )
     assert found == [(3, 2, 1)]
 
 
-def test_timeline_is_in_order(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.campaign(repository, 1)
-    found = raw.execute("SELECT seq, time_s, kind, subject FROM v_timeline").fetchall()
+def test_timeline_is_in_order(store: Store) -> None:
+    store.campaign(1)
+    found = store.rows("SELECT seq, time_s, kind, subject FROM v_timeline")
     assert found == [(0, 0.5, "storyboard", "cutter"), (1, 1.5, "handover", "safety")]
 
 
@@ -256,185 +194,157 @@ def three(example: Any, ordinal: int) -> Any:
     )
 
 
-def complete(repository: Repository, example: Any, campaign: str, blocks: int) -> None:
+def complete(store: Store, campaign: str, blocks: int) -> None:
     for _ in range(blocks):
-        block = repository.claim_block(campaign=campaign)
-        assert block is not None
-        assert complete_block(repository, block, example.runs(block), example.judged(block))
+        block = store.claim(campaign)
+        assert store.complete(block, store.example.runs(block), store.example.judged(block))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_views_tell_what_they_told_when_they_looked_at_every_case(
-    repository: Repository, example: Any, raw: sqlite3.Connection, seed: int
-) -> None:
+def test_views_tell_what_they_told_when_they_looked_at_every_case(store: Store, seed: int) -> None:
     picks = random.Random(seed)  # noqa: S311 - made up
     judged: dict[tuple[str, str], Verdict] = {}
 
     def verdict_of(case: BlockCase, fsr: str) -> Verdict:
         return judged.setdefault((case.result_digest, fsr), picks.choice(JUDGED))
 
-    example.verdict_of = verdict_of
-    example.margin_of = lambda case: len(case.result_digest) / 7.0
-    cases = [three(example, ordinal) for ordinal in range(48)]
-    whole = repository.plan_campaign(example.record(), cases, block_size=8)
-    complete(repository, example, whole.campaign, 6)
+    store.example.verdict_of = verdict_of
+    store.example.margin_of = lambda case: len(case.result_digest) / 7.0
+    cases = [three(store.example, ordinal) for ordinal in range(48)]
+    whole = store.plan(cases, block_size=8)
+    complete(store, whole.campaign, 6)
     # Half of the results of this one are there, most of its blocks are not done.
-    example.with_odd("2")
-    more = repository.plan_campaign(
-        example.record(), [*cases[:12], *example.cases(16)], block_size=6
-    )
-    complete(repository, example, more.campaign, 2)
-    block = repository.claim_block(campaign=more.campaign)
-    assert block is not None
-    assert repository.quarantine_block(block, "no result")
+    store.example.with_odd("2")
+    more = store.plan([*cases[:12], *store.example.cases(16)], block_size=6)
+    complete(store, more.campaign, 2)
+    block = store.claim(more.campaign)
+    assert store.repository.quarantine_block(block, "no result")
     # Results are all there, verdicts are missing.
-    example.thresholds["FSR1"] = "3 m"
-    again = repository.plan_campaign(example.record(), cases, block_size=8)
+    store.example.thresholds["FSR1"] = "3 m"
+    again = store.plan(cases, block_size=8)
     assert again.to_judge
-    complete(repository, example, again.campaign, 1)
-    make_former(raw)
+    complete(store, again.campaign, 1)
+    make_former(store.raw)
     for view, former in FORMER.items():
-        now, before = (raw.execute(f"SELECT * FROM {name}") for name in (view, former))  # noqa: S608
+        now, before = (store.raw.execute(f"SELECT * FROM {name}") for name in (view, former))  # noqa: S608
         assert [item[0] for item in now.description] == [item[0] for item in before.description]
         rows = sorted(now.fetchall(), key=str)
         assert len(rows) > 10
         assert rows == sorted(before.fetchall(), key=str), view
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
 
 
-def test_pairs_without_noted_numbers_are_found_by_digest(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.campaign(repository, 8)
-    told = raw.execute("SELECT * FROM v_architecture_pairs").fetchall()
+def test_pairs_without_noted_numbers_are_found_by_digest(store: Store) -> None:
+    store.campaign(8)
+    told = store.rows("SELECT * FROM v_architecture_pairs")
     assert len(told) == 4
-    raw.execute("DROP TRIGGER case_run_no_delete")
-    raw.execute("DELETE FROM case_run")
-    assert raw.execute("SELECT * FROM v_architecture_pairs").fetchall() == told
+    store.raw.execute("DROP TRIGGER case_run_no_delete")
+    store.raw.execute("DELETE FROM case_run")
+    assert store.rows("SELECT * FROM v_architecture_pairs") == told
 
 
 def columns(raw: sqlite3.Connection, view: str) -> list[str]:
     return [item[0] for item in raw.execute(f"SELECT * FROM {view}").description]  # noqa: S608
 
 
-@pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        ("cut_in", "cut_in"),
-        ("Cut In!", "cut_in"),
-        ("9 lives", "x_9_lives"),
-        ("'; DROP TABLE run; --", "drop_table_run"),
-        ("", "x_"),
-        ("é", "x_"),
-    ],
-)
-def test_identifier_is_safe_whatever_the_text(text: str, name: str) -> None:
-    assert identifier(text) == name
+def test_identifier_is_safe_whatever_the_text() -> None:
+    plain = {"cut_in": "cut_in", "Cut In!": "cut_in", "9 lives": "x_9_lives"}
+    hostile = {"'; DROP TABLE run; --": "drop_table_run", "": "x_", "é": "x_"}
+    for text, name in (plain | hostile).items():
+        assert identifier(text) == name
 
 
-def test_each_parameter_is_a_typed_column_with_its_unit(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.campaign(repository, 8)
-    found = raw.execute("SELECT ego_speed_mps FROM v_runs_cut_in ORDER BY ordinal").fetchall()
+def test_each_parameter_is_a_typed_column_with_its_unit(store: Store) -> None:
+    store.campaign(8)
+    found = store.rows("SELECT ego_speed_mps FROM v_runs_cut_in ORDER BY ordinal")
     assert found == [(20.0,), (20.0,), (21.0,), (21.0,)]
     assert {type(value) for (value,) in found} == {float}
-    assert "ego_speed" in columns(raw, "v_runs_braking")
+    assert "ego_speed" in columns(store.raw, "v_runs_braking")
 
 
-def test_view_follows_new_parameters(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.campaign(repository, 4)
-    assert "gap" not in columns(raw, "v_runs_cut_in")
-    case = example.case(
+def test_view_follows_new_parameters(store: Store) -> None:
+    store.campaign(4)
+    assert "gap" not in columns(store.raw, "v_runs_cut_in")
+    case = store.example.case(
         0,
         test_case="a" * 64,
         parameters={"ego_speed": 20.0, "gap": 7.0},
         point={"gap": 7.0, "architecture.sensors.camera.kind": "wide"},
     )
-    plan = repository.plan_campaign(example.record(), [case])
-    example.work_off(repository, plan.campaign)
-    found = raw.execute(
+    plan = store.plan([case])
+    store.work_off(plan.campaign)
+    found = store.rows(
         "SELECT gap, architecture_sensors_camera_kind FROM v_runs_cut_in WHERE campaign = ?",
         (plan.campaign,),
-    ).fetchall()
+    )
     assert found == [(7.0, "wide")]
 
 
-def test_parameter_named_like_a_column_gets_a_name_of_its_own(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    case = example.case(0, parameters={"outcome": 1.0, "a.b": 2.0, "a_b": 3.0}, point={})
-    plan = repository.plan_campaign(example.record(), [case])
-    example.work_off(repository, plan.campaign)
-    names = columns(raw, "v_runs_cut_in")
+def test_parameter_named_like_a_column_gets_a_name_of_its_own(store: Store) -> None:
+    case = store.example.case(0, parameters={"outcome": 1.0, "a.b": 2.0, "a_b": 3.0}, point={})
+    plan = store.plan([case])
+    store.work_off(plan.campaign)
+    names = columns(store.raw, "v_runs_cut_in")
     assert len(names) == len(set(names))
     assert sum(name.startswith("outcome") for name in names) == 2
     assert sum(name.startswith("a_b") for name in names) == 2
-    assert raw.execute("SELECT outcome FROM v_runs_cut_in").fetchall() == [("completed",)]
+    assert store.rows("SELECT outcome FROM v_runs_cut_in") == [("completed",)]
 
 
-def test_scenarios_with_one_identifier_get_two_views(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    cases = [example.case(0), example.case(4, scenario="Cut-In")]
-    plan = repository.plan_campaign(example.record(), cases)
-    example.work_off(repository, plan.campaign)
-    with repository._database.read() as connection:
+def test_scenarios_with_one_identifier_get_two_views(store: Store) -> None:
+    cases = [store.example.case(0), store.example.case(4, scenario="Cut-In")]
+    plan = store.plan(cases)
+    store.work_off(plan.campaign)
+    with store.repository._database.read() as connection:
         views = [name for name in catalog.views(connection) if name.startswith("v_runs_cut_in")]
     assert len(views) == 2
     for view in views:
-        assert len(raw.execute(f"SELECT * FROM {view}").fetchall()) == 1  # noqa: S608
+        assert len(store.rows(f"SELECT * FROM {view}")) == 1  # noqa: S608
 
 
 @pytest.mark.slow
-def test_hostile_names_make_no_sql(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
+def test_hostile_names_make_no_sql(store: Store) -> None:
     hostile = "x') FROM run; DROP TABLE run; --"
     cases = [
-        example.case(0, parameters={hostile: 1.0}, point={hostile: "'"}),
-        example.case(4, scenario=hostile),
+        store.example.case(0, parameters={hostile: 1.0}, point={hostile: "'"}),
+        store.example.case(4, scenario=hostile),
     ]
-    plan = repository.plan_campaign(example.record(), cases)
-    assert example.work_off(repository, plan.campaign) == 2
-    assert repository.verify() == ()
-    assert len(raw.execute("SELECT * FROM v_runs_cut_in").fetchall()) == 1
+    plan = store.plan(cases)
+    assert store.work_off(plan.campaign) == 2
+    assert store.repository.verify() == ()
+    assert len(store.rows("SELECT * FROM v_runs_cut_in")) == 1
 
 
-@pytest.mark.parametrize("word", ["on", "order", "Group", "limit", "values", "null"])
-def test_parameter_may_be_called_like_a_word_of_sql(
-    repository: Repository, example: Any, raw: sqlite3.Connection, word: str
-) -> None:
-    plan = repository.plan_campaign(example.record(), [example.case(0, parameters={word: 1.5})])
-    example.work_off(repository, plan.campaign)
-    assert raw.execute(f'SELECT "{word.lower()}" FROM v_runs_cut_in').fetchall() == [(1.5,)]  # noqa: S608
+def test_parameter_may_be_called_like_a_word_of_sql(store: Store) -> None:
+    words = ("on", "order", "Group", "limit", "values", "null")
+    parameters = {word: float(place) for place, word in enumerate(words)}
+    plan = store.plan([store.example.case(0, parameters=parameters)])
+    store.work_off(plan.campaign)
+    asked = ", ".join(f'"{word.lower()}"' for word in words)
+    assert store.rows(f"SELECT {asked} FROM v_runs_cut_in") == [tuple(parameters.values())]  # noqa: S608
 
 
 @pytest.mark.slow
-def test_long_names_that_differ_at_their_end_are_kept_apart(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
+def test_long_names_that_differ_at_their_end_are_kept_apart(store: Store) -> None:
     """A server cuts names to 63 bytes; scenarios and parameters have longer ones."""
     long = "x" * 63
     parameters = {f"{long}a": 1.0, f"{long}b": 2.0}
     cases = [
-        example.case(at, scenario=f"{long}{end}", parameters=parameters, point={})
+        store.example.case(at, scenario=f"{long}{end}", parameters=parameters, point={})
         for at, end in ((0, "a"), (4, "b"))
     ]
     for count in (1, 2):
         # The second plan finds the views of the first.
-        plan = repository.plan_campaign(example.record(), cases[:count])
-        example.work_off(repository, plan.campaign)
-    with repository._database.read() as connection:
+        plan = store.plan(cases[:count])
+        store.work_off(plan.campaign)
+    with store.repository._database.read() as connection:
         views = [name for name in catalog.views(connection) if name.startswith("v_runs_x")]
     assert len(views) == 2
     for view in views:
-        names = columns(raw, view)
+        names = columns(store.raw, view)
         assert len([name for name in names if name.startswith("xxx")]) == 2
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
 
 
 FOLDER = Path(sql.__file__).parent

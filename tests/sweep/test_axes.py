@@ -29,6 +29,10 @@ from adeye.sweep.axes import (
 )
 from adeye.sweep.axes import parameter_value as value_of
 from adeye.units import Dimension
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 # --- Axes: exact levels in SI, and what is no axis is refused at its place ------------------------
 
@@ -63,15 +67,7 @@ def test_list_is_read_in_si_and_kept_as_written(read: Read) -> None:
     assert (axis.kind, axis.path, len(axis)) == ("parameter", (), 2)
 
 
-@pytest.mark.parametrize(
-    ("steps", "texts"),
-    [
-        (("0 m", "60 m", "20 m"), ("0 m", "20 m", "40 m", "60 m")),
-        (("0.1 m", "0.5 m", "0.1 m"), ("0.1 m", "0.2 m", "0.3 m", "0.4 m", "0.5 m")),
-        (("30 m", "30 m", "1 m"), ("30 m",)),
-        (("1e1 m", "2e1 m", "5 m"), ("10 m", "15 m", "20 m")),
-    ],
-)
+@pytest.mark.parametrize(("steps", "texts"), TABLES["steps include both ends without rounding"])
 def test_steps_include_both_ends_without_rounding(
     read: Read, steps: tuple[str, str, str], texts: tuple[str, ...]
 ) -> None:
@@ -161,19 +157,11 @@ def test_zip_may_repeat_a_value(read: Read) -> None:
     assert len(read("gap", ["30 m", "30 m"], distinct=False)) == 2
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "path"),
-    [
-        ("gap", "parameter", ()),
-        ("architecture.vehicle.mass", "architecture", ("vehicle", "mass")),
-        ("scenario.world.road.kind", "scenario", ("world", "road", "kind")),
-        ("faults.camera_out.onset.at", "faults", ("camera_out", "onset", "at")),
-    ],
-)
-def test_name_says_what_varies(read: Read, name: str, kind: str, path: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(("name", "kind", "path"), TABLES["name says what varies"])
+def test_name_says_what_varies(read: Read, name: str, kind: str, path: list[str]) -> None:
     values = {"gap": "30 m", "faults.camera_out.onset.at": "1 s"}.get(name, "x")
     axis = read(name, [values])
-    assert (axis.kind, axis.path) == (kind, path)
+    assert (axis.kind, axis.path) == (kind, tuple(path))
 
 
 def test_words_are_kept_as_text(read: Read) -> None:
@@ -240,16 +228,7 @@ def change(path: str, value: Any, where: SourceLocation = HERE) -> Change:
     return Change(tuple(path.split(".")), value, where)
 
 
-@pytest.mark.parametrize(
-    ("content", "path", "result"),
-    [
-        ({"a": 1}, ("a",), {"a": 9}),
-        ({"a": {"b": 1, "c": 2}}, ("a", "b"), {"a": {"b": 9, "c": 2}}),
-        ({}, ("a", "b", "c"), {"a": {"b": {"c": 9}}}),
-        ({"a": None}, ("a", "b"), {"a": {"b": 9}}),
-        ({"a": "text"}, ("a", "b"), {"a": {"b": 9}}),
-    ],
-)
+@pytest.mark.parametrize(("content", "path", "result"), TABLES["value is written at its path"])
 def test_value_is_written_at_its_path(content: Any, path: tuple[str, ...], result: Any) -> None:
     set_path(content, path, 9)
     assert content == result

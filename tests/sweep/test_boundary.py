@@ -14,6 +14,10 @@ from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values
 from adeye.sweep.boundary import Breach, breaches
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 SCENARIO = load_scenario(
     Path(__file__).parents[2] / "scenarios_db" / "motorway" / "cut_in.yaml"
@@ -84,14 +88,7 @@ def test_inside_is_no_breach() -> None:
 
 
 @pytest.mark.parametrize(
-    ("attributes", "attribute", "text"),
-    [
-        ({"scenery": {"lanes": {"min": 4}}}, "lanes", "3 lanes, the ODD has 4 to 8"),
-        ({"scenery": {"lanes": {"max": 2}}}, "lanes", "3 lanes, the ODD has 1 to 2"),
-        ({"scenery": {"road_type": ["urban"]}}, "road_type", "motorway, the ODD has urban"),
-        ({"environment": {"illumination": ["night"]}}, "illumination", "day, the ODD has night"),
-        ({"dynamic_elements": {"actors": ["truck"]}}, "actors", "actor cutter is a car"),
-    ],
+    ("attributes", "attribute", "text"), TABLES["word outside holds for every point"]
 )
 def test_word_outside_holds_for_every_point(
     attributes: dict[str, Any], attribute: str, text: str

@@ -30,6 +30,10 @@ from adeye.sweep.coverage import (
     coverage_of,
     tuples_of,
 )
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 # --- Coverage of hand-made situations: what is covered, what is not, and what cannot be -----------
 
@@ -306,20 +310,7 @@ def test_sun_below_the_horizon_is_no_sun_and_below_the_odd_in_no_bin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("degrees", "side"),
-    [
-        (0.0, "ahead"),
-        (44.9, "ahead"),
-        (-45.0, "ahead"),
-        (315.0, "ahead"),
-        (45.0, "left"),
-        (-225.1, "left"),
-        (180.0, "behind"),
-        (-180.0, "behind"),
-        (270.0, "right"),
-        (-45.1, "right"),
-        (720.0, "ahead"),
-    ],
+    ("degrees", "side"), TABLES["sun stands in a quarter whatever turns its azimuth has"]
 )
 def test_sun_stands_in_a_quarter_whatever_turns_its_azimuth_has(degrees: float, side: str) -> None:
     shines = changed("environment", sun_elevation="20 deg", sun_azimuth=f"{degrees} deg")

@@ -17,6 +17,10 @@ from adeye.errors import InputError, SweepError
 from adeye.spec.load import OddFiles
 from adeye.sweep.distributions import Law, data_digests, require_mass
 from adeye.sweep.expand import read_points
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 # --- Quantiles of declared distributions: their own laws, closed forms, and what the ends leave ---
 
@@ -146,24 +150,7 @@ def test_choice_of_a_path_takes_what_a_list_would(load: Load) -> None:
     assert 120 < found.count("day") < 180
 
 
-@pytest.mark.parametrize(
-    ("text", "law", "said"),
-    [
-        ("", {"column": "dv"}, "has no column 'dv'"),
-        ("n,dv\n", {"column": "dv"}, "has no values"),
-        ("n,dv\n1,fast\n", {"column": "dv"}, "speeds.csv:2: 'fast' is not a finite number"),
-        ("n,dv\n1,-20\n2\n", {"column": "dv"}, "speeds.csv:3: '' is not a finite number"),
-        ("n,dv\n1,nan\n", {"column": "dv"}, "'nan' is not a finite number"),
-        ("n,dv\n1,\uff16\uff10\n", {"column": "dv"}, "is not a finite number"),
-        ("n,dv\n1,6_0\n", {"column": "dv"}, "'6_0' is not a finite number"),
-        ("n,dv\n1,-20\n", {"column": "dw"}, "Allowed: n, dv."),
-        ("n,dv\n1,-20\n", {"column": "dv", "unit": "kmh"}, "'kmh' is no unit"),
-        ("n,dv\n1,-20\n", {"column": "dv", "unit": "m"}, "is a length, not a speed"),
-        ("n,dv\n1,-20\n", {"column": "dv"}, "is a plain number, not a speed"),
-        ("n,dv\n1,-90\n2,-30\n", {"column": "dv", "unit": "km/h"}, "leaves the scenario's range"),
-        (None, {"column": "dv"}, "'speeds.csv' cannot be read"),
-    ],
-)
+@pytest.mark.parametrize(("text", "law", "said"), TABLES["unusable data is refused at the axis"])
 def test_unusable_data_is_refused_at_the_axis(
     load: Load, project: Path, text: str | None, law: dict[str, Any], said: str
 ) -> None:
@@ -177,17 +164,7 @@ def test_unusable_data_is_refused_at_the_axis(
 
 
 @pytest.mark.parametrize(
-    ("name", "law", "said"),
-    [
-        ("gap", {"normal": {"mean": "30 m", "sd": "5 m"}}, "leaves the scenario's range"),
-        ("gap", {"normal": {"mean": "30 m", "sd": "0 m"}}, "of 0 m is not positive"),
-        ("gap", {"normal": {"mean": "30 m", "sd": "5 s"}}, "is a time, not a length"),
-        ("gap", {"lognormal": {"median": "0 m", "sigma": 0.5}}, "of 0 m is not positive"),
-        ("gap", {"uniform": ["40 m", "20 m"]}, "nothing is left"),
-        ("gap", {"choice": {"30 m": 0.5, "300 m": 0.5}}, "outside the scenario's range"),
-        ("gap", {"choice": {"1 m": 0.5, "100 cm": 0.5}}, "a value occurs twice, as '1 m' and"),
-        ("scenario.horizon", {"uniform": ["8 s", "9 s"]}, "for scenario parameters only"),
-    ],
+    ("name", "law", "said"), TABLES["unusable distribution is refused at the axis"]
 )
 def test_unusable_distribution_is_refused_at_the_axis(
     load: Load, name: str, law: dict[str, Any], said: str

@@ -11,6 +11,10 @@ from adeye.errors import SweepError
 from adeye.spec.load import OddFiles
 from adeye.sweep.expand import Expansion, expand, read_points
 from adeye.sweep.groups import Group, groups_of, overlapping, varies
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 # --- Groups: fault entries are sets in the ODD's order, axes are those that vary something --------
 
@@ -147,21 +151,13 @@ def test_what_is_written_differently_is_another_section(load: Load) -> None:
 
 
 @pytest.mark.parametrize(
-    ("start", "stop", "found"),
-    [
-        (0, 12, [(0, 0, 6), (6, 0, 6)]),
-        (5, 7, [(0, 5, 6), (6, 0, 1)]),
-        (6, 7, [(6, 0, 1)]),
-        (11, 99, [(6, 5, 6)]),
-        (4, 4, []),
-        (12, 13, []),
-    ],
+    ("start", "stop", "found"), TABLES["ordinal range is found in its sections"]
 )
 def test_ordinal_range_is_found_in_its_sections(
-    load: Load, start: int, stop: int, found: list[tuple[int, int, int]]
+    load: Load, start: int, stop: int, found: list[list[int]]
 ) -> None:
     sections = expanded(load, **{"gap": GAPS, LANES: [3, 4]}).sections
-    got = [(item.first, low, high) for item, low, high in overlapping(sections, start, stop)]
+    got = [[item.first, low, high] for item, low, high in overlapping(sections, start, stop)]
     assert got == found
 
 

@@ -12,6 +12,10 @@ from adeye.errors import ExpressionError, SweepError
 from adeye.spec.load import OddFiles
 from adeye.sweep.design import Points
 from adeye.sweep.expand import read_points
+from tests.stored import stored
+
+TABLES = stored("sweeps")
+
 
 # --- Samples: what declared distributions become, and designs that fill the space -----------------
 
@@ -123,17 +127,7 @@ def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, desig
 
 
 @pytest.mark.parametrize(
-    ("design", "samples", "more", "said"),
-    [
-        ("sobol", 48, {}, "power of two"),
-        ("lhs", 8, {"where": ["gap > 59 m"]}, "none of 8 points fulfils gap > 59 m"),
-        (
-            "lhs",
-            8,
-            {"parameters": {"architecture.sensors.front_camera.range": ["90 m", "120 m"]}},
-            "scenario parameters only",
-        ),
-    ],
+    ("design", "samples", "more", "said"), TABLES["design that cannot be is refused"]
 )
 def test_design_that_cannot_be_is_refused(
     load: Load, design: str, samples: int, more: dict[str, Any], said: str
@@ -192,16 +186,7 @@ def test_relation_may_name_an_axis_by_path(load: Load) -> None:
     assert points.columns[axis].tolist() == [120.0]
 
 
-@pytest.mark.parametrize(
-    ("relation", "said"),
-    [
-        ("gap > 30", "puts a length and a plain number together"),
-        ("gap > 30 s", "puts a length and a time together"),
-        ("gap > ego_speed", "puts a length and a speed together"),
-        ("gapp > 30 m", "Did you mean 'gap'?"),
-        ("gap < 1 m", "none of 6 combinations fulfils gap < 1 m"),
-    ],
-)
+@pytest.mark.parametrize(("relation", "said"), TABLES["wrong relation is refused at its place"])
 def test_wrong_relation_is_refused_at_its_place(load: Load, relation: str, said: str) -> None:
     parameters = {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m", "45 m", "60 m"]}
     with pytest.raises(SweepError) as caught:

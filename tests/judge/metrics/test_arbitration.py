@@ -9,14 +9,9 @@ import pytest
 
 from adeye.judge.metrics import METRICS
 from adeye.signals import DEGRADED, FAULT, SILENT
+from tests.judge.conftest import measure
 
 BRAKING, STEERING = "max_acceleration_disagreement_mps2", "max_steering_disagreement_rad"
-
-
-def measure(made: Any, column: str) -> Any:
-    found = METRICS[column].compute(made.trace())
-    assert found.actor == (-1,)
-    return float(found.value[0]), found.status[0], float(found.time[0])
 
 
 @pytest.mark.parametrize(
@@ -25,7 +20,7 @@ def measure(made: Any, column: str) -> Any:
 def test_largest_difference_counts_with_its_time(hand_made: Any, column: str, name: str) -> None:
     made = hand_made().set(name, -0.3, rows=6, at=1).set(name, 0.1, rows=6, at=0)
     made.set(name, 0.2, rows=9, at=1)
-    assert measure(made, column) == (pytest.approx(0.4), "value", pytest.approx(0.6))
+    assert measure(made, column) == (pytest.approx(0.4), "value", pytest.approx(0.6), -1)
 
 
 def test_channels_that_command_alike_agree(hand_made: Any) -> None:
@@ -48,7 +43,7 @@ def test_channel_without_a_command_disagrees_with_nobody(
         hand_made().set("acceleration", -9.0, rows=4, at=1).set("acceleration", -2.0, rows=8, at=1)
     )
     made.set("status", status, rows=4, at=channel)
-    assert measure(made, BRAKING) == (pytest.approx(2.0), "value", pytest.approx(0.8))
+    assert measure(made, BRAKING) == (pytest.approx(2.0), "value", pytest.approx(0.8), -1)
 
 
 def test_degraded_channel_still_commands(hand_made: Any) -> None:
@@ -59,7 +54,7 @@ def test_degraded_channel_still_commands(hand_made: Any) -> None:
 def test_command_that_is_no_number_is_none(hand_made: Any) -> None:
     made = hand_made().set("acceleration", np.nan, rows=4, at=1)
     made.set("steering_angle", 0.5, rows=4, at=1).set("steering_angle", 0.1, rows=7, at=1)
-    assert measure(made, STEERING) == (pytest.approx(0.1), "value", pytest.approx(0.7))
+    assert measure(made, STEERING) == (pytest.approx(0.1), "value", pytest.approx(0.7), -1)
 
 
 def test_nothing_to_compare_is_undefined(hand_made: Any) -> None:

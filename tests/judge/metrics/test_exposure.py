@@ -91,16 +91,6 @@ def test_response_of_rss_is_due_after_its_response_time(hand_made: Any) -> None:
     assert measure(braking, "rss_response_violation_s")[0] == 0.0
 
 
-@pytest.mark.parametrize(
-    "column", ["tet_s", "tit_s2", "crash_potential", "time_to_accident_s", "min_psd",
-               "min_rss_ratio", "rss_response_violation_s", "min_time_gap_s"]
-)  # fmt: skip
-def test_unknown_speed_is_an_error(hand_made: Any, column: str) -> None:
-    made = hand_made()
-    made.columns["ego"][0, 10, 3] = np.nan
-    assert measure(made, column)[1] == "error"
-
-
 ENDS = np.array([[8.45, 1.40, 4.23, 12.68]])
 
 

@@ -15,7 +15,7 @@ from adeye.judge.timeline import timeline
 from adeye.signals import REASON_STALENESS
 from adeye.spec.channels import SafetyChannel, SafetyParameters
 from adeye.spec.concept import MetricBound
-from tests.judge.conftest import fsr, judge, rate_run
+from tests.judge.conftest import HandMade, fsr, judge, rate_run
 
 
 def measure(made: Any, column: str) -> Any:
@@ -28,108 +28,73 @@ def faulty(made: Any, *, rows: Any = slice(5, None)) -> Any:
     return made.set("fault_active", value=True, rows=rows, at=0)
 
 
-def stopping(made: Any, row: int) -> Any:
+def stopping(row: int) -> Any:
     """The ego stands from a row on."""
-    return made.ego(speed=np.where(np.arange(21) < row, 8.0, 0.0))
+    return HandMade().ego(speed=np.where(np.arange(21) < row, 8.0, 0.0))
 
 
-@pytest.mark.parametrize(
-    "column", ["fault_to_safe_state_s", "takeover_time_s", "distance_to_safe_state_m"]
-)
-def test_without_an_active_fault_nothing_applies(hand_made: Any, column: str) -> None:
-    made = stopping(hand_made(), 10).set("authority", 1, rows=slice(8, None))
-    assert measure(made, column)[1] == "not_applicable"
+def taken_over(row: int, *, rows: Any = slice(5, None)) -> Any:
+    """The safety channel acts from a row on."""
+    return faulty(HandMade(), rows=rows).set("authority", 1, rows=slice(row, None))
 
 
-@pytest.mark.parametrize(
-    "column", ["fault_to_safe_state_s", "takeover_time_s", "distance_to_safe_state_m"]
-)
-def test_entry_without_faults_does_not_apply(hand_made: Any, column: str) -> None:
-    assert measure(hand_made(faults=()), column)[1] == "not_applicable"
+def test_without_an_active_fault_nothing_applies() -> None:
+    calm = stopping(10).set("authority", 1, rows=slice(8, None))
+    for made in (calm, HandMade(faults=())):
+        for column in ("fault_to_safe_state_s", "takeover_time_s", "distance_to_safe_state_m"):
+            assert measure(made, column)[1] == "not_applicable", column
 
 
-def test_safe_state_is_timed_from_the_onset(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 14))
-    assert measure(made, "fault_to_safe_state_s") == (
-        pytest.approx(0.9),
-        "value",
-        pytest.approx(1.4),
-    )
+def test_safe_state_is_timed_from_the_first_onset_until_the_ego_stands_for_good() -> None:
+    column, row = "fault_to_safe_state_s", np.arange(21)
+    timed = (pytest.approx(0.9), "value", pytest.approx(1.4))
+    assert measure(faulty(stopping(14)), column) == timed
+    # A fault that has passed still counts.
+    assert measure(faulty(stopping(14), rows=slice(5, 7)), column) == timed
+    two = HandMade(faults=("a", "b")).ego(speed=np.where(row < 14, 8.0, 0.0))
+    two.set("fault_active", value=True, rows=slice(9, None), at=0)
+    two.set("fault_active", value=True, rows=slice(4, 6), at=1)
+    assert measure(two, column)[0] == pytest.approx(1.0)
+    # A safe state that is left again does not count.
+    left = HandMade().ego(speed=np.where((row < 8) | (row == 15), 8.0, 0.0))
+    assert measure(faulty(left), column)[0] == pytest.approx(1.1)
+    standing = faulty(HandMade().ego(speed=0.0))
+    assert measure(standing, column) == (0.0, "value", pytest.approx(0.5))
+    assert handled(standing.trace()).safe.tolist() == [5]
 
 
-def test_fault_that_has_passed_still_counts(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 14), rows=slice(5, 7))
-    assert measure(made, "fault_to_safe_state_s")[0] == pytest.approx(0.9)
+def test_safe_state_that_is_not_reached_or_not_known_has_no_time() -> None:
+    unknown = faulty(stopping(14))
+    unknown.columns["ego"][0, 2, 3] = np.nan
+    for made, status in (
+        (faulty(HandMade()), "incomplete"),
+        (faulty(stopping(8)).touch(12, "lead"), "incomplete"),
+        (unknown, "error"),
+    ):
+        assert measure(made, "fault_to_safe_state_s")[1] == status
 
 
-def test_first_of_two_faults_counts(hand_made: Any) -> None:
-    made = stopping(hand_made(faults=("a", "b")), 14)
-    made.set("fault_active", value=True, rows=slice(9, None), at=0)
-    made.set("fault_active", value=True, rows=slice(4, 6), at=1)
-    assert measure(made, "fault_to_safe_state_s")[0] == pytest.approx(1.0)
+def test_takeover_is_timed_from_the_onset() -> None:
+    column = "takeover_time_s"
+    timed = (pytest.approx(0.3), "value", pytest.approx(0.8))
+    assert measure(taken_over(8), column) == timed
+    # In the row of the onset, and from the first row on against the default channel.
+    assert measure(taken_over(5), column)[:2] == (0.0, "value")
+    assert measure(taken_over(0, rows=slice(None)), column)[:2] == (0.0, "value")
+    # Time in which nobody acts belongs to it.
+    nobody = faulty(HandMade()).set("authority", -1, rows=slice(6, 8))
+    assert measure(nobody, column)[1] == "incomplete"
+    assert measure(nobody.set("authority", 1, rows=slice(8, None)), column) == timed
 
 
-def test_run_that_ends_before_the_safe_state_is_incomplete(hand_made: Any) -> None:
-    assert measure(faulty(hand_made()), "fault_to_safe_state_s")[1] == "incomplete"
-
-
-def test_safe_state_that_is_left_again_does_not_count(hand_made: Any) -> None:
-    row = np.arange(21)
-    made = faulty(hand_made().ego(speed=np.where((row < 8) | (row == 15), 8.0, 0.0)))
-    assert measure(made, "fault_to_safe_state_s")[0] == pytest.approx(1.1)
-
-
-def test_ego_that_stands_all_the_time_is_safe_at_once(hand_made: Any) -> None:
-    made = faulty(hand_made().ego(speed=0.0))
-    assert measure(made, "fault_to_safe_state_s") == (0.0, "value", pytest.approx(0.5))
-
-
-def test_contact_after_the_fault_leaves_it_incomplete(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 8)).touch(12, "lead")
-    assert measure(made, "fault_to_safe_state_s")[1] == "incomplete"
-
-
-def test_unknown_speed_is_an_error(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 14))
-    made.columns["ego"][0, 2, 3] = np.nan
-    assert measure(made, "fault_to_safe_state_s")[1] == "error"
-
-
-def test_takeover_is_timed_from_the_onset(hand_made: Any) -> None:
-    made = faulty(hand_made()).set("authority", 1, rows=slice(8, None))
-    assert measure(made, "takeover_time_s") == (pytest.approx(0.3), "value", pytest.approx(0.8))
-
-
-def test_takeover_in_the_row_of_the_onset_takes_no_time(hand_made: Any) -> None:
-    made = faulty(hand_made()).set("authority", 1, rows=slice(5, None))
-    assert measure(made, "takeover_time_s")[:2] == (0.0, "value")
-
-
-def test_takeover_from_the_first_row_is_seen_against_the_default_channel(hand_made: Any) -> None:
-    made = faulty(hand_made(), rows=slice(None)).set("authority", 1)
-    assert measure(made, "takeover_time_s")[:2] == (0.0, "value")
-
-
-def test_time_in_which_nobody_acts_belongs_to_the_takeover(hand_made: Any) -> None:
-    made = faulty(hand_made()).set("authority", -1, rows=slice(6, 8))
-    assert measure(made, "takeover_time_s")[1] == "incomplete"
-    made.set("authority", 1, rows=slice(8, None))
-    assert measure(made, "takeover_time_s") == (pytest.approx(0.3), "value", pytest.approx(0.8))
-
-
-def test_default_that_acts_after_the_start_up_has_taken_nothing_over(hand_made: Any) -> None:
-    made = faulty(hand_made(), rows=slice(1, None)).set("authority", -1, rows=slice(0, 3))
-    assert measure(made, "takeover_time_s")[1] == "incomplete"
-
-
-def test_handover_before_the_fault_does_not_count(hand_made: Any) -> None:
-    made = faulty(hand_made()).set("authority", 1, rows=slice(3, None))
-    assert measure(made, "takeover_time_s")[1] == "incomplete"
-
-
-def test_fault_in_the_last_row_decides_nothing(hand_made: Any) -> None:
-    made = faulty(hand_made(), rows=20)
-    assert measure(made, "takeover_time_s")[1] == "not_applicable"
+def test_what_is_no_takeover_after_a_fault_has_no_time() -> None:
+    begun = faulty(HandMade(), rows=slice(1, None)).set("authority", -1, rows=slice(0, 3))
+    for why, made, status in (
+        ("the default acts after the start-up", begun, "incomplete"),
+        ("a handover before the fault", taken_over(3), "incomplete"),
+        ("the last row decides nothing", faulty(HandMade(), rows=20), "not_applicable"),
+    ):
+        assert measure(made, "takeover_time_s")[1] == status, why
 
 
 INTERVALS = (
@@ -145,77 +110,55 @@ def confirmed(made: Any, rows: slice) -> Any:
     return made
 
 
-def mastered(hand_made: Any) -> Any:
+def mastered() -> Any:
     """Fault at 0.5 s, detected at 0.7 s, emergency operation at 1.0 s, safe at 1.5 s."""
-    made = confirmed(stopping(faulty(hand_made()), 15), slice(7, None))
+    made = confirmed(faulty(stopping(15)), slice(7, None))
     made.set("authority", 1, rows=slice(8, None))
     return made.set("command", -4.0, rows=slice(10, None), at=0)
 
 
-def statuses(made: Any) -> list[str]:
-    return [measure(made, column)[1] for column in INTERVALS]
-
-
-def test_intervals_are_those_of_the_timeline(hand_made: Any) -> None:
-    made = mastered(hand_made)
+def test_intervals_are_those_of_the_timeline() -> None:
+    made = mastered()
     found = [measure(made, column) for column in INTERVALS]
     assert [value for value, _, _ in found] == pytest.approx([0.2, 0.3, 0.5, 0.5])
     assert [time for _, _, time in found] == pytest.approx([0.7, 1.0, 1.0, 1.5])
-    read = timeline(made.trace(), 0, hand_made().trace(), 0)
+    read = timeline(made.trace(), 0, HandMade().trace(), 0)
     shown = [read.fdti_s, read.frti_s, read.fhti_s, read.emergency_operation_s]
     assert [value for value, _, _ in found] == shown
 
 
-def test_without_a_fault_no_interval_applies(hand_made: Any) -> None:
-    made = confirmed(stopping(hand_made(), 15), slice(7, None))
-    assert statuses(made) == ["not_applicable"] * 4
+def test_intervals_are_open_as_far_as_nothing_ends_them() -> None:
+    unknown = mastered()
+    unknown.columns["ego"][0, 2, 3] = np.nan
+    no, v, o, e = "not_applicable", "value", "incomplete", "error"
+    scenes: dict[str, tuple[Any, list[str]]] = {
+        "no fault": (confirmed(stopping(15), slice(7, None)), [no, no, no, no]),
+        "undetected": (faulty(HandMade()), [o, o, o, o]),
+        "detected and not handled": (confirmed(faulty(HandMade()), slice(7, None)), [v, o, o, o]),
+        "safe without detection": (faulty(stopping(15)), [o, o, o, no]),
+        "emergency operation that never ends": (mastered().ego(speed=8.0), [v, v, v, o]),
+        "unknown speed": (unknown, [v, e, e, e]),
+    }
+    for why, (made, expected) in scenes.items():
+        assert [measure(made, column)[1] for column in INTERVALS] == expected, why
 
 
-def test_undetected_fault_leaves_every_interval_open(hand_made: Any) -> None:
-    assert statuses(faulty(hand_made())) == ["incomplete"] * 4
+def test_only_an_alarm_that_comes_after_the_fault_detects_it() -> None:
+    column = "fault_detection_time_s"
+    early = confirmed(faulty(HandMade()), slice(4, None))
+    assert measure(early, column)[1] == "incomplete"
+    again = confirmed(confirmed(faulty(HandMade()), slice(3, 7)), slice(9, None))
+    assert measure(again, column)[0] == pytest.approx(0.4)
+    # A second monitor does while the first one is held.
+    second = confirmed(faulty(HandMade()), slice(3, None))
+    second.set("reason", REASON_STALENESS, rows=slice(8, None))
+    assert measure(second, column)[0] == pytest.approx(0.3)
 
 
-def test_detected_fault_that_nobody_handles_leaves_the_reaction_open(hand_made: Any) -> None:
-    made = confirmed(faulty(hand_made()), slice(7, None))
-    assert statuses(made) == ["value", "incomplete", "incomplete", "incomplete"]
-
-
-def test_safe_state_without_detection_handles_nothing(hand_made: Any) -> None:
-    found = statuses(stopping(faulty(hand_made()), 15))
-    assert found == ["incomplete", "incomplete", "incomplete", "not_applicable"]
-
-
-def test_emergency_operation_that_never_ends_is_incomplete(hand_made: Any) -> None:
-    made = mastered(hand_made).ego(speed=8.0)
-    assert statuses(made) == ["value", "value", "value", "incomplete"]
-
-
-def test_alarm_from_before_the_fault_detects_nothing(hand_made: Any) -> None:
-    made = confirmed(faulty(hand_made()), slice(4, None))
-    assert measure(made, "fault_detection_time_s")[1] == "incomplete"
-
-
-def test_alarm_from_before_that_ends_and_comes_again_detects(hand_made: Any) -> None:
-    made = confirmed(confirmed(faulty(hand_made()), slice(3, 7)), slice(9, None))
-    assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.4)
-
-
-def test_second_monitor_detects_while_the_first_is_held(hand_made: Any) -> None:
-    made = confirmed(faulty(hand_made()), slice(3, None))
-    made.set("reason", REASON_STALENESS, rows=slice(8, None))
-    assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.3)
-
-
-def test_alarm_that_the_twin_has_too_detects_here_and_not_in_the_timeline(hand_made: Any) -> None:
-    made, twin = (confirmed(item, slice(8, None)) for item in (faulty(hand_made()), hand_made()))
+def test_alarm_that_the_twin_has_too_detects_here_and_not_in_the_timeline() -> None:
+    made, twin = (confirmed(item, slice(8, None)) for item in (faulty(HandMade()), HandMade()))
     assert measure(made, "fault_detection_time_s")[0] == pytest.approx(0.3)
     assert timeline(made.trace(), 0, twin.trace(), 0).detect_s is None
-
-
-def test_unknown_speed_is_an_error_of_what_needs_the_safe_state(hand_made: Any) -> None:
-    made = mastered(hand_made)
-    made.columns["ego"][0, 2, 3] = np.nan
-    assert statuses(made) == ["value", "error", "error", "error"]
 
 
 def test_every_run_of_a_batch_is_as_it_is_alone(hand_made: Any) -> None:
@@ -227,95 +170,59 @@ def test_every_run_of_a_batch_is_as_it_is_alone(hand_made: Any) -> None:
     assert found.value[2] == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize(
-    ("status", "verdict"),
-    [("none", "VACUOUS"), ("undetected", "INCONCLUSIVE"), ("slow", "FAIL"), ("fast", "PASS")],
-)
-def test_bound_is_kept_only_by_a_fault_that_is_handled_in_time(
-    hand_made: Any, status: str, verdict: str
-) -> None:
-    made = {
-        "none": hand_made(),
-        "undetected": faulty(hand_made()),
-        "slow": mastered(hand_made),
-        "fast": mastered(hand_made).set("command", -4.0, rows=slice(8, None), at=0),
-    }[status]
-    bound = MetricBound(metric="fault_handling_time_s", at_most=0.4)
-    [[judged]] = judge(
-        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
-    ).judgements
-    assert judged.verdict == verdict
+def test_bound_is_kept_only_by_a_fault_that_is_handled_in_time() -> None:
+    fast = mastered().set("command", -4.0, rows=slice(8, None), at=0)
+    for made, most, verdict in (
+        (HandMade(), 0.4, "VACUOUS"),
+        (faulty(HandMade()), 0.4, "INCONCLUSIVE"),
+        (mastered(), 0.4, "FAIL"),
+        (fast, 0.4, "PASS"),
+        # Contact does not reopen a handling time that is there.
+        (mastered().touch(12, "lead"), 0.6, "PASS"),
+    ):
+        bound = MetricBound(metric="fault_handling_time_s", at_most=most)
+        requirement = compile_requirement(fsr(bound=bound))
+        [[judged]] = judge(made.trace(), [requirement], np.array([True])).judgements
+        assert judged.verdict == verdict
 
 
-def test_contact_does_not_reopen_a_handling_time_that_is_there(hand_made: Any) -> None:
-    made = mastered(hand_made).touch(12, "lead")
-    bound = MetricBound(metric="fault_handling_time_s", at_most=0.6)
-    [[judged]] = judge(
-        made.trace(), [compile_requirement(fsr(bound=bound))], np.array([True])
-    ).judgements
-    assert judged.verdict == "PASS"
+def test_availability_takeovers_and_trips_are_those_of_decided_rows() -> None:
+    late = HandMade().set("authority", 1, rows=slice(15, None))
+    nobody = HandMade().set("authority", -1, rows=slice(0, 5))
+    # A gap in between is no second takeover.
+    twice = HandMade().set("authority", 1, rows=slice(3, 6))
+    twice.set("authority", 1, rows=slice(9, 15)).set("authority", -1, rows=slice(11, 12))
+    # An alarm and the takeover that follows it are one trip.
+    alarmed = confirmed(HandMade(), slice(4, 8)).set("authority", 1, rows=slice(6, 12))
+    last = confirmed(HandMade(), slice(20, None)).set("authority", 1, rows=slice(20, None))
+    for column, made, value in (
+        ("nominal_availability", HandMade(), 1.0),
+        ("nominal_availability", late, pytest.approx(0.75)),
+        ("nominal_availability", nobody, pytest.approx(0.75)),
+        ("nominal_availability", last, 1.0),
+        ("takeovers", HandMade(), 0.0),
+        ("takeovers", HandMade().set("authority", 1), 1.0),
+        ("takeovers", last, 0.0),
+        ("trips", HandMade(), 0.0),
+        ("trips", last, 0.0),
+    ):
+        assert measure(made, column)[:2] == (value, "value"), column
+    assert measure(twice, "takeovers") == (2.0, "value", pytest.approx(0.3))
+    assert measure(alarmed, "trips") == (1.0, "value", pytest.approx(0.4))
+    assert measure(confirmed(alarmed, slice(15, 17)), "trips")[0] == 2.0
 
 
-def test_availability_is_the_share_of_time_of_the_default_channel(hand_made: Any) -> None:
-    made = hand_made().set("authority", 1, rows=slice(15, None))
-    assert measure(made, "nominal_availability")[:2] == (pytest.approx(0.75), "value")
-    assert measure(hand_made(), "nominal_availability")[:2] == (1.0, "value")
-
-
-def test_time_in_which_nobody_acts_is_not_available(hand_made: Any) -> None:
-    made = hand_made().set("authority", -1, rows=slice(0, 5))
-    assert measure(made, "nominal_availability")[0] == pytest.approx(0.75)
-
-
-def test_takeovers_are_counted_and_a_gap_in_between_is_none(hand_made: Any) -> None:
-    made = hand_made().set("authority", 1, rows=slice(3, 6))
-    made.set("authority", 1, rows=slice(9, 15)).set("authority", -1, rows=slice(11, 12))
-    assert measure(made, "takeovers") == (2.0, "value", pytest.approx(0.3))
-    assert measure(hand_made(), "takeovers")[:2] == (0.0, "value")
-
-
-def test_authority_from_the_first_row_is_a_takeover(hand_made: Any) -> None:
-    assert measure(hand_made().set("authority", 1), "takeovers")[:2] == (1.0, "value")
-
-
-def test_alarm_and_the_takeover_that_follows_it_are_one_trip(hand_made: Any) -> None:
-    made = confirmed(hand_made(), slice(4, 8)).set("authority", 1, rows=slice(6, 12))
-    assert measure(made, "trips") == (1.0, "value", pytest.approx(0.4))
-    assert measure(confirmed(made, slice(15, 17)), "trips")[0] == 2.0
-    assert measure(hand_made(), "trips")[:2] == (0.0, "value")
-
-
-def test_last_row_decides_nothing(hand_made: Any) -> None:
-    made = confirmed(hand_made(), slice(20, None)).set("authority", 1, rows=slice(20, None))
-    for column, value in (("trips", 0.0), ("takeovers", 0.0), ("nominal_availability", 1.0)):
-        assert measure(made, column)[0] == value
-
-
-def test_way_to_the_safe_state_is_that_from_the_onset(hand_made: Any) -> None:
-    s = np.minimum(2.0 * np.arange(21), 2.0 * 13)
-    made = faulty(stopping(hand_made(), 14).ego(s=s))
-    assert measure(made, "distance_to_safe_state_m") == (
-        pytest.approx(2.0 * (13 - 5)),
-        "value",
-        pytest.approx(1.4),
-    )
-
-
-def test_way_along_a_curve_is_longer_than_the_chord(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 14))
+def test_way_to_the_safe_state_is_that_from_the_onset_along_the_curve() -> None:
+    column = "distance_to_safe_state_m"
+    made = faulty(stopping(14).ego(s=np.minimum(2.0 * np.arange(21), 2.0 * 13)))
+    assert measure(made, column) == (pytest.approx(2.0 * (13 - 5)), "value", pytest.approx(1.4))
+    bent = faulty(stopping(14))
     angle = 0.1 * np.minimum(np.arange(21), 14)
-    made.columns["ego"][0, :, 0], made.columns["ego"][0, :, 1] = np.sin(angle), np.cos(angle)
-    assert measure(made, "distance_to_safe_state_m")[0] == pytest.approx(9 * 2 * np.sin(0.05))
-
-
-def test_way_of_a_run_that_never_is_safe_is_incomplete(hand_made: Any) -> None:
-    assert measure(faulty(hand_made()), "distance_to_safe_state_m")[1] == "incomplete"
-
-
-def test_way_through_an_unknown_place_is_an_error(hand_made: Any) -> None:
-    made = faulty(stopping(hand_made(), 14))
-    made.columns["ego"][0, 8, 0] = np.nan
-    assert measure(made, "distance_to_safe_state_m")[1] == "error"
+    bent.columns["ego"][0, :, 0], bent.columns["ego"][0, :, 1] = np.sin(angle), np.cos(angle)
+    assert measure(bent, column)[0] == pytest.approx(9 * 2 * np.sin(0.05))
+    assert measure(faulty(HandMade()), column)[1] == "incomplete"
+    bent.columns["ego"][0, 8, 0] = np.nan
+    assert measure(bent, column)[1] == "error"
 
 
 def test_rows_of_a_run_whose_fault_is_handled(hand_made: Any) -> None:
@@ -329,11 +236,6 @@ def test_rows_of_a_run_whose_fault_is_handled(hand_made: Any) -> None:
     assert (found.emergency.tolist(), found.safe.tolist()) == ([-1, 10], [-1, 15])
     assert not found.is_unknown.any()
     assert np.isnan(found.intervals.fhti[0])
-
-
-def test_ego_that_stands_already_is_safe_from_the_fault_on(hand_made: Any) -> None:
-    made = hand_made().ego(speed=0.0).set("fault_active", value=True, rows=slice(5, None), at=0)
-    assert handled(made.trace()).safe.tolist() == [5]
 
 
 def test_last_row_of_a_run_decides_nothing(hand_made: Any) -> None:

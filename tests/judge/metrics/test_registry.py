@@ -15,6 +15,7 @@ from adeye.judge.metrics.registry import CODES, STATUSES, StatusColumn, status_c
 from adeye.judge.stl.formula import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
+from tests.judge.conftest import measure
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,6 +70,63 @@ def test_every_metric_of_an_uneventful_run_is_well_formed(hand_made: Any) -> Non
         for run, status in enumerate(column.status):
             assert status in STATUSES, name
             assert np.isfinite(column.value[run]) == (status == "value"), name
+
+
+IN_THE_PATH = [
+    "min_distance_m",
+    "min_ttc_s",
+    "min_time_headway_s",
+    "max_drac_mps2",
+    "min_mttc_s",
+    "min_ettc_s",
+    "max_mdrac_mps2",
+    "max_dst_mps2",
+    "min_mtc",
+    "max_btn",
+    "max_stn",
+    "min_ttb_s",
+    "min_tts_s",
+    "min_ttk_s",
+    "min_ttr_s",
+    "min_rear_ttc_s",
+    "max_follower_deceleration_mps2",
+    "min_psd",
+]
+"""What is measured between the ego and those in its path."""
+IN_THE_PLANE = ("min_ttc_2d_s", "min_wttc_s", "min_dce_m", "min_ttce_s")
+SUMMED = [
+    "max_required_deceleration_mps2",
+    "rss_violation_s",
+    "standstill_gap_m",
+    "tet_s",
+    "tit_s2",
+    "crash_potential",
+    "time_to_accident_s",
+    "min_rss_ratio",
+    "rss_response_violation_s",
+    "min_time_gap_s",
+]
+
+
+def test_empty_road_is_no_conflict(hand_made: Any) -> None:
+    for column in (*IN_THE_PATH, *IN_THE_PLANE):
+        value, status, time, actor = measure(hand_made(objects=()), column)
+        assert (status, actor) == ("no_conflict", -1), column
+        assert np.isnan([value, time]).all(), column
+
+
+def test_one_unknown_number_makes_an_error_of_the_metric(hand_made: Any) -> None:
+    unknown_speed, unknown_place = hand_made(), hand_made()
+    unknown_speed.columns["ego"][0, 10, 3] = np.nan
+    unknown_place.columns["objects"][0, 10, 0, 0] = np.nan
+    for made, columns in (
+        (unknown_speed, (*IN_THE_PATH, *SUMMED)),
+        (unknown_place, IN_THE_PLANE),
+    ):
+        for column in columns:
+            value, status, _, _ = measure(made, column)
+            assert status == "error", column
+            assert not np.isfinite(value), column
 
 
 def test_run_alone_has_the_metrics_that_it_has_in_a_batch(hand_made: Any) -> None:

@@ -65,52 +65,27 @@ def test_without_contact_nobody_is_at_fault(hand_made: Any) -> None:
     assert np.isnan(METRICS["contact_at_fault"].compute(hand_made().trace()).time[0])
 
 
-def test_who_drives_into_the_rear_of_another_is_at_fault(hand_made: Any) -> None:
-    assert fault_of(touching(hand_made(), along=3.9, speed=10.0)) == (1.0, "value", 0)
-
-
-def test_step_that_ends_before_the_bodies_touch_changes_nothing(hand_made: Any) -> None:
-    assert fault_of(touching(hand_made(), along=4.5, speed=10.0))[0] == 1.0
-
-
-def test_who_is_hit_from_behind_is_not(hand_made: Any) -> None:
-    assert fault_of(touching(hand_made(), along=-3.9, speed=30.0)) == (0.0, "value", 0)
-
-
-def test_who_stands_is_not(hand_made: Any) -> None:
-    made = touching(hand_made().ego(speed=0.0), along=3.9, speed=-3.0)
-    assert fault_of(made)[0] == 0.0
-
-
-def test_who_hits_what_stands_is_wherever_they_touch(hand_made: Any) -> None:
-    assert fault_of(touching(hand_made(), along=0.0, across=1.9, speed=0.0))[0] == 1.0
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_who_is_hit_in_the_side_within_its_lane_is_not(hand_made: Any, side: float) -> None:
-    assert fault_of(touching(hand_made(), along=-0.5, across=1.9 * side, speed=21.0))[0] == 0.0
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_who_touches_another_side_between_lanes_is(hand_made: Any, side: float) -> None:
-    made = hand_made().ego(d=np.full(21, 5.25 + 1.2 * side))
-    assert fault_of(touching(made, along=-0.5, across=1.9 * side, speed=21.0))[0] == 1.0
-
-
-def test_turned_body_reaches_over_the_line_of_its_lane(hand_made: Any) -> None:
-    straight = hand_made().ego(d=np.full(21, 5.25 + 0.6))
-    assert fault_of(touching(straight, along=-0.5, across=1.9, speed=21.0))[0] == 0.0
+def test_fault_is_with_who_drives_into_another_or_leaves_the_lane(hand_made: Any) -> None:
+    beside = {"along": -0.5, "across": 1.9, "speed": 21.0}
+    at = {d: hand_made().ego(d=np.full(21, 5.25 + d)) for d in (0.6, 1.2, -1.2, 8.75)}
     turned = hand_made().ego(d=np.full(21, 5.25 + 0.6), heading=0.2)
-    assert fault_of(touching(turned, along=-0.5, across=1.9, speed=21.0))[0] == 1.0
-
-
-def test_who_is_off_the_road_is(hand_made: Any) -> None:
-    made = hand_made().ego(d=np.full(21, 14.0))
-    assert fault_of(touching(made, along=-0.5, across=1.9, speed=21.0))[0] == 1.0
-
-
-def test_corner_of_the_front_is_the_front(hand_made: Any) -> None:
-    assert fault_of(touching(hand_made(), along=3.5, across=1.9, speed=21.0))[0] == 1.0
+    scenes: dict[str, tuple[Any, dict[str, float], float]] = {
+        "who drives into the rear of another": (hand_made(), {"along": 3.9, "speed": 10.0}, 1.0),
+        "also in a step before the bodies touch": (hand_made(), {"along": 4.5, "speed": 10.0}, 1.0),
+        "not who is hit from behind": (hand_made(), {"along": -3.9, "speed": 30.0}, 0.0),
+        "not who stands": (hand_made().ego(speed=0.0), {"along": 3.9, "speed": -3.0}, 0.0),
+        "who hits what stands": (hand_made(), {"along": 0.0, "across": 1.9, "speed": 0.0}, 1.0),
+        "not who is hit in the left side in its lane": (hand_made(), beside, 0.0),
+        "not in the right side": (hand_made(), {**beside, "across": -1.9}, 0.0),
+        "who touches another left side between lanes": (at[1.2], beside, 1.0),
+        "who touches another right side": (at[-1.2], {**beside, "across": -1.9}, 1.0),
+        "not a straight body within its lane": (at[0.6], beside, 0.0),
+        "a turned body reaches over the line": (turned, beside, 1.0),
+        "who is off the road": (at[8.75], beside, 1.0),
+        "with the corner of the front": (hand_made(), {**beside, "along": 3.5}, 1.0),
+    }
+    for why, (made, other, expected) in scenes.items():
+        assert fault_of(touching(made, **other)) == (expected, "value", 0), why
 
 
 def test_mirrored_scene_has_the_same_fault(hand_made: Any) -> None:

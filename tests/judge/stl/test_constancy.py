@@ -13,38 +13,12 @@ from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import nested_implications
 from tests.judge.stl.batch import judge, truths
 from tests.judge.stl.random_formulas import Random, text_of, traces
+from tests.stored import stored
+
+TABLES = stored("formulas")
 
 
-@pytest.mark.parametrize(
-    ("text", "part", "held"),
-    [
-        ("always(time >= 0 s)", "time >= 0 s", True),
-        ("not eventually(time < 0 s)", "time < 0 s", False),
-        ("always(v <= v)", "v <= v", True),
-        ("always(v > v)", "v > v", False),
-        ("always(v - v <= 0 m/s)", "v - v <= 0 m/s", True),
-        ("always(abs(a) >= 0 m/s^2)", "abs(a) >= 0 m/s^2", True),
-        ("always(abs(n) != -1)", "abs(n) != -1", True),
-        ("always(max(v, 0 m/s) >= 0 m/s)", "max(v, 0 m/s) >= 0 m/s", True),
-        ("always(min(v, 1 m/s) < 2 m/s)", "min(v, 1 m/s) < 2 m/s", True),
-        ("always(n * n >= 0)", "n * n >= 0", True),
-        ("always(0 * v + time >= 0)", "0 * v + time >= 0", True),
-        ("always(1 s / (time + 1 s) >= 0)", "1 s / (time + 1 s) >= 0", True),
-        ("always(-abs(v) <= 0 m/s)", "-abs(v) <= 0 m/s", True),
-        ("always(d <= 1e308 m)", "d <= 1e308 m", True),
-        ("always(ch.age <= 1e9 s)", "ch.age <= 1e9 s", True),
-        ("always(v >= -1e9 m/s)", "v >= -1e9 m/s", True),
-        ("always(d < -1e308 m)", "d < -1e308 m", False),
-        ("always(ch.x == ch.x)", "ch.x == ch.x", True),
-        ("always(p or not p)", "p or not p", True),
-        ("always(p or q or p == false)", "p or q or p == false", True),
-        ("always((p and q) implies p)", "(p and q) implies p", True),
-        ("always(p implies p)", "p implies p", True),
-        ("always(v < 5 m/s or v >= 5 m/s)", "v < 5 m/s or v >= 5 m/s", True),
-        ("always((time >= 1 s and time < 1 s) implies p)", "time >= 1 s and time < 1 s", False),
-        ("always(q implies (rise(p) or not rise(p)))", "rise(p) or not rise(p)", True),
-    ],
-)
+@pytest.mark.parametrize(("text", "part", "held"), TABLES["what no signal decides is found"])
 def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) -> None:
     formula = parse_formula(text)
     found = first_constant(formula.root)
@@ -53,35 +27,7 @@ def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) ->
     assert found[1] is held
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "always(time > 0 s)",
-        "always(time <= 1e5 s)",
-        "eventually(time >= 1 s)",
-        "always(v <= w)",
-        "always(abs(v) > 0 m/s)",
-        "always(abs(v) <= 3 m/s)",
-        "always(abs(v) - abs(v - w) >= 0 m/s)",
-        "always(max(v, 0 m/s) > 0 m/s)",
-        "always(min(v, w) >= 0 m/s)",
-        "always(n * k >= 0)",
-        "always(n * n > 0)",
-        "always(v / w >= 0)",
-        "always(v / v >= 0)",
-        "always(0 * v + time > 0)",
-        "always(v >= -1e5 m/s)",
-        "always(n != 1)",
-        "always(p == q)",
-        "always(p or not q)",
-        "always(p implies (p and q))",
-        "always(v < 5 m/s or v > 5 m/s)",
-        "always(v <= 5 m/s and v >= 5 m/s)",
-        "always(s == ok or s != degraded)",
-        "always(p or not previous(p))",
-        "always(rise(p) implies eventually[0 s, 1 s] p)",
-    ],
-)
+@pytest.mark.parametrize("text", TABLES["what some value decides is not found"])
 def test_what_some_value_decides_is_not_found(text: str) -> None:
     assert first_constant(parse_formula(text).root) is None
 
@@ -104,25 +50,7 @@ def kinds(text: str) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "always (rise(start) implies always[0 s, 2 s] ({} implies {}))",
-        "always (rise(start) implies ({} implies {}) or never)",
-        "always (never or ({} implies {}))",
-        "always eventually[0 s, 1 s] ({} implies {})",
-        "eventually[1 s, 2 s] always[0 s, 1 s] ({} implies {})",
-        "always historically ({} implies {})",
-        "always once ({} implies {})",
-        "always[1 s, 3 s] previous ({} implies {})",
-        "({} implies {}) until late",
-        "never until ({} implies {})",
-        "always (({} implies {}) since first)",
-        "always[1 s, 2 s] not not ({} implies {})",
-        "(always ({} implies {})) and (eventually late) or never",
-        "always[1 s, 1 s] (rise(start) implies (never or ok) and ({} implies {}))",
-    ],
-)
+@pytest.mark.parametrize("text", TABLES["it is needed where the formula holds by that alone"])
 def test_it_is_needed_where_the_formula_holds_by_that_alone(text: str) -> None:
     # At the top level of always, it makes the run VACUOUS instead.
     if "(always (" not in text:
@@ -130,16 +58,7 @@ def test_it_is_needed_where_the_formula_holds_by_that_alone(text: str) -> None:
     assert kinds(text.format("ok", "ok")) == [HELD]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "always (ok or (never implies never))",
-        "eventually (late or (never implies never))",
-        "ok until (late and (never implies never)) or always ok",
-        "always (rise(start) implies ok or (never implies never))",
-        "always ((never implies never) implies ok)",
-    ],
-)
+@pytest.mark.parametrize("text", TABLES["it is spare where the formula holds without it"])
 def test_it_is_spare_where_the_formula_holds_without_it(text: str) -> None:
     assert kinds(text) == [SPARE]
 

@@ -13,6 +13,10 @@ from adeye.judge.stl.formula import check_condition, parse_formula, unit_exponen
 from adeye.judge.stl.parser import parse_text
 from adeye.signals import SignalType, architecture_signals, scene_signals
 from tests.judge.stl.batch import Signals, numbers
+from tests.stored import stored
+
+TABLES = stored("formulas")
+
 
 DICTIONARY = {
     "gap": SignalType("m", 10.0, "number", "gap"),
@@ -83,57 +87,13 @@ def check(text: str) -> None:
     check_condition(parse_text(text), DICTIONARY_OF_CHECK, text)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "always (contact == false and not in_odd)",
-        "always (channel.nominal.status == silent implies eventually[0 s, 0.5 s] authority.safety)",
-        "switch.reason != staleness",
-        "channel.nominal.status == channel.safety.status",
-        "authority.safety == authority.nominal",
-        "actor.cutter.gap > ego.speed * 2 s",
-        "actor.cutter.gap / ego.speed > 1.5 s",
-        "abs(ego.acceleration) <= 4 m/s^2",
-        "min(ttc, 5 s) >= 36 km/h / ego.acceleration",
-        "ttc * ttc > tit",
-        "ego.lane == actor.cutter.lane and ego.lane != 2",
-        "ego.heading < 3 deg and ego.lane_offset > 0",
-        "max(0, ego.x, ego.y) > 0",
-        "0 * ego.x + 1 > 0",
-        "-ego.speed + 0 < 0",
-        "rise(fault.out.active) implies eventually[0, 1] monitor.aeb.confirmed",
-        "sensor.camera.detects.cutter until ttc < 2 s",
-    ],
-)
+@pytest.mark.parametrize("text", TABLES["what fits the dictionary passes"])
 def test_what_fits_the_dictionary_passes(text: str) -> None:
     check(text)
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "what", "remedy"),
-    [
-        ("always ego.sped > 1 m/s", 8, "no signal 'ego.sped'", "Did you mean ego.speed"),
-        ("always zzzzzz", 8, "no signal 'zzzzzz'", "adeye signals"),
-        ("always ego.speed", 8, "not a truth value", "Compare"),
-        ("switch.reason", 1, "not a truth value", "Compare"),
-        ("ego.speed > 2", 1, "'2' is a plain number", "its unit"),
-        ("ego.speed > 2 s", 1, "'2 s' is a time", "like with like"),
-        ("ego.speed + ego.x > 0", 1, "'ego.x' is a length", "like"),
-        ("min(0, ego.speed, ego.x) > 0", 1, "'ego.x' is a length", "like"),
-        ("ego.speed * ego.x > 2 m", 1, "another dimension", "like"),
-        ("contact > 0", 1, "'contact' is not a number", "=="),
-        ("force > 2", 1, "unknown unit 'kN'", "another signal"),
-        ("switch.reason == stale", 18, "'stale' is not a value", "staleness"),
-        ("contact == maybe", 12, "'maybe' is not a value", "false, true"),
-        ("contact == 1", 12, "'1' cannot be compared", "false, true"),
-        ("contact == switch.reason", 12, "cannot be compared", "false, true"),
-        ("contact == ego.lane", 12, "cannot be compared", "false, true"),
-        ("contact == authority.safely", 12, "no signal 'authority.safely'", "authority.safety"),
-        ("ego.lane == left", 13, "'left' is not a number", "on the left"),
-        ("ego.speed == 2 m/s", 1, "for equality", "tolerance"),
-        ("ego.lane == authority.safety", 13, "not a number", "=="),
-        ("nothing == true", 1, "no signal 'nothing'", ""),
-    ],
+    ("text", "column", "what", "remedy"), TABLES["what does not fit is refused with a suggestion"]
 )
 def test_what_does_not_fit_is_refused_with_a_suggestion(
     text: str, column: int, what: str, remedy: str

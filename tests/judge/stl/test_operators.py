@@ -10,10 +10,14 @@ import pytest
 from adeye.judge.stl.measures import EXACT, OPEN, SIGN
 from adeye.judge.stl.operators import slide, sliding_maximum
 from tests.judge.stl.batch import binding, judge, numbers, standing, truths
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from adeye.judge.stl.batch import StlColumns
     from adeye.judge.stl.series import Series
+
+TABLES = stored("formulas")
+
 
 ROWS = 12
 LENGTHS = [ROWS, 7, 1, 4]
@@ -31,19 +35,7 @@ def at_row(text: str, row: int) -> StlColumns:
     return judge(window, signals(), step_s=0.5, length=LENGTHS, horizon=horizon, complete=False)
 
 
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        ("not (a > 0 and b > 0)", "not a > 0 or not b > 0"),
-        ("a > 0 implies b > 0", "not a > 0 or b > 0"),
-        ("not always[0, 2] a > 0", "eventually[0, 2] not a > 0"),
-        ("not always a > 0", "eventually not a > 0"),
-        ("always[0, 1] always[0.5, 1] a > 0", "always[0.5, 2] a > 0"),
-        ("eventually[0.5, 1] a > 0", "(a > -1 or a <= -1) until[0.5, 1] a > 0"),
-        ("fall(a > 0)", "rise(not a > 0)"),
-        ("not not a > 0", "a > 0"),
-    ],
-)
+@pytest.mark.parametrize(("one", "other"), TABLES["equivalent conditions hold at the same rows"])
 def test_equivalent_conditions_hold_at_the_same_rows(one: str, other: str) -> None:
     # Robustness may differ: a tautology such as x or not x has a finite one.
     for row in range(ROWS):

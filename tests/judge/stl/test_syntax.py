@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 
 import pytest
 
@@ -21,6 +20,9 @@ from adeye.judge.stl.syntax import (
     silence_of,
     window_rows,
 )
+from tests.stored import stored
+
+TABLES = stored("formulas")
 
 
 def test_names_come_once_each_in_the_order_of_the_text() -> None:
@@ -34,23 +36,7 @@ def test_a_label_is_no_name_but_a_dotted_word_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "reach"),
-    [
-        ("x > 1", 0.0),
-        ("always x > 1", 0.0),
-        ("always (a implies eventually[0 s, 2 s] b)", 2.0),
-        ("always (a implies eventually[0, 2] always[1, 3] b)", 5.0),
-        ("always (a until[1 s, 4 s] (eventually[0, 0.5] b))", 4.5),
-        ("always[0 s, 5 s] (a implies eventually[0, 2] b)", 7.0),
-        ("always (a implies eventually b)", math.inf),
-        ("eventually (always b)", math.inf),
-        ("always (a until b)", math.inf),
-        ("rise(always a)", math.inf),
-        ("a until (eventually[0, 1] b)", 1.0),
-        ("(eventually a) implies (always eventually[0, 1] b)", 1.0),
-        ("not (always a)", 0.0),
-        ("always rise(eventually[0, 1] a)", 1.0),
-    ],
+    ("text", "reach"), TABLES["reach is the sum of nested windows below the outermost operator"]
 )
 def test_reach_is_the_sum_of_nested_windows_below_the_outermost_operator(
     text: str, reach: float
@@ -83,19 +69,12 @@ def test_needed_time_counts_the_horizon_only_for_outermost_operators(
 
 
 @pytest.mark.parametrize(
-    ("first_s", "last_s", "step_s", "rows"),
-    [
-        (0.0, 2.0, 0.05, (0, 40)),
-        (0.0, 0.3, 0.1, (0, 3)),
-        (0.3, 0.7, 0.1, (3, 7)),
-        (0.05, 0.12, 0.05, (1, 2)),
-        (0.0, 0.0, 0.05, (0, 0)),
-    ],
+    ("first_s", "last_s", "step_s", "rows"), TABLES["a window has the rows that lie inside it"]
 )
 def test_a_window_has_the_rows_that_lie_inside_it(
-    first_s: float, last_s: float, step_s: float, rows: tuple[int, int]
+    first_s: float, last_s: float, step_s: float, rows: list[int]
 ) -> None:
-    assert window_rows(Window(first_s, last_s), step_s) == rows
+    assert window_rows(Window(first_s, last_s), step_s) == tuple(rows)
 
 
 def test_a_window_between_two_rows_is_refused() -> None:
@@ -113,50 +92,12 @@ def test_implications_count_at_the_top_and_under_one_always_only() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "channels"),
-    [
-        ("always(rise(channel.a.status == silent) implies eventually[0, 1] x)", ("a",)),
-        ("always(channel.a.status == silent or channel.b.status != ok implies x)", ("a", "b")),
-        ("always(channel.a.status == fault implies x)", ()),
-        ("always(channel.a.status != fault)", ()),
-        ("always(channel.a.age > 0.3 s implies x)", ("a",)),
-        ("always(channel.a.status == ok implies x)", ()),
-        ("always(channel.a.status == degraded implies x)", ()),
-        ("always(channel.a.acceleration > 1 implies authority.a)", ()),
-        ("always(sensor.a.age > 0.3 s implies x)", ()),
-        ("always(not (channel.a.status == silent))", ("a",)),
-        ("always(channel.a.status == ok)", ("a",)),
-        ("always(channel.a.age <= 0.3 s)", ("a",)),
-        ("always(channel.a.age <= 100 s)", ()),
-        ("always(0.3 s >= channel.a.age or x)", ("a",)),
-        ("always(channel.a.age >= 0.3 s implies channel.b.age < 0.1 s)", ("a", "b")),
-        ("eventually(channel.a.status == silent) implies eventually(x)", ("a",)),
-        ("not eventually(channel.a.status == silent)", ("a",)),
-        ("always(fall(channel.a.status == ok) implies x)", ("a",)),
-        ("always(once[0 s, 1 s](channel.a.status == silent) implies x)", ("a",)),
-        ("always(y implies (channel.a.status == silent implies x))", ("a",)),
-        (
-            "always((channel.a.status == silent implies x) and (channel.a.status == ok implies y))",
-            ("a",),
-        ),
-        ("always(channel.a.status == silent or not (channel.a.status == silent))", ()),
-        ("x and always(channel.a.status == silent or not (channel.a.status == silent))", ()),
-        ("always(channel.a.status == silent implies channel.a.status != ok)", ()),
-        ("always(channel.a.status == silent)", ()),
-        ("always(y or (channel.a.status == silent and x))", ()),
-        ("always(fall(channel.a.status == silent) implies x)", ()),
-        ("eventually(channel.a.status == ok)", ()),
-        ("eventually(channel.a.status == silent implies x)", ()),
-        ("channel.a.status != silent", ()),
-        ("always(channel.a.age >= 0 s)", ()),
-        ("always(channel.a.age > -1 s implies x)", ()),
-        ("always(channel.a.age >= 0.3 s)", ()),
-    ],
+    ("text", "channels"), TABLES["formula is about the channels whose silence can make it fail"]
 )
 def test_formula_is_about_the_channels_whose_silence_can_make_it_fail(
-    text: str, channels: tuple[str, ...]
+    text: str, channels: list[str]
 ) -> None:
-    assert silence_of(parse_text(text)) == channels
+    assert silence_of(parse_text(text)) == tuple(channels)
 
 
 SAME = [

@@ -26,9 +26,13 @@ from adeye.judge.stl.table import (
 )
 from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_times
+from tests.stored import stored
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+TABLES = stored("formulas")
+
 
 EVEN = [0.0, 0.1, 0.2, 0.3]
 
@@ -184,15 +188,7 @@ def test_truth_values_and_words_are_told_from_the_cells() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cells", "options", "message"),
-    [
-        (["1", "two", "3"], {}, "x.csv:3:1: 'two' among the numbers of column 'a'"),
-        (["true", "nan", "false"], {}, "x.csv:3:1: 'nan' among the words of column 'a'"),
-        (["red", "NaN", ""], {}, "x.csv:3:1: 'NaN' among the words of column 'a'"),
-        (["ok", "odd"], {"words": {"a": ["ok"]}}, "x.csv:3:1: 'odd' is none of the words ok"),
-        (["1"], {"units": {"a": "furlong"}}, "'furlong' is not a unit"),
-        (["ok"], {"units": {"a": "m"}}, "has the words ok, and no unit"),
-    ],
+    ("cells", "options", "message"), TABLES["a column that makes no sense is refused"]
 )
 def test_a_column_that_makes_no_sense_is_refused(
     cells: list[str], options: dict[str, Any], message: str
@@ -291,12 +287,7 @@ def test_a_violation_has_place_value_and_threshold_in_its_unit() -> None:
 @pytest.mark.parametrize("factor", [0.125, 1.5, 2.0, 1000.0])
 @pytest.mark.parametrize(
     ("formula", "worth"),
-    [
-        ("always({0} * gap >= {0} * 2)", 1.0),
-        ("always({0} * (gap - 1.5 * rate) >= {0} * 2)", -2.0),
-        ("eventually({0} * gap < rate * {0} + {0})", 0.0),
-        ("always(brake implies gap / (1 / {0}) >= {0} * 2.5)", 0.5),
-    ],
+    TABLES["a factor on both sides multiplies robustness and changes nothing else"],
 )
 def test_a_factor_on_both_sides_multiplies_robustness_and_changes_nothing_else(
     formula: str, worth: float, factor: float
@@ -358,25 +349,7 @@ def test_the_horizon_ends_obligations_and_beyond_the_table_leaves_them_open() ->
     assert judged("always(gap > 4)", horizon="1 h").verdict is Verdict.FAIL
 
 
-@pytest.mark.parametrize(
-    ("formula", "reading", "message"),
-    [
-        ("always(gp > 4)", {}, "no column 'gp', which the formula names"),
-        ("always(gap > 4 m)", {}, "'gap' is a plain number, '4 m' is a length"),
-        ("always(gap > tau)", {}, "no column 'tau'"),
-        ("always(gap > 4)", {"parameters": {"tau": "1 s"}}, "does not name parameter 'tau'"),
-        ("always(gap > 4)", {"parameters": {"gap": "1 s"}}, "parameter 'gap' is a column, too"),
-        ("always(gap > 4)", {"parameters": {"once": "1 s"}}, "is a word of the language, too"),
-        ("always(gap > tau)", {"parameters": {"tau": "1 s"}}, "'tau' is a time"),
-        ("always[0 s, tau](gap > 1)", {"parameters": {"tau": "1 m"}}, "'tau' is not a time"),
-        ("always(gap > tau)", {"parameters": {"tau": "one"}}, "'one' is not a quantity"),
-        ("always(gap > 4)", {"horizon": "-1 s"}, "the horizon '-1 s' is below 0"),
-        ("always(gap > 4)", {"horizon": "1 m"}, "is not a time"),
-        ("once(gap > 4)", {}, "would look back from the first row only"),
-        ("always(mode == lost)", {}, "'lost' is not a value of 'mode'"),
-        ("always[0.01 s, 0.02 s](gap > 4)", {}, "contains no row"),
-    ],
-)
+@pytest.mark.parametrize(("formula", "reading", "message"), TABLES["what does not fit is refused"])
 def test_what_does_not_fit_is_refused(formula: str, reading: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         judged(formula, **reading)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.drivers import reference_limit
+from adeye.kernel.reference_drivers.drivers import reference_limit, reg157_limit
 from adeye.kernel.reference_drivers.parameters import MODELS, parameters_of, vector
 from adeye.kernel.reference_drivers.reactions import following_distance
 
@@ -125,20 +125,6 @@ def test_both_distances_must_be_short_for_rss() -> None:
     assert limits("rss", view(), 200)[-1] == pytest.approx(-0.774 * 9.81)
 
 
-def test_rule_brakes_in_the_last_tick_above_its_threshold() -> None:
-    threshold = 10.0 / 12.0 + 0.35
-    late = view(GAP=10.0 * (threshold + 0.0099))
-    early = view(GAP=10.0 * (threshold + 0.0101))
-    assert limits("reg157", early, 50) == [math.inf] * 50
-    assert limits("reg157", late, 50)[-1] == -6.0
-
-
-def test_guard_of_the_published_code_is_a_tenth_of_a_second() -> None:
-    row = view(GAP=10.0 * (10.0 / 12.0 + 0.35 + 0.099))
-    assert limits("reg157", row, 50) == [math.inf] * 50
-    assert limits("reg157", row, 50, ("jrc-guard",))[-1] == -6.0
-
-
 def test_lateral_variant_takes_half_a_metre() -> None:
     row = view(GAP=5.0, LATERAL_GAP=0.45, INTRUSION=0.2)
     assert limits("reg157", row, 50) == [math.inf] * 50
@@ -158,3 +144,72 @@ def test_unknown_model_is_no_number() -> None:
     assert math.isnan(
         reference_limit(9, view(), np.zeros(columns.PARAMETER_SIZE), np.zeros(6), STEP)
     )
+
+
+# --- The cut-in rule: when it brakes, by the text and by published code ---------------------------
+
+THRESHOLD = 10.0 / 12.0 + 0.35
+
+
+def wide(**seen: float) -> np.ndarray:
+    """Return what is seen 50 m behind a vehicle that is 10 m/s slower, with changes."""
+    return view(**{"GAP": 50.0, **seen})
+
+
+def rule_limits(rows: list[np.ndarray], *variant: str, edition: str = "r157-01") -> list[float]:
+    numbers = vector(parameters_of("reg157", edition, variant))
+    memory = np.zeros(columns.STATE_SIZE)
+    return [reg157_limit(row, numbers, memory, STEP) for row in rows]
+
+
+def is_answered(gap: float, *variant: str, edition: str = "r157-01") -> bool:
+    return rule_limits([wide(GAP=gap)], *variant, edition=edition) != [math.inf]
+
+
+@pytest.mark.parametrize(
+    ("edition", "threshold"),
+    [
+        ("r157", THRESHOLD),
+        ("eu-2022-1426", THRESHOLD - 0.1),
+        ("eu-2022-1426-standing", 10 / 4.8 + 0.16),
+    ],
+)
+def test_edition_is_braked_in_the_last_tick_above_its_threshold(
+    edition: str, threshold: float
+) -> None:
+    assert is_answered(10.0 * (threshold + 0.0099), edition=edition)
+    assert not is_answered(10.0 * (threshold + 0.0101), edition=edition)
+
+
+def test_guard_is_a_tenth_of_a_second_above_the_threshold() -> None:
+    assert is_answered(10.0 * (THRESHOLD + 0.0999), "jrc-guard")
+    assert not is_answered(10.0 * (THRESHOLD + 0.1001), "jrc-guard")
+
+
+def test_text_brakes_on_and_published_code_releases_above_the_threshold() -> None:
+    rows = [wide(GAP=10.0)] * 40 + [wide(GAP=50.0)] * 2
+    assert rule_limits(rows)[-3:] == [-6.0] * 3
+    assert rule_limits(rows, "jrc-release")[-3:] == [-6.0, math.inf, math.inf]
+
+
+def test_published_code_of_esmini_has_no_delay_and_the_same_threshold() -> None:
+    near = [wide(GAP=10.0)] * 36
+    assert rule_limits(near) == [0.0] * 35 + [-6.0]
+    assert rule_limits(near, "esmini-reaction") == [-6.0] * 36
+    for gap in (10.0 * (THRESHOLD + 0.0099), 10.0 * (THRESHOLD + 0.0101)):
+        assert is_answered(gap) == is_answered(gap, "esmini-reaction")
+
+
+def test_published_code_stops_for_any_lead_that_closes_in_and_for_no_cut_in() -> None:
+    assert not is_answered(50.0)
+    assert is_answered(50.0, "jrc-lead")
+    from_the_side = [wide(LATERAL_GAP=0.6, INTRUSION=0.1), wide()]
+    assert rule_limits(from_the_side, "jrc-lead") == [math.inf, math.inf]
+
+
+def test_lead_that_brakes_on_is_answered_before_its_braking_is_too_hard() -> None:
+    lead = {"OTHER_SPEED": 20.0, "GAP": 40.0}
+    assert rule_limits([wide(OTHER_ACCELERATION=-2.0, **lead)]) == [math.inf]
+    assert rule_limits([wide(OTHER_ACCELERATION=-5.0, **lead)]) == [0.0]
+    assert rule_limits([wide(OTHER_ACCELERATION=-4.0, OTHER_SPEED=20.0, GAP=8.0)]) == [math.inf]
+    assert rule_limits([wide(OTHER_ACCELERATION=-4.0, OTHER_SPEED=12.0, GAP=14.0)]) == [0.0]

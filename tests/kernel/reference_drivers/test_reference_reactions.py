@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.reference_drivers import parameters as columns
 from adeye.kernel.reference_drivers.parameters import (
     MODELS,
@@ -205,28 +204,20 @@ def test_careful_driver_follows_at_two_seconds() -> None:
     assert following_distance(columns.CC, vector(CarefulDriver()), 20.0) == 40.0
 
 
-@pytest.mark.parametrize(
-    ("speed_kmh", "rule", "five", "four", "careful", "with_perception"),
-    [
-        (50, 20.9, 26.2, 38.0, 26.0, 31.6),
-        (60, 29.0, 36.1, 51.4, 34.3, 41.0),
-        (80, 48.9, 60.5, 84.0, 54.0, 62.9),
-        (100, 74.0, 91.0, 124.2, 77.7, 88.8),
-        (130, 121.3, 148.5, 199.1, 120.9, 135.4),
-    ],
-)
-def test_stopping_distances(
-    speed_kmh: int, rule: float, five: float, four: float, careful: float, with_perception: float
-) -> None:
-    speed = speed_kmh / 3.6
+def test_stopping_distances_of_the_careful_driver() -> None:
     # These count the release of the pedal during the delay, too.
     driver = CarefulDriver(coasting=0.4)
-    assert stopping_distance(speed, 0.35, 6.0) == pytest.approx(rule, abs=0.06)
-    assert stopping_distance(speed, 0.5, 5.0) == pytest.approx(five, abs=0.06)
-    assert stopping_distance(speed, 1.0, 4.0) == pytest.approx(four, abs=0.06)
-    way = ramped_stopping(speed, driver.delay, driver.coasting, driver.jerk, driver.braking)
-    ramped = [way, way + speed * driver.perception]
-    assert ramped == pytest.approx([careful, with_perception], abs=0.06)
+    for kmh, careful, with_perception in (
+        (50, 26.0, 31.6),
+        (60, 34.3, 41.0),
+        (80, 54.0, 62.9),
+        (100, 77.7, 88.8),
+        (130, 120.9, 135.4),
+    ):
+        speed = kmh / 3.6
+        way = ramped_stopping(speed, driver.delay, driver.coasting, driver.jerk, driver.braking)
+        ramped = [way, way + speed * driver.perception]
+        assert ramped == pytest.approx([careful, with_perception], abs=0.06)
 
 
 def cut_in(gap: float, lateral: float) -> np.ndarray:

@@ -27,19 +27,11 @@ def test_a_divisor_is_kept_from_zero_as_in_highway_env() -> None:
         assert k.not_zero(value) == their_not_zero(value)
 
 
-def test_alone_at_the_desired_speed_the_acceleration_is_zero() -> None:
-    road = LaneRoad()
-    assert acceleration(road, road.put(1, 100.0, 30.0)) == 0.0
-
-
-def test_alone_from_standstill_the_acceleration_is_the_largest() -> None:
-    road = LaneRoad()
-    assert acceleration(road, road.put(1, 100.0, 0.0)) == 3.0
-
-
-def test_the_speed_limit_caps_the_desired_speed() -> None:
-    road = LaneRoad(limit=20.0)
-    assert acceleration(road, road.put(1, 100.0, 20.0)) == 0.0
+def test_alone_the_acceleration_falls_from_the_largest_to_zero_at_the_desired_speed() -> None:
+    # The speed limit caps the desired speed.
+    for speed, limit, expected in ((30.0, np.inf, 0.0), (0.0, np.inf, 3.0), (20.0, 20.0, 0.0)):
+        road = LaneRoad(limit=limit)
+        assert acceleration(road, road.put(1, 100.0, speed)) == expected
 
 
 def test_a_far_leader_of_equal_speed_takes_the_share_of_the_gap() -> None:
@@ -51,25 +43,19 @@ def test_a_far_leader_of_equal_speed_takes_the_share_of_the_gap() -> None:
     assert acceleration(road, rear) == pytest.approx(expected, rel=1e-14)
 
 
-def test_desired_gap_grows_with_the_closing_speed() -> None:
-    road = LaneRoad(1)
-    rear, front = road.put(0, 0.0, 30.0), road.put(0, 100.0, 20.0)
-    expected = 10.0 + 45.0 + 30.0 * 10.0 / (2.0 * math.sqrt(15.0))
-    assert k.desired_gap(road.vehicles, rear, rear, front) == pytest.approx(expected, rel=1e-15)
-
-
-def test_a_longer_leader_is_kept_half_the_difference_further_away() -> None:
-    road = LaneRoad(1)
-    rear, front = road.put(0, 0.0, 20.0), road.put(0, 100.0, 20.0, length=12.0)
-    assert k.desired_gap(road.vehicles, rear, rear, front) == 10.0 + 30.0 + 3.5
-
-
-def test_only_the_speed_along_the_follower_counts_as_closing() -> None:
-    road = LaneRoad(1)
-    rear = road.put(0, 0.0, 20.0)
-    front = road.put(0, 100.0, 20.0, heading=math.pi / 3.0)
-    expected = 10.0 + 30.0 + 20.0 * 10.0 / (2.0 * math.sqrt(15.0))
-    assert k.desired_gap(road.vehicles, rear, rear, front) == pytest.approx(expected, rel=1e-14)
+def test_desired_gap_grows_with_the_closing_speed_along_the_follower_and_the_length() -> None:
+    least = 2.0 * math.sqrt(15.0)
+    leader: dict[str, float]
+    for speed, leader, expected in (
+        (30.0, {}, 10.0 + 45.0 + 30.0 * 10.0 / least),
+        # A longer one is kept half the difference further away.
+        (20.0, {"length": 12.0}, 10.0 + 30.0 + 3.5),
+        (20.0, {"heading": math.pi / 3.0}, 10.0 + 30.0 + 20.0 * 10.0 / least),
+    ):
+        road = LaneRoad(1)
+        rear, front = road.put(0, 0.0, speed), road.put(0, 100.0, 20.0, **leader)
+        found = k.desired_gap(road.vehicles, rear, rear, front)
+        assert found == pytest.approx(expected, rel=1e-14)
 
 
 def test_a_close_leader_brakes_no_harder_than_the_limit() -> None:
@@ -118,39 +104,19 @@ def test_a_driver_leaves_the_lane_of_a_slow_leader() -> None:
     assert road.vehicles[who, n.TIMER] == 0.0
 
 
-def test_before_its_time_a_driver_does_not_think_of_changing() -> None:
-    road, who = overtaking(1.0)
-    assert target(road, who) == 1
-    assert road.vehicles[who, n.TIMER] == 1.0
-
-
-def test_a_driver_who_only_follows_stays() -> None:
-    road, who = overtaking(role=n.FOLLOWING)
-    assert target(road, who) == 1
-
-
-def test_a_fast_vehicle_behind_on_the_other_lane_forbids_it() -> None:
-    road, who = overtaking()
-    road.put(0, 85.0, 33.0)
-    assert target(road, who) == 1
-
-
-def test_nobody_changes_slower_than_a_metre_a_second() -> None:
-    road, who = overtaking()
-    road.vehicles[who, n.SPEED] = 0.99
-    assert target(road, who) == 1
-
-
-def test_no_gain_no_change() -> None:
-    road = LaneRoad(3)
-    who = road.put(1, 100.0, 29.0, timer=DUE)
-    assert target(road, who) == 1
-
-
-def test_a_lane_that_may_not_be_entered_is_not() -> None:
-    road, who = overtaking()
-    road.lanes[0, LANE_LENGTH] = 50.0
-    assert target(road, who) == 1
+def test_a_driver_stays_before_its_time_without_gain_or_where_it_may_not_go() -> None:
+    early, early_who = overtaking(1.0)
+    assert target(early, early_who) == 1
+    assert early.vehicles[early_who, n.TIMER] == 1.0
+    following = overtaking(role=n.FOLLOWING)
+    fast_behind, slow, forbidden = overtaking(), overtaking(), overtaking()
+    fast_behind[0].put(0, 85.0, 33.0)
+    slow[0].vehicles[slow[1], n.SPEED] = 0.99
+    forbidden[0].lanes[0, LANE_LENGTH] = 50.0
+    alone = LaneRoad(3)
+    no_gain = alone, alone.put(1, 100.0, 29.0, timer=DUE)
+    for road, who in (following, fast_behind, slow, forbidden, no_gain):
+        assert target(road, who) == 1
 
 
 def test_of_two_good_lanes_the_right_one_is_taken() -> None:

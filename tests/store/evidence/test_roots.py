@@ -31,14 +31,14 @@ from adeye.store.evidence.roots import (
 )
 from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
-from tests.store.conftest import Example
+from tests.store.conftest import Example, Store
 from tests.store.raw import unguarded
 
 
 @pytest.fixture
-def campaign(repository: Repository, example: Any) -> str:
-    example.requirements = example.requirements[:1]
-    return str(example.campaign(repository, 8))
+def campaign(store: Store) -> str:
+    store.example.requirements = store.example.requirements[:1]
+    return str(store.campaign(8))
 
 
 def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str) -> None:
@@ -64,26 +64,26 @@ def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) 
 
 
 @pytest.mark.slow
-def test_withdrawn_result_is_no_evidence_in_any_campaign(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    assert gate_code(repository, repository.find_campaign(campaign))[0] is ExitCode.OK
-    run = repository.find_run("1", campaign=campaign)
-    before = repository.run_row(run.result_digest)
-    assert repository.evidence.withdraw(run.result_digest, author=" jo ", reason="wrong map")
-    assert not repository.evidence.withdraw(run.result_digest, author="jo", reason="again")
-    (told,) = repository.evidence.withdrawals(campaign)
+def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, campaign: str) -> None:
+    assert gate_code(store.repository, store.repository.find_campaign(campaign))[0] is ExitCode.OK
+    run = store.repository.find_run("1", campaign=campaign)
+    before = store.repository.run_row(run.result_digest)
+    assert store.repository.evidence.withdraw(run.result_digest, author=" jo ", reason="wrong map")
+    assert not store.repository.evidence.withdraw(run.result_digest, author="jo", reason="again")
+    (told,) = store.repository.evidence.withdrawals(campaign)
     assert (told.author, told.reason, told.result_digest) == ("jo", "wrong map", run.result_digest)
-    code, message = gate_code(repository, repository.find_campaign(campaign))
+    code, message = gate_code(store.repository, store.repository.find_campaign(campaign))
     assert code is ExitCode.INCOMPLETE
     assert f"1 results are withdrawn ({run.result_digest[:12]} by jo: wrong map)" in message
-    (status,) = [item for item in repository.gate(campaign) if item.architecture == "new"]
+    (status,) = [item for item in store.repository.gate(campaign) if item.architecture == "new"]
     assert status.verdict is Verdict.NOT_RUN
     assert (status.counts[Verdict.PASS], status.counts[Verdict.NOT_RUN]) == (3, 1)
-    assert repository.run_row(run.result_digest) == before
-    assert repository.verify() == ()
-    wider = example.campaign(repository, 12)
-    assert gate_code(repository, repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
+    assert store.repository.run_row(run.result_digest) == before
+    assert store.repository.verify() == ()
+    wider = store.campaign(12)
+    assert (
+        gate_code(store.repository, store.repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
+    )
 
 
 def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
@@ -111,16 +111,14 @@ def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
 
 
 @pytest.mark.slow
-def test_withdrawn_failure_is_not_counted_and_not_green(
-    repository: Repository, example: Any
-) -> None:
-    example.requirements = example.requirements[:1]
-    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 1 else Verdict.PASS
-    campaign = repository.find_campaign(example.campaign(repository, 8))
-    assert gate_code(repository, campaign)[0] is ExitCode.FAILED
-    run = repository.find_run("1", campaign=campaign.id)
-    repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
-    assert gate_code(repository, campaign)[0] is ExitCode.INCOMPLETE
+def test_withdrawn_failure_is_not_counted_and_not_green(store: Store) -> None:
+    store.example.requirements = store.example.requirements[:1]
+    store.example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 1 else Verdict.PASS
+    campaign = store.repository.find_campaign(store.campaign(8))
+    assert gate_code(store.repository, campaign)[0] is ExitCode.FAILED
+    run = store.repository.find_run("1", campaign=campaign.id)
+    store.repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
+    assert gate_code(store.repository, campaign)[0] is ExitCode.INCOMPLETE
 
 
 def test_many_withdrawals_are_counted(repository: Repository, campaign: str) -> None:
@@ -169,11 +167,11 @@ def grown(items: list[bytes], watched: int | None = None) -> Tree:
     return tree
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 9, 31, 33])
-def test_root_is_that_of_the_definition(count: int) -> None:
-    tree = grown(leaves(count))
-    assert tree.root() == recursive(leaves(count))
-    assert tree.root() == tree.root()
+def test_root_is_that_of_the_definition() -> None:
+    for count in (1, 2, 3, 4, 5, 7, 8, 9, 31, 33):
+        tree = grown(leaves(count))
+        assert tree.root() == recursive(leaves(count))
+        assert tree.root() == tree.root()
 
 
 def test_leaf_and_node_begin_differently() -> None:
@@ -181,15 +179,14 @@ def test_leaf_and_node_begin_differently() -> None:
     assert node_hash(b"a", b"b") == hashlib.sha256(b"\x01ab").digest()
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 6, 8, 13])
-def test_every_leaf_is_proven_and_no_other(count: int) -> None:
-    items = leaves(count)
-    for place, leaf in enumerate(items):
-        tree = grown(items, place)
-        proof = tree.proof()
-        assert proof.root(leaf) == tree.root()
-        assert proof == tree.proof()
-        assert proof.root(leaf_hash(b"other")) != tree.root()
+def test_every_leaf_is_proven_and_no_other() -> None:
+    for items in map(leaves, (1, 2, 3, 5, 6, 8, 13)):
+        for place, leaf in enumerate(items):
+            tree = grown(items, place)
+            proof = tree.proof()
+            assert proof.root(leaf) == tree.root()
+            assert proof == tree.proof()
+            assert proof.root(leaf_hash(b"other")) != tree.root()
 
 
 def test_proof_is_of_one_place_and_size() -> None:
@@ -210,17 +207,15 @@ def test_nothing_is_proven_of_no_leaf() -> None:
 
 
 @pytest.mark.slow
-def test_sums_of_a_campaign_do_not_change_with_another_one(
-    repository: Repository, example: Any
-) -> None:
-    campaign = example.campaign(repository, 4)
-    before = repository.evidence.sums(campaign)
+def test_sums_of_a_campaign_do_not_change_with_another_one(store: Store) -> None:
+    campaign = store.campaign(4)
+    before = store.repository.evidence.sums(campaign)
     assert before["run"][0] == before["metric"][0] == before["campaign_case"][0] == 4
     assert all(rows for rows, _ in before.values())
-    example.thresholds = {"FSR1": "other"}
-    other = example.campaign(repository, 8)
-    assert repository.evidence.sums(campaign) == before
-    assert repository.evidence.sums(other) != before
+    store.example.thresholds = {"FSR1": "other"}
+    other = store.campaign(8)
+    assert store.repository.evidence.sums(campaign) == before
+    assert store.repository.evidence.sums(other) != before
 
 
 def root_of(path: Path, example: Any, **options: Any) -> str:
@@ -233,29 +228,27 @@ def root_of(path: Path, example: Any, **options: Any) -> str:
 
 
 @pytest.mark.slow
-def test_one_plan_has_one_root_whatever_the_blocks_and_what_else_is_there(
-    tmp_path: Path, make_example: Any
-) -> None:
-    expected = root_of(tmp_path / "a.db", make_example())
+def test_one_plan_has_one_root_whatever_the_blocks_and_what_else_is_there(tmp_path: Path) -> None:
+    expected = root_of(tmp_path / "a.db", Example())
     for size in (1, 4, 100):
-        assert root_of(tmp_path / f"{size}.db", make_example(), block_size=size) == expected
+        assert root_of(tmp_path / f"{size}.db", Example(), block_size=size) == expected
     with Repository.open(tmp_path / "other.db") as repository:
-        example = make_example()
+        example = Example()
         first = example.campaign(repository, 12)
         example.hindsight(repository, first)
-    assert root_of(tmp_path / "other.db", make_example()) == expected
+    assert root_of(tmp_path / "other.db", Example()) == expected
 
 
 @pytest.mark.slow
-def test_other_results_have_another_root(tmp_path: Path, make_example: Any) -> None:
-    example = make_example()
+def test_other_results_have_another_root(tmp_path: Path) -> None:
+    example = Example()
     example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 5 else Verdict.PASS
-    assert root_of(tmp_path / "b.db", example) != root_of(tmp_path / "a.db", make_example())
+    assert root_of(tmp_path / "b.db", example) != root_of(tmp_path / "a.db", Example())
 
 
-def test_words_of_a_predicate_are_not_in_the_root(tmp_path: Path, make_example: Any) -> None:
+def test_words_of_a_predicate_are_not_in_the_root(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
-    before = root_of(path, make_example())
+    before = root_of(path, Example())
     with sqlite3.connect(path) as raw:
         raw.execute("DROP TRIGGER verdict_no_update")
         raw.execute("UPDATE verdict SET predicate = 'gap >= 2.0'")
@@ -265,58 +258,52 @@ def test_words_of_a_predicate_are_not_in_the_root(tmp_path: Path, make_example: 
         assert repository.evidence.computed_root(campaign).root == before
 
 
-def test_incomplete_campaign_has_none(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(4))
-    assert repository.evidence.record_root(plan.campaign) is None
-    assert repository.evidence.computed_root(plan.campaign).leaves == 4
+def test_incomplete_campaign_has_none(store: Store) -> None:
+    plan = store.plan(4)
+    assert store.repository.evidence.record_root(plan.campaign) is None
+    assert store.repository.evidence.computed_root(plan.campaign).leaves == 4
 
 
-def test_rows_are_read_in_parts(
-    repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    campaign = example.campaign(repository, 8)
-    whole = repository.evidence.computed_root(campaign)
+def test_rows_are_read_in_parts(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = store.campaign(8)
+    whole = store.repository.evidence.computed_root(campaign)
     monkeypatch.setattr(roots, "_CHUNK", 3)
-    assert repository.evidence.computed_root(campaign) == whole
+    assert store.repository.evidence.computed_root(campaign) == whole
 
 
 @pytest.mark.slow
-def test_altered_evidence_of_a_complete_campaign_is_refused(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = example.campaign(repository, 8)
-    known = repository.evidence.record_root(campaign)
+def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> None:
+    campaign = store.campaign(8)
+    known = store.repository.evidence.record_root(campaign)
     assert known is not None
-    assert repository.evidence.record_root(campaign) == known
+    assert store.repository.evidence.record_root(campaign) == known
     with pytest.raises(IntegrityError, match="has root"):
-        repository.evidence.require_root(Root(campaign, 8, "f" * 64))
-    raw.execute("DROP TRIGGER verdict_no_update")
-    raw.execute("UPDATE verdict SET margin = 7 WHERE run_number = 3")
-    assert "campaign_root" in {item.table for item in repository.verify()}
-    if not repository.location.is_server:
+        store.repository.evidence.require_root(Root(campaign, 8, "f" * 64))
+    store.raw.execute("DROP TRIGGER verdict_no_update")
+    store.raw.execute("UPDATE verdict SET margin = 7 WHERE run_number = 3")
+    assert "campaign_root" in {item.table for item in store.repository.verify()}
+    if not store.repository.location.is_server:
         # A server lets no bytes into a column of numbers.
-        raw.execute("UPDATE verdict SET margin = x'00' WHERE run_number = 3")
+        store.raw.execute("UPDATE verdict SET margin = x'00' WHERE run_number = 3")
         with pytest.raises(IntegrityError, match="damaged"):
-            repository.evidence.computed_root(campaign)
-    assert "campaign_root" in {item.table for item in repository.verify()}
+            store.repository.evidence.computed_root(campaign)
+    assert "campaign_root" in {item.table for item in store.repository.verify()}
 
 
 @pytest.mark.slow
-def test_root_without_its_plan_is_a_finding(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    repository.evidence.record_root(example.campaign(repository, 4))
-    unguarded(raw)
-    raw.execute("DELETE FROM campaign")
-    assert "campaign_root" in {item.table for item in repository.verify()}
+def test_root_without_its_plan_is_a_finding(store: Store) -> None:
+    store.repository.evidence.record_root(store.campaign(4))
+    unguarded(store.raw)
+    store.raw.execute("DELETE FROM campaign")
+    assert "campaign_root" in {item.table for item in store.repository.verify()}
 
 
 FINDING = {"run": "ab", "first_tick": 100}
 
 
 @pytest.fixture
-def record(example: Example, repository: Repository) -> CertificateRecord:
-    campaign = example.campaign(repository)
+def record(store: Store) -> CertificateRecord:
+    campaign = store.campaign()
     conditions = [{"condition": "batches of 7", "runs": 3}]
     return CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
 

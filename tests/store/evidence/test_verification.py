@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random  # noqa: TID251 - tests may draw
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ import pytest
 from sqlalchemy import Boolean, Float, Integer
 from sqlalchemy.exc import NoResultFound
 
-from adeye.errors import InputError, IntegrityError, PlatformError
+from adeye.errors import InputError, IntegrityError
 from adeye.judge.stl.batch import NEEDED
 from adeye.judge.verdict import ExitCode
 from adeye.store import tables
@@ -22,24 +21,24 @@ from adeye.store.location import Location
 from adeye.store.read.totals import gate_code
 from adeye.store.records import Finding
 from adeye.store.repository import Repository
+from tests.store.conftest import Store
 from tests.store.raw import guarded, on_sqlite, unguarded
-from tests.store.rows import result_table_hash
 
 PARTS = 6
 """What is done with every table is done in so many tests."""
 
 
 @pytest.fixture
-def campaign(repository: Repository, example: Any) -> str:
-    example.decompose()
-    planned = str(example.campaign(repository, 8))
-    example.hindsight(repository, planned)
-    example.halved(repository, planned)
-    example.campaign(repository, 2)
-    example.campaign(repository, 8)
-    example.vouched(repository, planned)
-    example.repeat(NEEDED)
-    example.campaign(repository, 4)
+def campaign(store: Store) -> str:
+    store.example.decompose()
+    planned = str(store.campaign(8))
+    store.hindsight(planned)
+    store.halved(planned)
+    store.campaign(2)
+    store.campaign(8)
+    store.vouched(planned)
+    store.example.repeat(NEEDED)
+    store.campaign(4)
     return planned
 
 
@@ -70,24 +69,24 @@ def another(value: Any, column: Any) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 def test_every_altered_value_is_named_with_its_table(
-    repository: Repository, campaign: str, raw: sqlite3.Connection, part: int
+    store: Store, campaign: str, part: int
 ) -> None:
     assert campaign
-    with tampering(raw):
+    with tampering(store.raw):
         for table in tables.INSERT_ONLY[part::PARTS]:
             last = f"WHERE row_hash = (SELECT max(row_hash) FROM {table.name})"  # noqa: S608
             columns = [column for column in table.columns if column.name != "row_hash"]
-            if repository.location.is_server:
+            if store.repository.location.is_server:
                 # Every column is compared in the same way, and a server takes longer for each.
                 columns = columns[:: max(1, len(columns) // 2)]
             for column in columns:
                 select = f"SELECT {column.name} FROM {table.name} {last}"  # noqa: S608
-                (value,) = raw.execute(select).fetchone()
+                (value,) = store.raw.execute(select).fetchone()
                 change = f"UPDATE {table.name} SET {column.name} = ? {last}"  # noqa: S608
-                raw.execute(change, (another(value, column),))
-                assert table.name in {item.table for item in rows_found(repository)}, column
-                raw.execute(change, (value,))
-    assert rows_found(repository) == []
+                store.raw.execute(change, (another(value, column),))
+                assert table.name in {item.table for item in rows_found(store.repository)}, column
+                store.raw.execute(change, (value,))
+    assert rows_found(store.repository) == []
 
 
 DELETABLE = (
@@ -101,16 +100,14 @@ DELETABLE = (
 @pytest.mark.parametrize(
     "table", [*DELETABLE, "test_case", "campaign", "odd", "scenario", "concept", "fsr", "work"]
 )
-def test_deleted_row_is_noticed(
-    repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
-) -> None:
+def test_deleted_row_is_noticed(store: Store, campaign: str, table: str) -> None:
     assert campaign
     key = "id" if table == "work" else "row_hash"
-    with tampering(raw):
-        raw.execute(
+    with tampering(store.raw):
+        store.raw.execute(
             f"DELETE FROM {table} WHERE {key} = (SELECT min({key}) FROM {table})"  # noqa: S608
         )
-    assert rows_found(repository) != []
+    assert rows_found(store.repository) != []
 
 
 def next_of(column: Any) -> str:
@@ -123,7 +120,7 @@ def next_of(column: Any) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("table", DELETABLE)
 def test_inserted_row_is_noticed_even_with_a_copied_hash(
-    repository: Repository, campaign: str, raw: sqlite3.Connection, table: str
+    store: Store, campaign: str, table: str
 ) -> None:
     assert campaign
     described = tables.metadata.tables[table]
@@ -132,40 +129,36 @@ def test_inserted_row_is_noticed_even_with_a_copied_hash(
     names = set(described.columns.keys())
     kept = sorted(names - {last, "number"})
     new = {name: next_of(described.columns[name]) for name in {last, "number"} & names}
-    with tampering(raw):
-        raw.execute(
+    with tampering(store.raw):
+        store.raw.execute(
             f"INSERT INTO {table} ({', '.join((*kept, *new))}) "  # noqa: S608
             f"SELECT {', '.join((*kept, *new.values()))} FROM {table} ORDER BY {key} LIMIT 1"
         )
-    assert table in {item.table for item in repository.verify()}
+    assert table in {item.table for item in store.repository.verify()}
 
 
-def test_dropped_trigger_and_changed_view_are_named(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
+def test_dropped_trigger_and_changed_view_are_named(store: Store, campaign: str) -> None:
     assert campaign
-    raw.execute("DROP TRIGGER run_no_delete")
-    raw.execute("DROP VIEW v_timeline")
-    raw.execute("CREATE VIEW v_timeline AS SELECT * FROM event")
-    assert {(item.table, item.row) for item in repository.verify()} == {
+    store.raw.execute("DROP TRIGGER run_no_delete")
+    store.raw.execute("DROP VIEW v_timeline")
+    store.raw.execute("CREATE VIEW v_timeline AS SELECT * FROM event")
+    assert {(item.table, item.row) for item in store.repository.verify()} == {
         ("schema", "run_no_delete"),
         ("schema", "v_timeline"),
     }
 
 
-def test_block_that_is_done_without_its_results_is_named(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(4), block_size=4)
-    raw.execute("UPDATE work SET state = 'done', owner = NULL")
-    named = [str(item) for item in repository.verify()]
+def test_block_that_is_done_without_its_results_is_named(store: Store) -> None:
+    plan = store.plan(store.example.cases(4), block_size=4)
+    store.raw.execute("UPDATE work SET state = 'done', owner = NULL")
+    named = [str(item) for item in store.repository.verify()]
     assert f"run {plan.campaign}: 0 results are there, blocks of 4 cases are done" in named
 
 
 def test_view_of_a_scenario_and_trigger_of_somebody_else_are_named(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
+    store: Store, campaign: str
 ) -> None:
-    assert campaign
+    repository, raw = store.repository, store.raw
     found = raw.execute("SELECT name FROM sqlite_master WHERE name LIKE 'v_runs_%'").fetchall()
     view, *others = (name for (name,) in found)
     assert repository.verify() == ()
@@ -178,80 +171,44 @@ def test_view_of_a_scenario_and_trigger_of_somebody_else_are_named(
     )
     named = {(item.table, item.row) for item in repository.verify()}
     assert named == {("schema", view), ("schema", "helpful")}
-    assert ("schema", "helpful") in {
-        (item.table, item.row) for item in repository.unsound(campaign)
-    }
+    unsound = {(item.table, item.row) for item in repository.unsound(campaign)}
+    assert ("schema", "helpful") in unsound
     for name in others:
         raw.execute(f"DROP VIEW {name}")
     assert len(repository.verify()) == 2 + len(others)
 
 
-def test_edited_row_is_named_with_its_key(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    result = repository.find_run("3", campaign=campaign).result_digest
-    with tampering(raw):
-        raw.execute(
+def test_edited_row_is_named_with_its_key(store: Store, campaign: str) -> None:
+    result = store.repository.find_run("3", campaign=campaign).result_digest
+    with tampering(store.raw):
+        store.raw.execute(
             "UPDATE verdict SET verdict = 'FAIL' WHERE fsr_id = 'FSR1' AND run_number = "
             "(SELECT number FROM run WHERE result_digest = ?)",
             (result,),
         )
-    findings = repository.verify()
+    findings = store.repository.verify()
     assert any(item.table == "verdict" and item.row.startswith(result) for item in findings)
     assert any(item.table == "tally" for item in findings)
 
 
 def test_metrics_of_two_runs_exchanged_with_their_hashes_are_noticed(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
+    store: Store, campaign: str
 ) -> None:
     assert campaign
-    with tampering(raw):
+    with tampering(store.raw):
         for old, new in ((1, 99), (2, 1), (99, 2)):
-            raw.execute("UPDATE metric SET run_number = ? WHERE run_number = ?", (new, old))
-    assert {item.table for item in repository.verify()} >= {"metric", "run"}
+            store.raw.execute("UPDATE metric SET run_number = ? WHERE run_number = ?", (new, old))
+    assert {item.table for item in store.repository.verify()} >= {"metric", "run"}
 
 
 @on_sqlite
-def test_text_that_is_not_unicode_is_a_finding_not_a_crash(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
+def test_text_that_is_not_unicode_is_a_finding_not_a_crash(store: Store, campaign: str) -> None:
     assert campaign
-    with tampering(raw):
-        raw.execute("UPDATE event SET text = CAST(x'ff41' AS TEXT) WHERE seq = 0")
-        raw.execute("UPDATE run SET end_reason = x'ff41', variant = x'ff41'")
-    named = {item.table for item in repository.verify()}
+    with tampering(store.raw):
+        store.raw.execute("UPDATE event SET text = CAST(x'ff41' AS TEXT) WHERE seq = 0")
+        store.raw.execute("UPDATE run SET end_reason = x'ff41', variant = x'ff41'")
+    named = {item.table for item in store.repository.verify()}
     assert named >= {"event", "run"}
-
-
-@pytest.mark.slow
-@on_sqlite
-def test_one_hundred_flipped_bits_are_never_taken_for_the_truth(
-    repository: Repository, example: Any, tmp_path: Path
-) -> None:
-    campaign = example.campaign(repository, 8)
-    truth = result_table_hash(repository, campaign)
-    repository.close()
-    stored = repository.location.path
-    assert stored is not None
-    with sqlite3.connect(stored) as connection:
-        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    content = stored.read_bytes()
-    picks = random.Random(7)  # noqa: S311 - where to flip
-    for trial in range(100):
-        damaged = bytearray(content)
-        damaged[picks.randrange(100, len(content))] ^= 1 << picks.randrange(8)
-        path = tmp_path / f"flip{trial}.db"
-        path.write_bytes(damaged)
-        try:
-            with Repository.open(path, create=False) as flipped:
-                findings = flipped.verify()
-                changed = result_table_hash(flipped, campaign) != truth
-        except (IntegrityError, PlatformError):
-            continue
-        finally:
-            for leftover in tmp_path.glob("flip*"):
-                leftover.unlink()
-        assert findings or not changed
 
 
 class Stored:
@@ -280,29 +237,22 @@ def test_unforeseen_error_on_altered_content_names_the_row(raised: Exception) ->
     assert stored.is_closed
 
 
-@pytest.mark.parametrize("raised", [None, InputError("no run"), KeyboardInterrupt()])
-def test_errors_in_words_stay(raised: object) -> None:
-    stored = Stored(WRONG)
-    close(stored, raised)
-    assert stored.is_closed
-
-
-def test_error_on_sound_content_stays() -> None:
-    stored = Stored()
-    close(stored, KeyError("gate"))
-    assert stored.is_closed
-
-
-def test_cause_of_an_error_is_looked_for_once() -> None:
+def test_errors_in_words_and_those_on_sound_content_stay() -> None:
     error = KeyError("gate")
-    close(Stored(), error)
-    close(Stored(WRONG), error)
+    for raised, stored in (
+        *((item, Stored(WRONG)) for item in (None, InputError("no run"), KeyboardInterrupt())),
+        (error, Stored()),
+        # The cause of an error is looked for once.
+        (error, Stored(WRONG)),
+    ):
+        close(stored, raised)
+        assert stored.is_closed
 
 
 @pytest.fixture
-def mixed(repository: Repository, example: Any) -> str:
-    example.repeat(NEEDED)
-    return str(example.campaign(repository, 8))
+def mixed(store: Store) -> str:
+    store.example.repeat(NEEDED)
+    return str(store.campaign(8))
 
 
 def tamper(raw: sqlite3.Connection, statement: str) -> None:
@@ -338,34 +288,26 @@ def test_untouched_campaign_is_sound(repository: Repository, mixed: str) -> None
     ],
 )
 def test_what_changes_a_verdict_is_named_and_ends_the_gate(
-    repository: Repository,
-    mixed: str,
-    raw: sqlite3.Connection,
-    statement: str,
-    table: str,
+    store: Store, mixed: str, statement: str, table: str
 ) -> None:
-    tamper(raw, statement)
-    assert table in {item.table for item in repository.unsound(mixed)}
-    info = repository.find_campaign(mixed)
-    code, message = gate_code(repository, info)
+    tamper(store.raw, statement)
+    assert table in {item.table for item in store.repository.unsound(mixed)}
+    info = store.repository.find_campaign(mixed)
+    code, message = gate_code(store.repository, info)
     assert code is ExitCode.INTEGRITY
     assert table in message
 
 
-def test_dropped_trigger_is_named(
-    repository: Repository, mixed: str, raw: sqlite3.Connection
-) -> None:
-    raw.execute("DROP TRIGGER tally_no_update")
-    assert [str(item) for item in repository.unsound(mixed)] == [
+def test_dropped_trigger_is_named(store: Store, mixed: str) -> None:
+    store.raw.execute("DROP TRIGGER tally_no_update")
+    assert [str(item) for item in store.repository.unsound(mixed)] == [
         "schema tally_no_update: is missing"
     ]
 
 
-def test_other_campaigns_are_not_looked_at(
-    repository: Repository, mixed: str, example: Any, raw: sqlite3.Connection
-) -> None:
-    example.with_odd("2")
-    other = str(example.campaign(repository, 4))
-    tamper(raw, f"UPDATE tally SET runs = runs + 1 WHERE campaign_id = '{other}'")  # noqa: S608
-    assert repository.unsound(mixed) == ()
-    assert repository.unsound(other) != ()
+def test_other_campaigns_are_not_looked_at(store: Store, mixed: str) -> None:
+    store.example.with_odd("2")
+    other = str(store.campaign(4))
+    tamper(store.raw, f"UPDATE tally SET runs = runs + 1 WHERE campaign_id = '{other}'")  # noqa: S608
+    assert store.repository.unsound(mixed) == ()
+    assert store.repository.unsound(other) != ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sqlite3
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +25,26 @@ from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from tests.project import Executed
-from tests.store.rows import complete_block
+from tests.store.conftest import Store
+from tests.tampering import unguarded
 
 BOTH = ("camera_radar", "legacy_camera")
 WORDS = (*map(str, VERDICTS), "NOT_RUN", None)
 
 
-def test_verdicts_are_those_of_the_view(mini: Executed) -> None:
-    campaign = mini.summary.campaign
+@pytest.fixture
+def stored(mini: Executed) -> Iterator[Repository]:
     with Repository.open(mini.db, create=False) as repository:
-        compared = repository.compared(campaign, BOTH)
+        yield repository
+
+
+def runs_of(repository: Repository, campaign: str) -> list[dict[str, Any]]:
+    table = repository.results(campaign)
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+def test_verdicts_are_those_of_the_view(mini: Executed, stored: Repository) -> None:
+    compared = stored.compared(mini.summary.campaign, BOTH)
     found = run_query(
         mini.db,
         "SELECT ordinal, fsr, verdict, robustness_low, margin, unit FROM v_verdicts "
@@ -44,24 +55,20 @@ def test_verdicts_are_those_of_the_view(mini: Executed) -> None:
     for ordinal, fsr, verdict, robustness, margin, unit in found.rows:
         column = compared.fsrs.index(fsr)
         assert WORDS[compared.verdict[ordinal, column]] == verdict
-        for value, stored in (
+        for value, expected in (
             (compared.robustness[ordinal, column], robustness),
             (compared.margin[ordinal, column], margin),
         ):
-            assert np.isnan(value) if stored is None else value == stored
+            assert np.isnan(value) if expected is None else value == expected
         code = compared.measured[ordinal, column]
         assert (None if code < 0 else compared.units[code]) == unit
 
 
-def test_columns_are_those_of_the_runs(mini: Executed) -> None:
-    campaign = mini.summary.campaign
-    with Repository.open(mini.db, create=False) as repository:
-        compared = repository.compared(campaign, BOTH)
-        table = repository.results(campaign)
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+def test_columns_are_those_of_the_runs(mini: Executed, stored: Repository) -> None:
+    compared = stored.compared(mini.summary.campaign, BOTH)
     same: dict[str, set[int]] = {}
     points: dict[str, set[int]] = {}
-    for place, row in enumerate(rows):
+    for place, row in enumerate(runs_of(stored, mini.summary.campaign)):
         assert compared.result[place] == row["run"]
         assert compared.architecture[place] == row["architecture"]
         assert compared.fault_entry[place] == row["fault_entry"]
@@ -75,10 +82,8 @@ def test_columns_are_those_of_the_runs(mini: Executed) -> None:
     assert compared.axes == {}
 
 
-def test_channels_that_acted_are_those_of_the_timeline(mini: Executed) -> None:
-    campaign = mini.summary.campaign
-    with Repository.open(mini.db, create=False) as repository:
-        compared = repository.compared(campaign, BOTH)
+def test_channels_that_acted_are_those_of_the_timeline(mini: Executed, stored: Repository) -> None:
+    compared = stored.compared(mini.summary.campaign, BOTH)
     found = run_query(
         mini.db,
         "SELECT DISTINCT ordinal, subject FROM v_timeline "
@@ -94,21 +99,18 @@ def test_channels_that_acted_are_those_of_the_timeline(mini: Executed) -> None:
     assert {name for _, name in acted} == {"nominal", "safety"}
 
 
-def test_only_the_named_architectures_are_read(mini: Executed) -> None:
-    with Repository.open(mini.db, create=False) as repository:
-        one = repository.compared(mini.summary.campaign, ("camera_radar",))
-        none = repository.compared(mini.summary.campaign, ("unheard_of",))
+def test_only_the_named_architectures_are_read(mini: Executed, stored: Repository) -> None:
+    one = stored.compared(mini.summary.campaign, ("camera_radar",))
     assert one.architecture.words == ("camera_radar",)
     assert len(one) == mini.summary.planned / 2
-    assert len(none) == 0
+    assert len(stored.compared(mini.summary.campaign, ("unheard_of",))) == 0
 
 
-def test_planned_case_without_a_result_is_not_run(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    compared = repository.compared(plan.campaign, ("legacy", "new"))
+def test_planned_case_without_a_result_is_not_run(store: Store) -> None:
+    plan = store.plan(8, block_size=4)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    compared = store.repository.compared(plan.campaign, ("legacy", "new"))
     assert compared.is_done.tolist() == [True] * 4 + [False] * 4
     judged = compared.verdict[:, compared.fsrs.index("FSR1")]
     assert (judged[:4] < NOT_RUN).all()
@@ -119,9 +121,9 @@ def test_planned_case_without_a_result_is_not_run(repository: Repository, exampl
     assert not compared.has_object.any()
 
 
-def test_fsr_that_is_not_applicable_has_no_verdict(repository: Repository, example: Any) -> None:
-    example.not_applicable = {"FSR1": {"new": "no such signal"}}
-    compared = repository.compared(example.campaign(repository), ("legacy", "new"))
+def test_fsr_that_is_not_applicable_has_no_verdict(store: Store) -> None:
+    store.example.not_applicable = {"FSR1": {"new": "no such signal"}}
+    compared = store.repository.compared(store.campaign(), ("legacy", "new"))
     is_new = compared.architecture.codes == compared.architecture.words.index("new")
     judged = compared.verdict[:, compared.fsrs.index("FSR1")]
     assert (judged[is_new] == NOT_JUDGED).all()
@@ -146,12 +148,9 @@ def test_axis_that_comes_late_or_lacks_in_between_is_no_word_there() -> None:
     }
 
 
-def test_figures_are_what_the_view_shows(mini: Executed) -> None:
-    campaign = mini.summary.campaign
-    with Repository.open(mini.db, create=False) as repository:
-        table = repository.results(campaign)
-        figures = repository.figures(campaign)
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+def test_figures_are_what_the_view_shows(mini: Executed, stored: Repository) -> None:
+    rows = runs_of(stored, mini.summary.campaign)
+    figures = stored.figures(mini.summary.campaign)
     assert len(figures) == len(rows) > 0
     assert figures.ordinal.tolist() == [row["ordinal"] for row in rows]
     assert figures.replicate.tolist() == [row["replicate"] for row in rows]
@@ -165,21 +164,19 @@ def test_figures_are_what_the_view_shows(mini: Executed) -> None:
         assert np.array_equal(figures.metrics[name], expected, equal_nan=True)
 
 
-def test_only_executed_runs_of_the_campaign_are_there(repository: Repository, example: Any) -> None:
-    example.campaign(repository, 4)
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    table = repository.results(plan.campaign)
+def test_only_executed_runs_of_the_campaign_are_there(store: Store) -> None:
+    store.campaign(4)
+    plan = store.plan(8, block_size=3)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    table = store.repository.results(plan.campaign)
     expected = [row[table.columns.index("ordinal")] for row in table.rows]
     assert 0 < len(expected) < 8
-    assert repository.figures(plan.campaign).ordinal.tolist() == expected
+    assert store.repository.figures(plan.campaign).ordinal.tolist() == expected
 
 
-def test_scenario_that_was_not_executed_has_no_runs(mini: Executed) -> None:
-    with Repository.open(mini.db, create=False) as repository:
-        figures = repository.figures(mini.summary.campaign)
+def test_scenario_that_was_not_executed_has_no_runs(mini: Executed, stored: Repository) -> None:
+    figures = stored.figures(mini.summary.campaign)
     assert len(figures.of_scenario("unheard_of")) == 0
     parts = [figures.of_scenario(name) for name in figures.scenario.words]
     assert sum(len(part) for part in parts) == len(figures)
@@ -205,13 +202,8 @@ def test_planned_case_without_a_result_is_counted_and_no_situation(
     shutil.copyfile(mini.db, copy)
     campaign = mini.summary.campaign
     whole = executed_runs(copy, campaign)
-    with sqlite3.connect(copy) as connection:
+    with sqlite3.connect(copy) as connection, unguarded(connection):
         # As if one block had not been executed: its cases name results that are not there.
-        for name, table in connection.execute(
-            "SELECT name, tbl_name FROM sqlite_master WHERE type = 'trigger'"
-        ).fetchall():
-            if table == "campaign_case":
-                connection.execute(f"DROP TRIGGER {name}")
         connection.execute(
             "UPDATE campaign_case SET result_digest = substr('0' || result_digest, 1, 64) "
             "WHERE ordinal < 5"

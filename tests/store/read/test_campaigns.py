@@ -1,7 +1,7 @@
+"""Campaigns and runs: how they are found, counted, and told from each other."""
+
 import json
 import random  # noqa: TID251 - tests may draw
-import sqlite3
-from contextlib import closing
 from datetime import date
 from itertools import pairwise
 from pathlib import Path
@@ -13,21 +13,18 @@ from adeye.errors import InputError
 from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
-from tests.store.raw import raw_connection
-from tests.store.rows import complete_block, result_table_hash
+from tests.store.conftest import Store
 
 
 @pytest.fixture
-def campaign(repository: Repository, example: Any) -> str:
-    return str(example.campaign(repository, 8))
+def campaign(store: Store) -> str:
+    return str(store.campaign(8))
 
 
-def test_campaigns_are_listed_the_newest_first(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    example.with_odd("2")
-    second = repository.plan_campaign(example.record(), example.cases(12)).campaign
-    found = repository.campaigns()
+def test_campaigns_are_listed_the_newest_first(store: Store, campaign: str) -> None:
+    store.example.with_odd("2")
+    second = store.plan(12).campaign
+    found = store.repository.campaigns()
     assert [item.id for item in found] == [second, campaign]
     assert [item.number for item in found] == [2, 1]
     assert [item.state for item in found] == ["interrupted", "complete"]
@@ -36,162 +33,123 @@ def test_campaigns_are_listed_the_newest_first(
     assert found[1].provenance == {"tool": "0.1.0"}
 
 
-def test_latest_campaign_is_that_of_the_odd(repository: Repository, campaign: str) -> None:
-    latest = repository.latest_campaign("motorway")
-    assert latest is not None
-    assert latest.id == campaign
-    assert repository.latest_campaign() == latest
+def test_campaign_is_found_by_number_id_prefix_and_odd(
+    repository: Repository, campaign: str
+) -> None:
+    found = repository.latest_campaign()
+    for name in ("1", campaign, campaign[:6]):
+        assert repository.find_campaign(name) == found
+    assert found == repository.latest_campaign("motorway")
     assert repository.latest_campaign("urban") is None
 
 
-def test_campaign_is_found_by_number_id_and_prefix(repository: Repository, campaign: str) -> None:
-    for name in ("1", campaign, campaign[:6]):
-        assert repository.find_campaign(name).id == campaign
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("2", "not the beginning"), ("xyz!", "not the beginning"), ("0" * 32, "there is none")],
-)
-def test_unknown_campaign_is_an_input_error(
-    repository: Repository, campaign: str, name: str, message: str
+def test_names_of_no_campaign_and_of_no_run_are_input_errors(
+    repository: Repository, campaign: str
 ) -> None:
-    assert campaign
-    with pytest.raises(InputError, match=message) as caught:
-        repository.find_campaign(name)
-    assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
+    for name, message in (
+        ("2", "not the beginning"),
+        ("xyz!", "not the beginning"),
+        ("0" * 32, "there is none"),
+    ):
+        with pytest.raises(InputError, match=message) as caught:
+            repository.find_campaign(name)
+        assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
+    for name in ("", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"):
+        with pytest.raises(InputError, match="not the beginning of a digest"):
+            repository.find_run(name)
+    with pytest.raises(InputError, match="run '99999'"):
+        repository.find_run("99999", campaign=campaign)
+    with pytest.raises(InputError, match="there is none"):
+        repository.test_case_row("0" * 64)
 
 
-def test_run_is_found_by_ordinal_and_by_prefix(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    by_ordinal = repository.find_run("5", campaign=campaign)
+def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> None:
+    by_ordinal = store.repository.find_run("5", campaign=campaign)
     assert by_ordinal.ordinal == 5
-    assert by_ordinal.result_digest == example.case(5).result_digest
+    assert by_ordinal.result_digest == store.example.case(5).result_digest
     assert by_ordinal.is_done
-    assert repository.find_run(by_ordinal.result_digest[:10]) == by_ordinal
-    assert repository.find_run(by_ordinal.result_digest, campaign=campaign) == by_ordinal
+    assert store.repository.find_run(by_ordinal.result_digest[:10]) == by_ordinal
+    assert store.repository.find_run(by_ordinal.result_digest, campaign=campaign) == by_ordinal
 
 
-def test_run_in_two_campaigns_is_shown_in_the_newest(
-    repository: Repository, example: Any, campaign: str
+def test_run_in_two_campaigns_is_shown_in_the_newest_and_found_in_its_own_only(
+    store: Store, campaign: str
 ) -> None:
-    example.with_odd("2")
-    second = example.campaign(repository, 8)
-    digest = example.case(5).result_digest
-    assert repository.find_run(digest).campaign == second
-    assert repository.find_run(digest, campaign=campaign).campaign == campaign
+    store.example.with_odd("2")
+    second = store.campaign(12)
+    shared, own = (store.example.case(ordinal).result_digest for ordinal in (5, 11))
+    assert store.repository.find_run(shared).campaign == second
+    assert store.repository.find_run(shared, campaign=campaign).campaign == campaign
+    assert store.repository.find_run(own).campaign == second
+    with pytest.raises(InputError, match="is not in campaign"):
+        store.repository.find_run(own, campaign=campaign)
 
 
-def test_planned_run_is_found_before_it_is_executed(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(2))
-    assert not repository.find_run("1", campaign=plan.campaign).is_done
+def test_planned_run_is_found_before_it_is_executed(store: Store) -> None:
+    plan = store.plan(2)
+    assert not store.repository.find_run("1", campaign=plan.campaign).is_done
 
 
 @pytest.mark.slow
-def test_ambiguous_prefix_lists_what_it_could_be(repository: Repository, example: Any) -> None:
-    cases = [example.case(4 * ordinal) for ordinal in range(1500)]
-    repository.plan_campaign(example.record(), cases)
+def test_ambiguous_prefix_lists_what_it_could_be(store: Store) -> None:
+    cases = [store.example.case(4 * ordinal) for ordinal in range(1500)]
+    store.plan(cases)
     digests = sorted(case.result_digest for case in cases)
     prefix = next(first[:4] for first, second in pairwise(digests) if first[:4] == second[:4])
     with pytest.raises(InputError, match="ambiguous") as caught:
-        repository.find_run(prefix)
+        store.repository.find_run(prefix)
     for digest in digests:
         assert (digest[:12] in str(caught.value)) == digest.startswith(prefix)
 
 
-@pytest.mark.parametrize("name", ["", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"])
-def test_run_name_that_is_no_prefix_is_refused(
-    repository: Repository, campaign: str, name: str
-) -> None:
-    assert campaign
-    with pytest.raises(InputError, match="not the beginning of a digest"):
-        repository.find_run(name)
-
-
-def test_ordinal_beyond_the_plan_is_an_input_error(repository: Repository, campaign: str) -> None:
-    with pytest.raises(InputError, match="run '99999'"):
-        repository.find_run("99999", campaign=campaign)
-
-
-def test_run_of_another_campaign_is_not_found(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    example.with_odd("2")
-    second = example.campaign(repository, 12)
-    digest = example.case(11).result_digest
-    assert repository.find_run(digest).campaign == second
-    with pytest.raises(InputError, match="is not in campaign"):
-        repository.find_run(digest, campaign=campaign)
-
-
-def test_test_case_can_be_made_again_from_what_is_stored(
-    repository: Repository, example: Any
-) -> None:
-    case = example.case(1, faults=[{"id": "out"}], fault_entry="out")
-    repository.plan_campaign(example.record(), [case])
-    stored = repository.test_case_row(case.test_case)
+def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:
+    case = store.example.case(1, faults=[{"id": "out"}], fault_entry="out")
+    store.plan([case])
+    stored = store.repository.test_case_row(case.test_case)
     assert stored.scenario == case.scenario_content.content
     assert stored.architecture == case.architecture_content.content
     assert stored.faults == ({"id": "out"},)
     assert (stored.parameters, stored.step_s) == (json.loads(case.parameters[0]), 0.05)
     assert (stored.seed, stored.replicate, stored.point_index) == (7, 0, 0)
-    assert repository.content("odd", stored.odd_digest) == example.odd.content
-
-
-def test_unknown_test_case_is_an_input_error(repository: Repository) -> None:
-    with pytest.raises(InputError, match="there is none"):
-        repository.test_case_row("0" * 64)
+    assert store.repository.content("odd", stored.odd_digest) == store.example.odd.content
 
 
 @pytest.mark.slow
-def test_campaign_that_was_planned_again_is_the_latest(
-    repository: Repository, example: Any
-) -> None:
+def test_campaign_that_was_planned_again_is_the_latest(store: Store) -> None:
     def latest() -> str:
-        found = repository.latest_campaign()
+        found = store.repository.latest_campaign()
         assert found is not None
-        with closing(raw_connection(repository)) as connection:
-            asked = connection.execute(
-                "SELECT campaign FROM v_campaigns WHERE recency = 1"
-            ).fetchone()
-        assert asked == (found.id,)
+        asked = store.rows("SELECT campaign FROM v_campaigns WHERE recency = 1")
+        assert asked == [(found.id,)]
         return found.id
 
-    first, second = example.campaign(repository, 4), example.campaign(repository, 2)
-    assert latest() == second
-    assert example.campaign(repository, 4) == first
-    assert latest() == first
     # The same once more changes nothing, another one does.
-    assert example.campaign(repository, 4) == first
-    assert latest() == first
-    third = example.campaign(repository, 3)
-    assert latest() == third
-    assert example.campaign(repository, 2) == second
-    assert latest() == second
-    with closing(raw_connection(repository)) as connection:
-        assert connection.execute("SELECT COUNT(*) FROM campaign_use").fetchone() == (3,)
-    assert repository.verify() == ()
+    planned: dict[int, str] = {}
+    for count in (4, 2, 4, 4, 3, 2):
+        campaign = store.campaign(count)
+        assert planned.setdefault(count, campaign) == campaign
+        assert latest() == campaign
+    assert store.repository.info().rows["campaign_use"] == 3
+    assert store.repository.verify() == ()
 
 
-def test_run_of_several_campaigns_is_shown_in_the_one_planned_last(
-    repository: Repository, example: Any
-) -> None:
-    first = example.campaign(repository, 4)
-    (run, *_) = (item.result for item in repository.again.evidence(first))
-    second = example.campaign(repository, 2)
-    assert repository.find_run(run).campaign == second
-    example.campaign(repository, 4)
-    assert repository.find_run(run).campaign == first
+def test_run_of_several_campaigns_is_shown_in_the_one_planned_last(store: Store) -> None:
+    first = store.campaign(4)
+    (run, *_) = (item.result for item in store.repository.again.evidence(first))
+    second = store.campaign(2)
+    assert store.repository.find_run(run).campaign == second
+    store.campaign(4)
+    assert store.repository.find_run(run).campaign == first
 
 
 def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
     """Execute one plan with random blocks abandoned and completed out of order."""
     picks = random.Random(seed)  # noqa: S311 - order only
     with Repository.open(path) as repository:
-        plan = repository.plan_campaign(example.record(), example.cases(16), block_size=block_size)
+        store = Store(repository, example)
+        campaign = store.plan(16, block_size=block_size).campaign
         held = []
-        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+        while (block := repository.claim_block(campaign=campaign)) is not None:
             if picks.random() < 0.3:
                 assert repository.release_block(block)
                 continue
@@ -201,11 +159,11 @@ def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
                 done = held.pop()
                 runs = [example.run(case, executed_by=str(seed)) for case in done.to_execute]
                 picks.shuffle(runs)
-                assert complete_block(repository, done, runs)
+                assert store.complete(done, runs)
         for block in held:
-            assert complete_block(repository, block, example.runs(block))
+            assert store.complete(block)
         assert repository.verify() == ()
-        return result_table_hash(repository, plan.campaign)
+        return store.result_hash(campaign)
 
 
 @pytest.mark.slow
@@ -221,65 +179,53 @@ def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change", ["trace_digest", "outcome_detail", "duration_s"])
-def test_hash_of_results_notices_one_different_run(
-    tmp_path: Path, example: Any, change: str
-) -> None:
+def test_hash_of_results_notices_one_different_run(tmp_path: Path, example: Any) -> None:
+    changed = {"trace_digest": "f" * 32, "outcome_detail": "f" * 32, "duration_s": 16.0}
     hashes = set()
-    for name, changes in (("a", {}), ("b", {change: {"duration_s": 16.0}.get(change, "f" * 32)})):
+    for name in ("nothing", *changed):
         with Repository.open(tmp_path / f"{name}.db") as repository:
-            plan = repository.plan_campaign(example.record(), example.cases(4))
-            block = repository.claim_block()
-            assert block is not None
-            runs = [example.run(case) for case in block.cases]
-            runs[2] = example.run(block.cases[2], **changes)
-            assert complete_block(repository, block, runs)
-            hashes.add(result_table_hash(repository, plan.campaign))
-    assert len(hashes) == 2
+            store = Store(repository, example)
+            block = store.claim(store.plan(4).campaign)
+            runs = store.example.runs(block)
+            if name in changed:
+                runs[2] = example.run(block.cases[2], **{name: changed[name]})
+            assert store.complete(block, runs)
+            hashes.add(store.result_hash(block.campaign))
+    assert len(hashes) == 4
 
 
-@pytest.mark.slow
-def test_hash_of_results_is_kept_when_other_campaigns_reuse_them(
-    repository: Repository, example: Any
-) -> None:
-    first = example.campaign(repository, 8)
-    before = result_table_hash(repository, first)
-    example.with_odd("2")
-    example.thresholds["FSR1"] = "3 m"
-    example.campaign(repository, 12)
-    assert result_table_hash(repository, first) == before
-
-
-def test_status_counts_by_architecture_and_scenario(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal == 4 else Verdict.PASS
-    campaign = example.campaign(repository, 8)
+def test_status_counts_by_architecture_and_scenario(store: Store) -> None:
+    store.example.verdict_of = lambda case, _fsr: (
+        Verdict.FAIL if case.ordinal == 4 else Verdict.PASS
+    )
+    campaign = store.campaign(8)
     status = {
         (item.fsr, item.architecture, item.scenario): item
-        for item in repository.fsr_status(campaign)
+        for item in store.repository.fsr_status(campaign)
     }
     failing = status["FSR1", "legacy", "cut_in"]
     assert failing.verdict is Verdict.FAIL
     assert (failing.counts[Verdict.FAIL], failing.counts[Verdict.PASS]) == (1, 1)
     assert (failing.worst_margin, failing.unit, failing.planned) == (-5.0, "m", 2)
-    assert failing.worst_run == example.case(4).result_digest
+    assert failing.worst_run == store.example.case(4).result_digest
     assert (failing.is_mandatory, failing.is_in_gate) == (True, False)
     assert status["FSR2", "new", "braking"].verdict is Verdict.PASS
     assert not status["FSR2", "new", "braking"].is_mandatory
 
 
-def test_waiver_sets_a_gap_aside_until_it_expires(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda case, _fsr: (
+def test_waiver_sets_a_gap_aside_until_it_expires(store: Store) -> None:
+    store.example.verdict_of = lambda case, _fsr: (
         Verdict.INCONCLUSIVE if case.ordinal == 1 else Verdict.PASS
     )
-    example.waivers = (
+    store.example.waivers = (
         Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
     )
-    campaign = example.campaign(repository, 8)
+    campaign = store.campaign(8)
 
     def verdict(on: date) -> Verdict | None:
         return next(
             item.verdict
-            for item in repository.gate(campaign, on=on)
+            for item in store.repository.gate(campaign, on=on)
             if (item.fsr, item.architecture) == ("FSR1", "new")
         )
 
@@ -288,53 +234,52 @@ def test_waiver_sets_a_gap_aside_until_it_expires(repository: Repository, exampl
     assert verdict(date(2030, 1, 2)) is Verdict.INCONCLUSIVE
 
 
-def test_waiver_never_hides_a_fail(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda _case, _fsr: Verdict.FAIL
-    example.waivers = (
+def test_waiver_never_hides_a_fail(store: Store) -> None:
+    store.example.verdict_of = lambda _case, _fsr: Verdict.FAIL
+    store.example.waivers = (
         Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
     )
-    campaign = example.campaign(repository, 4)
-    gate = repository.gate(campaign, on=date(2026, 1, 1))
+    campaign = store.campaign(4)
+    gate = store.repository.gate(campaign, on=date(2026, 1, 1))
     assert {item.verdict for item in gate if item.fsr == "FSR1"} == {Verdict.FAIL}
 
 
-def test_gate_takes_today_without_a_day(repository: Repository, example: Any) -> None:
-    campaign = example.campaign(repository, 4)
-    assert repository.gate(campaign) == repository.gate(campaign, on=date(2026, 1, 1))
+def test_gate_takes_today_without_a_day(store: Store) -> None:
+    campaign = store.campaign(4)
+    assert store.repository.gate(campaign) == store.repository.gate(campaign, on=date(2026, 1, 1))
 
 
-def test_progress_counts_what_is_saved(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=3)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
-    assert complete_block(repository, block, example.runs(block))
-    progress = repository.progress(plan.campaign)
+def test_progress_counts_what_is_saved(store: Store) -> None:
+    plan = store.plan(8, block_size=3)
+    block = store.claim(plan.campaign)
+    assert store.complete(block)
+    progress = store.repository.progress(plan.campaign)
     assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
 
 
 @pytest.mark.slow
-def test_worst_runs_come_first(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal in {4, 8} else Verdict.PASS
-    campaign = example.campaign(repository, 12)
-    worst = repository.worst_runs(campaign, "FSR1", limit=4)
+def test_worst_runs_come_first(store: Store) -> None:
+    store.example.verdict_of = lambda case, _fsr: (
+        Verdict.FAIL if case.ordinal in {4, 8} else Verdict.PASS
+    )
+    campaign = store.campaign(12)
+    worst = store.repository.worst_runs(campaign, "FSR1", limit=4)
     assert [run.ordinal for run, _ in worst] == [8, 4, 0, 1]
     assert [record.margin for _, record in worst] == [-9.0, -5.0, 1.0, 2.0]
-    only = repository.worst_runs(
+    only = store.repository.worst_runs(
         campaign, "FSR1", architecture="new", scenario="cut_in", verdict=Verdict.PASS, limit=1
     )
     assert [run.ordinal for run, _ in only] == [1]
 
 
 @pytest.mark.parametrize("limit", [1, 3, 12])
-def test_worst_runs_are_found_whatever_the_blocks(
-    repository: Repository, example: Any, limit: int
-) -> None:
+def test_worst_runs_are_found_whatever_the_blocks(store: Store, limit: int) -> None:
     # Ties in every block, and failures in the last one only.
-    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal > 9 else Verdict.PASS
-    example.margin_of = lambda case: float(case.ordinal % 3)
-    campaign = example.campaign(repository, 12, block_size=2)
-    everything = repository.worst_runs(campaign, "FSR1", limit=100)
-    worst = repository.worst_runs(campaign, "FSR1", limit=limit)
+    store.example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal > 9 else Verdict.PASS
+    store.example.margin_of = lambda case: float(case.ordinal % 3)
+    campaign = store.campaign(12, block_size=2)
+    everything = store.repository.worst_runs(campaign, "FSR1", limit=100)
+    worst = store.repository.worst_runs(campaign, "FSR1", limit=limit)
     assert worst == everything[:limit]
     places = {run.ordinal: place for place, (run, _) in enumerate(everything)}
     assert sorted(places) == list(range(12))
@@ -343,52 +288,44 @@ def test_worst_runs_are_found_whatever_the_blocks(
             assert (one.result_digest, one.ordinal) < (two.result_digest, two.ordinal)
 
 
-def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(
-    repository: Repository, example: Any
-) -> None:
-    first = example.campaign(repository, 4)
-    example.thresholds["FSR1"] = "3 m"
-    example.verdict_of = lambda _case, _fsr: Verdict.FAIL
-    second = example.campaign(repository, 4)
-    assert repository.worst_runs(first, "FSR1")[0][1].verdict is Verdict.PASS
-    assert repository.worst_runs(second, "FSR1")[0][1].verdict is Verdict.FAIL
+def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(store: Store) -> None:
+    first = store.campaign(4)
+    store.example.thresholds["FSR1"] = "3 m"
+    store.example.verdict_of = lambda _case, _fsr: Verdict.FAIL
+    second = store.campaign(4)
+    assert store.repository.worst_runs(first, "FSR1")[0][1].verdict is Verdict.PASS
+    assert store.repository.worst_runs(second, "FSR1")[0][1].verdict is Verdict.FAIL
 
 
-def test_runs_that_fail_an_fsr_are_told_from_those_that_do_not(
-    repository: Repository, example: Any
-) -> None:
-    example.verdict_of = lambda case, fsr: (
+def test_runs_that_fail_an_fsr_are_told_from_those_that_do_not(store: Store) -> None:
+    store.example.verdict_of = lambda case, fsr: (
         Verdict.FAIL if (case.ordinal, fsr) in {(1, "FSR2"), (5, "FSR1")} else Verdict.PASS
     )
-    campaign = example.campaign(repository, 8)
-    assert repository.hindsight.failed_among(campaign, range(8)) == {1, 5}
-    assert repository.hindsight.failed_among(campaign, [0, 5]) == {5}
-    assert repository.hindsight.failed_among(campaign, []) == frozenset()
+    campaign = store.campaign(8)
+    assert store.repository.hindsight.failed_among(campaign, range(8)) == {1, 5}
+    assert store.repository.hindsight.failed_among(campaign, [0, 5]) == {5}
+    assert store.repository.hindsight.failed_among(campaign, []) == frozenset()
 
 
-def test_results_are_one_row_a_run_in_the_order_of_the_plan(
-    repository: Repository, example: Any
-) -> None:
-    campaign = example.campaign(repository, 8)
-    table = repository.results(campaign)
+def test_results_are_one_row_a_run_in_the_order_of_the_plan(store: Store) -> None:
+    campaign = store.campaign(8)
+    table = store.repository.results(campaign)
     assert [row[table.columns.index("ordinal")] for row in table.rows] == list(range(8))
     assert {"scenario", "architecture", "min_ttc_s", "verdicts"} <= set(table.columns)
 
 
-def test_no_failed_channel_is_nothing_to_count(repository: Repository, example: Any) -> None:
-    campaign = example.campaign(repository, 8)
-    assert repository.failed_channels(campaign) == ()
-
-
-def test_failed_channels_are_counted_from_the_runs(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    campaign = example.campaign(repository, 8)
-    raw.execute("DROP TRIGGER run_no_update")
-    raw.execute("UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3")
-    raw.execute("UPDATE run SET outcome = 'TIMEOUT', outcome_channel = 'safety' WHERE number = 4")
-    found = repository.failed_channels(campaign)
+def test_failed_channels_are_counted_from_the_runs(store: Store) -> None:
+    campaign = store.campaign(8)
+    assert store.repository.failed_channels(campaign) == ()
+    store.raw.execute("DROP TRIGGER run_no_update")
+    store.raw.execute(
+        "UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3"
+    )
+    store.raw.execute(
+        "UPDATE run SET outcome = 'TIMEOUT', outcome_channel = 'safety' WHERE number = 4"
+    )
+    found = store.repository.failed_channels(campaign)
     assert sum(item[4] for item in found) == 4
     assert {item[1:3] for item in found} == {("nominal", "CRASH: "), ("safety", "TIMEOUT: ")}
     assert not any(item[3] for item in found)
-    assert repository.failed_channels("f" * 32) == ()
+    assert store.repository.failed_channels("f" * 32) == ()

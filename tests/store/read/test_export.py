@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from adeye.campaign.plan import SUFFIXES
-from adeye.errors import InputError, PlatformError
+from adeye.errors import InputError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import Verdict
 from adeye.store.location import Place
@@ -18,6 +18,7 @@ from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from adeye.units import UNITS
 from tests.postgres import Server
+from tests.store.conftest import Example, Store
 from tests.store.raw import raw_connection
 
 Tables = dict[str, list[dict[str, Any]]]
@@ -46,14 +47,16 @@ def of_view(repository: Repository, table: str) -> list[dict[str, Any]]:
 
 
 @pytest.mark.slow
-def test_tables_hold_what_their_views_hold(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
-    example.campaign(repository, 9)
-    found = read(repository.location)
+def test_tables_hold_what_their_views_hold(store: Store) -> None:
+    store.example.verdict_of = lambda case, _: (
+        Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
+    )
+    store.campaign(9)
+    found = read(store.repository.location)
     for name in ("verdicts", "events", "fsr_status"):
         assert found[name]
-        assert found[name] == of_view(repository, name)
-    for row, seen in zip(found["runs"], of_view(repository, "runs"), strict=True):
+        assert found[name] == of_view(store.repository, name)
+    for row, seen in zip(found["runs"], of_view(store.repository, "runs"), strict=True):
         assert {**row, **seen}.keys() - row.keys() == {
             "parameters", "point", "verdicts", "executed_at"
         }  # fmt: skip
@@ -63,10 +66,10 @@ def test_tables_hold_what_their_views_hold(repository: Repository, example: Any)
 
 
 @pytest.mark.slow
-def test_parameters_and_verdicts_are_columns(repository: Repository, example: Any) -> None:
-    example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
-    example.campaign(repository, 8)
-    runs = read(repository.location)["runs"]
+def test_parameters_and_verdicts_are_columns(store: Store) -> None:
+    store.example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
+    store.campaign(8)
+    runs = read(store.repository.location)["runs"]
     # Only the units of one scenario are known, so that a parameter has a column for each.
     assert [(row["ego_speed_mps"], row["ego_speed"]) for row in runs[:5]] == [
         (20.0, None), (20.0, None), (None, 20.0), (None, 20.0), (21.0, None)
@@ -74,47 +77,47 @@ def test_parameters_and_verdicts_are_columns(repository: Repository, example: An
     assert {(row["verdict_fsr1"], row["verdict_fsr2"]) for row in runs} == {("PASS", "FAIL")}
     # FSR3 is about what is outside the ODD, and nothing is.
     assert {row["verdict_fsr3"] for row in runs} == {None}
-    with open_export(repository.location, None) as source:
+    with open_export(store.repository.location, None) as source:
         columns = {column.name: column for column in source.tables["runs"].columns}
     assert (columns["ego_speed_mps"].kind, columns["ego_speed_mps"].unit) == ("number", "m/s")
 
 
-def test_missing_result_is_not_run_and_no_row_of_runs(repository: Repository, example: Any) -> None:
-    example.work_off = lambda *_: 0
-    example.campaign(repository, 4)
-    found = read(repository.location)
+def test_missing_result_is_not_run_and_no_row_of_runs(store: Store) -> None:
+    store.example.work_off = lambda *_: 0
+    store.campaign(4)
+    found = read(store.repository.location)
     assert found["runs"] == []
     assert {row["verdict"] for row in found["verdicts"]} == {"NOT_RUN"}
     assert len(found["verdicts"]) == 8
-    with open_export(repository.location, None) as source:
+    with open_export(store.repository.location, None) as source:
         assert (source.campaign.planned, source.done) == (4, 0)
 
 
 @pytest.mark.slow
 def test_rows_do_not_depend_on_the_parts_that_are_read(
-    repository: Repository, example: Any, monkeypatch: pytest.MonkeyPatch
+    store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    example.campaign(repository, 10)
-    whole = read(repository.location)
+    store.campaign(10)
+    whole = read(store.repository.location)
     monkeypatch.setattr(export, "CHUNK_CASES", 3)
-    assert read(repository.location) == whole
-    with open_export(repository.location, None, ["runs"]) as source:
+    assert read(store.repository.location) == whole
+    with open_export(store.repository.location, None, ["runs"]) as source:
         sizes = [len(chunk.columns[0]) for chunk in source.chunks()]
     # Never more at once than asked for, however large the campaign is.
     assert sizes == [3, 3, 3, 1]
 
 
 @pytest.mark.slow
-def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> None:
+def test_another_database_gives_the_same(tmp_path: Path) -> None:
     one, other = tmp_path / "one.db", tmp_path / "other.db"
     with Repository.open(one) as repository:
-        campaign = make_example().campaign(repository, 8, block_size=3)
+        campaign = Example().campaign(repository, 8, block_size=3)
     with Repository.open(other) as repository:
-        before = make_example()
+        before = Example()
         before.with_odd("2")
         before.gate = ("legacy",)
         before.campaign(repository, 6)
-        example = make_example()
+        example: Any = Example()
         run = example.run
         example.run = lambda case, **changes: replace(run(case, **changes), executed_by="host 2")
         assert example.campaign(repository, 8, block_size=5) == campaign
@@ -122,31 +125,25 @@ def test_another_database_gives_the_same(tmp_path: Path, make_example: Any) -> N
 
 
 @pytest.mark.slow
-def test_server_gives_the_same_as_a_file(
-    server: Server, repository: Repository, make_example: Any
-) -> None:
+def test_server_gives_the_same_as_a_file(server: Server, repository: Repository) -> None:
     url = server.new_database()
     with Repository.open(url) as other:
-        campaign = make_example().campaign(other, 8, block_size=5)
-    assert make_example().campaign(repository, 8) == campaign
+        campaign = Example().campaign(other, 8, block_size=5)
+    assert Example().campaign(repository, 8) == campaign
     assert repr(read(url, campaign)) == repr(read(repository.location, campaign))
 
 
 @pytest.mark.slow
-def test_what_differs_between_executions_is_left_out_unless_asked_for(
-    repository: Repository, example: Any
-) -> None:
-    example.campaign(repository, 2)
-    assert "executed_at" not in read(repository.location)["runs"][0]
-    with_it = read(repository.location, with_provenance=True)["runs"][0]
+def test_what_differs_between_executions_is_left_out_unless_asked_for(store: Store) -> None:
+    store.campaign(2)
+    assert "executed_at" not in read(store.repository.location)["runs"][0]
+    with_it = read(store.repository.location, with_provenance=True)["runs"][0]
     assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
 
 
 @pytest.mark.slow
-def test_hostile_and_mixed_parameters_become_plain_columns(
-    repository: Repository, example: Any
-) -> None:
-    plain = example.case
+def test_hostile_and_mixed_parameters_become_plain_columns(store: Store) -> None:
+    plain = store.example.case
 
     def case(ordinal: int, **changes: Any) -> Any:
         values = {
@@ -159,11 +156,11 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
         }
         return plain(ordinal, **{"parameters": values, "point": {"extra.key": 2}, **changes})
 
-    example.case = case
-    example.campaign(repository, 2)
-    with open_export(repository.location, None) as source:
+    store.example.case = case
+    store.campaign(2)
+    with open_export(store.repository.location, None) as source:
         columns = {column.name: column.kind for column in source.tables["runs"].columns}
-    row = read(repository.location)["runs"][1]
+    row = read(store.repository.location)["runs"][1]
     assert (row["a_drop_table_run"], columns["a_drop_table_run"]) == (1.0, "number")
     assert (row["on"], columns["on"]) == (True, "flag")
     assert (row["either"], row["list"], columns["list"]) == ("word", "[1, 1]", "text")
@@ -176,30 +173,15 @@ def test_hostile_and_mixed_parameters_become_plain_columns(
     assert 1.5 in [row[name] for name in row if name.startswith("contact_")]
 
 
-def test_what_is_not_there_is_an_input_error(
-    repository: Repository, example: Any, tmp_path: Path
-) -> None:
-    example.campaign(repository, 1)
-    place = repository.location
+def test_what_is_not_there_is_an_input_error(store: Store) -> None:
+    store.campaign(1)
+    place = store.repository.location
     for campaign, names, part in (
         ("9", ["runs"], "no number of one"),
         (None, ["run"], "there is no table 'run'"),
     ):
         with pytest.raises(InputError, match=part), open_export(place, campaign, names):
             pass
-    nowhere = tmp_path / "none.db"
-    with pytest.raises(InputError, match="no such file"), open_export(nowhere, None):
-        pass
-    assert not nowhere.exists()
-
-
-def test_database_of_someone_else_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "theirs.db"
-    connection = sqlite3.connect(path)
-    connection.execute("CREATE TABLE t (x)")
-    connection.close()
-    with pytest.raises(PlatformError, match="not made by adeye"), open_export(path, None):
-        pass
 
 
 AS_COLUMNS = {"parameters", "point", "verdicts"}

@@ -22,17 +22,27 @@ from adeye.store.read.query import READER, _Guard, checked, grant, run_query, to
 from adeye.store.repository import Repository
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
-from tests.hostile_sql import ALLOWED, CUT, DENIED, TOO_BIG, TOO_MUCH, statements, written_out
+from tests.hostile_sql import (
+    ALLOWED,
+    CUT,
+    DENIED,
+    STATEMENTS,
+    TOO_BIG,
+    TOO_MUCH,
+    statements,
+    written_out,
+)
 from tests.postgres import Server
 from tests.project import ROOT
+from tests.store.conftest import Example
 from tests.store.raw import on_sqlite
 
 
 @pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory, make_example: Callable[[], Any]) -> bytes:
+def filled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("query") / "adeye.db"
     with Repository.open(path) as repository:
-        make_example().campaign(repository, 8)
+        Example().campaign(repository, 8)
     return path.read_bytes()
 
 
@@ -71,8 +81,10 @@ def state_of(path: Path) -> tuple[set[str], bytes]:
     return {item.name for item in path.parent.iterdir()}, path.read_bytes()
 
 
-@pytest.mark.parametrize("sql", DENIED)
-def test_harmful_statement_is_denied(path: Path, monkeypatch: pytest.MonkeyPatch, sql: str) -> None:
+@pytest.mark.parametrize("sql", [*DENIED, *TOO_BIG])
+def test_harmful_oversized_or_malformed_statement_is_denied(
+    path: Path, monkeypatch: pytest.MonkeyPatch, sql: str
+) -> None:
     monkeypatch.chdir(path.parent)
     before = state_of(path)
     with pytest.raises(InputError, match="query: "):
@@ -89,21 +101,11 @@ def test_endless_statement_is_stopped_at_its_deadline(path: Path, sql: str) -> N
     assert time.monotonic() - began < 3.0
 
 
-@pytest.mark.parametrize("sql", TOO_BIG)
-def test_oversized_or_malformed_statement_is_an_input_error(
-    path: Path, monkeypatch: pytest.MonkeyPatch, sql: str
-) -> None:
-    monkeypatch.chdir(path.parent)
-    before = state_of(path)
-    with pytest.raises(InputError, match="query: "):
-        run_query(path, written_out(sql), timeout_s=5.0)
-    assert state_of(path) == before
-
-
 IN_A_FRESH_PROCESS = """
 import resource, sys
 from adeye.errors import InputError
 from adeye.store.read.query import run_query
+from tests.store.conftest import Example
 
 before = resource.getrlimit(resource.RLIMIT_AS)
 try:
@@ -148,30 +150,18 @@ def test_parameter_is_a_value_and_never_sql(path: Path) -> None:
     assert found.rows == ((hostile,),)
 
 
-def fuzz(path: Path, count: int) -> None:
-    before = state_of(path)
-    answered = 0
-    for sql in statements(count):
-        try:
-            run_query(path, sql, timeout_s=0.5, max_rows=100)
-            answered += 1
-        except InputError:
-            pass
-        assert {item.name for item in path.parent.iterdir()} == before[0], sql
-    assert state_of(path) == before
-    assert answered > count / 10
-
-
 @pytest.mark.slow
 def test_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(path.parent)
-    fuzz(path, 500)
-
-
-@pytest.mark.slow
-def test_many_fuzzed_statements_write_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(path.parent)
-    fuzz(path, 1_500)
+    before = state_of(path)
+    answered = 0
+    for sql in statements(1_500):
+        with suppress(InputError):
+            run_query(path, sql, timeout_s=0.5, max_rows=100)
+            answered += 1
+        assert {item.name for item in path.parent.iterdir()} == before[0], sql
+    assert state_of(path) == before
+    assert answered > 150
 
 
 def late_after(duration_s: float) -> Callable[[], bool]:
@@ -203,21 +193,6 @@ def test_reading_does_not_wait_for_a_writer(path: Path) -> None:
     assert run_query(path, "SELECT count(*) FROM run").rows == ((8,),)
     writer.execute("ROLLBACK")
     writer.close()
-
-
-def test_missing_database_is_not_made(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file"):
-        run_query(tmp_path / "none.db", "SELECT 1")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_file_of_someone_else_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "theirs.db"
-    connection = sqlite3.connect(path)
-    connection.execute("CREATE TABLE t (x)")
-    connection.close()
-    with pytest.raises(PlatformError, match="not made by adeye"):
-        run_query(path, "SELECT * FROM t")
 
 
 def test_path_with_marks_of_a_url_is_only_a_path(tmp_path: Path, example: Any) -> None:
@@ -258,26 +233,7 @@ GROWN = (
     "WITH RECURSIVE g(s, n) AS (SELECT 'aaaaaaaaaaaaaaaa', 1 UNION ALL "
     "SELECT s || s, n + 1 FROM g WHERE n < {}) "
 )
-HARMFUL = [
-    "COPY work TO '/stolen'",
-    "COPY work TO PROGRAM 'cat > /stolen'",
-    "COPY (SELECT 1) TO STDOUT",
-    "DO 'BEGIN PERFORM pg_sleep(60); END'",
-    "SELECT pg_read_file('/etc/passwd')",
-    "SELECT pg_ls_dir('/')",
-    "SELECT lo_import('/etc/passwd')",
-    "SELECT set_config('transaction_read_only', 'off', true)",
-    "SELECT 1; COMMIT; DROP TABLE adeye.event",
-    "WITH gone AS (DELETE FROM event RETURNING *) SELECT * FROM gone",
-    "SELECT * INTO stolen FROM run",
-    "SELECT * FROM work FOR UPDATE",
-    "CREATE TEMP TABLE t (x int)",
-    "SET ROLE tester",
-    "LOCK TABLE work",
-    "NOTIFY x",
-    "EXPLAIN ANALYZE DELETE FROM event",
-    "SELECT nextval('work_id_seq')",
-]
+HARMFUL = STATEMENTS["harmful_on_a_server"]
 
 
 def grown(doublings: int, what: str) -> str:
@@ -286,11 +242,11 @@ def grown(doublings: int, what: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def owned(server: Server, make_example: Callable[[], Any]) -> str:
+def owned(server: Server) -> str:
     """A campaign on the server, as its owner names it; who may read is settled."""
     url = server.new_database()
     with Repository.open(url) as repository:
-        make_example().campaign(repository, 8)
+        Example().campaign(repository, 8)
     name = locate(url).url.database
     server.execute("CREATE ROLE alice LOGIN")
     server.execute("CREATE ROLE mallory LOGIN")
@@ -472,29 +428,7 @@ def test_reader_may_do_nothing_else_to_a_table(reader: psycopg.Connection[Any], 
         assert found == (False,)
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "CREATE TABLE adeye.x (y int)",
-        "CREATE TEMP TABLE x (y int)",
-        "CREATE SCHEMA x",
-        "CREATE ROLE x",
-        "CREATE DATABASE x",
-        "DROP TABLE adeye.event",
-        "ALTER TABLE adeye.event ADD COLUMN x int",
-        "CREATE FUNCTION adeye.f() RETURNS int LANGUAGE sql AS 'SELECT 1'",
-        "COPY adeye.work TO '/stolen'",
-        "COPY adeye.work TO PROGRAM 'cat'",
-        "SELECT pg_read_file('/etc/passwd')",
-        "SELECT pg_ls_dir('/')",
-        "SELECT lo_import('/etc/passwd')",
-        "SET ROLE tester",
-        "ALTER ROLE alice SUPERUSER",
-        "SET temp_file_limit TO -1",
-        "SET session_replication_role TO replica",
-        "SELECT pg_reload_conf()",
-    ],
-)
+@pytest.mark.parametrize("statement", STATEMENTS["forbidden_to_a_reader"])
 def test_reader_has_no_other_right(reader: psycopg.Connection[Any], statement: str) -> None:
     with pytest.raises(psycopg.errors.InsufficientPrivilege):
         reader.execute(statement.encode())
@@ -510,35 +444,29 @@ def test_query_of_the_owner_runs_as_the_reader(owned: str) -> None:
 
 def test_user_without_rights_is_told_by_every_reader(owned: str) -> None:
     url = owned.replace("://tester@", "://mallory@")
+    told = r"let user mallory read.*'adeye db grant mallory'"
     for is_made in (False, True):
-        with pytest.raises(PlatformError, match=r"let user mallory read.*'adeye db grant mallory'"):
+        with pytest.raises(PlatformError, match=told):
             Repository.open(url, create=is_made)
+    with pytest.raises(PlatformError, match="adeye db grant mallory"):
+        run_query(url, "SELECT * FROM v_runs")
 
 
 @pytest.mark.slow
-def test_owner_who_may_not_make_roles_is_told_what_granting_needs(
-    server: Server, make_example: Callable[[], Any]
-) -> None:
+def test_owner_who_may_not_make_roles_is_told_what_granting_needs(server: Server) -> None:
     url = server.new_database()
     server.execute("CREATE ROLE plain_owner LOGIN")
     server.execute(f"ALTER DATABASE {locate(url).url.database} OWNER TO plain_owner")
     own = url.replace("://tester@", "://plain_owner@")
     with Repository.open(own) as repository:
-        make_example().campaign(repository, 2)
+        Example().campaign(repository, 2)
     server.execute("CREATE ROLE bob LOGIN")
     with pytest.raises(PlatformError, match="ALTER ROLE plain_owner CREATEROLE"):
         grant(locate(own), "bob")
 
 
-def test_user_without_rights_is_told(owned: str) -> None:
-    with pytest.raises(PlatformError, match="adeye db grant mallory"):
-        run_query(owned.replace("://tester@", "://mallory@"), "SELECT * FROM v_runs")
-
-
 @pytest.mark.slow
-def test_mighty_user_without_a_reading_role_is_refused(
-    server: Server, make_example: Callable[[], Any]
-) -> None:
+def test_mighty_user_without_a_reading_role_is_refused(server: Server) -> None:
     url = server.new_database()
     Repository.open(url).close()
     with pytest.raises(InputError, match="adeye db grant"):
@@ -547,7 +475,7 @@ def test_mighty_user_without_a_reading_role_is_refused(
     assert run_query(url, "SELECT 1 AS a").rows == ((1,),)
     # Views that come later can be read, too.
     with Repository.open(url) as repository:
-        make_example().campaign(repository, 4)
+        Example().campaign(repository, 4)
     assert run_query(url, "SELECT count(*) FROM v_runs_cut_in").rows == ((2,),)
 
 
@@ -556,62 +484,7 @@ def test_name_of_a_role_is_never_sql(owned: str) -> None:
         grant(locate(owned), "alice; DROP TABLE adeye.run")
 
 
-ALLOWED = [
-    "SELECT count(*), avg(x) FILTER (WHERE x > 1) FROM v_runs WHERE a IN (1, 2) AND NOT (b)",
-    "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n LIMIT 3",
-    "WITH a AS MATERIALIZED (SELECT 1), b(x) AS NOT MATERIALIZED (VALUES (1)) SELECT * FROM b",
-    "SELECT row_number() OVER (PARTITION BY a ORDER BY b) FROM v_runs",
-    "SELECT CAST(x AS numeric(10, 2)), x::text, 'it''s; -- a text (', \"odd name\" FROM t",
-    "SELECT key, value FROM v_runs, json_each(parameters) AS j(key, value, type)",
-    "SELECT pg_catalog.lower(a), adeye.json_each(b) FROM t -- the end; DROP TABLE run",
-    "(SELECT 1) UNION (SELECT 2);",
-    "VALUES (1, 2), (3, 4)",
-    "EXPLAIN SELECT * FROM v_gate WHERE campaign = :campaign",
-    "SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY x) FROM t",
-]
-REFUSED = [
-    "SELECT pg_sleep(1)",
-    "SELECT PG_SLEEP (1)",
-    "SELECT pg_sleep\n-- so\n(1)",
-    'SELECT "pg_sleep"(1)',
-    "SELECT pg_catalog.pg_sleep(1)",
-    'SELECT "pg_catalog"."pg_sleep"(1)',
-    "SELECT public.lower('a')",
-    "SELECT 1 FROM pg_sleep(1) AS (a int)",
-    "SELECT 1 FROM dblink('x', 'DROP TABLE run') AS (a int)",
-    "SELECT 1 FROM dblink('x', 'DROP TABLE run') AS t(a int)",
-    "SELECT set_config('role', 'none', false)",
-    "SELECT pg_read_file('/etc/passwd')",
-    "SELECT lo_import('/etc/passwd')",
-    "SELECT pg_terminate_backend(1)",
-    "SELECT pg_advisory_lock(1)",
-    "SELECT query_to_xml('DROP TABLE run', true, true, '')",
-    "SELECT repeat('x', 1000000000)",
-    "SELECT * FROM generate_series(1, 1000000000)",
-    "SELECT DISTINCT ON (a) pg_sleep(1) FROM t",
-    'SELECT U&"pg\\005Fsleep"(1)',
-    "SELECT E'\\'; DROP TABLE run; --'",
-    "SELECT $$a$$",
-    "SELECT $a$ ' $a$",
-    "SELECT 1 /* SELECT 2 */",
-    "SELECT 1\x00",
-    "SELECT 'open",
-    "SELECT 1; SELECT 2",
-    "COPY run TO PROGRAM 'sh'",
-    "DO 'BEGIN END'",
-    "CALL x()",
-    "SET ROLE postgres",
-    "INSERT INTO work DEFAULT VALUES",
-    ";",
-    "",
-    "-- nothing",
-    "SELECT 1) AS one, (SELECT 2",
-    "SELECT 1)",
-    "(SELECT 1",
-]
-
-
-@pytest.mark.parametrize("sql", ALLOWED)
+@pytest.mark.parametrize("sql", STATEMENTS["words_of_reading"])
 def test_reading_passes(sql: str) -> None:
     tokens = checked(sql)
     assert [token.text for token in tokens if sql[token.start :].startswith(token.text)] == [
@@ -619,7 +492,7 @@ def test_reading_passes(sql: str) -> None:
     ]
 
 
-@pytest.mark.parametrize("sql", REFUSED)
+@pytest.mark.parametrize("sql", STATEMENTS["words_refused"])
 def test_everything_else_is_refused(sql: str) -> None:
     with pytest.raises(InputError, match="query: "):
         checked(sql)

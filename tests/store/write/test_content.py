@@ -1,6 +1,6 @@
+"""Contents and concepts in the database, hostile texts among them."""
+
 import json
-import sqlite3
-from typing import Any
 
 import pytest
 
@@ -9,7 +9,7 @@ from adeye.identity import digest
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
 from adeye.store.write.content import concept_record
-from tests.store.rows import complete_block
+from tests.store.conftest import Store
 
 HOSTILE = [
     "'; DROP TABLE run; --",
@@ -52,56 +52,50 @@ def test_two_hundred_hostile_texts_read_back_as_data(repository: Repository) -> 
 
 
 @pytest.mark.slow
-def test_hostile_texts_in_results_read_back_as_data(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(len(PAYLOADS)), block_size=500)
-    block = repository.claim_block(campaign=plan.campaign)
-    assert block is not None
+def test_hostile_texts_in_results_read_back_as_data(store: Store) -> None:
+    plan = store.plan(store.example.cases(len(PAYLOADS)), block_size=500)
+    block = store.claim(plan.campaign)
     runs = [
-        example.run(
+        store.example.run(
             case,
             outcome_detail=text,
             outcome_channel=text,
-            events=[example.run(case).events[0].__class__(0.0, text, text, text)],
+            events=[store.example.run(case).events[0].__class__(0.0, text, text, text)],
         )
         for case, text in zip(block.cases, PAYLOADS, strict=True)
     ]
-    assert complete_block(repository, block, runs)
+    assert store.complete(block, runs)
     for case, text in zip(block.cases, PAYLOADS, strict=True):
-        stored = repository.run_row(case.result_digest)
-        assert stored is not None
+        stored = store.run(case.result_digest)
         assert stored.row["outcome_detail"] == stored.row["outcome_channel"] == text
         assert stored.events[0].text == text
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
 
 
-def test_concept_is_saved_with_all_its_parts(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
-    concept = example.concept()
-    key = repository.save_concept(concept)
-    assert key == concept_record(concept).digest == repository.save_concept(concept)
-    goal = raw.execute("SELECT id, asil, ftti_s FROM safety_goal").fetchall()
+def test_concept_is_saved_with_all_its_parts(store: Store) -> None:
+    concept = store.example.concept()
+    key = store.repository.save_concept(concept)
+    assert key == concept_record(concept).digest == store.repository.save_concept(concept)
+    goal = store.rows("SELECT id, asil, ftti_s FROM safety_goal")
     assert goal == [("SG1", "D", 1.5)]
-    measures = dict(raw.execute("SELECT id, measure FROM fsr").fetchall())
+    measures = dict(store.rows("SELECT id, measure FROM fsr"))
     assert measures == {
         "FSR1": "always(gap >= 2)",
         "FSR2": "min_ttc_s >= 1.0",
         "FSR3": "always(gap >= 2)",
     }
-    assert raw.execute("SELECT asil FROM hazardous_event").fetchall() == [("D",)]
-    assert raw.execute("SELECT valid_until FROM assumption").fetchall() == [("2030-01-01",)]
-    assert len(raw.execute("SELECT * FROM allocation").fetchall()) == 3
-    content = raw.execute("SELECT content FROM fsr WHERE id = 'FSR3'").fetchone()[0]
+    assert store.rows("SELECT asil FROM hazardous_event") == [("D",)]
+    assert store.rows("SELECT valid_until FROM assumption") == [("2030-01-01",)]
+    assert len(store.rows("SELECT * FROM allocation")) == 3
+    content = store.raw.execute("SELECT content FROM fsr WHERE id = 'FSR3'").fetchone()[0]
     assert json.loads(content)["applies"] == "outside"
 
 
-def test_upper_bound_reads_as_at_most(
-    repository: Repository, example: Any, raw: sqlite3.Connection
-) -> None:
+def test_upper_bound_reads_as_at_most(store: Store) -> None:
     from adeye.spec.concept import MetricBound
 
-    first = example.requirements[0]
+    first = store.example.requirements[0]
     bound = MetricBound(metric="impact_speed_mps", at_most=0.0)
-    example.requirements = (first.model_copy(update={"formula": None, "bound": bound}),)
-    repository.save_concept(example.concept())
-    assert raw.execute("SELECT measure FROM fsr").fetchall() == [("impact_speed_mps <= 0.0",)]
+    store.example.requirements = (first.model_copy(update={"formula": None, "bound": bound}),)
+    store.repository.save_concept(store.example.concept())
+    assert store.rows("SELECT measure FROM fsr") == [("impact_speed_mps <= 0.0",)]

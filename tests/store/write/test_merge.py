@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from adeye.store.tables import LEDGER, metadata
 from adeye.store.write import merge as merging
 from tests.postgres import Server
 from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
-from tests.store.conftest import Example
+from tests.store.conftest import Example, Store
 from tests.store.rows import result_table_hash
 from tests.tampering import unguarded
 
@@ -124,9 +124,7 @@ def test_results_of_another_campaign_are_added_and_local_numbers_given_anew(
     with Repository.open(other.db) as repository:
         newest, *rest = repository.campaigns()
         assert [item.id for item in rest] == [summary.campaign]
-        latest = repository.latest_campaign()
-        assert latest is not None
-        assert latest.id == newest.id
+        assert repository.latest_campaign() == newest
         assert repository.progress(newest.id).accounted == 28
 
 
@@ -169,29 +167,25 @@ def test_view_in_the_place_of_a_table_is_refused(parts: Path, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_another_execution_of_one_test_case_contradicts(
-    mini: Executed, parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert mini.summary.planned == 28
-    db = tmp_path / "all.db"
-    merged(db, parts / "1.db")
-    source = altered(copied(parts, "1.db", tmp_path), "UPDATE run SET result_hash = 'x'")
-    # As if it were sound: then it is another result of the same test case.
-    monkeypatch.setattr(merging, "verify", lambda _: iter(()))
-    refused(db, source, IntegrityError, ["run ", "another result_hash"])
-
-
-@pytest.mark.slow
-def test_another_verdict_on_one_result_contradicts(
-    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("UPDATE run SET result_hash = 'x'", ["run ", "another result_hash"]),
+        (
+            "UPDATE verdict SET margin = 7.0 WHERE margin IS NOT NULL",
+            ["verdict ", "another margin"],
+        ),
+    ],
+)
+def test_another_result_of_one_test_case_contradicts(
+    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statement: str, words: list[str]
 ) -> None:
     db = tmp_path / "all.db"
     merged(db, parts / "1.db")
-    source = altered(
-        copied(parts, "1.db", tmp_path), "UPDATE verdict SET margin = 7.0 WHERE margin IS NOT NULL"
-    )
+    source = altered(copied(parts, "1.db", tmp_path), statement)
+    # As if it were sound.
     monkeypatch.setattr(merging, "verify", lambda _: iter(()))
-    refused(db, source, IntegrityError, ["verdict ", "another margin"])
+    refused(db, source, IntegrityError, words)
 
 
 @pytest.mark.slow
@@ -400,25 +394,25 @@ def told(repository: Repository, campaign: str) -> list[Any]:
 
 
 @pytest.fixture
-def two(repository: Repository, example: Example) -> tuple[str, str]:
+def two(store: Store) -> tuple[str, str]:
     """Fill every table by one campaign, and add another one that shares some of its results."""
-    example.decompose()
-    first = example.campaign(repository)
-    example.hindsight(repository, first)
-    example.halved(repository, first)
-    example.vouched(repository, first)
-    example.repeat(0, 1)
-    example.with_odd("2")
-    example.verdict_of = lambda case, _fsr: Verdict.FAIL if case.ordinal == 2 else Verdict.PASS
-    second = example.campaign(repository, 12)
-    example.thresholds = {"FSR1": "3 m"}
-    third = repository.plan_campaign(example.record(), example.cases(12), block_size=5).campaign
-    block = repository.claim_block(campaign=third)
-    assert block is not None
-    assert repository.quarantine_block(block, "broken")
-    assert repository.claim_block(campaign=third) is not None
-    repository.plan_campaign(example.record(), example.cases(12), block_size=5)
-    assert repository.verify() == ()
+    store.example.decompose()
+    first = store.campaign()
+    store.hindsight(first)
+    store.halved(first)
+    store.vouched(first)
+    store.example.repeat(0, 1)
+    store.example.with_odd("2")
+    store.example.verdict_of = lambda case, _fsr: (
+        Verdict.FAIL if case.ordinal == 2 else Verdict.PASS
+    )
+    second = store.campaign(12)
+    store.example.thresholds = {"FSR1": "3 m"}
+    third = store.plan(12, block_size=5).campaign
+    assert store.repository.quarantine_block(store.claim(third), "broken")
+    store.claim(third)
+    store.plan(12, block_size=5)
+    assert store.repository.verify() == ()
     return first, second
 
 
@@ -480,20 +474,20 @@ def test_copy_of_one_campaign_tells_what_the_original_tells(
 
 
 @pytest.mark.slow
-def test_work_goes_on_in_a_copy(
-    repository: Repository, two: tuple[str, str], target: str, example: Example
-) -> None:
-    open_one = next(item.id for item in repository.campaigns() if item.id not in two)
-    example.thresholds = {"FSR1": "3 m"}
-    with copy_of(repository, target, open_one) as into:
+def test_work_goes_on_in_a_copy(store: Store, two: tuple[str, str], target: str) -> None:
+    open_one = next(item.id for item in store.repository.campaigns() if item.id not in two)
+    store.example.thresholds = {"FSR1": "3 m"}
+    with copy_of(store.repository, target, open_one) as into:
         state = into.work_state(open_one)
         assert (state.quarantined, state.leased) == (1, 0)
         assert into.queue.requeue_quarantined(open_one) == 1
-        example.work_off(into, open_one)
+        store.example.work_off(into, open_one)
         assert into.progress(open_one).accounted == 12
         # Cut blocks get numbers that are free.
-        later = into.plan_campaign(example.record(), example.cases(16), block_size=9).campaign
-        example.work_off(into, later)
+        later = into.plan_campaign(
+            store.example.record(), store.example.cases(16), block_size=9
+        ).campaign
+        store.example.work_off(into, later)
         assert into.verify() == ()
 
 
@@ -502,11 +496,10 @@ def test_database_that_has_campaigns_already_and_unknown_names_are_refused(
     repository: Repository,
     two: tuple[str, str],
     tmp_path: Path,
-    make_example: Callable[[], Example],
 ) -> None:
     other = tmp_path / "other.db"
     with Repository.open(other) as taken:
-        make_example().campaign(taken)
+        Example().campaign(taken)
         before = rows_of(taken)
         with pytest.raises(InputError, match="has campaigns already"):
             taken.copy(repository.location, two)
@@ -602,7 +595,7 @@ def test_what_is_not_as_it_was_written_is_not_copied_and_nothing_is_left(
     spoilt(tmp_path, how)
     with pytest.raises(IntegrityError, match=r"adeye db verify"):
         campaign_of(old, "2", new)
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("new.db")] == []
+    assert list(tmp_path.glob("new.db*")) == []
 
 
 @pytest.mark.slow
@@ -618,5 +611,5 @@ def test_copy_that_is_not_the_same_is_removed(
     )  # fmt: skip
     with pytest.raises(IntegrityError, match=r"not as"):
         campaign_of(old, "2", new)
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("new.db")] == []
+    assert list(tmp_path.glob("new.db*")) == []
     assert locate(old).path == old

@@ -3,7 +3,7 @@
 import json
 import multiprocessing
 import signal
-import sqlite3
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,35 +13,46 @@ import pytest
 
 from adeye.judge.verdict import Verdict
 from adeye.store.owner import Owner
+from adeye.store.records import Block
 from adeye.store.repository import Repository
 from adeye.store.write import queue as leasing
 from adeye.store.write.queue import NamedCase, WantedBlocks
-from tests.store.rows import complete_block
+from tests.store.conftest import Store
 
 FAR = Owner("another machine", 1, "1")
 
 
+ANYTHING = WantedBlocks()
+
+
 @pytest.fixture
-def campaign(repository: Repository, example: Any) -> str:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=2)
-    return str(plan.campaign)
+def campaign(store: Store) -> str:
+    return store.plan(8, block_size=2).campaign
 
 
-def complete(repository: Repository, example: Any, campaign: str, blocks: int) -> None:
+def claimed(store: Store, campaign: str, blocks: WantedBlocks = ANYTHING) -> Block:
+    """Claim a block of those that are wanted where there is one."""
+    block = store.repository.queue.claim(campaign, blocks, 60.0)
+    assert block is not None
+    return block
+
+
+def complete(store: Store, campaign: str, blocks: int) -> None:
     for _ in range(blocks):
-        block = repository.queue.claim(campaign, WantedBlocks(), 60.0)
-        assert block is not None
-        assert complete_block(repository, block, example.runs(block))
+        assert store.complete(claimed(store, campaign))
 
 
-def test_cases_are_told_by_the_names_that_people_give(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    complete(repository, example, campaign, 1)
-    found = list(repository.queue.cases(campaign))
+def hold(store: Store, campaign: str, blocks: int, **options: Any) -> list[Block]:
+    """Claim blocks and do nothing with them."""
+    return [store.claim(campaign, **options) for _ in range(blocks)]
+
+
+def test_cases_are_told_by_the_names_that_people_give(store: Store, campaign: str) -> None:
+    complete(store, campaign, 1)
+    found = list(store.repository.queue.cases(campaign))
     assert [ordinal for ordinal, _, _ in found] == list(range(8))
     assert [has_result for *_, has_result in found] == [True] * 2 + [False] * 6
-    planned = list(example.cases(8))
+    planned = list(store.example.cases(8))
     for (_, named, _), case in zip(found, planned, strict=True):
         point = json.loads(named.point)
         assert named == NamedCase(
@@ -52,241 +63,197 @@ def test_cases_are_told_by_the_names_that_people_give(
 
 @pytest.mark.parametrize("verdict", [Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE])
 def test_failed_is_what_a_mandatory_requirement_failed_on(
-    repository: Repository, example: Any, campaign: str, verdict: Verdict
+    store: Store, campaign: str, verdict: Verdict
 ) -> None:
     given = {(3, "FSR1"): verdict, (5, "FSR2"): Verdict.FAIL}
-    example.verdict_of = lambda case, fsr: given.get((case.ordinal, fsr), Verdict.PASS)
-    complete(repository, example, campaign, 4)
+    store.example.verdict_of = lambda case, fsr: given.get((case.ordinal, fsr), Verdict.PASS)
+    complete(store, campaign, 4)
     bad = {3} if verdict in {Verdict.FAIL, Verdict.ERROR} else set()
     # FSR2 is optional.
-    assert repository.queue.failed(campaign) == bad
+    assert store.repository.queue.failed(campaign) == bad
 
 
-def test_earlier_campaigns_of_the_same_odd_are_told_last_first(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    second = repository.plan_campaign(example.record(), example.cases(6)).campaign
-    third = repository.plan_campaign(example.record(), example.cases(4)).campaign
-    assert repository.queue.earlier(third) == [second, campaign]
-    repository.plan_campaign(example.record(), example.cases(8))
-    assert repository.queue.earlier(third) == [campaign, second]
+def test_earlier_campaigns_of_the_same_odd_are_told_last_first(store: Store, campaign: str) -> None:
+    second = store.plan(6).campaign
+    third = store.plan(4).campaign
+    assert store.repository.queue.earlier(third) == [second, campaign]
+    store.plan(8)
+    assert store.repository.queue.earlier(third) == [campaign, second]
 
 
 def test_what_is_left_elsewhere_is_counted_as_far_as_it_is_wanted(
-    repository: Repository, example: Any, campaign: str
+    store: Store, campaign: str
 ) -> None:
-    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), ()) == 8
-    theirs = repository.claim_block(FAR, lease_s=1e6, campaign=campaign)
-    mine = repository.queue.claim(campaign, WantedBlocks(), 60.0)
-    assert theirs is not None
-    assert mine is not None
-    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 6
-    assert repository.queue.open_elsewhere(campaign, WantedBlocks(within=(0, 4)), {mine.id}) == 2
-    complete_all = WantedBlocks(aside={theirs.id, mine.id})
-    while (block := repository.queue.claim(campaign, complete_all, 60.0)) is not None:
-        assert complete_block(repository, block, example.runs(block))
-    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 2
-    assert complete_block(repository, theirs, example.runs(theirs))
-    assert repository.queue.open_elsewhere(campaign, WantedBlocks(), {mine.id}) == 0
+    left = partial(store.repository.queue.open_elsewhere, campaign)
+    assert left(ANYTHING, ()) == 8
+    theirs = store.claim(campaign, owner=FAR, lease_s=1e6)
+    mine = claimed(store, campaign)
+    assert left(ANYTHING, {mine.id}) == 6
+    assert left(WantedBlocks(within=(0, 4)), {mine.id}) == 2
+    others = WantedBlocks(aside={theirs.id, mine.id})
+    while (block := store.repository.queue.claim(campaign, others, 60.0)) is not None:
+        assert store.complete(block)
+    assert left(ANYTHING, {mine.id}) == 2
+    assert store.complete(theirs)
+    assert left(ANYTHING, {mine.id}) == 0
 
 
-def test_quarantined_blocks_are_free_again(repository: Repository, campaign: str) -> None:
-    block = repository.queue.claim(campaign, WantedBlocks(), 60.0)
-    assert block is not None
-    assert repository.quarantine_block(block, "broken")
-    assert repository.queue.requeue_quarantined(campaign) == 1
-    assert repository.work_state(campaign).pending == 4
+def test_quarantined_blocks_are_free_again(store: Store, campaign: str) -> None:
+    assert store.repository.quarantine_block(claimed(store, campaign), "broken")
+    assert store.repository.queue.requeue_quarantined(campaign) == 1
+    assert store.repository.work_state(campaign).pending == 4
 
 
-def test_block_is_done_once(repository: Repository, example: Any, campaign: str) -> None:
-    block = repository.claim_block(campaign=campaign)
-    assert block is not None
-    runs = example.runs(block)
-    assert complete_block(repository, block, runs)
-    assert not complete_block(repository, block, runs)
-    assert repository.info().rows["run"] == 2
-    assert repository.work_state(campaign).done == 1
+def test_block_is_done_once(store: Store, campaign: str) -> None:
+    block = store.claim(campaign)
+    runs = store.example.runs(block)
+    assert store.complete(block, runs)
+    assert not store.complete(block, runs)
+    assert store.repository.info().rows["run"] == 2
+    assert store.repository.work_state(campaign).done == 1
 
 
-def test_blocks_that_are_held_are_not_given_out(repository: Repository, campaign: str) -> None:
-    held = [repository.claim_block(campaign=campaign) for _ in range(5)]
-    assert held[4] is None
-    ordinals = [case.ordinal for block in held[:4] if block for case in block.cases]
-    assert ordinals == list(range(8))
+def test_blocks_that_are_held_are_not_given_out(store: Store, campaign: str) -> None:
+    held = hold(store, campaign, 4)
+    assert store.repository.claim_block(campaign=campaign) is None
+    assert [case.ordinal for block in held for case in block.cases] == list(range(8))
 
 
 @pytest.mark.slow
 def test_lease_of_a_dead_process_is_taken_over_and_its_owner_fenced_off(
-    repository: Repository, example: Any, campaign: str
+    store: Store, campaign: str
 ) -> None:
     context = multiprocessing.get_context("fork")
     inbox: multiprocessing.Queue[Any] = context.Queue()
 
     def claim_and_wait() -> None:
-        inbox.put(repository.claim_block(lease_s=1e6, campaign=campaign))
+        inbox.put(store.repository.claim_block(lease_s=1e6, campaign=campaign))
         signal.pause()
 
     process = context.Process(target=claim_and_wait)
     process.start()
     lost = inbox.get(timeout=30)
-    others = [repository.claim_block(campaign=campaign) for _ in range(4)]
+    others = [store.repository.claim_block(campaign=campaign) for _ in range(4)]
     assert others[3] is None
-    assert repository.work_state(campaign).leased == 4
+    assert store.repository.work_state(campaign).leased == 4
     process.kill()
     process.join()
-    assert repository.work_state(campaign).leased == 3
-    again = repository.claim_block(campaign=campaign)
-    assert again is not None
+    assert store.repository.work_state(campaign).leased == 3
+    again = store.claim(campaign)
     assert (again.id, again.attempt) == (lost.id, lost.attempt + 1)
-    assert not complete_block(repository, lost, example.runs(lost))
-    assert not repository.renew_lease(lost, 60.0)
-    assert not repository.release_block(lost)
-    assert repository.fail_block(lost, "late") is None
-    assert not repository.quarantine_block(lost, "late")
-    assert repository.info().rows["run"] == 0
-    assert complete_block(repository, again, example.runs(again))
+    assert not store.complete(lost)
+    assert not store.repository.renew_lease(lost, 60.0)
+    assert not store.repository.release_block(lost)
+    assert store.repository.fail_block(lost, "late") is None
+    assert not store.repository.quarantine_block(lost, "late")
+    assert store.repository.info().rows["run"] == 0
+    assert store.complete(again)
 
 
-def test_late_owner_is_fenced_off_though_it_lives(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    late = repository.claim_block(lease_s=-1.0, campaign=campaign)
-    assert late is not None
-    for _ in range(3):
-        assert repository.claim_block(campaign=campaign) is not None
-    again = repository.claim_block(campaign=campaign)
-    assert again is not None
+def test_late_owner_is_fenced_off_though_it_lives(store: Store, campaign: str) -> None:
+    late = store.claim(campaign, lease_s=-1.0)
+    hold(store, campaign, 3)
+    again = store.claim(campaign)
     assert again.id == late.id
-    assert not complete_block(repository, late, example.runs(late))
-    assert complete_block(repository, again, example.runs(again))
+    assert not store.complete(late)
+    assert store.complete(again)
 
 
-def test_late_owner_whose_block_nobody_took_still_completes(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    late = repository.claim_block(lease_s=-1.0, campaign=campaign)
-    assert late is not None
-    assert complete_block(repository, late, example.runs(late))
+def test_late_owner_whose_block_nobody_took_still_completes(store: Store, campaign: str) -> None:
+    assert store.complete(store.claim(campaign, lease_s=-1.0))
 
 
-def test_changed_time_of_day_ends_no_lease_on_this_machine(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    for _ in range(4):
-        assert repository.claim_block(campaign=campaign) is not None
-    raw.execute("UPDATE work SET until = '2000-01-01T00:00:00.000+00:00'")
-    assert repository.claim_block(campaign=campaign) is None
+def test_changed_time_of_day_ends_no_lease_on_this_machine(store: Store, campaign: str) -> None:
+    hold(store, campaign, 4)
+    store.raw.execute("UPDATE work SET until = '2000-01-01T00:00:00.000+00:00'")
+    assert store.repository.claim_block(campaign=campaign) is None
 
 
-def test_lease_of_another_machine_ends_by_the_time_of_day(
-    repository: Repository, campaign: str, raw: sqlite3.Connection
-) -> None:
-    for _ in range(4):
-        assert repository.claim_block(FAR, campaign=campaign) is not None
-    raw.execute("UPDATE work SET until_boot_s = 0")
-    assert repository.claim_block(campaign=campaign) is None
-    raw.execute("UPDATE work SET until = '2000-01-01T00:00:00.000+00:00' WHERE id = 3")
-    found = repository.claim_block(campaign=campaign)
-    assert found is not None
-    assert found.id == 3
+def test_lease_of_another_machine_ends_by_the_time_of_day(store: Store, campaign: str) -> None:
+    hold(store, campaign, 4, owner=FAR)
+    store.raw.execute("UPDATE work SET until_boot_s = 0")
+    assert store.repository.claim_block(campaign=campaign) is None
+    store.raw.execute("UPDATE work SET until = '2000-01-01T00:00:00.000+00:00' WHERE id = 3")
+    assert store.claim(campaign).id == 3
 
 
-def test_renewed_lease_holds(repository: Repository, campaign: str) -> None:
-    blocks = [repository.claim_block(lease_s=-1.0, campaign=campaign) for _ in range(1)]
-    assert blocks[0] is not None
-    assert repository.renew_lease(blocks[0], 100.0)
-    for _ in range(3):
-        assert repository.claim_block(campaign=campaign) is not None
-    assert repository.claim_block(campaign=campaign) is None
+def test_renewed_lease_holds(store: Store, campaign: str) -> None:
+    assert store.repository.renew_lease(store.claim(campaign, lease_s=-1.0), 100.0)
+    hold(store, campaign, 3)
+    assert store.repository.claim_block(campaign=campaign) is None
 
 
-def test_released_block_is_given_out_again(repository: Repository, campaign: str) -> None:
-    first = repository.claim_block(campaign=campaign)
-    assert first is not None
-    assert repository.release_block(first)
-    again = repository.claim_block(campaign=campaign)
-    assert again is not None
+def test_released_block_is_given_out_again(store: Store, campaign: str) -> None:
+    first = store.claim(campaign)
+    assert store.repository.release_block(first)
+    again = store.claim(campaign)
     assert (again.id, again.attempt) == (first.id, 2)
 
 
-def test_incomplete_block_is_refused_and_stays_leased(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    block = repository.claim_block(campaign=campaign)
-    assert block is not None
+def test_incomplete_block_is_refused_and_stays_leased(store: Store, campaign: str) -> None:
+    block = store.claim(campaign)
     with pytest.raises(ValueError, match="not complete"):
-        complete_block(repository, block, example.runs(block)[:1])
-    without = [example.run(case, verdicts=[]) for case in block.to_execute]
+        store.complete(block, store.example.runs(block)[:1])
+    without = [store.example.run(case, verdicts=[]) for case in block.to_execute]
     with pytest.raises(ValueError, match="not complete"):
-        complete_block(repository, block, without)
-    assert repository.info().rows["run"] == 0
-    assert repository.work_state(campaign).leased == 1
-    assert complete_block(repository, block, example.runs(block))
+        store.complete(block, without)
+    assert store.repository.info().rows["run"] == 0
+    assert store.repository.work_state(campaign).leased == 1
+    assert store.complete(block)
 
 
-def test_result_of_another_block_is_refused(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    first = repository.claim_block(campaign=campaign)
-    second = repository.claim_block(campaign=campaign)
-    assert first is not None
-    assert second is not None
+def test_result_of_another_block_is_refused(store: Store, campaign: str) -> None:
+    first, second = hold(store, campaign, 2)
     with pytest.raises(ValueError, match="not of this block"):
-        complete_block(repository, first, [*example.runs(first), *example.runs(second)])
-    assert repository.info().rows["run"] == 0
+        store.complete(first, [*store.example.runs(first), *store.example.runs(second)])
+    assert store.repository.info().rows["run"] == 0
 
 
-def test_block_that_another_campaign_filled_needs_nothing(
-    repository: Repository, example: Any, campaign: str
-) -> None:
-    example.with_odd("2")
-    example.campaign(repository, 8)
-    block = repository.claim_block(campaign=campaign)
-    assert block is not None
+def test_block_that_another_campaign_filled_needs_nothing(store: Store, campaign: str) -> None:
+    store.example.with_odd("2")
+    store.campaign(8)
+    block = store.claim(campaign)
     assert block.cases == ()
-    assert complete_block(repository, block, [])
-    assert repository.progress(campaign).accounted == 2
+    assert store.complete(block, [])
+    assert store.repository.progress(campaign).accounted == 2
 
 
 @pytest.mark.slow
-def test_failing_block_is_halved_down_to_the_bad_case(repository: Repository, example: Any) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=8)
+def test_failing_block_is_halved_down_to_the_bad_case(store: Store) -> None:
+    plan = store.plan(8, block_size=8)
     attempts = 0
-    while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+    while (block := store.repository.claim_block(campaign=plan.campaign)) is not None:
         attempts += 1
         if any(case.ordinal == 5 for case in block.cases):
-            assert repository.fail_block(block, "worker died") in {"pending", "quarantined"}
+            assert store.repository.fail_block(block, "worker died") in {"pending", "quarantined"}
         else:
-            assert complete_block(repository, block, example.runs(block))
-    state = repository.work_state(plan.campaign)
+            assert store.complete(block)
+    state = store.repository.work_state(plan.campaign)
     assert (state.quarantined, state.text) == (1, "quarantined")
-    assert repository.progress(plan.campaign).accounted == 7
+    assert store.repository.progress(plan.campaign).accounted == 7
     assert attempts == leasing.MAX_FAILURES + 3 + 3
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
     fsr1 = {
-        item.architecture: item for item in repository.gate(plan.campaign) if item.fsr == "FSR1"
+        item.architecture: item
+        for item in store.repository.gate(plan.campaign)
+        if item.fsr == "FSR1"
     }
     assert (str(fsr1["new"].verdict), str(fsr1["legacy"].verdict)) == ("NOT_RUN", "PASS")
-    assert repository.queue.requeue_quarantined(plan.campaign) == 1
-    assert example.work_off(repository, plan.campaign) == 1
-    assert repository.progress(plan.campaign).accounted == 8
-    assert repository.verify() == ()
+    assert store.repository.queue.requeue_quarantined(plan.campaign) == 1
+    assert store.work_off(plan.campaign) == 1
+    assert store.repository.progress(plan.campaign).accounted == 8
+    assert store.repository.verify() == ()
 
 
-def test_late_failure_of_a_block_that_failed_before_changes_nothing(
-    repository: Repository, example: Any
-) -> None:
-    plan = repository.plan_campaign(example.record(), example.cases(4), block_size=4)
+def test_late_failure_of_a_block_that_failed_before_changes_nothing(store: Store) -> None:
+    plan = store.plan(4, block_size=4)
     for _ in range(leasing.MAX_FAILURES - 1):
-        block = repository.claim_block(campaign=plan.campaign)
-        assert block is not None
-        assert repository.fail_block(block, "worker died") == "pending"
-    late = repository.claim_block(lease_s=-1.0, campaign=plan.campaign)
-    assert late is not None
-    again = repository.claim_block(campaign=plan.campaign)
-    assert again is not None
-    assert repository.fail_block(late, "worker died") is None
-    assert complete_block(repository, again, example.runs(again))
+        block = store.claim(plan.campaign)
+        assert store.repository.fail_block(block, "worker died") == "pending"
+    late = store.claim(plan.campaign, lease_s=-1.0)
+    again = store.claim(plan.campaign)
+    assert store.repository.fail_block(late, "worker died") is None
+    assert store.complete(again)
 
 
 def claim_all(path: Path, outbox: "multiprocessing.Queue[list[int]]") -> None:
@@ -300,16 +267,15 @@ def claim_all(path: Path, outbox: "multiprocessing.Queue[list[int]]") -> None:
 
 
 @pytest.mark.slow
-def test_processes_that_claim_at_once_get_different_blocks(
-    repository: Repository, example: Any
-) -> None:
-    repository.plan_campaign(example.record(), example.cases(120), block_size=2)
+def test_processes_that_claim_at_once_get_different_blocks(store: Store) -> None:
+    store.plan(120, block_size=2)
     context = multiprocessing.get_context("fork")
     outbox: multiprocessing.Queue[list[int]] = context.Queue()
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     try:
         processes = [
-            context.Process(target=claim_all, args=(repository.location, outbox)) for _ in range(3)
+            context.Process(target=claim_all, args=(store.repository.location, outbox))
+            for _ in range(3)
         ]
         for process in processes:
             process.start()
@@ -323,8 +289,8 @@ def test_processes_that_claim_at_once_get_different_blocks(
 
 
 @pytest.fixture
-def partly(repository: Repository, example: Any) -> str:
-    plan = repository.plan_campaign(example.record(), example.cases(8), block_size=4)
+def partly(store: Store) -> str:
+    plan = store.plan(8, block_size=4)
     return str(plan.campaign)
 
 
@@ -382,29 +348,24 @@ def test_only_what_is_wanted_is_leased_and_the_rest_waits(
 
 
 @pytest.mark.slow
-def test_what_is_cut_is_completed_counted_and_covers_the_plan(
-    repository: Repository, example: Any, partly: str
-) -> None:
+def test_what_is_cut_is_completed_counted_and_covers_the_plan(store: Store, partly: str) -> None:
     for wanted in (WantedBlocks(mask(1, 2, 6)), WantedBlocks()):
-        while (block := repository.queue.claim(partly, wanted, 60.0)) is not None:
-            assert complete_block(repository, block, example.runs(block))
-    assert repository.verify() == ()
-    assert repository.progress(partly).accounted == 8
-    assert repository.work_state(partly).text == "complete"
+        while (block := store.repository.queue.claim(partly, wanted, 60.0)) is not None:
+            assert store.complete(block)
+    assert store.repository.verify() == ()
+    assert store.repository.progress(partly).accounted == 8
+    assert store.repository.work_state(partly).text == "complete"
 
 
-def test_an_abandoned_block_is_cut_too(repository: Repository, partly: str) -> None:
+def test_an_abandoned_block_is_cut_too(store: Store, partly: str) -> None:
+    hold(store, partly, 2, lease_s=-1.0)
+    assert claim(store.repository, partly, WantedBlocks(mask(5))) == (5,)
+
+
+def test_failures_of_a_block_stay_with_its_pieces(store: Store, partly: str) -> None:
     for _ in range(2):
-        assert repository.claim_block(lease_s=-1.0, campaign=partly) is not None
-    assert claim(repository, partly, WantedBlocks(mask(5))) == (5,)
-
-
-def test_failures_of_a_block_stay_with_its_pieces(repository: Repository, partly: str) -> None:
-    for _ in range(2):
-        block = repository.queue.claim(partly, WantedBlocks(mask(0, 1, 2, 3)), 60.0)
-        assert block is not None
-        repository.fail_block(block, "broken")
-    piece = repository.queue.claim(partly, WantedBlocks(mask(0)), 60.0)
-    assert piece is not None
+        block = claimed(store, partly, WantedBlocks(mask(0, 1, 2, 3)))
+        store.repository.fail_block(block, "broken")
+    piece = claimed(store, partly, WantedBlocks(mask(0)))
     # The third failure of one case sets it aside.
-    assert repository.fail_block(piece, "broken") == "quarantined"
+    assert store.repository.fail_block(piece, "broken") == "quarantined"
