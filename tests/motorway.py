@@ -53,3 +53,21 @@ def make_case(
         inside_odd=True,
         attributes=Attributes(),
     )
+
+
+def cut_ins(name: str, *gaps: str) -> dict[str, Any]:
+    """Return an ODD of cut-ins at some gaps, driven by the shipped candidate."""
+    return {
+        "odd": name,
+        "scenarios": [{"use": "cut_in", "sweep": {"parameters": {"gap": list(gaps)}}}],
+        "architectures": ["architectures/camera_radar.yaml"],
+        "concept": "concepts/motorway_chauffeur.yaml",
+        "gate": {"architectures": ["camera_radar"]},
+        "step": "0.05 s",
+        "seed": 7,
+    }
+
+
+def fault(name: str, target: str, model: str, at: str = "0 s", **more: Any) -> dict[str, Any]:
+    """Return a fault that begins at a time."""
+    return {"id": name, "target": target, "model": model, "onset": {"at": at}, **more}

@@ -1,7 +1,5 @@
 """What the recorder keeps of each tick, on hand-made batches."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -10,7 +8,7 @@ import numpy as np
 import pytest
 
 from adeye.delivery import no_measurement
-from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene, SceneContext
+from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene
 from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder
 from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
@@ -22,29 +20,29 @@ SENSORS = {
 RUNS = 2
 
 
-@pytest.fixture
-def context() -> SceneContext:
-    return scene_context([CAR, CAR], runs=RUNS)
+CONTEXT = scene_context([CAR, CAR], runs=RUNS)
+LAYOUT = Layout(
+    scenario="tested",
+    architecture=architecture(SENSORS),
+    architectures=(architecture(SENSORS),) * RUNS,
+    sensors=("front", "pose"),
+    channels=("nominal", "safety"),
+    monitors=("first", "second"),
+    faults=("fault",),
+    context=CONTEXT,
+    horizon=0.1,
+    tail=0.05,
+    realised=(),
+)
 
 
-def layout(context: SceneContext) -> Layout:
-    return Layout(
-        scenario="tested",
-        architecture=architecture(SENSORS),
-        architectures=(architecture(SENSORS),) * RUNS,
-        sensors=("front", "pose"),
-        channels=("nominal", "safety"),
-        monitors=("first", "second"),
-        faults=("fault",),
-        context=context,
-        horizon=0.1,
-        tail=0.05,
-        realised=(),
-    )
+def begun(rows: int, *, layout: Layout = LAYOUT, drawn: bool = True, **more: Any) -> Recorder:
+    """Return a recorder with room for some rows."""
+    return Recorder(layout, rows, ("a", "b"), drawn=drawn, **more)
 
 
-def shown(context: SceneContext, tick: int, *, running: Any = (True, True)) -> Scene:
-    made = scene(context, [(40.0, 0.0), (20.0, 0.0)], ego=(float(tick), 0.0, 0.0, 20.0), tick=tick)
+def shown(tick: int, *, running: Any = (True, True)) -> Scene:
+    made = scene(CONTEXT, [(40.0, 0.0), (20.0, 0.0)], ego=(float(tick), 0.0, 0.0, 20.0), tick=tick)
     made.running[:] = running
     return made
 
@@ -100,23 +98,23 @@ def closed(recorder: Recorder, at: Scene, **changes: Any) -> Trace:
     )
 
 
-def recorded(context: SceneContext, rows: int = 4) -> Trace:
-    recorder = Recorder(layout(context), rows, ("a", "b"), drawn=True)
+def recorded(rows: int = 4) -> Trace:
+    recorder = begun(rows)
     for tick in range(3):
-        add(recorder, shown(context, tick))
-    return closed(recorder, shown(context, 3))
+        add(recorder, shown(tick))
+    return closed(recorder, shown(3))
 
 
-def test_every_column_of_the_trace_is_recorded(context: SceneContext) -> None:
-    trace = recorded(context)
+def test_every_column_of_the_trace_is_recorded() -> None:
+    trace = recorded()
     assert set(trace.columns) == set(COLUMNS)
     assert {len(values) for values in trace.columns.values()} == {RUNS}
     assert trace.case_digests == ("a", "b")
     assert trace.channel_events[0] is None
 
 
-def test_a_row_is_the_scene_of_its_tick_and_what_was_decided_from_it(context: SceneContext) -> None:
-    trace = recorded(context)
+def test_a_row_is_the_scene_of_its_tick_and_what_was_decided_from_it() -> None:
+    trace = recorded()
     assert trace.time.tolist() == pytest.approx([0.0, 0.05, 0.1, 0.15])
     assert trace["ego"][0, :, 0].tolist() == [0.0, 1.0, 2.0, 3.0]
     assert trace["acceleration"][0, 1].tolist() == [1.0, -2.0]
@@ -127,54 +125,50 @@ def test_a_row_is_the_scene_of_its_tick_and_what_was_decided_from_it(context: Sc
     assert trace["sensor_stamp"][0, 1].tolist() == pytest.approx([0.05, -1.0])
 
 
-def test_last_row_has_a_scene_only(context: SceneContext) -> None:
-    trace = recorded(context)
+def test_last_row_has_a_scene_only_and_the_longest_run_ends_the_trace() -> None:
+    trace = recorded(rows=100)
     assert trace.length.tolist() == [4, 4]
+    assert trace.time.size == trace["ego"].shape[1] == 4
     assert trace["ego"][0, 3, 3] == 20.0
     decided = ("acceleration", "stamp", "command", "sensor_stamp", "fault_active", "tracks")
     for name in (*decided, "track_error", "false_tracks"):
         assert not trace[name][:, 3].any(), name
 
 
-def test_ended_run_does_not_grow(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 6, ("a", "b"), drawn=True)
-    add(recorder, shown(context, 0))
+def test_ended_run_does_not_grow() -> None:
+    recorder = begun(6)
+    add(recorder, shown(0))
     # Run 1 ends in the scene of tick 1: it is its last row.
     for tick in (1, 2):
-        add(recorder, shown(context, tick, running=(True, False)))
-    trace = closed(recorder, shown(context, 3, running=(False, False)))
+        add(recorder, shown(tick, running=(True, False)))
+    trace = closed(recorder, shown(3, running=(False, False)))
     assert trace.length.tolist() == [4, 2]
     assert trace["ego"][1, :, 0].tolist() == [0.0, 1.0, 0.0, 0.0]
     assert not trace["acceleration"][1, 1:].any()
     assert trace["ego"][0, 3, 0] == 3.0
 
 
-def test_trace_is_cut_to_the_longest_run(context: SceneContext) -> None:
-    trace = recorded(context, rows=100)
-    assert trace.time.size == trace["ego"].shape[1] == 4
-
-
-def test_what_other_runs_did_does_not_reach_a_digest(context: SceneContext) -> None:
-    one = recorded(context)
-    recorder = Recorder(layout(context), 9, ("a", "b"), drawn=True)
-    add(recorder, shown(context, 0))
-    add(recorder, shown(context, 1))
-    add(recorder, shown(context, 2, running=(True, True)))
-    at = shown(context, 3, running=(False, True))
+def test_what_other_runs_did_does_not_reach_a_digest() -> None:
+    one = recorded()
+    recorder = begun(9)
+    add(recorder, shown(0))
+    add(recorder, shown(1))
+    add(recorder, shown(2, running=(True, True)))
+    at = shown(3, running=(False, True))
     add(recorder, at)
-    other = closed(recorder, shown(context, 4, running=(False, False)))
+    other = closed(recorder, shown(4, running=(False, False)))
     assert one.digests()[0] == other.digests()[0]
     assert one.digests()[1] != other.digests()[1]
 
 
-def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 4, ("a", "b"), drawn=True)
-    turned = shown(context, 0)
+def test_detection_is_placed_in_the_map_by_the_pose_of_its_sample() -> None:
+    recorder = begun(4)
+    turned = shown(0)
     turned.ego[:, :3] = (10.0, 5.0, math.pi / 2.0)
     add(recorder, turned)
     # Delivered one tick later, when the ego is elsewhere: 7 m ahead, 2 m to the left of then.
-    add(recorder, shown(context, 1), front=reading(0.0, {1: (7.0, 2.0)}))
-    trace = closed(recorder, shown(context, 2))
+    add(recorder, shown(1), front=reading(0.0, {1: (7.0, 2.0)}))
+    trace = closed(recorder, shown(2))
     assert trace["detected"][0, 1, 0].tolist() == [False, True]
     assert trace["detections"][0, 1, 0, 1].tolist() == pytest.approx([8.0, 12.0])
     assert not trace["detected"][0, 1, 1].any()
@@ -190,27 +184,25 @@ LIDAR = {
 }
 
 
-def with_points(context: SceneContext, points: list[tuple[float, float, float]]) -> Any:
+def with_points(points: list[tuple[float, float, float]]) -> Any:
     """Record two ticks of a lidar that shows these returns of the first; give its places."""
-    made = replace(
-        layout(context), architecture=architecture({"front": LIDAR, "pose": SENSORS["pose"]})
-    )
+    made = replace(LAYOUT, architecture=architecture({"front": LIDAR, "pose": SENSORS["pose"]}))
     mounts = {"front": np.tile([2.0, 1.0, 1.0, 0.0], (RUNS, 1))}
-    recorder = Recorder(made, 3, ("a", "b"), drawn=True, mounts=mounts)
-    turned = shown(context, 0)
+    recorder = begun(3, layout=made, mounts=mounts)
+    turned = shown(0)
     turned.ego[:, :3] = (10.0, 5.0, math.pi / 2.0)
     add(recorder, turned, front=reading(-1.0))
     found = reading(0.0)
     found.points = np.tile(np.array(points), (RUNS, 1, 1))
-    add(recorder, shown(context, 1), front=found)
-    trace = closed(recorder, shown(context, 2))
+    add(recorder, shown(1), front=found)
+    trace = closed(recorder, shown(2))
     assert trace["points"].dtype == np.float32
     return trace["points"][0]
 
 
-def test_return_is_placed_in_the_map_by_mount_and_pose_of_its_sample(context: SceneContext) -> None:
+def test_return_is_placed_in_the_map_by_mount_and_pose_of_its_sample() -> None:
     beams = [(7.0, 0.0, 0.0), (0.0, 0.0, 0.0), (math.sqrt(2.0), math.pi / 4.0, 0.0)]
-    points = with_points(context, beams)
+    points = with_points(beams)
     assert points.shape[1:] == (1, POINTS, 2)
     # The vehicle looks along y, so 9 m ahead and 1 m to the left is (-1, 9) from it.
     assert points[1, 0, :3].tolist() == [
@@ -221,15 +213,15 @@ def test_return_is_placed_in_the_map_by_mount_and_pose_of_its_sample(context: Sc
     assert np.isnan(points[[0, 2]]).all()
 
 
-def test_returns_of_the_ground_are_not_drawn(context: SceneContext) -> None:
+def test_returns_of_the_ground_are_not_drawn() -> None:
     down = -math.asin(1.0 / 7.0)
-    points = with_points(context, [(7.0, 0.0, down), (3.0, 0.0, down), (9.0, 0.0, 0.0)])
+    points = with_points([(7.0, 0.0, down), (3.0, 0.0, down), (9.0, 0.0, 0.0)])
     assert np.isfinite(points[1, 0, :, 0]).sum() == 2
 
 
-def test_many_returns_are_thinned_evenly(context: SceneContext) -> None:
+def test_many_returns_are_thinned_evenly() -> None:
     many = 3 * POINTS - 7
-    points = with_points(context, [(5.0 + k, 0.0, 0.0) for k in range(many)])[1, 0]
+    points = with_points([(5.0 + k, 0.0, 0.0) for k in range(many)])[1, 0]
     assert np.isfinite(points).all()
     # The ego looked along y then.
     steps = np.diff(points[:, 1])
@@ -237,24 +229,24 @@ def test_many_returns_are_thinned_evenly(context: SceneContext) -> None:
     assert set(np.round(steps).astype(int)) == {2, 3}
 
 
-def test_monitors_of_all_channels_stand_in_the_order_of_the_channels(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 3, ("a", "b"), drawn=True)
+def test_monitors_of_all_channels_stand_in_the_order_of_the_channels() -> None:
+    recorder = begun(3)
     states = [np.tile([[[True, False]]], (RUNS, 1, 1)), np.tile([[[True, True]]], (RUNS, 1, 1))]
     proposals = [
         command("nominal", 0.0, monitors=states[0]),
         command("safety", 0.0, monitors=states[1]),
     ]
-    add(recorder, shown(context, 0), proposals=proposals)
-    trace = closed(recorder, shown(context, 1))
+    add(recorder, shown(0), proposals=proposals)
+    trace = closed(recorder, shown(1))
     assert trace["monitors"][0, 0].tolist() == [[True, False], [True, True]]
 
 
-def test_what_only_pictures_need_is_not_kept_unless_it_is_drawn(context: SceneContext) -> None:
+def test_what_only_pictures_need_is_not_kept_unless_it_is_drawn() -> None:
     traces = []
     for drawn in (False, True):
-        recorder = Recorder(layout(context), 3, ("a", "b"), drawn=drawn)
-        add(recorder, shown(context, 0), front=reading(0.0, {0: (8.0, 1.0)}))
-        traces.append(closed(recorder, shown(context, 1)))
+        recorder = begun(3, drawn=drawn)
+        add(recorder, shown(0), front=reading(0.0, {0: (8.0, 1.0)}))
+        traces.append(closed(recorder, shown(1)))
     lean, rich = traces
     assert lean["tracks"].shape == (RUNS, 2, 2, 0, 6)
     assert lean["detections"].shape == (RUNS, 2, 2, 0, 2)
@@ -263,18 +255,18 @@ def test_what_only_pictures_need_is_not_kept_unless_it_is_drawn(context: SceneCo
     assert np.array_equal(lean["detected"], rich["detected"])
 
 
-def test_memory_is_used_again_and_leaves_nothing_behind(context: SceneContext) -> None:
+def test_memory_is_used_again_and_leaves_nothing_behind() -> None:
     memory = Memory()
     for rows in (9, 4):
-        recorder = Recorder(layout(context), rows, ("a", "b"), memory=memory)
+        recorder = begun(rows, drawn=False, memory=memory)
         for tick in range(rows - 1):
             # Run 1 ends after its first tick.
-            add(recorder, shown(context, tick, running=(True, tick == 0)))
-        again = closed(recorder, shown(context, rows - 1, running=(False, False)))
-    recorder = Recorder(layout(context), 4, ("a", "b"))
+            add(recorder, shown(tick, running=(True, tick == 0)))
+        again = closed(recorder, shown(rows - 1, running=(False, False)))
+    recorder = begun(4, drawn=False)
     for tick in range(3):
-        add(recorder, shown(context, tick, running=(True, tick == 0)))
-    fresh = closed(recorder, shown(context, 3, running=(False, False)))
+        add(recorder, shown(tick, running=(True, tick == 0)))
+    fresh = closed(recorder, shown(3, running=(False, False)))
     assert again.digests() == fresh.digests()
     assert again.length.tolist() == [4, 2]
     for name in COLUMNS:
@@ -288,17 +280,15 @@ def fan(count: int, points: int) -> dict[str, Any]:
     return {"candidates": places, "candidate_costs": costs, "chosen": chosen}
 
 
-def test_fan_takes_the_size_of_the_first_and_others_are_cut_or_filled(
-    context: SceneContext,
-) -> None:
-    recorder = Recorder(layout(context), 5, ("a", "b"), drawn=True)
+def test_fan_takes_the_size_of_the_first_and_others_are_cut_or_filled() -> None:
+    recorder = begun(5)
     silent = command("safety", 0.0, status=SILENT)
-    add(recorder, shown(context, 0), proposals=[command("nominal", 0.0), silent])
+    add(recorder, shown(0), proposals=[command("nominal", 0.0), silent])
     first = fan(4, 3)
     for tick, shape in ((1, first), (2, fan(6, 2)), (3, fan(2, 5))):
         proposals = [command("nominal", 0.0, **shape), silent]
-        add(recorder, shown(context, tick), proposals=proposals)
-    trace = closed(recorder, shown(context, 4))
+        add(recorder, shown(tick), proposals=proposals)
+    trace = closed(recorder, shown(4))
     assert trace["candidates"].shape == (RUNS, 5, 2, 4, 3, 2)
     assert np.array_equal(trace["candidates"][:, 1, 0], first["candidates"])
     assert np.array_equal(trace["candidate_costs"][:, 1, 0], first["candidate_costs"])
@@ -309,27 +299,27 @@ def test_fan_takes_the_size_of_the_first_and_others_are_cut_or_filled(
     assert trace["chosen"][0, 1, 1] == -1
 
 
-def test_fan_is_not_kept_unless_somebody_looks(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 3, ("a", "b"))
+def test_fan_is_not_kept_unless_somebody_looks() -> None:
+    recorder = begun(3, drawn=False)
     proposals = [command("nominal", 0.0, **fan(4, 3)), command("safety", 0.0)]
-    add(recorder, shown(context, 0), proposals=proposals)
-    trace = closed(recorder, shown(context, 1))
+    add(recorder, shown(0), proposals=proposals)
+    trace = closed(recorder, shown(1))
     assert trace["candidates"].size == trace["chosen"].size == 0
 
 
-def test_tracks_are_cut_and_missing_ones_are_nan(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 3, ("a", "b"), drawn=True)
+def test_tracks_are_cut_and_missing_ones_are_nan() -> None:
+    recorder = begun(3)
     tracks = np.arange(RUNS * (TRACKS + 2) * 6, dtype=np.float64).reshape(RUNS, TRACKS + 2, 6)
     proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0, status=SILENT)]
-    add(recorder, shown(context, 0), proposals=proposals)
-    trace = closed(recorder, shown(context, 1))
+    add(recorder, shown(0), proposals=proposals)
+    trace = closed(recorder, shown(1))
     assert np.array_equal(trace["tracks"][:, 0, 0], tracks[:, :TRACKS])
     assert np.isnan(trace["tracks"][:, 0, 1]).all()
     assert trace["status"][0, 0].tolist() == [OK, SILENT]
 
 
-def test_tracks_are_compared_with_the_objects_of_their_observation(context: SceneContext) -> None:
-    recorder = Recorder(layout(context), 40, ("a", "b"))
+def test_tracks_are_compared_with_the_objects_of_their_observation() -> None:
+    recorder = begun(40, drawn=False)
     # The ego has driven on from where it saw the object 40 m ahead; the command comes late.
     tracks = np.full((RUNS, 8, 6), np.nan)
     for tick in range(30):
@@ -337,8 +327,8 @@ def test_tracks_are_compared_with_the_objects_of_their_observation(context: Scen
         tracks[:, 0] = (40.5 - seen_at, 0.0, 0.0, 0.0, 4.5, 1.8)
         late = command("nominal", 0.0, tracks=tracks.copy())
         late.stamp[:] = 0.05 * seen_at
-        add(recorder, shown(context, tick), proposals=[late, command("safety", 0.0)])
-    trace = closed(recorder, shown(context, 30))
+        add(recorder, shown(tick), proposals=[late, command("safety", 0.0)])
+    trace = closed(recorder, shown(30))
     assert trace["track_error"][0, :30, 0, 0, 0].tolist() == pytest.approx([0.5] * 30)
     assert np.isnan(trace["track_error"][:, :30, 0, 1]).all()
     assert not trace["false_tracks"][:, :, 0].any()
@@ -346,14 +336,14 @@ def test_tracks_are_compared_with_the_objects_of_their_observation(context: Scen
     assert (trace["false_tracks"][:, :30, 1] == NO_TRACKS).all()
 
 
-def test_beliefs_are_kept_also_when_nothing_is_drawn(context: SceneContext) -> None:
+def test_beliefs_are_kept_also_when_nothing_is_drawn() -> None:
     tracks = np.full((RUNS, 8, 6), np.nan)
     tracks[:, 0] = (40.0, 0.0, 0.0, 0.0, 4.5, 1.8)
     traces = []
     for drawn in (False, True):
-        recorder = Recorder(layout(context), 3, ("a", "b"), drawn=drawn)
+        recorder = begun(3, drawn=drawn)
         proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0)]
-        add(recorder, shown(context, 0), proposals=proposals)
-        traces.append(closed(recorder, shown(context, 1)))
+        add(recorder, shown(0), proposals=proposals)
+        traces.append(closed(recorder, shown(1)))
     assert np.isfinite(traces[0]["track_error"][:, 0, 0, 0]).all()
     assert traces[0].digests() == traces[1].digests()

@@ -1,12 +1,9 @@
 """Rows in the ring and in the columns: what is written, what is left alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from adeye.signals import EGO_HEADING, EGO_X, EGO_Y
-from adeye.simulate.recorder import clear, mark_detected, move, place_detections
+from adeye.simulate.recorder import clear, mark_detected, move
 
 RUNS, RING, ROWS = 3, 4, 10
 
@@ -38,23 +35,3 @@ def test_reading_marks_the_objects_behind_its_detections() -> None:
     # A detection without an object leaves no mark, and what was marked before is forgotten.
     mark_detected(mask, np.array([[1, -1, 0], [0, 2, 1]]), detected)
     assert detected.tolist() == [[False, True, False], [False, True, True]]
-
-
-def test_detection_is_placed_from_the_pose_at_the_time_of_its_sample() -> None:
-    ego = np.zeros((1, 3, 7))
-    ego[0, 1, [EGO_X, EGO_Y, EGO_HEADING]] = 10.0, 5.0, np.pi / 2
-    detections = np.zeros((1, 1, 7))
-    detections[0, 0, :2] = 20.0, 1.0
-    places = np.zeros((1, 2, 2))
-    place_detections(
-        np.array([True]),
-        np.array([[True]]),
-        detections,
-        np.array([[1]]),
-        np.array([0.05]),
-        0.05,
-        ego,
-        places,
-    )
-    assert places[0, 1].tolist() == pytest.approx([9.0, 25.0])
-    assert not places[0, 0].any()

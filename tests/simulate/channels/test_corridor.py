@@ -1,51 +1,14 @@
+"""What is in the path of a channel, and how hard it brakes for that."""
+
 import numpy as np
 import pytest
 
 from adeye.kernel.road import position
 from adeye.signals import Floats, parameter_record
-from adeye.simulate.channels.corridor import (
-    PATH_GAP,
-    PATH_REQUIRED,
-    PATH_SPEED,
-    PATH_WIDTH,
-    offset_from_corridor,
-    uses_path,
-    view_path,
-)
-from adeye.simulate.channels.driving import (
-    HOLD_DECELERATION,
-    MAX_LATERAL,
-    allowed_speed,
-    channel_records,
-    follow,
-    lane_at,
-    path_of_lane,
-    steer,
-    vehicle_fields,
-)
-from adeye.simulate.channels.perception.pose import (
-    POSE_CURVATURE,
-    POSE_D,
-    POSE_HEADING,
-    POSE_S,
-    POSE_SPEED,
-    POSE_WIDTH,
-    POSE_X,
-    POSE_Y,
-)
-from adeye.simulate.channels.perception.tracks import (
-    TRACK_BRAKING,
-    TRACK_HITS,
-    TRACK_LENGTH,
-    TRACK_STATE,
-    TRACK_VAR_VX,
-    TRACK_VX,
-    TRACK_VY,
-    TRACK_WIDTH,
-    TRACK_X,
-    TRACK_Y,
-    TRACKS,
-)
+from adeye.simulate.channels import corridor as subject
+from adeye.simulate.channels import driving
+from adeye.simulate.channels.perception import pose as poses
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
 from tests.simulate.channels.perceived import perceived
@@ -63,18 +26,21 @@ def view(
 ) -> Floats:
     """Look at objects x, y, vx, vy in the vehicle frame of an ego on the lane at d = 5.25 m."""
     segments = straight_road(curvature=curvature).segments[0]
-    pose = np.zeros(POSE_WIDTH)
-    pose[POSE_D], pose[POSE_SPEED] = ego_d, speed
-    pose[POSE_X], pose[POSE_Y], pose[POSE_HEADING] = position(segments, 0.0, ego_d)
-    pose[POSE_S] = 0.0
-    tracks = np.zeros((TRACKS, TRACK_STATE))
+    pose = np.zeros(poses.POSE_WIDTH)
+    pose[poses.POSE_D], pose[poses.POSE_SPEED] = ego_d, speed
+    pose[poses.POSE_X], pose[poses.POSE_Y], pose[poses.POSE_HEADING] = position(
+        segments, 0.0, ego_d
+    )
+    pose[poses.POSE_S] = 0.0
+    tracks = np.zeros((kept.TRACKS, kept.TRACK_STATE))
     for row, item in enumerate(objects):
-        tracks[row, [TRACK_X, TRACK_Y, TRACK_VX, TRACK_VY]] = item
-        tracks[row, [TRACK_LENGTH, TRACK_WIDTH, TRACK_HITS, TRACK_VAR_VX]] = 4.5, 1.8, 3, variance
-    tracks[:, TRACK_BRAKING] = braking
-    path = np.zeros(PATH_WIDTH)
+        tracks[row, [kept.TRACK_X, kept.TRACK_Y, kept.TRACK_VX, kept.TRACK_VY]] = item
+        tracks[row, [kept.TRACK_LENGTH, kept.TRACK_WIDTH]] = 4.5, 1.8
+        tracks[row, [kept.TRACK_HITS, kept.TRACK_VAR_VX]] = 3, variance
+    tracks[:, kept.TRACK_BRAKING] = braking
+    path = np.zeros(subject.PATH_WIDTH)
     ego = {"length": 4.5, "width": 1.8, "lateral_margin": 0.3, "confirm_hits": 3.0}
-    view_path(perceived(ego, pose, tracks, segments), 0, LANE, path)
+    subject.view_path(perceived(ego, pose, tracks, segments), 0, LANE, path)
     return path
 
 
@@ -102,53 +68,53 @@ PATHS: dict[str, tuple[tuple[float, float, float, float], float, float]] = {
 def test_path_has_what_is_or_comes_ahead_in_the_lane() -> None:
     for name, (thing, gap, required) in PATHS.items():
         path = view(thing)
-        found = path[PATH_GAP], path[PATH_REQUIRED]
+        found = path[subject.PATH_GAP], path[subject.PATH_REQUIRED]
         assert found == (pytest.approx(gap), pytest.approx(required)), name
-    assert view((40.0, 0.0, 12.0, 0.0))[PATH_SPEED] == pytest.approx(12.0)
-    assert view((60.0, 0.0, -10.0, 0.0))[PATH_SPEED] == 0.0
+    assert view((40.0, 0.0, 12.0, 0.0))[subject.PATH_SPEED] == pytest.approx(12.0)
+    assert view((60.0, 0.0, -10.0, 0.0))[subject.PATH_SPEED] == 0.0
     empty = view()
-    assert (empty[PATH_GAP], empty[PATH_REQUIRED]) == (np.inf, 0.0)
+    assert (empty[subject.PATH_GAP], empty[subject.PATH_REQUIRED]) == (np.inf, 0.0)
 
 
 def test_nearest_is_followed_and_the_most_demanding_is_required() -> None:
     path = view((80.0, 0.0, 0.0, 0.0), (30.0, 0.0, 20.0, 0.0))
-    assert path[PATH_GAP] == pytest.approx(25.5)
-    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 75.5))
+    assert path[subject.PATH_GAP] == pytest.approx(25.5)
+    assert path[subject.PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * 75.5))
 
 
 def test_object_on_the_way_back_counts_and_one_of_unsure_speed_does_not_yet() -> None:
     for y in (0.0, 1.5):
-        assert view((40.0, y, 0.0, 0.0), ego_d=LANE - 1.5)[PATH_GAP] < np.inf
-    assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[PATH_GAP] == np.inf
+        assert view((40.0, y, 0.0, 0.0), ego_d=LANE - 1.5)[subject.PATH_GAP] < np.inf
+    assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[subject.PATH_GAP] == np.inf
 
 
 @pytest.mark.slow
 def test_braking_of_the_object_ahead_counts_until_it_stands() -> None:
     # Both at 20 m/s: it stops within 200/6 m, which is added to the gap.
     path = view((40.0, 0.0, 20.0, 0.0), braking=-6.0)
-    assert path[PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * (35.5 + 400.0 / 12.0)))
-    assert view((40.0, 0.0, 20.0, 0.0), braking=-1.0)[PATH_REQUIRED] == 0.0
+    assert path[subject.PATH_REQUIRED] == pytest.approx(20.0**2 / (2.0 * (35.5 + 400.0 / 12.0)))
+    assert view((40.0, 0.0, 20.0, 0.0), braking=-1.0)[subject.PATH_REQUIRED] == 0.0
     standing = view((40.0, 0.0, 0.0, 0.0), braking=-6.0)
-    assert standing[PATH_REQUIRED] == pytest.approx(20.0**2 / 71.0)
+    assert standing[subject.PATH_REQUIRED] == pytest.approx(20.0**2 / 71.0)
 
 
 def test_path_follows_the_curve() -> None:
     radius = 200.0
     straight_on = view((80.0, 0.0, 0.0, 0.0), curvature=1.0 / radius)
-    assert straight_on[PATH_GAP] == np.inf
+    assert straight_on[subject.PATH_GAP] == np.inf
     angle = 80.0 / (radius - LANE)
     along = (radius - LANE) * np.sin(angle), (radius - LANE) * (1.0 - np.cos(angle))
     in_the_lane = view((*along, 0.0, 0.0), curvature=1.0 / radius)
-    assert in_the_lane[PATH_GAP] == pytest.approx((radius - LANE) * angle - 4.5, rel=1e-6)
+    assert in_the_lane[subject.PATH_GAP] == pytest.approx((radius - LANE) * angle - 4.5, rel=1e-6)
 
 
 def test_offset_is_from_the_strip_between_path_and_ego() -> None:
     for d, offset in ((7.0, 1.0), (5.5, 0.0), (4.0, -1.0)):
-        assert offset_from_corridor(d, 5.0, 6.0) == offset
+        assert subject.offset_from_corridor(d, 5.0, 6.0) == offset
 
 
 def test_use_of_the_path_grows_with_inward_speed() -> None:
-    uses = [uses_path(4.0, inward, 1.5, 30.0, 9.0, 10.0) for inward in (0.0, 0.2, 1.0, 3.0)]
+    uses = [subject.uses_path(4.0, inward, 1.5, 30.0, 9.0, 10.0) for inward in (0.0, 0.2, 1.0, 3.0)]
     assert uses == sorted(uses)
     assert uses[0] is False
     assert uses[-1] is True
@@ -161,20 +127,21 @@ FOLLOWING = {
     "comfort_deceleration": 2.5,
 }
 RECORD = parameter_record(
-    FOLLOWING | vehicle_fields(channel_context(None, links=(), sensors={}, desired_speed=30.0))
+    FOLLOWING
+    | driving.vehicle_fields(channel_context(None, links=(), sensors={}, desired_speed=30.0))
 )[0]
 
 
 def pose(*, d: float = 5.25, speed: float = 20.0, curvature: float = 0.0) -> Floats:
-    state = np.zeros(POSE_WIDTH)
-    state[[POSE_D, POSE_SPEED, POSE_CURVATURE]] = d, speed, curvature
+    state = np.zeros(poses.POSE_WIDTH)
+    state[[poses.POSE_D, poses.POSE_SPEED, poses.POSE_CURVATURE]] = d, speed, curvature
     return state
 
 
 def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_parameter() -> None:
     context = channel_context(None, links=(), sensors={}, desired_speed=30.0)
-    nominal = channel_records(context, FOLLOWING)
-    safety = channel_records(context, {"staleness": [0.2], "heal_ticks": [20]})
+    nominal = driving.channel_records(context, FOLLOWING)
+    safety = driving.channel_records(context, {"staleness": [0.2], "heal_ticks": [20]})
     assert nominal.dtype == safety.dtype
     assert nominal["time_gap"] == FOLLOWING["time_gap"]
     assert np.isnan(nominal["staleness"]).all()
@@ -186,36 +153,38 @@ def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_paramet
 
 def test_place_off_the_lanes_belongs_to_the_outermost_lane() -> None:
     for d, lane in ((-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)):
-        assert lane_at(d, 3.5, 3) == lane
-        assert path_of_lane(RECORD, d) == pytest.approx(3.5 * lane + 1.75)
+        assert driving.lane_at(d, 3.5, 3) == lane
+        assert driving.path_of_lane(RECORD, d) == pytest.approx(3.5 * lane + 1.75)
 
 
 def test_ego_left_of_its_path_steers_right() -> None:
-    assert steer(RECORD, pose(d=5.75), 5.25) < 0.0 < steer(RECORD, pose(d=4.75), 5.25)
-    assert steer(RECORD, pose(), 5.25) == 0.0
+    assert (
+        driving.steer(RECORD, pose(d=5.75), 5.25) < 0.0 < driving.steer(RECORD, pose(d=4.75), 5.25)
+    )
+    assert driving.steer(RECORD, pose(), 5.25) == 0.0
 
 
 def test_free_straight_road_allows_the_lower_of_desire_and_limit() -> None:
     segments = straight_road().segments[0]
-    assert allowed_speed(RECORD, segments, pose(), 5.25) == 30.0
+    assert driving.allowed_speed(RECORD, segments, pose(), 5.25) == 30.0
     limited = RECORD.copy()
     limited["speed_limit"] = 22.0
-    assert allowed_speed(limited, segments, pose(), 5.25) == 22.0
+    assert driving.allowed_speed(limited, segments, pose(), 5.25) == 22.0
 
 
 def test_curve_allows_the_lateral_acceleration_that_is_planned_for() -> None:
     segments = straight_road(curvature=0.01).segments[0]
-    allowed = allowed_speed(RECORD, segments, pose(curvature=0.01), 0.0)
-    assert allowed == pytest.approx(np.sqrt(MAX_LATERAL * 100.0))
+    allowed = driving.allowed_speed(RECORD, segments, pose(curvature=0.01), 0.0)
+    assert allowed == pytest.approx(np.sqrt(driving.MAX_LATERAL * 100.0))
 
 
 def test_curve_ahead_slows_down_before_it() -> None:
     segments = np.array([[0.0, 0.0, 0.0, 60.0, 0.0], [60.0, 0.0, 0.0, 100.0, 0.02]])
-    assert allowed_speed(RECORD, segments, pose(), 0.0) < 30.0
-    assert allowed_speed(RECORD, segments, pose(speed=5.0), 0.0) == 30.0
+    assert driving.allowed_speed(RECORD, segments, pose(), 0.0) < 30.0
+    assert driving.allowed_speed(RECORD, segments, pose(speed=5.0), 0.0) == 30.0
 
 
 def test_standing_ego_is_held_while_it_may_not_go_and_nobody_brakes_harder_than_allowed() -> None:
-    assert follow(RECORD, 0.0, 30.0, 3.0, 0.0, 3.5) == -HOLD_DECELERATION
-    assert follow(RECORD, 0.0, 30.0, 30.0, 0.0, 3.5) > 0.0
-    assert follow(RECORD, 30.0, 30.0, 5.0, 0.0, 3.5) == -3.5
+    assert driving.follow(RECORD, 0.0, 30.0, 3.0, 0.0, 3.5) == -driving.HOLD_DECELERATION
+    assert driving.follow(RECORD, 0.0, 30.0, 30.0, 0.0, 3.5) > 0.0
+    assert driving.follow(RECORD, 30.0, 30.0, 5.0, 0.0, 3.5) == -3.5

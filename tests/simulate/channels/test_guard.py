@@ -1,3 +1,5 @@
+"""What a channel does wrong is contained in its run and told by its outcome."""
+
 from collections.abc import Callable
 from typing import Any
 
@@ -6,14 +8,7 @@ import pytest
 
 from adeye.ports import ChannelContext
 from adeye.signals import FAULT, OK, SILENT, ControlCommand, Observation
-from adeye.simulate.channels.guard import (
-    ERROR,
-    MAX_DETAIL,
-    Failures,
-    GuardedChannel,
-    describe,
-    silenced,
-)
+from adeye.simulate.channels import guard as subject
 from adeye.testing import channel_context
 from adeye.trace import ChannelEvent
 
@@ -52,25 +47,25 @@ def repeat(answer: Any) -> Callable[[int], Any]:
     return lambda _tick: answer
 
 
-def guarded(answer: Callable[[int], Any], *, trusted: bool = False) -> GuardedChannel:
-    channel = GuardedChannel(Answering(answer), trusted=trusted)
+def guarded(answer: Callable[[int], Any], *, trusted: bool = False) -> subject.GuardedChannel:
+    channel = subject.GuardedChannel(Answering(answer), trusted=trusted)
     channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
     return channel
 
 
-def act(channel: GuardedChannel, tick: int, running: Any = None) -> ControlCommand:
+def act(channel: subject.GuardedChannel, tick: int, running: Any = None) -> ControlCommand:
     alive = np.ones(RUNS, dtype=np.bool_) if running is None else np.array(running)
     return channel.act(Observation(0.1 * tick, {}, {}, None, alive))
 
 
-def failure(channel: GuardedChannel | Failures, run: int = 0) -> ChannelEvent:
+def failure(channel: subject.GuardedChannel | subject.Failures, run: int = 0) -> ChannelEvent:
     """Return the failure of a run, which there is."""
     event = channel.events[run]
     assert event is not None
     return event
 
 
-def outcomes(channel: GuardedChannel) -> list[str | None]:
+def outcomes(channel: subject.GuardedChannel) -> list[str | None]:
     return [event and event.outcome for event in channel.events]
 
 
@@ -188,7 +183,7 @@ def test_channel_that_fails_at_reset_is_silent_from_the_start() -> None:
         def reset(self, _context: ChannelContext) -> None:
             raise OSError("no model")
 
-    channel = GuardedChannel(Failing(lambda _: good()))
+    channel = subject.GuardedChannel(Failing(lambda _: good()))
     channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
     assert act(channel, 0).status.tolist() == [SILENT] * RUNS
 
@@ -209,7 +204,7 @@ def test_channel_that_alters_its_observation_does_not_hide_its_failure() -> None
             object.__setattr__(observation, "time", -7.0)
             return super().act(observation)
 
-    channel = GuardedChannel(Hiding(repeat(good(acceleration=np.full(RUNS, np.nan)))))
+    channel = subject.GuardedChannel(Hiding(repeat(good(acceleration=np.full(RUNS, np.nan)))))
     channel.reset(channel_context(None, links=(), sensors={}, runs=RUNS))
     command = act(channel, 3)
     assert command.status.tolist() == [SILENT] * RUNS
@@ -232,9 +227,9 @@ def command(acceleration: float, stamp: float) -> ControlCommand:
 
 
 def test_first_failure_of_a_run_is_kept_and_says_whether_it_may_be_the_machines() -> None:
-    failures = Failures("a", 2)
-    failures.add(np.array([True, False]), ERROR, 1.0, "one", is_machine_dependent=True)
-    failures.add(np.array([True, True]), ERROR, 2.0, "two")
+    failures = subject.Failures("a", 2)
+    failures.add(np.array([True, False]), subject.ERROR, 1.0, "one", is_machine_dependent=True)
+    failures.add(np.array([True, True]), subject.ERROR, 2.0, "two")
     found = [failure(failures, run) for run in range(2)]
     assert [(event.detail, event.is_machine_dependent) for event in found] == [
         ("one", True),
@@ -244,19 +239,19 @@ def test_first_failure_of_a_run_is_kept_and_says_whether_it_may_be_the_machines(
 
 
 def test_long_detail_is_cut() -> None:
-    failures = Failures("a", 1)
-    failures.add(np.array([True]), ERROR, 0.0, "x" * 10_000)
-    assert len(failure(failures).detail) == MAX_DETAIL
+    failures = subject.Failures("a", 1)
+    failures.add(np.array([True]), subject.ERROR, 0.0, "x" * 10_000)
+    assert len(failure(failures).detail) == subject.MAX_DETAIL
 
 
 def test_nobody_silent_is_the_very_same_command() -> None:
     given = command(1.0, 1.0)
-    assert silenced(given, command(0.0, 0.0), np.zeros(2, dtype=np.bool_)) is given
+    assert subject.silenced(given, command(0.0, 0.0), np.zeros(2, dtype=np.bool_)) is given
 
 
 def test_silent_run_keeps_values_and_stamp_of_before_and_the_other_run_its_own() -> None:
     given = command(1.0, 1.0)
-    quiet = silenced(given, command(-2.0, 0.5), np.array([True, False]))
+    quiet = subject.silenced(given, command(-2.0, 0.5), np.array([True, False]))
     assert quiet.acceleration.tolist() == [-2.0, 1.0]
     assert quiet.stamp.tolist() == [0.5, 1.0]
     assert quiet.status.tolist() == [SILENT, OK]
@@ -275,12 +270,12 @@ def test_description_names_the_line_but_no_folder_however_much_an_exception_says
     for words in ("too fast", "x" * 10_000):
         with pytest.raises(ValueError, match=words[:8]) as caught:
             raise ValueError(words)
-        text = describe(caught.value)
+        text = subject.describe(caught.value)
         assert "(test_guard.py:" in text
         assert "/" not in text
-        assert len(text) <= MAX_DETAIL
+        assert len(text) <= subject.MAX_DETAIL
         assert text.startswith("ValueError: too fast (test_guard.py:") or words[0] == "x"
     # What is raised in a library is told at the line that called it.
     with pytest.raises(np.linalg.LinAlgError) as beyond:
         np.linalg.inv(np.zeros((2, 2)))
-    assert "(test_guard.py:" in describe(beyond.value)
+    assert "(test_guard.py:" in subject.describe(beyond.value)

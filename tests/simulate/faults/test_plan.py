@@ -1,3 +1,5 @@
+"""The plan of the faults of a batch: when each begins and ends in each run, and where it acts."""
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,18 +18,12 @@ from adeye.spec.fault import FAULT
 from adeye.sweep.case import TestCase
 from adeye.testing.sensors import scene_of, three_objects
 from tests import motorway
-from tests.motorway import make_case, make_scenario
+from tests.motorway import fault, make_case, make_scenario
 from tests.simulate.faults import flows
 from tests.simulate.faults.flows import sample
 
 STEP = 0.05
-CAMERA_OUT: dict[str, Any] = {
-    "id": "camera_out",
-    "target": "sensors.front",
-    "model": "drop_out",
-    "onset": {"at": "0.2 s"},
-    "duration": "0.15 s",
-}
+CAMERA_OUT = fault("camera_out", "sensors.front", "drop_out", "0.2 s", duration="0.15 s")
 NOMINAL_SILENT: dict[str, Any] = {
     "id": "nominal_silent",
     "target": "channels.nominal",
@@ -211,7 +207,7 @@ def test_unknown_target_and_different_faults_in_one_batch_are_refused() -> None:
 
 
 def test_only_the_channel_behind_the_link_is_shown_something_else() -> None:
-    lost = {"id": "lost", "target": "links.nominal.front", "model": "drop", "onset": {"at": "0 s"}}
+    lost = fault("lost", "links.nominal.front", "drop")
     plan = FaultPlan([case(lost)] * 3, CONTEXT)
     scene = scene_of(CONTEXT, 1)
     active = plan.update(scene)
@@ -224,7 +220,7 @@ def test_only_the_channel_behind_the_link_is_shown_something_else() -> None:
 
 
 def test_link_without_a_present_fault_shows_the_very_same_objects() -> None:
-    late = {"id": "l", "target": "links.nominal.front", "model": "drop", "onset": {"at": "9 s"}}
+    late = fault("late", "links.nominal.front", "drop", "9 s")
     plan = FaultPlan([case(late)] * 3, CONTEXT)
     scene = scene_of(CONTEXT, 1)
     view = View({"front": reading(1.0)}, {}, None)

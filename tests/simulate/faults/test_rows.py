@@ -7,23 +7,11 @@ from hypothesis import strategies as st
 
 from adeye.signals import NO_CHANNEL, SILENT, Authority, ControlCommand, Floats, Measurement
 from adeye.simulate.channels.links import no_command
+from adeye.simulate.faults import rows as subject
 from adeye.simulate.faults.injector import InjectorContext
-from adeye.simulate.faults.rows import (
-    Past,
-    Queue,
-    Seat,
-    copied,
-    is_within,
-    nothing_yet,
-    place_of,
-    take_rows,
-    widened,
-    with_rows,
-    without,
-    without_points,
-)
 from adeye.spec.fault import FAULT
 from adeye.spec.sensor_faults import SIGNALS, has_signal
+from tests.motorway import fault
 from tests.simulate.faults import flows
 from tests.simulate.faults.streams import (
     CONTEXT,
@@ -47,36 +35,36 @@ def command(number: float) -> ControlCommand:
 
 def test_copy_does_not_follow() -> None:
     state = Authority(np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
-    other = copied(state)
+    other = subject.copied(state)
     state.channel[:] = 1
     assert other.channel.tolist() == [0, 0]
 
 
 def test_only_the_rows_asked_for_are_taken() -> None:
     target = command(1.0)
-    take_rows(target, command(2.0), FIRST)
+    subject.take_rows(target, command(2.0), FIRST)
     assert target.acceleration.tolist() == [2.0, 1.0]
 
 
 def test_plan_that_the_source_lacks_is_empty() -> None:
     target = command(1.0)
-    take_rows(target, no_command("a", 2), FIRST)
+    subject.take_rows(target, no_command("a", 2), FIRST)
     assert target.plan is not None
     assert np.isnan(target.plan[0]).all()
     assert (target.plan[1] == 1.0).all()
 
 
 def test_nothing_yet_is_silent_without_stamp_and_without_authority() -> None:
-    nothing = nothing_yet(command(1.0))
+    nothing = subject.nothing_yet(command(1.0))
     assert nothing.status.tolist() == [SILENT, SILENT]
     assert nothing.stamp.tolist() == [-1.0, -1.0]
     assert nothing.acceleration.tolist() == [0.0, 0.0]
-    state = nothing_yet(Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64)))
+    state = subject.nothing_yet(Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64)))
     assert state.channel.tolist() == [NO_CHANNEL] * 2
 
 
 def test_past_shows_each_run_its_own_age() -> None:
-    past: Past[Floats] = Past(2)
+    past: subject.Past[Floats] = subject.Past(2)
     for tick in range(4):
         past.add(np.full(3, float(tick)))
     target = np.full(3, 9.0)
@@ -85,7 +73,7 @@ def test_past_shows_each_run_its_own_age() -> None:
 
 
 def test_queue_lets_what_was_last_stand_and_then_hands_on_in_order() -> None:
-    queue: Queue[Floats] = Queue(np.array([3]))
+    queue: subject.Queue[Floats] = subject.Queue(np.array([3]))
     out = []
     for tick in range(12):
         active = np.array([4 <= tick < 10])
@@ -110,7 +98,7 @@ def test_list_is_packed_sorted_and_keeps_what_is_there(
 ) -> None:
     item = listed(xs)
     mask = np.array([data.draw(st.lists(st.booleans(), min_size=len(xs), max_size=len(xs)))])
-    made = with_rows(item, mask, item.detections.copy(), item.source.copy(), ALL)
+    made = subject.with_rows(item, mask, item.detections.copy(), item.source.copy(), ALL)
     check_form(made)
     assert set(made.source[made.mask].tolist()) == set(np.flatnonzero(mask[0]).tolist())
     for row, source in zip(made.detections[0], made.source[0], strict=True):
@@ -120,24 +108,24 @@ def test_list_is_packed_sorted_and_keeps_what_is_there(
 
 def test_no_number_comes_last_and_is_still_there() -> None:
     item = listed([np.nan, 3.0, np.inf, 1.0])
-    made = with_rows(item, item.mask, item.detections.copy(), item.source.copy(), ALL)
+    made = subject.with_rows(item, item.mask, item.detections.copy(), item.source.copy(), ALL)
     assert made.source[0].tolist() == [3, 1, 2, 0]
     assert made.mask.all()
 
 
 def test_runs_that_are_not_named_keep_their_order() -> None:
     item = listed([3.0, 1.0])
-    made = with_rows(item, item.mask, item.detections.copy(), item.source.copy(), ~ALL)
+    made = subject.with_rows(item, item.mask, item.detections.copy(), item.source.copy(), ~ALL)
     assert made.source[0].tolist() == [0, 1]
 
 
 def test_nothing_lost_is_the_very_same_list() -> None:
     item = listed([1.0, 2.0])
-    assert without(item, np.zeros((1, 2), dtype=np.bool_)) is item
+    assert subject.without(item, np.zeros((1, 2), dtype=np.bool_)) is item
 
 
 def test_wider_list_has_empty_rows_at_its_end() -> None:
-    mask, rows, source = widened(listed([1.0]), 2)
+    mask, rows, source = subject.widened(listed([1.0]), 2)
     assert mask[0].tolist() == [True, False, False]
     assert rows.shape == (1, 3, 7)
     assert source[0].tolist() == [0, -1, -1]
@@ -145,7 +133,7 @@ def test_wider_list_has_empty_rows_at_its_end() -> None:
 
 def within(bearing: float, right: float, left: float) -> bool:
     one = np.array([[bearing]])
-    return bool(is_within(one, np.array([[right]]), np.array([[left]]))[0, 0])
+    return bool(subject.is_within(one, np.array([[right]]), np.array([[left]]))[0, 0])
 
 
 def test_sector_goes_from_right_to_left_through_the_rear_if_need_be() -> None:
@@ -166,12 +154,10 @@ def test_whole_turn_has_every_bearing(bearing: float) -> None:
     assert within(bearing, -np.pi, np.pi) or bearing == np.pi
 
 
-def seat(sensor: str) -> Seat:
-    fault = FAULT.validate_python(
-        {"id": "a", "target": f"sensors.{sensor}", "model": "drop_out", "onset": {"at": "0 s"}}
-    )
+def seat(sensor: str) -> subject.Seat:
+    lost = FAULT.validate_python(fault("lost", f"sensors.{sensor}", "drop_out"))
     one = np.uint64(1)
-    return Seat(InjectorContext([fault] * RUNS, CONTEXT, 0.05, one, [SUITE] * RUNS))
+    return subject.Seat(InjectorContext([lost] * RUNS, CONTEXT, 0.05, one, [SUITE] * RUNS))
 
 
 PAIRS = [
@@ -186,12 +172,12 @@ PAIRS = [
 @pytest.mark.parametrize(("sensor", "signal"), PAIRS)
 def test_what_is_written_is_read_again(sensor: str, signal: str) -> None:
     item = streams()[sensor][ONSET]
-    place = place_of(item, signal, seat(sensor), len(CONTEXT.object_ids))
+    place = subject.place_of(item, signal, seat(sensor), len(CONTEXT.object_ids))
     # So little that no detection changes its place in the list.
     new = place.values + 1e-4
     changed = place.there & np.array([[True], [False], [True]])
     written = place.write(item, new, changed, CONTEXT.road)
-    again = place_of(written, signal, seat(sensor), len(CONTEXT.object_ids))
+    again = subject.place_of(written, signal, seat(sensor), len(CONTEXT.object_ids))
     assert changed.any()
     assert again.values[changed] == pytest.approx(new[changed], abs=1e-9)
     assert same(written, item, 1)
@@ -202,9 +188,9 @@ def test_lost_return_has_no_range_and_no_object() -> None:
     item = streams()["beam_lidar"][ONSET]
     assert item.points is not None
     lost = np.zeros(item.points.shape[:2], dtype=np.bool_)
-    assert without_points(item, lost) is item
+    assert subject.without_points(item, lost) is item
     lost[0] = True
-    made = without_points(item, lost)
+    made = subject.without_points(item, lost)
     assert made.points is not None
     assert made.hits is not None
     assert not made.points[0, :, 0].any()

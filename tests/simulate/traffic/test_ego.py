@@ -1,5 +1,6 @@
 """The ego stage: limits, braking distance, batches."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,11 @@ def drive(
     ticks: int,
     *,
     runs: int = 1,
-    step: float = 0.05,
     friction: float = 0.9,
     **vehicle: str,
 ) -> Floats:
-    scenario = make_scenario(environment={"friction": friction})
-    case = make_case(scenario, vehicle=vehicle, step=step)
+    """Return the states (B, T, 7) after each tick under one command."""
+    case = make_case(make_scenario(environment={"friction": friction}), vehicle=vehicle)
     world = compile_world([case] * runs)
     stage = Ego([case] * runs, world.context)
     states = world.ego.copy()
@@ -32,33 +32,21 @@ def drive(
     return np.stack(rows, axis=1)
 
 
-def test_braking_without_lag_takes_speed_squared_over_twice_the_deceleration() -> None:
-    states = drive((-6.0, 0.0), 150, acceleration_lag="0 s")
-    assert states[0, -1, EGO_X] - 200.0 == pytest.approx(30.0**2 / 12.0, abs=1e-9)
-    assert states[0, -1, EGO_SPEED] == 0.0
-
-
-def test_lag_adds_speed_times_lag_to_the_braking_distance() -> None:
-    prompt = drive((-6.0, 0.0), 200, acceleration_lag="0 s")[0, -1, EGO_X]
-    late = drive((-6.0, 0.0), 200, acceleration_lag="0.2 s")[0, -1, EGO_X]
-    # The lagged response loses 6 * lag of speed, which the full deceleration makes up for;
-    # the speed that is left when the acceleration has settled differs by terms of lag squared.
-    assert late - prompt == pytest.approx(30.0 * 0.2, abs=6.0 * 0.2**2)
-
-
-def test_the_deceleration_is_limited_by_the_vehicle() -> None:
-    limited = drive((-50.0, 0.0), 120, acceleration_lag="0 s", max_deceleration="5 m/s^2")
-    assert limited[0, 0, EGO_SPEED] == pytest.approx(30.0 - 5.0 * 0.05)
-
-
-def test_the_deceleration_is_limited_by_the_friction() -> None:
+def test_ego_brakes_as_vehicle_and_road_let_it_and_turns_left_by_a_positive_angle() -> None:
+    lost = 6.0 * (0.05 - 0.2 * (1.0 - math.exp(-0.05 / 0.2)))
+    for command, limits, braked in (
+        (-6.0, {"acceleration_lag": "0 s"}, 6.0 * 0.05),
+        (-6.0, {"acceleration_lag": "0.2 s"}, lost),
+        (-50.0, {"acceleration_lag": "0 s", "max_deceleration": "5 m/s^2"}, 5.0 * 0.05),
+    ):
+        states = drive((command, 0.0), 1, **limits)
+        assert states[0, 0, EGO_SPEED] == pytest.approx(30.0 - braked), limits
     icy = drive((-9.0, 0.0), 1, acceleration_lag="0 s", friction=0.2)
     assert icy[0, 0, EGO_SPEED] == pytest.approx(30.0 - 0.2 * 9.80665 * 0.05)
-
-
-def test_a_positive_steering_angle_turns_left() -> None:
-    assert drive((0.0, 0.02), 40)[0, -1, EGO_Y] > 5.25 + 1.0
-    assert drive((0.0, -0.02), 40)[0, -1, EGO_Y] < 5.25 - 1.0
+    stopped = drive((-6.0, 0.0), 150, acceleration_lag="0 s")[0, -1]
+    assert stopped[[EGO_X, EGO_SPEED]] == pytest.approx([200.0 + 30.0**2 / 12.0, 0.0])
+    for angle in (0.02, -0.02):
+        assert (drive((0.0, angle), 40)[0, -1, EGO_Y] - 5.25) / angle > 50.0
 
 
 def test_runs_of_a_batch_have_the_bits_of_a_single_run() -> None:

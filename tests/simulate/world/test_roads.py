@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError
-from adeye.kernel.road import local, position
+from adeye.kernel.road import position
 from adeye.signals import RoadMap
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import LEAD_IN, RUN_OUT, build_roads
@@ -50,17 +50,6 @@ def test_segments_join_without_a_step_or_a_kink(kind: str) -> None:
     for k, end in enumerate(np.cumsum(segments[:-1, 3])):
         before = position(segments[: k + 1], float(end), 0.0)
         np.testing.assert_allclose(before, segments[k + 1, :3], atol=1e-9)
-
-
-@pytest.mark.parametrize("radius", ["300 m", "-300 m"])
-def test_places_on_a_curve_go_to_the_map_and_back(radius: str) -> None:
-    segments = build(kind="curve", length="700 m", radius=radius).segments[0]
-    for s in np.linspace(-50.0, 1500.0, 63):
-        for d in (-2.0, 0.0, 5.25, 9.0):
-            x, y, _ = position(segments, s, d)
-            back = local(segments, x, y)
-            assert back[0] == pytest.approx(s, abs=1e-8)
-            assert back[1] == pytest.approx(d, abs=1e-8)
 
 
 def test_lane_width_and_radius_vary_from_run_to_run() -> None:

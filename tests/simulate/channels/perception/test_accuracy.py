@@ -9,26 +9,9 @@ import numpy as np
 import pytest
 
 from adeye.signals import Bools, Floats
+from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.simulate.channels.perception.pose import POSE_WIDTH
-from adeye.simulate.channels.perception.tracking import (
-    ACCURACY_WIDTH,
-    ALONG,
-    BEARING,
-    RATE,
-    assumed_accuracy,
-    assumed_noise,
-    predict_tracks,
-    update_tracks,
-)
-from adeye.simulate.channels.perception.tracks import (
-    FREEDOM_X,
-    FREEDOM_Y,
-    TRACK_HITS,
-    TRACK_STATE,
-    TRACKS,
-    learn,
-    read_belief,
-)
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet
 from adeye.spec.sensors import Sensor, model_name
@@ -61,14 +44,14 @@ def assumed(*runs: Mapping[str, Any]) -> Floats:
         sheets["one"] = {field: np.array([row[field] for row in rows]) for field in rows[0]}
     context = channel_context(None, links=["one"], sensors={"one": specs[0].kind}, runs=len(specs))
     context = replace(context, data_sheets=sheets, models={"one": model_name(specs[0])})
-    return assumed_accuracy(context, ["one"])[:, 0]
+    return tracking.assumed_accuracy(context, ["one"])[:, 0]
 
 
 def deviations(sensor: Mapping[str, Any], distance: float) -> tuple[float, float, float]:
     """Return what is assumed along, across and of the range rate [m], [m], [m/s]."""
     row = assumed(sensor)[0]
-    along, across = assumed_noise(row, distance)
-    return math.sqrt(along), math.sqrt(across), math.sqrt(row[RATE])
+    along, across = tracking.assumed_noise(row, distance)
+    return math.sqrt(along), math.sqrt(across), math.sqrt(row[tracking.RATE])
 
 
 def test_object_camera_errs_with_the_distance_squared_and_with_its_bearing() -> None:
@@ -133,7 +116,7 @@ def test_ground_truth_is_as_good_as_the_ego_knows_itself() -> None:
 
 def test_every_sensor_that_detects_has_a_row_of_its_own() -> None:
     every = (CAMERA, RADAR, LIDAR, PIXELS, CELLS, BEAMS, ULTRASONIC, TRUTH)
-    unknown = assumed_accuracy(
+    unknown = tracking.assumed_accuracy(
         channel_context(None, links=["one"], sensors={"one": "./mine.py:Mine"}), ["one"]
     )
     models = {model_name(record(sensor)): assumed(sensor) for sensor in every}
@@ -143,7 +126,7 @@ def test_every_sensor_that_detects_has_a_row_of_its_own() -> None:
 
 def test_sensor_without_a_data_sheet_is_taken_for_a_middling_camera() -> None:
     context = channel_context(None, links=["a", "b"], sensors={"a": "./my.py:My", "b": "radar"})
-    rows = assumed_accuracy(context, ["a", "b"])[0]
+    rows = tracking.assumed_accuracy(context, ["a", "b"])[0]
     assert np.array_equal(rows[0], rows[1])
     assert np.sqrt(rows[0]) == pytest.approx([0.3, 3e-4, 0.1, 0.003, 0.05])
 
@@ -181,9 +164,9 @@ def test_better_data_sheet_gives_smaller_variance_and_none_that_is_greater() -> 
 
 def test_each_run_has_the_data_sheet_of_its_own_sweep() -> None:
     rows = assumed(*({**RADAR, "bearing_noise": f"{noise} deg"} for noise in (0, 1, 2)))
-    assert rows.shape == (3, ACCURACY_WIDTH)
-    assert np.sqrt(rows[:, BEARING]) == pytest.approx([0.0, DEGREE, 2.0 * DEGREE])
-    assert (rows[:, ALONG] == rows[0, ALONG]).all()
+    assert rows.shape == (3, tracking.ACCURACY_WIDTH)
+    assert np.sqrt(rows[:, tracking.BEARING]) == pytest.approx([0.0, DEGREE, 2.0 * DEGREE])
+    assert (rows[:, tracking.ALONG] == rows[0, tracking.ALONG]).all()
 
 
 # How far samples are from what tracks expect, against how far that is expected to be.
@@ -202,7 +185,7 @@ SUITE: dict[str, dict[str, Any]] = {
 def drive(runs: int, ticks: int) -> Floats:
     """Let objects drive as tracks are thought to (ticks, B, 4): x, y, heading, speed."""
     noise = np.random.Generator(np.random.Philox(5)).standard_normal((ticks, runs, 2))
-    noise *= np.sqrt(np.array([FREEDOM_X, FREEDOM_Y]) * STEP)
+    noise *= np.sqrt(np.array([kept.FREEDOM_X, kept.FREEDOM_Y]) * STEP)
     velocity = np.cumsum(noise, axis=0)
     place = np.array([40.0, 6.0]) + STEP * np.cumsum(velocity, axis=0)
     heading = np.arctan2(velocity[..., 1], velocity[..., 0])
@@ -215,7 +198,7 @@ def normalised_innovation(sensor: Mapping[str, Any], accuracy: Floats, ticks: in
     context = scene_context(runs=runs)
     device = RangingSensor(sensor_context(record({**sensor, "min_visible": 0.0}), context))
     shown = scene(context, [(0.0, 0.0)])
-    tracks, pose = np.zeros((runs, TRACKS, TRACK_STATE)), np.zeros(POSE_WIDTH)
+    tracks, pose = np.zeros((runs, kept.TRACKS, kept.TRACK_STATE)), np.zeros(POSE_WIDTH)
     squares: list[float] = []
     for tick, states in enumerate(drive(runs, ticks)):
         shown.tick, shown.time = tick, tick * STEP
@@ -223,7 +206,7 @@ def normalised_innovation(sensor: Mapping[str, Any], accuracy: Floats, ticks: in
         sample = device.sense(shown)
         for run in range(runs):
             row = sample.detections[run]
-            predict_tracks(tracks[run], pose, (0.0, 0.0, 0.0, 1.0), tick * STEP, STEP, 0.5)
+            tracking.predict_tracks(tracks[run], pose, (0.0, 0.0, 0.0, 1.0), tick * STEP, STEP, 0.5)
             if tick >= SETTLED:
                 squares += innovations(tracks[run, 0], row[0], accuracy)
             _update(tracks[run], pose, accuracy, sample.mask[run], row, tick * STEP)
@@ -232,19 +215,19 @@ def normalised_innovation(sensor: Mapping[str, Any], accuracy: Floats, ticks: in
 
 def innovations(track: Floats, row: Floats, accuracy: Floats) -> list[float]:
     """Return the squared error of each number of a detection over its assumed variance."""
-    belief = read_belief(track)
+    belief = kept.read_belief(track)
     distance = math.hypot(row[0], row[1])
     ux, uy = row[0] / distance, row[1] / distance
-    along, across = assumed_noise(accuracy, distance)
+    along, across = tracking.assumed_noise(accuracy, distance)
     numbers = [((ux, 0.0, uy, 0.0), distance, along), ((-uy, 0.0, ux, 0.0), 0.0, across)]
     if row[3] > 0.0:
         turning = (uy * belief[0][1] - ux * belief[0][3]) ** 2 * across / distance**2
-        numbers.append(((0.0, ux, 0.0, uy), row[2], accuracy[RATE] + turning))
+        numbers.append(((0.0, ux, 0.0, uy), row[2], accuracy[tracking.RATE] + turning))
     found = []
     for weights, measured, noise in numbers:
         spread = np.array(weights) @ covariance(belief) @ np.array(weights) + noise
         found.append((measured - np.array(weights) @ np.array(belief[0])) ** 2 / spread)
-        belief = learn(belief, weights, measured, noise)
+        belief = kept.learn(belief, weights, measured, noise)
     return found
 
 
@@ -258,9 +241,9 @@ def covariance(belief: Any) -> Floats:
 def _update(
     tracks: Floats, pose: Floats, accuracy: Floats, mask: Bools, rows: Floats, time: float
 ) -> None:
-    update_tracks(
+    tracking.update_tracks(
         tracks,
-        1 if tracks[0, TRACK_HITS] > 0.0 else 0,
+        1 if tracks[0, kept.TRACK_HITS] > 0.0 else 0,
         pose,
         (0.0, 0.0, 0.0, 1.0),
         sample_of(accuracy, rows, time, mask=mask),
