@@ -11,9 +11,12 @@ from adeye.judge.stl.syntax import (
     Comparison,
     Connective,
     Constant,
+    Edge,
     Equality,
     Not,
+    Past,
     Signal,
+    Temporal,
     canonical,
     children,
     label_of,
@@ -23,7 +26,7 @@ from adeye.spec.plausible import farthest
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adeye.judge.stl.syntax import Arithmetic, Condition, Node, Term
+    from adeye.judge.stl.syntax import Arithmetic, Condition, Node, Term, Window
 
 
 # --- Parts of a formula whose truth does not depend on their signals: they ask for nothing --------
@@ -40,7 +43,8 @@ def first_constant(node: Node) -> tuple[Node, bool] | None:
     """Find a part that always or never holds, whatever numbers and truth values its signals have.
 
     Signals range over all numbers, ``time`` over those from 0 on. What depends on a value is never
-    found; of what does not, comparisons by the ranges of their terms, and equal parts, are.
+    found; of what does not, comparisons by the ranges of their terms, equal parts, and an answer
+    that its question contains, are.
 
     Args:
         node: The formula's root.
@@ -140,12 +144,55 @@ def _times(left: float, right: float) -> float:
 
 def _joined(node: Connective) -> bool | None:
     """Tell how a condition comes out however its parts hold, None if that depends on them."""
+    if node.operator == "implies" and _entails(node.left, node.right):
+        return True
     parts = sorted(_parts(node))
     if len(parts) > _MOST_PARTS:
         return None
     ways = product((False, True), repeat=len(parts))
     held = {_holds(node, dict(zip(parts, way, strict=True))) for way in ways}
     return held.pop() if len(held) == 1 else None
+
+
+def _entails(given: Condition, asked: Condition) -> bool:
+    """Tell whether a condition holds at each row at which another does, by their form alone.
+
+    What has just begun to hold does so within any time from now: such an answer is never late.
+    """
+    return (
+        canonical(given) == canonical(asked)
+        or _is_answered(given, asked)
+        or any(_entails(part, asked) for part in _parts_that_hold(given))
+    )
+
+
+def _is_answered(given: Condition, asked: Condition) -> bool:
+    match asked:
+        case Temporal(operator="eventually") | Past(operator="once"):
+            return _has_now(asked.window) and _entails(given, asked.operand)
+        case Connective(operator="or"):
+            return _entails(given, asked.left) or _entails(given, asked.right)
+        case Connective(operator="and"):
+            return _entails(given, asked.left) and _entails(given, asked.right)
+        case Connective(operator="implies"):
+            return _entails(given, asked.right)
+    return False
+
+
+def _parts_that_hold(given: Condition) -> tuple[Condition, ...]:
+    """List what holds at a row at which a condition does."""
+    match given:
+        case Edge(operator="rise"):
+            return (given.operand,)
+        case Temporal(operator="always") | Past(operator="historically"):
+            return (given.operand,) if _has_now(given.window) else ()
+        case Connective(operator="and"):
+            return given.left, given.right
+    return ()
+
+
+def _has_now(window: Window | None) -> bool:
+    return window is None or window.first_s == 0.0
 
 
 def _parts(node: Condition) -> set[str]:
