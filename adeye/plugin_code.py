@@ -143,10 +143,11 @@ def _own(name: str) -> list[File] | None:
     folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
     is_file = spec.has_location and spec.origin is not None
     places = folders or ([Path(str(spec.origin))] if is_file else [])
-    if not places or any(_is_installed(place.resolve()) for place in places):
+    if not places or any(map(_is_installed, places)):
         return None
-    if not folders:
-        return [(places[0].name, places[0])]
+    archives = [_archive(place) for place in places if not place.exists()]
+    if archives or not folders:
+        return [(path.name, path) for path in (archives or places)]
     endings = tuple(all_suffixes())
     return [
         (f"{name}/{label}", path)
@@ -155,8 +156,14 @@ def _own(name: str) -> list[File] | None:
     ]
 
 
+def _archive(path: Path) -> Path:
+    """Return the file that a module is packed into."""
+    return next((file for file in path.parents if file.is_file()), path)
+
+
 def _is_installed(path: Path) -> bool:
-    return not _INSTALLED.isdisjoint(path.parts) or any(map(path.is_relative_to, _libraries()))
+    is_library = any(map(path.resolve().is_relative_to, _libraries()))
+    return is_library or not _INSTALLED.isdisjoint(path.parts)
 
 
 @cache

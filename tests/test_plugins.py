@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import os
 import sys
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -171,6 +172,14 @@ def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
     assert labels == ["mine.py", "bought/__init__.py", "bought/core.so", "bought/drive.py"]
     (package / "weights.bin").write_bytes(b"data of another package")
     assert load_part("./mine.py:Mine", folder) == part
+    archive = package.parent / "packed.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("packed.py", "gain = 1")
+    sys.path.insert(0, str(archive))
+    (folder / "packing.py").write_text("import packed\n")
+    labels = [label for label, _ in plugin_code.with_imports([("x", folder / "packing.py")])]
+    sys.path.remove(str(archive))
+    assert labels == ["x", "packed.zip"]
     edited(package / "drive.py")
     assert registry.source_digest("./mine.py:Mine", folder) != part.source_digest
     with pytest.raises(SpecError, match=r"bought\.drive is in memory as it was before"):
