@@ -11,12 +11,14 @@ import ast
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 import sysconfig
 import time
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib.machinery import SourceFileLoader, all_suffixes
+from importlib.metadata import distribution, packages_distributions, requires
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -37,7 +39,7 @@ _LOOKED: Final[dict[str, float]] = {}
 _STARTED: Final = 19
 """Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
 _INSTALLED: Final = {"site-packages", "dist-packages"}
-"""Folders of installed packages, which are known by their versions."""
+"""Folders of installed packages, of which the version counts."""
 
 
 def package_files(folders: Iterable[Path]) -> list[File]:
@@ -84,28 +86,66 @@ def code_digest(files: Sequence[File], *, is_file: bool) -> str:
 def with_imports(files: Iterable[File]) -> list[File]:
     """Add the files of what sources import, and what that imports, where it is the user's own.
 
-    Neither the standard library nor an installed package is: these are known by their versions. Of
-    a package that is imported the code counts, but not its data.
+    Of an installed package it is the file with its name and version; of one that adeye itself needs
+    and of the standard library, nothing. Of a package that is imported the code counts, but not its
+    data.
     """
     found = list(files)
-    return [*found, *(file for own in own_imports(found).values() for file in own)]
+    own, installed = _imports(found)
+    return [*found, *(file for code in own.values() for file in code), *_releases(installed)]
 
 
 def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
     """List the user's own packages and modules that sources import, with their files."""
+    return _imports(files)[0]
+
+
+def _imports(files: Iterable[File]) -> tuple[dict[str, list[File]], set[str]]:
+    """List what is the user's own, with its files, and what is installed."""
     left = list(files)
     inside = {path.resolve() for _, path in left}
-    found: dict[str, list[File]] = {}
+    found: dict[str, list[File] | None] = {}
     while left:
         _, path = left.pop()
         if path.suffix != ".py":
             continue
-        for name in sorted(_imported(path)):
-            if name in found or (own := _own(name)) is None:
-                continue
-            found[name] = [] if {file.resolve() for _, file in own} & inside else own
-            left += found[name]
-    return {name: own for name, own in sorted(found.items()) if own}
+        for name in sorted(_imported(path) - found.keys()):
+            own = _own(name)
+            is_new = own is not None and inside.isdisjoint(file.resolve() for _, file in own)
+            found[name] = own if is_new or own is None else []
+            left += found[name] or []
+    own_code = {name: own for name, own in sorted(found.items()) if own}
+    return own_code, {name for name, own in found.items() if own is None}
+
+
+def _releases(names: Iterable[str]) -> list[File]:
+    """List the files that tell the versions of the distributions of installed modules."""
+    known = _distributions()
+    releases = {release for name in names for release in known.get(name, ())}
+    found: dict[str, Path] = {}
+    for release in sorted(releases):
+        files = distribution(release).files if _plain(release) not in _needed() else None
+        for file in files or ():
+            if file.name == "METADATA":
+                found[f"{release}/METADATA"] = Path(str(file.locate()))
+    return list(found.items())
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    return packages_distributions()
+
+
+@cache
+def _needed() -> frozenset[str]:
+    """Return the distributions that adeye needs, whose versions stand beside its results."""
+    needed = (text for text in requires("adeye") or () if "extra ==" not in text)
+    return frozenset(_plain(re.split(r"[^\w.-]", text, maxsplit=1)[0]) for text in needed)
+
+
+def _plain(name: str) -> str:
+    """Write the name of a distribution in the one way in which it is compared (PEP 503)."""
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def _imported(path: Path) -> frozenset[str]:

@@ -172,6 +172,9 @@ def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
     assert labels == ["mine.py", "bought/__init__.py", "bought/core.so", "bought/drive.py"]
     (package / "weights.bin").write_bytes(b"data of another package")
     assert load_part("./mine.py:Mine", folder) == part
+    (folder / "packing.py").write_text("import hypothesis, numpy, yaml\n")
+    labels = [label for label, _ in plugin_code.with_imports([("x", folder / "packing.py")])]
+    assert labels == ["x", "hypothesis/METADATA"]
     archive = package.parent / "packed.zip"
     with zipfile.ZipFile(archive, "w") as file:
         file.writestr("packed.py", "gain = 1")
