@@ -616,13 +616,6 @@ def test_every_class_has_a_cross_section() -> None:
     assert (found[:, 1] >= found[:, 0]).all()
 
 
-def test_decibels() -> None:
-    levels = {0.0: 1.0, 10.0: 10.0, -3.0: 0.501187}
-    assert [subject.decibels(level) for level in levels] == pytest.approx(
-        list(levels.values()), rel=1e-5
-    )
-
-
 def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behind() -> None:
     places = {
         (-12.0, 0.0): 1.0,
