@@ -1,8 +1,7 @@
 """Equal test cases give equal bits, whatever the block, its order, the threads or the database."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,13 +9,8 @@ import pytest
 from adeye.campaign import run as runner
 from adeye.simulate import engine
 from adeye.simulate.recorder import Memory
-from adeye.sweep.case import batches, structure_key
+from adeye.sweep.case import TestCase, batches, structure_key
 from tests.project import Project, table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,6 @@
 """The closed loop: rows, ends of runs, shadow commands, and equal bits whatever the batch."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +10,9 @@ from adeye.kernel.sight import ray_box_distance
 from adeye.signals import EGO_HEADING, EGO_X, EGO_Y, REQUESTS_AUTHORITY, SILENT
 from adeye.simulate import engine
 from adeye.simulate.engine import EngineIdentity, identity
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests.project import MINI, Project, run_cases
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 STEP = 0.05
 HORIZON, TAIL = 12.0, 13.0
@@ -55,24 +51,6 @@ def test_batch_mixes_runs_that_end_at_different_rows(
     assert len(set(trace.length.tolist())) > 1
     assert trace.complete.any()
     assert not trace.complete.all()
-
-
-@pytest.mark.slow
-def test_case_has_the_same_digest_alone_and_in_a_batch(
-    sixteen: tuple[list[TestCase], Trace],
-) -> None:
-    cases, trace = sixteen
-    for run in (0, 7, 15):
-        assert engine.run([cases[run]]).digests() == [trace.digests()[run]]
-
-
-@pytest.mark.slow
-def test_case_has_the_same_digest_in_any_order(sixteen: tuple[list[TestCase], Trace]) -> None:
-    cases, trace = sixteen
-    order = np.random.default_rng(3).permutation(16).tolist()[:6]
-    shuffled = engine.run([cases[run] for run in order])
-    assert shuffled.digests() == [trace.digests()[run] for run in order]
-    assert shuffled.case_digests == tuple(cases[run].digest for run in order)
 
 
 def test_a_cases_rows_end_with_the_horizon_and_its_tail(

@@ -1,19 +1,14 @@
 """The shipped fault campaign: as large as it says, and what its four levels end in."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import pytest
 
 from adeye.campaign.plan import make_plan
 from adeye.campaign.studies.fault_timing import campaign_injections
+from adeye.judge.timeline import Injection
 from tests.project import ROOT, Executed, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.judge.timeline import Injection
 
 CAMPAIGN: Final = ROOT / "odd" / "fault_campaign.yaml"
 LEVELS: Final = {1: "corner_radar_out", 2: "rear_camera_out", 3: "front_camera_out"}

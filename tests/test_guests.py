@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 
 from adeye import api
+from adeye.delivery import no_measurement
 from adeye.errors import IntegrityError
 from adeye.plugins import Part
 from adeye.selftest.bench import BARE, DB, DRIVING, Bench, Edit
@@ -131,20 +132,41 @@ def listed(*names: str) -> Edit:
     return Edit(DRIVING, "plugins: []", f"plugins: [{', '.join(f'./guest.py:{n}' for n in names)}]")
 
 
+_FRONT = Edit(
+    BARE,
+    "  localisation: {kind: localisation, rate: 20 Hz}\n",
+    "  localisation: {kind: localisation, rate: 20 Hz}\n"
+    "  spy: {kind: ./guest.py:Sensor, rate: 20 Hz}\n",
+)
+_SPY = Edit(
+    BARE,
+    "    parameters: {flaw: none}\n    realises: car\n",
+    "    parameters: {flaw: oscillates}\n    realises: car\n"
+    "  spy: {kind: ./guest.py:Channel, links: [localisation, channels.nominal], rate: 20 Hz}\n",
+)
 ATTACKS: dict[str, dict[str, str]] = stored("attacks")
-ON_TRACES, ON_SCENES, ON_ROADS = ATTACKS["traces"], ATTACKS["scenes"], ATTACKS["roads"]
+GUESTS = {
+    "traces": (OSCILLATES, listed("Metric")),
+    "scenes": (OSCILLATES, _FRONT),
+    "roads": (_SPY,),
+}
+"""What makes a metric, a sensor and a channel a guest: each is shown what it attacks."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("attack", ON_TRACES)
-def test_what_a_metric_does_to_its_trace_changes_nothing_else(tmp_path: Path, attack: str) -> None:
+@pytest.mark.parametrize("shown", GUESTS)
+def test_what_a_guest_does_to_what_it_is_shown_changes_nothing_else(
+    tmp_path: Path, shown: str
+) -> None:
     bench = Bench(tmp_path)
-    honest = run(bench, "pass", OSCILLATES, listed("Metric"))
+    honest = run(bench, "pass", *GUESTS[shown])
+    assert honest.code == 1
     assert ("FSR-04", "FAIL") in {row[:2] for row in honest.verdicts}
-    came = run(bench, ON_TRACES[attack], OSCILLATES, listed("Metric"))
-    assert came.code == honest.code == 1
-    assert came.results == honest.results
-    assert came.verdicts == honest.verdicts
+    for name, attack in ATTACKS[shown].items():
+        came = run(bench, attack, *GUESTS[shown])
+        assert came.code == honest.code, name
+        assert came.results == honest.results, name
+        assert came.verdicts == honest.verdicts, name
 
 
 @pytest.mark.slow
@@ -152,7 +174,7 @@ def test_metric_does_not_change_what_another_is_shown(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bound = bounded("After", "guest_after_m", "at_least: 1e6")[1]
     edits = (OSCILLATES, listed("Metric", "After"), bound)
-    attack = ON_TRACES["in_place"] + "; shown.length[:] = 1"
+    attack = ATTACKS["traces"]["in_place"] + "; shown.length[:] = 1"
     honest = run(bench, "pass", *edits)
     assert ("FSR-02", "FAIL") in {row[:2] for row in honest.verdicts}
     assert run(bench, attack, *edits).verdicts == honest.verdicts
@@ -164,7 +186,7 @@ def test_requirement_on_a_guests_metric_is_judged_and_the_others_are_before_it(
 ) -> None:
     bound = bounded("Whole", "guest_m", "at_least: 0.5")
     edits = (OSCILLATES, listed("Metric"), bound[1])
-    came = run(Bench(tmp_path), ON_TRACES["in_place"], *edits)
+    came = run(Bench(tmp_path), ATTACKS["traces"]["in_place"], *edits)
     found = {row[:2] for row in came.verdicts}
     assert {("FSR-02", "PASS"), ("FSR-04", "FAIL")} <= found
     assert came.code == 1
@@ -184,25 +206,6 @@ def test_metric_that_finds_its_way_to_the_trace_itself_is_named(tmp_path: Path) 
         run(Bench(tmp_path), attack, OSCILLATES, listed("Metric"))
 
 
-_FRONT = Edit(
-    BARE,
-    "  localisation: {kind: localisation, rate: 20 Hz}\n",
-    "  localisation: {kind: localisation, rate: 20 Hz}\n"
-    "  spy: {kind: ./guest.py:Sensor, rate: 20 Hz}\n",
-)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("attack", ON_SCENES)
-def test_what_a_sensor_does_to_the_world_changes_nothing(tmp_path: Path, attack: str) -> None:
-    bench = Bench(tmp_path)
-    honest = run(bench, "pass", OSCILLATES, _FRONT)
-    came = run(bench, ON_SCENES[attack], OSCILLATES, _FRONT)
-    assert came.code == honest.code == 1
-    assert came.results == honest.results
-    assert came.verdicts == honest.verdicts
-
-
 class Reusing:
     """A sensor that answers with one array at every tick."""
 
@@ -215,8 +218,6 @@ class Reusing:
 
 
 def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
-    from adeye.delivery import no_measurement
-
     context = scene_context([CAR], step=0.1)
     made = no_measurement(1, 1, with_estimate=False)
     part = Part(lambda _: Reusing(made), "./own.py:Reusing", "", "")
@@ -226,28 +227,9 @@ def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
     assert first.stamp.tolist() == [0.0]
 
 
-_SPY = Edit(
-    BARE,
-    "    parameters: {flaw: none}\n    realises: car\n",
-    "    parameters: {flaw: oscillates}\n    realises: car\n"
-    "  spy: {kind: ./guest.py:Channel, links: [localisation, channels.nominal], rate: 20 Hz}\n",
-)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("attack", ON_ROADS)
-def test_what_a_channel_does_to_its_map_changes_nothing(tmp_path: Path, attack: str) -> None:
-    bench = Bench(tmp_path)
-    honest = run(bench, "pass", _SPY)
-    came = run(bench, ON_ROADS[attack], _SPY)
-    assert came.code == honest.code == 1
-    assert came.results == honest.results
-    assert came.verdicts == honest.verdicts
-
-
 @pytest.mark.slow
 def test_replay_of_a_tampered_run_is_of_the_truth(tmp_path: Path) -> None:
-    came = run(Bench(tmp_path), ON_SCENES["the_ego"], OSCILLATES, _FRONT)
+    came = run(Bench(tmp_path), ATTACKS["scenes"]["the_ego"], OSCILLATES, _FRONT)
     db = came.folder / DB
     digest = str(run_query(db, "SELECT result_digest FROM run ORDER BY number").rows[0][0])
     again = api.replay(digest, db=db)

@@ -1,14 +1,12 @@
 """Overrides around the switch: who acts from a tick on, and what stays as the switch decides."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.ports import SwitchContext
+from adeye.ports import SwitchContext, SwitchModel
 from adeye.signals import (
     NO_CHANNEL,
     OK,
@@ -23,11 +21,7 @@ from adeye.simulate.switch.override import overriding
 from adeye.spec.switch import Switch
 from adeye.sweep.case import AuthorityOverride
 from tests.motorway import make_case, make_scenario
-from tests.project import run_cases
-
-if TYPE_CHECKING:
-    from adeye.ports import SwitchModel
-    from tests.project import Executed
+from tests.project import Executed, run_cases
 
 STEP = 0.05
 NOMINAL, SAFETY = 0, 1

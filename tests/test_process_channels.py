@@ -1,34 +1,20 @@
 """Programs as channels in a whole campaign: outcomes, equal bits, replay, identity."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from adeye.campaign import run as blocks
 from adeye.campaign import run as runner
 from adeye.campaign.replay import replay_run
 from adeye.errors import UsageError
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.testing import feed, zoo
+from tests.conftest import MakeProject
+from tests.motorway import cut_ins
 from tests.project import CANDIDATE, Project, table_hash
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.conftest import MakeProject
-
 ANIMALS = ("segfaults", "sleeps", "raises", "says_nan")
-ODD: dict[str, Any] = {
-    "odd": "guests",
-    "scenarios": [{"use": "cut_in", "sweep": {"parameters": {"gap": ["30 m", "50 m"]}}}],
-    "architectures": ["architectures/camera_radar.yaml", "architectures/honest.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-}
 
 
 def guest(name: str) -> dict[str, Any]:
@@ -55,7 +41,7 @@ def add(project: Project, architecture: str, name: str = "") -> None:
 
 @pytest.fixture
 def project(make_project: MakeProject) -> Project:
-    made = make_project(ODD)
+    made = make_project(cut_ins("guests", "30 m", "50 m"))
     zoo.settle(made.folder / "odd" / "architectures")
     add(made, "honest")
     return made
@@ -129,10 +115,10 @@ def test_blocks_hold_no_more_programs_than_a_machine_can_bear(project: Project) 
     with project.edited_odd() as odd:
         gaps = {"from": "10 m", "to": "60 m", "step": "0.01 m"}
         odd["scenarios"][0]["sweep"]["parameters"] = {"gap": gaps}
-    assert blocks.block_size(project.plan()) == MOST_PROGRAMS
+    assert runner.block_size(project.plan()) == MOST_PROGRAMS
     with project.edited("odd/architectures/honest.yaml") as honest:
         honest["channels"]["second"] = guest("")
-    assert blocks.block_size(project.plan()) == MOST_PROGRAMS // 2
+    assert runner.block_size(project.plan()) == MOST_PROGRAMS // 2
     assert not project.plan().is_compiled
 
 

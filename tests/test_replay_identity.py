@@ -1,8 +1,6 @@
 """A stored run executes again bit for bit, whatever the batch and the workers that made it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +8,6 @@ import pytest
 from adeye.campaign import run as runner
 from adeye.campaign.replay import replay_run
 from tests.project import Project, table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pytest
 
 SAMPLE = 50
 

@@ -1,7 +1,5 @@
 """Tracks against the truth at the time of the observation, on hand-made scenes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

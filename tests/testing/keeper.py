@@ -1,7 +1,5 @@
 """One controller that is a policy when it is imported, and a program when it is executed."""
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

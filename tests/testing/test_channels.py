@@ -1,3 +1,5 @@
+"""The check of channels passes those that conform, and names the rule that another breaks."""
+
 from typing import Any
 
 import numpy as np

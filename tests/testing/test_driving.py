@@ -1,10 +1,9 @@
 """A small closed loop, and channels that are fed again with what they were shown."""
 
-from __future__ import annotations
-
 import json
 import shutil
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,16 +12,11 @@ from adeye.errors import InputError
 from adeye.signals import OK, SILENT, ControlCommand
 from adeye.simulate import engine
 from adeye.simulate.channels.process.protocol import Witness
+from adeye.sweep.case import TestCase
 from adeye.testing import ScriptedChannel, World, channel_context, drive, feed
+from adeye.trace import Trace
+from tests.motorway import cut_ins
 from tests.project import CANDIDATE, ROOT, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-
 
 # --- ``plugins``
 
@@ -89,21 +83,12 @@ class Mine:
         ahead = observation.measurements["front_radar"].detections
         return self.gain * (self.desired - pose.estimate[3]) - 0.01 * len(ahead), 0.0
 """
-ODD = {
-    "odd": "fed",
-    "scenarios": [{"use": "cut_in", "sweep": {"parameters": {"gap": ["30 m"]}}}],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-}
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """A project with a channel of every kind, the later ones without authority."""
-    made = Project(tmp_path_factory.mktemp("fed") / "project", ODD)
+    made = Project(tmp_path_factory.mktemp("fed") / "project", cut_ins("fed", "30 m"))
     folder = made.folder / "odd" / "architectures"
     (folder / "mine.py").write_text(PLUGIN, "utf-8")
     shutil.copyfile(ROOT / "tests" / "testing" / "keeper.py", folder / "keeper.py")

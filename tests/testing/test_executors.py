@@ -1,9 +1,8 @@
 """The check of executors passes those that are shipped, and names what another one breaks."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -11,9 +10,6 @@ from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.ports import Done, ExecutorContext
 from adeye.testing import check_executor
 from adeye.testing.executors import answer
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 

@@ -1,3 +1,5 @@
+"""Scenes for the tests of plug-ins: contexts, estimates and measurements."""
+
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Channels that misbehave: each gets its outcome, and the runs beside it keep every bit."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os
@@ -11,11 +9,12 @@ import subprocess
 import sys
 import time
 import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,34 +27,17 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ProcessParameters
 from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
+from adeye.sweep.case import TestCase
 from adeye.testing import channel_context, straight_road, zoo
 from adeye.testing.scenes import pose_measurement
 from adeye.testing.zoo import plugin as zoo_plugin
 from adeye.testing.zoo import program
+from adeye.trace import ChannelEvent, Trace
+from tests.motorway import cut_ins
 from tests.project import CANDIDATE, ROOT, Project
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import ChannelEvent, Trace
-
-
-# --- channels that misbehave: each gets its outcome, and the runs beside it keep every bit
-
-
 TICKS = 12
-GAPS = ("30 m", "50 m")
-ODD: dict[str, Any] = {
-    "odd": "zoo",
-    "scenarios": [{"use": "cut_in", "sweep": {"parameters": {"gap": list(GAPS)}}}],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
-}
+LINKS = ["localisation", "front_camera", "channels.nominal", "switch"]
 
 
 @dataclass(frozen=True)
@@ -74,13 +56,16 @@ class Visit:
         return self.mixed.channel_events[self.names.index(name)]
 
 
-def case_of(case: TestCase, name: str) -> TestCase:
+def case_of(case: TestCase, kind: str, parameters: dict[str, Any]) -> TestCase:
     """Put an animal into the architecture of a test case."""
     content = case.architecture.model_dump(mode="json")
-    content["channels"]["guest"]["parameters"] = ProcessParameters.model_validate(
-        zoo.parameters(name)
-    ).model_dump(mode="json")
+    content["channels"]["guest"] |= {"kind": kind, "parameters": parameters}
     return replace(case, architecture=Architecture.model_validate(content, context=SI))
+
+
+def program_case(case: TestCase, name: str) -> TestCase:
+    parameters = ProcessParameters.model_validate(zoo.parameters(name))
+    return case_of(case, "process", parameters.model_dump(mode="json"))
 
 
 def processes_of(word: str) -> list[str]:
@@ -99,17 +84,32 @@ def open_files() -> int:
     return len(list(Path("/proc/self/fd").iterdir()))
 
 
-def built(folder: Path) -> Project:
-    project = Project(folder, ODD)
+def built(folder: Path, kind: str, parameters: dict[str, Any]) -> Project:
+    """Copy a project whose candidate has an honest guest; each animal takes its place."""
+    project = Project(folder, cut_ins("zoo", "30 m", "50 m"))
+    guest = {"kind": kind, "links": LINKS, "rate": "20 Hz", "parameters": parameters}
     with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["guest"] = {
-            "kind": "process",
-            "links": ["localisation", "front_camera", "channels.nominal", "switch"],
-            "rate": "20 Hz",
-            "parameters": zoo.parameters(),
-        }
+        candidate["channels"]["guest"] = guest
     zoo.settle(folder / "odd" / "architectures")
     return project
+
+
+def plugin_project(folder: Path) -> Project:
+    return built(folder, "./zoo_plugin.py:One", {"animal": ""})
+
+
+def judge(animal: zoo.Animal, event: ChannelEvent | None) -> None:
+    """Say whether the event of a run is the one that its animal must have."""
+    if animal.outcome == zoo.COMPLETED:
+        assert event is None
+        return
+    assert event is not None
+    assert (event.outcome, event.channel) == (animal.outcome, "guest")
+    assert animal.detail in event.detail
+    assert len(event.detail) <= 500
+    assert event.detail.encode()
+    assert event.is_machine_dependent == animal.is_machine_dependent
+    assert str(ROOT) not in event.detail
 
 
 def run(project: Project, cases: Sequence[TestCase]) -> Trace:
@@ -118,10 +118,10 @@ def run(project: Project, cases: Sequence[TestCase]) -> Trace:
 
 @pytest.fixture(scope="module")
 def visit(tmp_path_factory: pytest.TempPathFactory) -> Visit:
-    project = built(tmp_path_factory.mktemp("zoo") / "project")
+    project = built(tmp_path_factory.mktemp("zoo") / "project", "process", zoo.parameters())
     first, second = project.plan().cases
     names = ("", *zoo.ANIMALS, "")
-    beside = [first, *(case_of(first, name) for name in zoo.ANIMALS), second]
+    beside = [first, *(program_case(first, name) for name in zoo.ANIMALS), second]
     honest = run(project, [first, second])
     before, size = open_files(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.MonkeyPatch.context() as patch:
@@ -141,15 +141,9 @@ def visit(tmp_path_factory: pytest.TempPathFactory) -> Visit:
 
 @pytest.mark.parametrize("name", zoo.ANIMALS)
 def test_animal_gets_its_outcome(visit: Visit, name: str) -> None:
-    animal, event = zoo.ANIMALS[name], visit.event(name)
-    if animal.outcome == zoo.COMPLETED:
-        assert event is None
-        return
-    assert event is not None
-    assert (event.outcome, event.channel) == (animal.outcome, "guest")
-    assert animal.detail in event.detail
-    assert event.is_machine_dependent == animal.is_machine_dependent
-    assert "/" not in event.detail.replace("adeye/channel@", "")
+    event = visit.event(name)
+    judge(zoo.ANIMALS[name], event)
+    assert event is None or "/" not in event.detail.replace("adeye/channel@", "")
 
 
 def test_runs_beside_the_zoo_keep_every_bit(visit: Visit) -> None:
@@ -208,7 +202,7 @@ def test_hang_costs_at_most_a_second_beyond_its_deadline(tmp_path: Path, name: s
 
 
 def test_program_of_the_zoo_is_part_of_the_identity(tmp_path: Path) -> None:
-    project = built(tmp_path / "project")
+    project = built(tmp_path / "project", "process", zoo.parameters())
     path = project.folder / CANDIDATE
     before = load_parts(load_architecture(path)).digest
     with (path.parent / "zoo.py").open("a") as stream:
@@ -217,9 +211,6 @@ def test_program_of_the_zoo_is_part_of_the_identity(tmp_path: Path) -> None:
 
 
 # --- plug-ins that misbehave: each gets its outcome, and the runs beside it keep every bit
-
-
-LINKS = ["localisation", "front_camera", "channels.nominal", "switch"]
 
 
 @dataclass(frozen=True)
@@ -258,11 +249,8 @@ def spoilt(folder: Path) -> Iterator[None]:
 
 
 def plugin_case(case: TestCase, kind: str, name: str) -> TestCase:
-    """Put an animal into the architecture of a test case."""
-    content = case.architecture.model_dump(mode="json")
-    content["channels"]["guest"]["kind"] = f"./zoo_plugin.py:{kind}"
-    content["channels"]["guest"]["parameters"] = {"animal": name, "from_tick": zoo.FROM_TICK}
-    return replace(case, architecture=Architecture.model_validate(content, context=SI))
+    parameters = {"animal": name, "from_tick": zoo.FROM_TICK}
+    return case_of(case, f"./zoo_plugin.py:{kind}", parameters)
 
 
 @pytest.fixture(scope="module")
@@ -274,41 +262,13 @@ def plugin_visit(tmp_path_factory: pytest.TempPathFactory) -> PluginVisit:
     return replace(empty, honest=honest)
 
 
-def plugin_project(folder: Path) -> Project:
-    project = Project(folder, ODD)
-    zoo.settle(folder / "odd" / "architectures")
-    guest = {
-        "kind": "./zoo_plugin.py:One",
-        "links": LINKS,
-        "rate": "20 Hz",
-        "parameters": {"animal": ""},
-    }
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["guest"] = guest
-    return project
-
-
-def judge(animals: Mapping[str, zoo.Animal], name: str, event: ChannelEvent | None) -> None:
-    animal = animals[name]
-    if animal.outcome == zoo.COMPLETED:
-        assert event is None
-        return
-    assert event is not None
-    assert (event.outcome, event.channel) == (animal.outcome, "guest")
-    assert animal.detail in event.detail
-    assert len(event.detail) <= 500
-    assert event.detail.encode()
-    assert not event.is_machine_dependent
-    assert str(ROOT) not in event.detail
-
-
 @pytest.mark.parametrize("name", zoo.OBJECTS)
 def test_object_gets_its_outcome_and_runs_beside_it_keep_every_bit(
     plugin_visit: PluginVisit, name: str
 ) -> None:
     first, second = plugin_visit.cases
     trace = plugin_visit.run("One", ("", name, ""), (first, first, second))
-    judge(zoo.OBJECTS, name, trace.channel_events[1])
+    judge(zoo.OBJECTS[name], trace.channel_events[1])
     digests = trace.digests()
     assert [digests[0], digests[2]] == plugin_visit.honest["One"].digests()
     assert trace.channel_events[0] is trace.channel_events[2] is None
@@ -323,7 +283,7 @@ def test_herd_gets_its_outcome_and_the_other_channels_keep_every_bit(
         plugin_visit.honest["Herd"],
     )
     for event in trace.channel_events:
-        judge(zoo.HERDS, name, event)
+        judge(zoo.HERDS[name], event)
     guest = trace.layout.channels.index("guest")
     others = [number for number in range(len(trace.layout.channels)) if number != guest]
     for column in ("acceleration", "steering_angle", "status"):
@@ -340,31 +300,45 @@ def test_every_plugin_of_the_zoo_has_an_outcome() -> None:
     assert len(zoo.OBJECTS) + len(zoo.HERDS) >= 40
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt])
 def test_who_asks_for_the_end_ends_the_campaign(
-    plugin_visit: PluginVisit,
-    error: type[BaseException],
-    monkeypatch: pytest.MonkeyPatch,
+    plugin_visit: PluginVisit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Nobody can tell whether it was the channel or a person at the keyboard.
     plan = plugin_visit.project.plan()
     module = sys.modules[plan.parts["camera_radar"].plugins[0].obj.__module__]
 
     def interrupt(_: Any) -> Any:
-        raise error
+        raise KeyboardInterrupt
 
     monkeypatch.setitem(module.ONE, "raises", interrupt)
-    with pytest.raises(error):
+    with pytest.raises(KeyboardInterrupt):
         plugin_visit.run("One", ("raises",), plugin_visit.cases[:1])
+
+
+def swept(folder: Path, names: Sequence[str]) -> Project:
+    """Copy a project that sweeps the animal of its guest."""
+    project = plugin_project(folder)
+    path = "architecture.channels.guest.parameters.animal"
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: list(names)}
+    return project
+
+
+def executed(project: Project, db: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run the ODD of a project as a process of its own."""
+    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", command, "run", str(project.odd), *options, "--db", db],
+        cwd=project.folder, capture_output=True, text=True, timeout=500, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode in (0, 1, 3), done.stderr
+    return done
 
 
 @pytest.mark.slow
 def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) -> None:
-    project = plugin_project(tmp_path / "project")
-    path = "architecture.channels.guest.parameters.animal"
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: ["", *zoo.OBJECTS]}
-    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
+    project = swept(tmp_path / "project", ["", *zoo.OBJECTS])
     ways = {
         "here": ["--threads", "1"],
         "threads": ["--threads", "2"],
@@ -374,13 +348,7 @@ def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) 
         ways["dask"] = ["--executor", "dask", "--workers", "2"]
     told = {}
     for way, options in ways.items():
-        done = subprocess.run(
-            [sys.executable, "-c", command, "run", str(project.odd), "--quiet", *options,
-             "--db", f"{way}.db"],
-            cwd=project.folder, capture_output=True, text=True, timeout=500, check=False,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        assert done.returncode in (0, 1, 3), done.stderr
+        executed(project, f"{way}.db", "--quiet", *options)
         told[way] = sorted(
             (row["trace_digest"], row["outcome"], row["outcome_detail"] or "")
             for row in project.rows(db=f"{way}.db")
@@ -393,42 +361,25 @@ def test_outcomes_and_traces_are_the_same_whoever_executes_them(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_campaign_stores_what_no_text_is_and_its_standard_output_is_clean(tmp_path: Path) -> None:
-    project = plugin_project(tmp_path / "project")
     names = ["", "prints", "closes_its_streams", "raises_what_no_text_is", "leaves"]
-    path = "architecture.channels.guest.parameters.animal"
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["50 m"], path: names}
-    command = "import sys; from adeye.cli.app import main; sys.exit(main(sys.argv[1:]))"
-    told = {}
+    project = swept(tmp_path / "project", names)
+    expected = sorted(zoo.OBJECTS[name].outcome if name else "completed" for name in names)
     for workers in ("1", "2"):
-        done = subprocess.run(
-            [sys.executable, "-c", command, "run", str(project.odd), "--json", "--workers", workers,
-             "--db", f"{workers}.db"],
-            cwd=project.folder, capture_output=True, text=True, timeout=300, check=False,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        assert done.returncode in (0, 1, 3), done.stderr
+        done = executed(project, f"{workers}.db", "--json", "--workers", workers)
         assert done.stdout.startswith("{\n"), done.stdout[:200]
         assert done.stdout.endswith("}\n")
         assert "brake!" in done.stderr
-        told[workers] = sorted(row["outcome"] for row in project.rows(db=f"{workers}.db"))
-    expected = sorted(zoo.OBJECTS[name].outcome if name else "completed" for name in names)
-    assert told["1"] == told["2"] == expected
+        outcomes = sorted(row["outcome"] for row in project.rows(db=f"{workers}.db"))
+        assert outcomes == expected, workers
 
 
 # --- the program of the zoo knows every animal that has an outcome, and no other
 
 
-HELLO = {
-    "hello": "adeye/channel@1",
-    "links": [],
-    "parameters": {"values": {"animal": "", "from_tick": 1}},
-}
-
-
 def asked(name: str, *lines: object) -> list[str]:
-    hello = json.loads(json.dumps(HELLO))
-    hello["parameters"]["values"]["animal"] = name
+    """Say hello to the program as an animal, show it some lines, and return its answers."""
+    values = {"animal": name, "from_tick": 1}
+    hello = {"hello": "adeye/channel@1", "links": [], "parameters": {"values": values}}
     done = subprocess.run(
         [sys.executable, "-I", "-S", "-B", zoo.PROGRAM],
         input="".join(json.dumps(line) + "\n" for line in (hello, *lines)),

@@ -1,9 +1,8 @@
 """Made-up drives of an ego with a satellite receiver and an inertial unit, for tests."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.sensors import Gnss, Imu
 from adeye.testing.scenes import channel_context, passenger_car, straight_road
 from tests.simulate.sensors.scenes import scene, scene_context
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 STEP = 0.05
 CAR = passenger_car()

@@ -1,3 +1,5 @@
+"""From the kind of a channel to its class, and to that of a plug-in."""
+
 from pathlib import Path
 
 import numpy as np

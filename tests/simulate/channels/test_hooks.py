@@ -1,24 +1,14 @@
 """Faults inside the built-in channels: what they do, and that they do nothing elsewhere."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye import signals
 from adeye.errors import SpecError
 from adeye.ports import HookedChannel
-from adeye.signals import (
-    DEGRADED,
-    FAULT,
-    OK,
-    REQUESTS_AUTHORITY,
-    SILENT,
-    Bools,
-    ControlCommand,
-    Floats,
-)
+from adeye.signals import Bools, ControlCommand, Floats
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.hooks import HOOKS, SAFETY_HOOKS, Hooks
@@ -110,7 +100,7 @@ def test_frozen_planner_repeats_its_command_with_fresh_stamps(kind: Any, paramet
         item = faulty[tick]
         assert item.acceleration[0] == last.acceleration[0]
         assert item.steering_angle[0] == last.steering_angle[0]
-        assert item.status[0] == OK
+        assert item.status[0] == signals.OK
         assert item.stamp[0] == pytest.approx(tick * STEP)
         if last.plan is not None:
             assert item.plan is not None
@@ -131,14 +121,14 @@ def told(items: list[ControlCommand], run: int = 0) -> list[tuple[int, list[list
 def test_frozen_monitors_confirm_nothing_new_until_the_end(kind: Any, parameters: Any) -> None:
     # Something stands so near that the monitors fire from the first tracks on.
     plain = play(kind, parameters, gap=60.0)
-    first = next(tick for tick, (status, _) in enumerate(told(plain)) if status != OK)
+    first = next(tick for tick, (status, _) in enumerate(told(plain)) if status != signals.OK)
     assert ONSET <= first < END
     faulty = play(kind, parameters, "monitors_frozen", gap=60.0)
     expected, got = told(plain), told(faulty)
     assert got[:ONSET] == expected[:ONSET]
     assert got[ONSET:END] == [expected[ONSET - 1]] * (END - ONSET)
     confirmed = [status for status, _ in got[END:]]
-    assert confirmed[-1] == REQUESTS_AUTHORITY
+    assert confirmed[-1] == signals.REQUESTS_AUTHORITY
     assert [bits(item, 1) for item in faulty] == [bits(item, 1) for item in plain]
 
 
@@ -171,13 +161,13 @@ def test_frozen_planner_says_ok_whatever_it_has_found() -> None:
         one = np.array([acceleration, acceleration])
         return ControlCommand("n", one, 0.1 * one, np.zeros(2), np.full(2, status))
 
-    for status in (DEGRADED, FAULT, REQUESTS_AUTHORITY):
+    for status in (signals.DEGRADED, signals.FAULT, signals.REQUESTS_AUTHORITY):
         hooks = Hooks()
         hooks.answer(said(1.0, status))
         hooks.inject("planner_frozen", FIRST, np.ones(2))
         found = hooks.answer(said(-2.0, status))
         assert found.acceleration.tolist() == [1.0, -2.0]
-        assert found.status.tolist() == [OK, status]
+        assert found.status.tolist() == [signals.OK, status]
 
 
 def test_ego_drives_beside_its_lane_by_what_the_map_is_shifted() -> None:
@@ -207,7 +197,7 @@ def test_hook_that_raises_makes_the_channel_silent_and_one_not_offered_is_refuse
     guarded.act(shown(np.zeros((2, 7)), links=(), protect=True))
     guarded.inject("planner_frozen", FIRST, np.ones(2))
     command = guarded.act(shown(np.zeros((2, 7)), time=0.05, links=(), protect=True))
-    assert command.status.tolist() == [SILENT, SILENT]
+    assert command.status.tolist() == [signals.SILENT, signals.SILENT]
     event = guarded.events[0]
     assert event is not None
     assert event.outcome == "channel_error"

@@ -1,7 +1,5 @@
 """What both channels that drive in a lane must do, whichever way they decide it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

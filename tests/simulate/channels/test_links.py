@@ -1,3 +1,5 @@
+"""What a channel is shown: what its links name, and nothing that it could alter."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""The nominal channel: when it brakes in an emergency, and what it does without a pose."""
+
 import math
 from typing import Any
 

@@ -1,9 +1,8 @@
 """Any policy as a channel: it drives, it is contained, it is told apart by its code."""
 
-from __future__ import annotations
-
 import itertools
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -11,26 +10,13 @@ import pytest
 
 from adeye.errors import SpecError
 from adeye.signals import DEGRADED, FAULT, OK, SILENT, ControlCommand, Floats
+from adeye.simulate.channels import policy as subject
 from adeye.simulate.channels.driving import channel_records
 from adeye.simulate.channels.factory import make_channel
-from adeye.simulate.channels.policy import (
-    EGO_FEATURES,
-    OBJECT_FEATURES,
-    Kinematics,
-    PolicyChannel,
-    action_limits,
-    action_space,
-    load_policy,
-    observation_space,
-    to_command,
-)
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import World, channel_context, check_channel, drive
 from adeye.testing.scenes import passenger_car
 from tests.simulate.channels.perceived import LINKS, SENSORS, shown
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 LANE = 5.25
 
@@ -136,7 +122,7 @@ def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["keep", "Predictor", "network", "Batched"])
 def test_conforms(folder: Path, name: str) -> None:
-    check_channel(lambda: PolicyChannel(folder), parameters(name))
+    check_channel(lambda: subject.PolicyChannel(folder), parameters(name))
 
 
 def test_tiny_policy_drives_and_stops_for_what_stands_ahead(folder: Path) -> None:
@@ -199,21 +185,21 @@ def test_dead_sensor_degrades_and_a_missing_estimate_is_a_fault(folder: Path) ->
 
 def test_missing_policy_names_functions_objects_and_classes_of_the_file(folder: Path) -> None:
     with pytest.raises(SpecError) as caught:
-        load_policy("./mine.py:qqq", folder)
+        subject.load_policy("./mine.py:qqq", folder)
     offered = caught.value.remedy.removeprefix("Allowed: ").removesuffix(".").split(", ")
     policies = {"keep", "network", "Predictor", "Batched"}
     assert policies <= set(offered)
-    assert all(load_policy(f"./mine.py:{name}", folder).source_digest for name in policies)
+    assert all(subject.load_policy(f"./mine.py:{name}", folder).source_digest for name in policies)
     assert not {"number", "np", "nothing"} & set(offered)
     for name, message in (("number", "is no policy"), ("nothing", "has no 'nothing'")):
         with pytest.raises(SpecError, match=message):
-            load_policy(f"./mine.py:{name}", folder)
+            subject.load_policy(f"./mine.py:{name}", folder)
 
 
 def observed(objects: list[list[float]], asked: PolicyParameters, ticks: int = 10) -> Any:
     context = channel_context(asked, links=LINKS, sensors=SENSORS)
     fields = {"confirm_hits": 3.0, "coast": 0.5, "gate": 4.0}
-    seen = Kinematics(context, channel_records(context, fields))
+    seen = subject.Kinematics(context, channel_records(context, fields))
     for tick in range(ticks):
         time = 0.05 * tick
         rows = [[x + time * speed, y, heading, speed, a] for x, y, heading, speed, a in objects]
@@ -226,7 +212,7 @@ def named(row: Floats, features: dict[str, float]) -> dict[str, float]:
 
 
 def test_ego_is_described_as_its_channel_knows_it() -> None:
-    ego = named(observed([], parameters())["ego"][0], EGO_FEATURES)
+    ego = named(observed([], parameters())["ego"][0], subject.EGO_FEATURES)
     assert ego["speed"] == pytest.approx(20.0)
     assert ego["lane_offset"] == pytest.approx(0.5, abs=0.1)
     assert ego["heading"] == pytest.approx(0.02, abs=0.01)
@@ -237,8 +223,8 @@ def test_ego_is_described_as_its_channel_knows_it() -> None:
 def test_confirmed_objects_come_nearest_first_and_the_other_rows_are_empty() -> None:
     far, near = [90.0, LANE, 0.0, 15.0, 0.0], [30.0, LANE + 3.5, 0.0, 25.0, 0.0]
     rows = observed([far, near], parameters(nearest=4))["objects"][0]
-    assert rows.shape == (4, len(OBJECT_FEATURES))
-    first, second = (named(row, OBJECT_FEATURES) for row in rows[:2])
+    assert rows.shape == (4, len(subject.OBJECT_FEATURES))
+    first, second = (named(row, subject.OBJECT_FEATURES) for row in rows[:2])
     assert (first["present"], second["present"]) == (1.0, 1.0)
     assert first["x"] < second["x"]
     assert first["vx"] == pytest.approx(5.0, abs=1.0)
@@ -252,7 +238,7 @@ def test_observation_is_in_its_space() -> None:
         asked = parameters(observation=layout, normalised=normalised, nearest=5)
         found = observed([[90.0, LANE, 0.0, 500.0, 0.0]], asked)
         one = {k: v[0] for k, v in found.items()} if isinstance(found, dict) else found[0]
-        assert observation_space(asked).contains(one), (layout, normalised)
+        assert subject.observation_space(asked).contains(one), (layout, normalised)
 
 
 def test_flat_observation_is_what_gymnasium_flattens() -> None:
@@ -261,24 +247,26 @@ def test_flat_observation_is_what_gymnasium_flattens() -> None:
     asked = parameters(nearest=3)
     parts = {name: rows[0] for name, rows in observed(scene, asked).items()}
     flat = observed(scene, parameters(observation="kinematics_flat", nearest=3))[0]
-    flattened = np.asarray(gymnasium.spaces.flatten(observation_space(asked), parts))
+    flattened = np.asarray(gymnasium.spaces.flatten(subject.observation_space(asked), parts))
     assert flat.tolist() == flattened.tolist()
 
 
 def test_action_space_is_that_of_the_vehicle() -> None:
-    space = action_space(parameters(), passenger_car())
+    space = subject.action_space(parameters(), passenger_car())
     assert space.shape == (2,)
     assert space.contains(np.array([-9.0, 0.5], dtype=np.float32))
     assert not space.contains(np.array([4.0, 0.0], dtype=np.float32))
-    normalised = action_space(parameters(normalised=True), passenger_car())
+    normalised = subject.action_space(parameters(normalised=True), passenger_car())
     assert normalised.contains(np.array([-1.0, 1.0], dtype=np.float32))
 
 
 def test_normalised_actions_scale_to_each_limit_and_what_is_no_number_stays_none() -> None:
-    low, high = action_limits(passenger_car())
+    low, high = subject.action_limits(passenger_car())
     actions = np.array([[-1.0, -1.0], [0.0, 0.0], [0.5, 1.0], [7.0, -7.0]])
-    commands = to_command(actions, low, high, normalised=True)
+    commands = subject.to_command(actions, low, high, normalised=True)
     assert commands[:, 0].tolist() == [-9.0, 0.0, 1.5, 3.0]
     assert commands[:, 1] == pytest.approx(high[1] * np.array([-1.0, 0.0, 1.0, -1.0]))
     for normalised in (False, True):
-        assert np.isnan(to_command(np.array([np.nan, 0.0]), low, high, normalised=normalised)[0])
+        assert np.isnan(
+            subject.to_command(np.array([np.nan, 0.0]), low, high, normalised=normalised)[0]
+        )

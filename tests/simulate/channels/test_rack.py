@@ -1,12 +1,11 @@
 """The channels of an architecture together: who sees what when, and whose failure came first."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,14 +17,10 @@ from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.world.compile import ego_desired_speeds
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
+from adeye.sweep.case import TestCase
 from adeye.testing import ScriptedChannel, channel_context
+from tests.project import Executed
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_spec
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
-    from tests.project import Executed
 
 PLUGIN = '''
 import numpy as np

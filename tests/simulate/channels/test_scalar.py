@@ -1,3 +1,5 @@
+"""Channels that see one run: an instance for each, shown what is theirs."""
+
 from collections.abc import Callable
 from typing import Any
 

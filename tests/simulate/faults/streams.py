@@ -1,13 +1,12 @@
 """What sensors of every kind deliver of three runs, and faults applied to it."""
 
-from __future__ import annotations
-
 import copy
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +26,6 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.testing.sensors import scene_of, three_objects
 from tests.motorway import ARCHITECTURE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
 
 TICKS = 40
 STEP = 0.05

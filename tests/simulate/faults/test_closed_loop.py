@@ -1,18 +1,14 @@
 """Faults of every kind of part in closed loop: what does nothing changes no bit of the trace."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.simulate import engine
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests.project import MINI, Project
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 STEP = 0.05
 ONSET = 4.0

@@ -1,7 +1,5 @@
 """Faults of a channel's command, by hand."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,9 +1,8 @@
 """Links of health: a supervisor watches sensors of another channel, and nothing of content."""
 
-from __future__ import annotations
-
 import shutil
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,14 +12,10 @@ from adeye.errors import InputError
 from adeye.judge.timeline import timeline
 from adeye.simulate import engine
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
-from adeye.sweep.case import structure_key
+from adeye.sweep.case import TestCase, structure_key
+from adeye.trace import Trace
+from tests.motorway import fault
 from tests.project import MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 STEP, PERIOD, ONSET, TIMEOUT = 0.05, 0.1, 3.0, 0.1
 SUPERVISED = "odd/architectures/supervised_adeye.yaml"
@@ -37,7 +32,7 @@ FAULTS = {
 
 def odd(**scenario: Any) -> dict[str, Any]:
     faults = [
-        {"id": name, "target": target, "model": model, "onset": {"at": f"{ONSET} s"}, **more}
+        fault(name, target, model, f"{ONSET} s", **more)
         for name, (target, model, more) in FAULTS.items()
     ]
     return {

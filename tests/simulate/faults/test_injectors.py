@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""Injectors of outages and of silence, and the draws and sizes that injectors share."""
 
 from functools import partial
 from typing import Any

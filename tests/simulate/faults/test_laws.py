@@ -1,7 +1,5 @@
 """The laws that every fault of a channel, link, actuator and tyre obeys, whatever its model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 

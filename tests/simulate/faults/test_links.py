@@ -1,7 +1,5 @@
 """Faults of what one channel is shown, by hand."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

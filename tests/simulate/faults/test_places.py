@@ -1,3 +1,5 @@
+"""Where faults move things: bearings, turned frames, places on the road, rigid returns."""
+
 import math
 
 import numpy as np

@@ -1,8 +1,7 @@
 """The shipped worlds for faults: where a planned stop ends once the nominal channel dies."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pytest
@@ -12,13 +11,10 @@ from adeye.judge.timeline import violation_s
 from adeye.judge.trace_signals import TraceSignals
 from adeye.signals import EGO_SPEED, PLACE_D, PLACE_S
 from adeye.simulate import engine
+from adeye.trace import Trace
 from tests.judge.conftest import rate_run
+from tests.motorway import fault
 from tests.project import CANDIDATE, MINI, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.trace import Trace
 
 PLACES: Final = {
     "motorway_shoulder": 1.0,
@@ -35,11 +31,10 @@ PLACES: Final = {
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     folder: Path = tmp_path_factory.mktemp("refuges") / "project"
-    crash = {"id": "killed", "target": "channels.nominal", "model": "crash"}
     odd = {
         **MINI,
         "scenarios": [{"use": name, "faults": ["killed"]} for name in PLACES],
-        "faults": [{**crash, "onset": {"at": "5 s"}}],
+        "faults": [fault("killed", "channels.nominal", "crash", "5 s")],
         "architectures": ["architectures/camera_radar.yaml"],
     }
     made = Project(folder, odd)

@@ -1,10 +1,9 @@
 """Faults of the nominal channel in the shipped scenarios: each ends in a safe stop, and when."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -14,12 +13,9 @@ from adeye.judge.timeline import Timeline, timeline
 from adeye.signals import EGO_SPEED
 from adeye.simulate import engine
 from adeye.simulate.channels.perception.pose import MAX_AGE
+from adeye.trace import Trace
+from tests.motorway import fault
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.trace import Trace
 
 pytestmark = pytest.mark.slow
 
@@ -41,17 +37,14 @@ SENSORS: Final = ("front_camera", "front_radar", "localisation")
 """Of the nominal channel: the safety channel has the ground truth."""
 
 
-def fault(name: str, target: str, model: str, **more: Any) -> dict[str, Any]:
-    return {"id": name, "target": target, "model": model, "onset": {"at": f"{ONSET} s"}, **more}
-
-
+AT: Final = f"{ONSET} s"
 FAULTS: Final = [
-    fault("killed", "channels.nominal", "crash"),
-    *(fault(f"no_{name}", f"sensors.{name}", "drop_out") for name in SENSORS),
-    fault("frozen", "hooks.nominal", "planner_frozen"),
-    fault("no_number", "channels.nominal", "not_a_number"),
-    fault("too_much", "channels.nominal", "bias", acceleration="20 m/s^2"),
-    fault("degrees", "channels.nominal", "scale", steering_angle=57.3),
+    fault("killed", "channels.nominal", "crash", AT),
+    *(fault(f"no_{name}", f"sensors.{name}", "drop_out", AT) for name in SENSORS),
+    fault("frozen", "hooks.nominal", "planner_frozen", AT),
+    fault("no_number", "channels.nominal", "not_a_number", AT),
+    fault("too_much", "channels.nominal", "bias", AT, acceleration="20 m/s^2"),
+    fault("degrees", "channels.nominal", "scale", AT, steering_angle=57.3),
 ]
 BLINDED: Final = "+".join(f"no_{name}" for name in SENSORS)
 ENTRIES: Final = [

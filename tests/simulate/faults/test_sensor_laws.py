@@ -1,7 +1,5 @@
 """Laws that every fault of a sensor obeys, for every kind of sensor that can have it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +11,7 @@ from adeye.spec.fault import FAULT, MODELS, SensorFault, model_of
 from adeye.spec.sensor_faults import SIGNALS, has_signal
 from adeye.testing.sensors import moment
 from adeye.units import Dimension
+from tests.motorway import fault
 from tests.simulate.faults.streams import (
     END,
     ONSET,
@@ -124,11 +123,9 @@ def combinations() -> list[tuple[str, str, str]]:
         if has_signal(signal, SUITE.sensors[sensor])
     ]
     for model, parameters in PLAIN.items():
-        fault: Any = FAULT.validate_python(
-            {"id": "a", "target": "sensors.a", "model": model, "onset": {"at": "0 s"}, **parameters}
-        )
+        built: Any = FAULT.validate_python(fault("a", "sensors.a", model, **parameters))
         found += [
-            (model, name, "") for name, spec in SUITE.sensors.items() if not fault.misfits(spec)
+            (model, name, "") for name, spec in SUITE.sensors.items() if not built.misfits(spec)
         ]
     return found
 

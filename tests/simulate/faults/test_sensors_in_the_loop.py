@@ -1,24 +1,19 @@
 """Faults of sensors in closed loop: identities of the trace, and numbers that are none."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye.campaign.plan import CampaignPlan
 from adeye.signals import SILENT
 from adeye.spec.fault import FAULT
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests.project import MINI, Project, run_cases
 from tests.simulate.faults.test_closed_loop import first_difference
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.campaign.plan import CampaignPlan
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 ONSET = 2.0
 

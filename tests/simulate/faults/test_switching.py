@@ -1,8 +1,6 @@
 """Faults of the switch: what it is told, and what they do in the closed loop."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,21 +9,14 @@ from adeye.judge.metrics import METRICS
 from adeye.signals import REASON_LABELS, SwitchFaults
 from adeye.simulate.faults import FaultPlan
 from adeye.testing.sensors import injector, moment, scene_of
+from adeye.trace import Trace
+from tests.motorway import fault
 from tests.project import MINI, Project, run_cases
 from tests.simulate.faults.test_plan import CAMERA_OUT, CONTEXT, STEP, case
 
-if TYPE_CHECKING:
-    from adeye.trace import Trace
-
 FIRST = np.array([True, False, False])
 NONE = np.zeros(3, dtype=np.bool_)
-STUCK: dict[str, Any] = {
-    "id": "switch_stuck",
-    "target": "switch",
-    "model": "stuck",
-    "onset": {"at": "0.2 s"},
-    "duration": "0.15 s",
-}
+STUCK = fault("switch_stuck", "switch", "stuck", "0.2 s", duration="0.15 s")
 LATE: dict[str, Any] = {**STUCK, "id": "switch_late", "model": "late", "delay": "0.1 s"}
 
 
@@ -75,19 +66,15 @@ def test_fault_of_something_else_leaves_the_switch_sound() -> None:
     assert not told.delay.any()
 
 
-def named(name: str, model: str, at: str, **more: Any) -> dict[str, Any]:
-    return {"id": name, "target": "switch", "model": model, "onset": {"at": at}, **more}
-
-
 FAULTS = [
     *MINI["faults"],
-    named("stuck_till_then", "stuck", "0.5 s", duration="2 s"),
-    named("stuck_early", "stuck", "1 s"),
-    named("stuck_for_a_while", "stuck", "1 s", duration="4 s"),
-    named("late", "late", "0 s", delay="0.4 s"),
-    named("late_by_nothing", "late", "0 s", delay="0 s"),
+    fault("stuck_till_then", "switch", "stuck", "0.5 s", duration="2 s"),
+    fault("stuck_early", "switch", "stuck", "1 s"),
+    fault("stuck_for_a_while", "switch", "stuck", "1 s", duration="4 s"),
+    fault("late", "switch", "late", "0 s", delay="0.4 s"),
+    fault("late_by_nothing", "switch", "late", "0 s", delay="0 s"),
 ]
-OTHERS = [fault["id"] for fault in FAULTS[len(MINI["faults"]) :]]
+OTHERS = [item["id"] for item in FAULTS[len(MINI["faults"]) :]]
 
 
 @pytest.fixture(scope="module")

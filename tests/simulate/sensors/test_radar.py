@@ -485,12 +485,14 @@ def test_echo_falls_by_12_decibels_when_the_distance_doubles() -> None:
     assert clear(60.0, 5.0) == pytest.approx(0.5 * clear(60.0, 10.0))
 
 
-def test_antenna_loses_its_edge_loss_twice_at_the_edge() -> None:
+def test_edge_of_the_antenna_and_rain_take_their_loss_on_both_ways() -> None:
     half, loss = 0.6, 3.0
     beam = 2.0 * loss * math.log(10.0) / 10.0 / half**2
     ahead = subject.signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.0, 0.0)
     edge = subject.signal_to_noise(STRENGTH, 10.0, 50.0, -half, beam, 0.0, 0.0)
     assert 10.0 * math.log10(ahead / edge) == pytest.approx(2.0 * loss)
+    wet = subject.signal_to_noise(STRENGTH, 10.0, 50.0, 0.0, beam, 0.002, 0.0)
+    assert wet == pytest.approx(ahead * math.exp(-2.0 * 0.002 * 50.0))
 
 
 def test_signal_for_a_probability_inverts_the_formula_of_swerling() -> None:
@@ -614,13 +616,6 @@ def test_every_class_has_a_cross_section() -> None:
     found = subject.cross_sections(np.array([car, truck, person], dtype=np.int64))
     assert found[:, 0] == pytest.approx([10.0, 100.0, 10.0**-0.8])
     assert (found[:, 1] >= found[:, 0]).all()
-
-
-def test_decibels() -> None:
-    levels = {0.0: 1.0, 10.0: 10.0, -3.0: 0.501187}
-    assert [subject.decibels(level) for level in levels] == pytest.approx(
-        list(levels.values()), rel=1e-5
-    )
 
 
 def test_face_returns_the_squared_cosine_of_the_incidence_and_nothing_from_behind() -> None:

@@ -1,3 +1,5 @@
+"""The arbiter: who has authority, what acts, and why."""
+
 from typing import Any
 
 import numpy as np

@@ -1,20 +1,15 @@
 """highway-env's own vehicles beside the compiled kernels, in step, from the same start."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from adeye.kernel.traffic import network as n
+from adeye.signals import Floats
 from benchmarks.support.crash import advance_crashing_reference
 from benchmarks.support.highway_scenes import STEP, Advance, Converted, convert
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adeye.signals import Floats
 
 SLOWEST = 0.5
 """Below this speed highway-env's own steering gain is ill-conditioned [m/s]."""

@@ -34,11 +34,12 @@ def drive(
 
 def test_ego_brakes_as_vehicle_and_road_let_it_and_turns_left_by_a_positive_angle() -> None:
     lost = 6.0 * (0.05 - 0.2 * (1.0 - math.exp(-0.05 / 0.2)))
-    for command, limits, braked in (
+    table: list[tuple[float, dict[str, Any], float]] = [
         (-6.0, {"acceleration_lag": "0 s"}, 6.0 * 0.05),
         (-6.0, {"acceleration_lag": "0.2 s"}, lost),
         (-50.0, {"acceleration_lag": "0 s", "max_deceleration": "5 m/s^2"}, 5.0 * 0.05),
-    ):
+    ]
+    for command, limits, braked in table:
         states = drive((command, 0.0), 1, **limits)
         assert states[0, 0, EGO_SPEED] == pytest.approx(30.0 - braked), limits
     icy = drive((-9.0, 0.0), 1, acceleration_lag="0 s", friction=0.2)

@@ -6,18 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye import signals
 from adeye.errors import SpecError
-from adeye.signals import (
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_LANE,
-    PLACE_OFFSET,
-    PLACE_S,
-    Floats,
-    Ints,
-    Scene,
-)
+from adeye.signals import Floats, Ints, Scene
 from adeye.simulate.traffic.stage import Ending, Stage, locate, locate_all
 from adeye.simulate.world.compile import compile_world
 from adeye.spec.quantity import SI
@@ -58,9 +49,9 @@ def test_a_scene_holds_what_is_true_at_its_tick() -> None:
     assert [scene.tick for scene in scenes] == list(range(141))
     assert scenes[100].time == 100 * 0.05
     assert scenes[100].ego[0, 0] == pytest.approx(200.0 + 30.0 * 5.0)
-    assert scenes[100].ego_place[0, [PLACE_S, PLACE_D, PLACE_LANE]].tolist() == pytest.approx(
-        [350.0, 5.25, 1.0]
-    )
+    assert scenes[100].ego_place[
+        0, [signals.PLACE_S, signals.PLACE_D, signals.PLACE_LANE]
+    ].tolist() == pytest.approx([350.0, 5.25, 1.0])
 
 
 def test_scenes_do_not_change_afterwards() -> None:
@@ -82,8 +73,8 @@ def test_a_trigger_on_the_gap_fires_at_the_first_tick_at_which_it_holds() -> Non
     assert np.isnan(scenes[first - 1].begun[0, 0])
     assert scenes[first].begun[0, 0] == began
     # It has moved sideways one tick later, not before.
-    assert scenes[first].object_places[0, 0, PLACE_D] == pytest.approx(1.75)
-    assert scenes[first + 1].object_places[0, 0, PLACE_D] > 1.75
+    assert scenes[first].object_places[0, 0, signals.PLACE_D] == pytest.approx(1.75)
+    assert scenes[first + 1].object_places[0, 0, signals.PLACE_D] > 1.75
 
 
 def test_an_event_whose_condition_holds_at_once_begins_at_time_zero() -> None:
@@ -357,24 +348,24 @@ def test_a_point_has_its_lane_and_its_distance_left_of_the_nearest_centre() -> N
         (12.0, -1, 3.25),
     ):
         found = place(120.0, y)
-        assert found[PLACE_LANE] == lane, y
-        assert found[PLACE_OFFSET] == pytest.approx(offset), y
-        assert found[PLACE_S] == 120.0
+        assert found[signals.PLACE_LANE] == lane, y
+        assert found[signals.PLACE_OFFSET] == pytest.approx(offset), y
+        assert found[signals.PLACE_S] == 120.0
 
 
 def test_in_a_left_curve_the_road_turns_left() -> None:
     # A quarter circle of 100 m around (0, 100).
     found = place(97.0, 100.0, LEFT)
-    assert found[PLACE_S] == pytest.approx(50.0 * math.pi)
-    assert found[PLACE_D] == pytest.approx(3.0)
-    assert found[PLACE_HEADING] == pytest.approx(math.pi / 2)
-    assert found[PLACE_CURVATURE] == 0.01
+    assert found[signals.PLACE_S] == pytest.approx(50.0 * math.pi)
+    assert found[signals.PLACE_D] == pytest.approx(3.0)
+    assert found[signals.PLACE_HEADING] == pytest.approx(math.pi / 2)
+    assert found[signals.PLACE_CURVATURE] == 0.01
 
 
 def test_no_number_is_nowhere() -> None:
     found = place(math.nan, 0.0)
-    assert found[PLACE_LANE] == -1
-    assert np.isnan(found[[PLACE_S, PLACE_D, PLACE_OFFSET]]).all()
+    assert found[signals.PLACE_LANE] == -1
+    assert np.isnan(found[[signals.PLACE_S, signals.PLACE_D, signals.PLACE_OFFSET]]).all()
 
 
 def test_ego_and_objects_of_running_runs_are_located() -> None:
@@ -386,7 +377,7 @@ def test_ego_and_objects_of_running_runs_are_located() -> None:
     roads, widths = np.stack([STRAIGHT] * 2), np.array([3.5, 3.5])
     locate_all(np.array([True, False]), ego, objects, roads, widths, 3, ego_place, places)
     assert ego_place[0, :2].tolist() == [10.0, 1.75]
-    assert places[0, :, PLACE_S].tolist() == [20.0, 30.0]
-    assert places[0, :, PLACE_LANE].tolist() == [1.0, -1.0]
+    assert places[0, :, signals.PLACE_S].tolist() == [20.0, 30.0]
+    assert places[0, :, signals.PLACE_LANE].tolist() == [1.0, -1.0]
     assert (ego_place[1] == 7.0).all()
     assert (places[1] == 7.0).all()

@@ -8,15 +8,8 @@ import pytest
 
 from adeye.signals import Scene
 from adeye.simulate.traffic.stage import locate_all
+from adeye.simulate.world import storyboard as subject
 from adeye.simulate.world.compile import compile_world
-from adeye.simulate.world.storyboard import (
-    TriggerTable,
-    parameter_dimensions,
-    road_extent,
-    road_gap,
-    road_ttc,
-    trigger_variables,
-)
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.units import Dimension
@@ -63,7 +56,7 @@ def table(scenario: LogicalScenario) -> Any:
         foreign_contact=np.zeros(2, dtype=np.bool_),
         running=np.ones(2, dtype=np.bool_),
     )
-    made = TriggerTable.of(cases, world.context)
+    made = subject.TriggerTable.of(cases, world.context)
     values = made.values(scene)
     return lambda name: values[:, made.index[name]].tolist()
 
@@ -71,16 +64,16 @@ def table(scenario: LogicalScenario) -> Any:
 def test_the_columns_are_the_names_that_conditions_may_use(scenario: LogicalScenario) -> None:
     case = make_case(scenario, {"rain": 0.0, "share": 0.5})
     index = compile_world([case]).triggers.index
-    assert list(index) == list(trigger_variables(scenario))
+    assert list(index) == list(subject.trigger_variables(scenario))
     assert list(index.values()) == list(range(len(index)))
 
 
 def test_dimensions_of_parameters_come_from_their_defaults(scenario: LogicalScenario) -> None:
-    dimensions = parameter_dimensions(scenario)
+    dimensions = subject.parameter_dimensions(scenario)
     assert dimensions["gap"] is Dimension.LENGTH
     assert dimensions["share"] is Dimension.NONE
     assert dimensions["rain"].exponents == Dimension.RAIN_RATE.exponents
-    variables = trigger_variables(scenario)
+    variables = subject.trigger_variables(scenario)
     assert variables["lead.ttc"] is Dimension.TIME
     assert variables["brake.begun"] is Dimension.NONE
 
@@ -115,16 +108,16 @@ def test_values_are_those_of_the_scene(table: Any) -> None:
 
 
 def test_a_faster_one_behind_closes() -> None:
-    assert road_ttc(-10.0, 20.0, 25.0) == 2.0
-    assert road_ttc(-10.0, 20.0, 20.0) == math.inf
-    assert road_ttc(10.0, 0.0, 0.0) == math.inf
-    assert road_ttc(10.0, 20.0, -5.0) == 0.4
+    assert subject.road_ttc(-10.0, 20.0, 25.0) == 2.0
+    assert subject.road_ttc(-10.0, 20.0, 20.0) == math.inf
+    assert subject.road_ttc(10.0, 0.0, 0.0) == math.inf
+    assert subject.road_ttc(10.0, 20.0, -5.0) == 0.4
 
 
 def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
-    assert road_gap(10.0, 2.0, 3.0) == 5.0
-    assert road_gap(-10.0, 2.0, 3.0) == -5.0
-    assert road_gap(4.0, 2.0, 3.0) == 0.0
+    assert subject.road_gap(10.0, 2.0, 3.0) == 5.0
+    assert subject.road_gap(-10.0, 2.0, 3.0) == -5.0
+    assert subject.road_gap(4.0, 2.0, 3.0) == 0.0
 
 
 def at_start(case: TestCase) -> dict[str, float]:
@@ -136,7 +129,7 @@ def at_start(case: TestCase) -> dict[str, float]:
         np.ones(1, bool), world.ego, world.objects, road.segments, road.lane_width, road.lanes,
         *places,
     )  # fmt: skip
-    table = TriggerTable.of([case], world.context)
+    table = subject.TriggerTable.of([case], world.context)
     values = table.values(
         Scene(
             tick=0, time=0.0, ego=world.ego, ego_place=places[0], objects=world.objects,
@@ -185,6 +178,6 @@ def test_on_a_bend_a_time_to_collision_is_the_gap_over_its_rate(
 
 def test_a_box_across_the_road_takes_its_width_along_it() -> None:
     size = np.array([12.0, 2.5, 3.8])
-    assert road_extent(size, 0.0) == 6.0
-    assert road_extent(size, math.pi / 2) == pytest.approx(1.25)
-    assert road_extent(size, math.pi) == pytest.approx(6.0)
+    assert subject.road_extent(size, 0.0) == 6.0
+    assert subject.road_extent(size, math.pi / 2) == pytest.approx(1.25)
+    assert subject.road_extent(size, math.pi) == pytest.approx(6.0)

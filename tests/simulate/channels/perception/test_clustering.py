@@ -1,29 +1,16 @@
 """Objects in the returns of a lidar: hand-made rings of returns, hand-made scenes, closed loops."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_SPEED,
-    EGO_X,
-    OBJECT_X,
-    Bools,
-    Floats,
-    Measurement,
-)
+from adeye import signals
+from adeye.signals import Bools, Floats, Measurement
 from adeye.simulate import engine
 from adeye.simulate.channels.perception.clustering import SLOTS, Clustering, fit_box, insert_box
 from adeye.simulate.sensors.lidar import LidarSensor
@@ -31,7 +18,10 @@ from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import PhysicalLidar
+from adeye.sweep.case import TestCase
 from adeye.testing.sensors import injector, moment
+from adeye.trace import Trace
+from tests.project import Executed
 from tests.simulate.sensors.scenes import (
     CAR,
     TRUCK,
@@ -40,13 +30,6 @@ from tests.simulate.sensors.scenes import (
     sensor_context,
     sensor_spec,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-    from tests.project import Executed
 
 BEAMS = 900
 STEP = 2.0 * math.pi / BEAMS
@@ -136,14 +119,16 @@ def test_pole_in_front_of_a_car_does_not_part_it() -> None:
     car = [(AHEAD + k, 15.0) for k in (*range(8), *range(10, 18))]
     pole = [(AHEAD + k, 8.0) for k in (8, 9)]
     found = clusters(sorted(car + pole))
-    assert found[:, DETECTION_X] == pytest.approx([8.0, 15.0], abs=0.2)
+    assert found[:, signals.DETECTION_X] == pytest.approx([8.0, 15.0], abs=0.2)
 
 
 def test_object_behind_the_seam_of_a_whole_turn_is_one() -> None:
     returns = [(beam % BEAMS, 12.0) for beam in range(-6, 6)]
     found = clusters(sorted(returns))
     assert len(found) == 1
-    assert found[0, [DETECTION_X, DETECTION_Y]] == pytest.approx([-12.0, 0.0], abs=0.02)
+    assert found[0, [signals.DETECTION_X, signals.DETECTION_Y]] == pytest.approx(
+        [-12.0, 0.0], abs=0.02
+    )
     # A lidar that does not look behind has no seam to close.
     ends = [(0, 12.0), (1, 12.0), *[(AHEAD + k, 30.0) for k in range(20)], (898, 12.0), (899, 12.0)]
     assert len(clusters(ends)) == 2
@@ -156,9 +141,9 @@ def test_side_that_beams_meet_at_a_flat_angle_falls_into_pieces_inside_of_its_ca
     found = detect([(27.25, 3.5)], **layers)
     rows = rows_of(found)
     assert len(rows) > 1
-    assert rows[0, DETECTION_X] == pytest.approx(25.0, abs=0.1)
-    assert np.abs(rows[:, DETECTION_X] - 27.25).max() < 2.4
-    assert np.abs(rows[:, DETECTION_Y] - 3.5).max() < 1.0
+    assert rows[0, signals.DETECTION_X] == pytest.approx(25.0, abs=0.1)
+    assert np.abs(rows[:, signals.DETECTION_X] - 27.25).max() < 2.4
+    assert np.abs(rows[:, signals.DETECTION_Y] - 3.5).max() < 1.0
     assert (found.source[0, : len(rows)] == 0).all()
     # In one layer each is a lone return.
     assert len(rows_of(detect([(27.25, 3.5)]))) == 1
@@ -181,7 +166,7 @@ def test_two_cars_that_follow_one_another_in_the_next_lane_are_two_objects() -> 
 def test_two_cars_side_by_side_are_two_objects() -> None:
     found = detect([(30.0, 0.0), (30.0, 3.5)], [CAR, CAR])
     assert sorted(found.source[0, :2].tolist()) == [0, 1]
-    assert np.sort(rows_of(found)[:, DETECTION_Y]) == pytest.approx([0.0, 3.5], abs=0.3)
+    assert np.sort(rows_of(found)[:, signals.DETECTION_Y]) == pytest.approx([0.0, 3.5], abs=0.3)
 
 
 def test_ground_is_no_object() -> None:
@@ -197,14 +182,14 @@ def test_object_seen_in_several_layers_is_one() -> None:
     found = detect([(20.0, 0.0), (45.0, 0.0)], [CAR, TRUCK], **layers)
     assert found.mask.sum() == 2
     assert found.source[0, :2].tolist() == [0, 1]
-    assert rows_of(found)[:, DETECTION_X] == pytest.approx([17.75, 40.0], abs=0.1)
+    assert rows_of(found)[:, signals.DETECTION_X] == pytest.approx([17.75, 40.0], abs=0.1)
 
 
 def test_layer_that_sees_over_a_car_finds_what_is_behind_it() -> None:
     layers: Any = {"layers": 4, "vertical_field_of_view": "3 deg", "mount": {"z": "1.4 m"}}
     found = detect([(12.0, 0.0), (40.0, 0.0)], [(4.5, 1.8, 1.4), TRUCK], **layers)
     assert found.source[0, :2].tolist() == [0, 1]
-    assert rows_of(found)[1, DETECTION_X] == pytest.approx(35.0, abs=0.1)
+    assert rows_of(found)[1, signals.DETECTION_X] == pytest.approx(35.0, abs=0.1)
 
 
 def test_source_is_the_object_of_most_returns() -> None:
@@ -222,28 +207,30 @@ def test_source_is_the_object_of_most_returns() -> None:
 def test_lead_is_its_rear_face_of_a_cars_width() -> None:
     for distance in (10.0, 30.0, 60.0, 100.0):
         row = rows_of(detect([(distance + 2.25, 0.0)]))[0]
-        assert row[DETECTION_X] == pytest.approx(distance)
-        assert row[DETECTION_LENGTH] == 0.0
-        assert row[DETECTION_WIDTH] == pytest.approx(1.8, abs=distance * STEP)
-        assert abs(row[DETECTION_Y]) <= 0.5 * distance * STEP
+        assert row[signals.DETECTION_X] == pytest.approx(distance)
+        assert row[signals.DETECTION_LENGTH] == 0.0
+        assert row[signals.DETECTION_WIDTH] == pytest.approx(1.8, abs=distance * STEP)
+        assert abs(row[signals.DETECTION_Y]) <= 0.5 * distance * STEP
 
 
 def test_neighbour_close_ahead_is_its_box() -> None:
     row = rows_of(detect([(8.0, 3.5)]))[0]
-    assert row[[DETECTION_X, DETECTION_Y]] == pytest.approx([8.0, 3.5], abs=0.2)
-    assert row[[DETECTION_LENGTH, DETECTION_WIDTH]] == pytest.approx([4.5, 1.8], abs=0.3)
+    assert row[[signals.DETECTION_X, signals.DETECTION_Y]] == pytest.approx([8.0, 3.5], abs=0.2)
+    assert row[[signals.DETECTION_LENGTH, signals.DETECTION_WIDTH]] == pytest.approx(
+        [4.5, 1.8], abs=0.3
+    )
 
 
 def test_pedestrian_is_narrow() -> None:
     row = rows_of(detect([(20.0, 1.0)], [(0.5, 0.5, 1.75)]))[0]
-    assert 0.2 < row[DETECTION_WIDTH] < 0.8
-    assert row[DETECTION_LENGTH] == 0.0
+    assert 0.2 < row[signals.DETECTION_WIDTH] < 0.8
+    assert row[signals.DETECTION_LENGTH] == 0.0
 
 
 def test_place_is_that_of_the_mount_and_the_returns() -> None:
     mount = {"x": "2 m", "y": "0.5 m", "z": "0.6 m", "yaw": "30 deg"}
     row = rows_of(detect([(32.25, 1.0)], mount=mount))[0]
-    assert row[[DETECTION_X, DETECTION_Y]] == pytest.approx([30.0, 1.0], abs=0.15)
+    assert row[[signals.DETECTION_X, signals.DETECTION_Y]] == pytest.approx([30.0, 1.0], abs=0.15)
 
 
 def test_heavy_rain_does_not_part_a_near_car_nor_bring_it_nearer() -> None:
@@ -254,7 +241,7 @@ def test_heavy_rain_does_not_part_a_near_car_nor_bring_it_nearer() -> None:
         shown = Clustering([spec()] * 20, 1).detect(found)
         rows = rows_of(shown, run)
         assert len(rows) == 1, run
-        places.append(rows[0, DETECTION_X])
+        places.append(rows[0, signals.DETECTION_X])
     # 0.4 m of noise on each of 13 returns.
     assert np.mean(places) == pytest.approx(20.0, abs=0.15)
     assert np.std(places) < 0.25
@@ -280,7 +267,7 @@ def drive(ticks: int, out: Sequence[int] = ()) -> list[Measurement]:
 def test_detections_stay_until_the_next_sample() -> None:
     seen = drive(6)
     assert not seen[0].mask.any()
-    faces = [float(item.detections[0, 0, DETECTION_X]) for item in seen[1:]]
+    faces = [float(item.detections[0, 0, signals.DETECTION_X]) for item in seen[1:]]
     assert faces == pytest.approx([17.75, 17.75, 19.75, 19.75, 21.75])
 
 
@@ -289,7 +276,7 @@ def test_lidar_that_has_dropped_out_detects_nothing_in_its_run_only() -> None:
     there = np.array([item.mask[:, 0] for item in seen])
     assert there[:, 0].tolist() == [False] + [True] * 8
     assert there[:, 1].tolist() == [False, True, True, False, False] + [True] * 4
-    faces = [float(item.detections[1, 0, DETECTION_X]) for item in seen[5:]]
+    faces = [float(item.detections[1, 0, signals.DETECTION_X]) for item in seen[5:]]
     assert faces == pytest.approx([21.75, 21.75, 23.75, 23.75])
 
 
@@ -363,8 +350,8 @@ def test_ego_with_one_lidar_follows_a_lead_and_stops_behind_it(braking: Trace) -
     for run in range(braking.runs):
         rows = braking.length[run] - 1
         ego, lead = braking["ego"][run, :rows], braking["objects"][run, :rows, 0]
-        gap = lead[:, OBJECT_X] - ego[:, EGO_X]
-        assert ego[-1, EGO_SPEED] < 0.2
+        gap = lead[:, signals.OBJECT_X] - ego[:, signals.EGO_X]
+        assert ego[-1, signals.EGO_SPEED] < 0.2
         assert 6.0 < gap[-1] < 14.0
         assert gap.min() > 6.0
 
@@ -377,7 +364,7 @@ def test_track_of_the_lead_is_true_in_place_and_speed(braking: Trace) -> None:
     assert there[:, 0].all()
     assert there.sum() == there[:, 0].sum(), "one lead makes one track"
     ego, lead = braking["ego"][0, rows], braking["objects"][0, rows, 0]
-    off = tracks[:, 0, 0] - (lead[:, OBJECT_X] - ego[:, EGO_X])
+    off = tracks[:, 0, 0] - (lead[:, signals.OBJECT_X] - ego[:, signals.EGO_X])
     # A lead that brakes hard is seen late, and the depth of a car is assumed.
     assert np.abs(off).max() < 1.2
     assert np.abs(off[-100:]).max() < 0.3
@@ -491,11 +478,11 @@ def test_boxes_stand_in_order_of_distance_with_what_is_behind_them() -> None:
     count, detections, source = listed([(30.0, 0.0), (-10.0, 2.0), (0.0, 20.0)])
     assert count == 3
     assert source[:4].tolist() == [1, 2, 0, -1]
-    assert detections[:3, DETECTION_X].tolist() == [-10.0, 0.0, 30.0]
-    assert detections[:3, DETECTION_Y].tolist() == [2.0, 20.0, 0.0]
-    assert (detections[:3, DETECTION_CLASS] == -1.0).all()
-    assert (detections[:3, DETECTION_WIDTH] == 1.5).all()
-    assert not detections[:3, [DETECTION_LENGTH, DETECTION_HAS_RANGE_RATE]].any()
+    assert detections[:3, signals.DETECTION_X].tolist() == [-10.0, 0.0, 30.0]
+    assert detections[:3, signals.DETECTION_Y].tolist() == [2.0, 20.0, 0.0]
+    assert (detections[:3, signals.DETECTION_CLASS] == -1.0).all()
+    assert (detections[:3, signals.DETECTION_WIDTH] == 1.5).all()
+    assert not detections[:3, [signals.DETECTION_LENGTH, signals.DETECTION_HAS_RANGE_RATE]].any()
 
 
 @pytest.mark.slow
@@ -504,7 +491,7 @@ def test_full_list_keeps_the_nearest() -> None:
     for order in (ways, ways[::-1]):
         count, detections, _ = listed([(way, 0.0) for way in order])
         assert count == SLOTS
-        assert detections[:, DETECTION_X].tolist() == ways[:SLOTS]
+        assert detections[:, signals.DETECTION_X].tolist() == ways[:SLOTS]
 
 
 def test_part_of_a_car_in_view_is_placed_from_the_edge_that_is_seen() -> None:

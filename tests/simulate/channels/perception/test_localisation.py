@@ -1,58 +1,22 @@
 """Where the ego is by satellite and inertia: without error, with noise, in an outage, in a loop."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_STEERING,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    ESTIMATE_PLACE,
-    STATUS_LABELS,
-    Floats,
-    parameter_record,
-)
-from adeye.simulate.channels.perception.localisation import (
-    ACCELERATION_BIAS,
-    COURSE,
-    HEADING,
-    LATEST_FIX,
-    MAP_HEADING,
-    MOST_DEVIATION,
-    SCRATCH,
-    SPEED,
-    STATES,
-    YAW_RATE_BIAS,
-    Localiser,
-    X,
-    Y,
-    begin,
-    carry,
-    correct,
-    is_number,
-    lateral_variance,
-    predict,
-)
+from adeye import signals
+from adeye.signals import Floats, parameter_record
+from adeye.simulate.channels.perception import localisation as subject
 from adeye.simulate.engine import run
 from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.testing.scenes import channel_context, ego_estimate, straight_road
-from tests.motorway import ARCHITECTURE, make_case, make_scenario, merged
+from tests.motorway import ARCHITECTURE, fault, make_case, make_scenario, merged
 from tests.simulate.channels.egos import CAR, STEP, Estimated, drive, estimate, gnss, imu
-
-if TYPE_CHECKING:
-    pass
 
 NOISY = {"position_noise": "0.3 m", "speed_noise": "0.1 m/s"}
 SHAKY = {
@@ -70,11 +34,11 @@ WINDING = drive(400, 20.0, lambda time: (math.sin(time), 0.01 * math.sin(time)))
 def errors(found: Estimated, states: Floats, after: int = 60) -> Floats:
     """Return the errors (N, B, 7) of the estimates from a tick on, each at its own time."""
     ticks = np.round(found.stamps[after:] / STEP).astype(int)
-    made: Floats = found.estimates[after:, :, :ESTIMATE_PLACE] - states[ticks]
+    made: Floats = found.estimates[after:, :, : signals.ESTIMATE_PLACE] - states[ticks]
     return made
 
 
-PLACE = [EGO_X, EGO_Y, EGO_HEADING, EGO_SPEED]
+PLACE = [signals.EGO_X, signals.EGO_Y, signals.EGO_HEADING, signals.EGO_SPEED]
 
 
 def greatest(found: Estimated, states: Floats, after: int = 100) -> Floats:
@@ -99,16 +63,16 @@ def test_without_noise_the_estimate_follows_the_truth(states: Floats, bound: flo
 def test_acceleration_and_yaw_rate_are_those_of_the_last_period() -> None:
     found = errors(estimate(WINDING, gnss(), imu()), WINDING)
     # Half a period late, in motion with a jerk of 1 m/s³ and 0.15 rad/s².
-    assert np.abs(found[:, :, EGO_ACCELERATION]).max() < 1.2 * 0.5 * STEP
-    assert np.abs(found[:, :, EGO_YAW_RATE]).max() < 0.15 * STEP
-    assert np.abs(found[:, :, EGO_STEERING]).max() < 1e-3
+    assert np.abs(found[:, :, signals.EGO_ACCELERATION]).max() < 1.2 * 0.5 * STEP
+    assert np.abs(found[:, :, signals.EGO_YAW_RATE]).max() < 0.15 * STEP
+    assert np.abs(found[:, :, signals.EGO_STEERING]).max() < 1e-3
 
 
 def test_place_on_the_road_belongs_to_the_estimated_pose() -> None:
     found = estimate(WINDING, gnss(**NOISY), imu(**SHAKY))
     rows = found.estimates[-1]
-    expected = ego_estimate(straight_road(1), rows[:, :ESTIMATE_PLACE])
-    assert rows[:, ESTIMATE_PLACE:] == pytest.approx(expected[:, ESTIMATE_PLACE:])
+    expected = ego_estimate(straight_road(1), rows[:, : signals.ESTIMATE_PLACE])
+    assert rows[:, signals.ESTIMATE_PLACE :] == pytest.approx(expected[:, signals.ESTIMATE_PLACE :])
 
 
 @pytest.mark.slow
@@ -116,9 +80,9 @@ def test_receiver_alone_follows_at_constant_turn_and_acceleration() -> None:
     found = estimate(WINDING, gnss(), None)
     assert found.stamps[2:, 0] == pytest.approx(np.arange(2, 400) * STEP)
     error = np.abs(errors(found, WINDING)).max(axis=(0, 1))
-    assert error[[EGO_X, EGO_Y]].max() < 0.1
-    assert error[EGO_HEADING] < 0.02
-    assert error[EGO_ACCELERATION] < 0.5
+    assert error[[signals.EGO_X, signals.EGO_Y]].max() < 0.1
+    assert error[signals.EGO_HEADING] < 0.02
+    assert error[signals.EGO_ACCELERATION] < 0.5
 
 
 def test_innovations_are_as_large_as_the_filter_expects() -> None:
@@ -134,7 +98,7 @@ def test_errors_are_as_large_as_the_filter_believes() -> None:
     # At the ticks of a fix the filter stands at the tick; its place is the rear axle.
     tick = 398
     rear = 0.5 * CAR.wheelbase
-    true_y = WINDING[tick, EGO_Y] - rear * np.sin(WINDING[tick, EGO_HEADING])
+    true_y = WINDING[tick, signals.EGO_Y] - rear * np.sin(WINDING[tick, signals.EGO_HEADING])
     share = (found.states[tick, :, 1] - true_y) / found.deviations[tick]
     assert share.mean() == pytest.approx(0.0, abs=4.0 / math.sqrt(200.0))
     assert (share**2).mean() == pytest.approx(1.0, abs=4.0 * math.sqrt(2.0 / 200.0))
@@ -144,7 +108,7 @@ def test_errors_are_as_large_as_the_filter_believes() -> None:
 
 def test_estimate_learns_the_bias_of_the_yaw_rate() -> None:
     found = estimate(WINDING, gnss(**NOISY), imu(yaw_rate_bias="1 deg/s"), runs=50)
-    error = np.abs(errors(found, WINDING, after=300)[:, :, EGO_YAW_RATE] - 0.0)
+    error = np.abs(errors(found, WINDING, after=300)[:, :, signals.EGO_YAW_RATE] - 0.0)
     assert np.median(error) < 0.3 * math.radians(1.0)
 
 
@@ -152,7 +116,7 @@ def test_in_an_outage_the_error_grows_with_the_deviation_and_both_recover() -> N
     out = {"outages": {"tunnel": {"begin": "5 s", "duration": "4 s"}}}
     states = drive(300, 20.0)
     found = estimate(states, gnss(**NOISY, **out), imu(**SHAKY), runs=100)
-    error = found.estimates[:, :, EGO_Y] - states[:, None, EGO_Y]
+    error = found.estimates[:, :, signals.EGO_Y] - states[:, None, signals.EGO_Y]
     before, late, after = (error[tick].std() for tick in (100, 180, 220))
     assert late > 3.0 * before
     assert after < 1.5 * before
@@ -167,8 +131,8 @@ def test_dead_receiver_stops_the_estimate_only_when_the_lane_is_in_doubt() -> No
     last = int(np.argmax(stamps == stamps[-1]))
     # For seconds it goes on, then it stands still for good.
     assert 100 + 60 < last < 100 + 200
-    assert found.deviations[last, 0] < MOST_DEVIATION
-    assert found.deviations[last + 15, 0] > MOST_DEVIATION
+    assert found.deviations[last, 0] < subject.MOST_DEVIATION
+    assert found.deviations[last + 15, 0] > subject.MOST_DEVIATION
 
 
 def test_better_unit_lasts_longer() -> None:
@@ -191,8 +155,8 @@ def test_standing_ego_begins_along_its_lane_and_drives_off() -> None:
     states = drive(300, 0.0, lambda time: (1.5 if time > 5.0 else 0.0, 0.0))
     found = estimate(states, gnss(**NOISY), imu(**SHAKY), runs=20)
     assert (found.stamps[3:] > 0.0).all()
-    assert (found.estimates[:, :, EGO_SPEED] >= 0.0).all()
-    assert np.abs(errors(found, states, after=250)[:, :, EGO_HEADING]).max() < 0.05
+    assert (found.estimates[:, :, signals.EGO_SPEED] >= 0.0).all()
+    assert np.abs(errors(found, states, after=250)[:, :, signals.EGO_HEADING]).max() < 0.05
 
 
 def test_run_does_not_depend_on_the_others() -> None:
@@ -214,7 +178,7 @@ def test_only_a_channel_with_a_receiver_and_no_estimate_needs_one() -> None:
     ]
     for kinds, used in cases:
         context = channel_context(None, links=kinds, sensors={kind: kind for kind in kinds})
-        made = Localiser.of(replace(context, data_sheets=sheets))
+        made = subject.Localiser.of(replace(context, data_sheets=sheets))
         assert (None if made is None else [made.gnss, made.imu]) == used
 
 
@@ -274,16 +238,14 @@ def test_ego_keeps_its_lane_through_a_short_outage_only() -> None:
 
 def statuses(target: str) -> list[str]:
     """Return the status of the channel at each tick of a run; the target is out from 3 s on."""
-    fault = FAULT.validate_python(
-        {"id": "out", "target": target, "model": "drop_out", "onset": {"at": "3 s"}}
-    )
+    out = FAULT.validate_python(fault("out", target, "drop_out", "3 s"))
     case = replace(
         make_case(make_scenario(horizon="15 s")),
         architecture=architecture_with(GOOD),
-        faults=(fault,),
+        faults=(out,),
         fault_entry="out",
     )
-    return [STATUS_LABELS[number] for number in run([case])["status"][0, :300, 0]]
+    return [signals.STATUS_LABELS[number] for number in run([case])["status"][0, :300, 0]]
 
 
 def test_channel_without_its_receiver_is_degraded_until_the_lane_is_in_doubt() -> None:
@@ -310,8 +272,10 @@ WINDING_FIXES = drive(200, 20.0, lambda time: (math.sin(time), 0.02 * math.sin(2
 
 
 def test_row_with_one_that_is_no_number_is_none() -> None:
-    assert is_number(np.array([1.0, 2.0]))
-    assert not any(is_number(np.array([1.0, wrong])) for wrong in (math.nan, math.inf, -math.inf))
+    assert subject.is_number(np.array([1.0, 2.0]))
+    assert not any(
+        subject.is_number(np.array([1.0, wrong])) for wrong in (math.nan, math.inf, -math.inf)
+    )
 
 
 def test_late_fix_gives_the_state_that_a_fix_without_latency_gives() -> None:
@@ -333,7 +297,7 @@ def test_estimate_is_of_the_newest_sample_however_late_the_fix() -> None:
 
 def test_fix_that_is_older_than_the_queue_is_not_used() -> None:
     # Once begun, the filter has gone on beyond its time.
-    found = estimate(WINDING_FIXES, gnss(**NOISY_FIXES), imu(), latency=LATEST_FIX + 0.2)
+    found = estimate(WINDING_FIXES, gnss(**NOISY_FIXES), imu(), latency=subject.LATEST_FIX + 0.2)
     used = found.innovations[np.isfinite(found.innovations)]
     assert used.size == 0
     assert (found.stamps[20:] > 0.0).all()
@@ -367,7 +331,10 @@ def test_dead_unit_stops_the_estimate_and_it_begins_anew_with_it() -> None:
     assert stamps[139] == pytest.approx(99 * STEP)
     # The first fix that is newer than the unit's return comes 0.1 s later.
     assert stamps[145] == pytest.approx(145 * STEP)
-    assert np.abs(found.estimates[145:, 0, EGO_Y] - WINDING_FIXES[145:, EGO_Y]).max() < 0.05
+    assert (
+        np.abs(found.estimates[145:, 0, signals.EGO_Y] - WINDING_FIXES[145:, signals.EGO_Y]).max()
+        < 0.05
+    )
 
 
 def test_dead_receiver_leaves_the_samples_to_go_by() -> None:
@@ -401,7 +368,9 @@ def record(**changes: float) -> Any:
 
 def after(state: Floats) -> Floats:
     moved = state.copy()
-    predict(record(), moved, np.zeros((STATES, STATES)), 1.5, 0.3, TIME_INERTIAL)
+    subject.predict(
+        record(), moved, np.zeros((subject.STATES, subject.STATES)), 1.5, 0.3, TIME_INERTIAL
+    )
     return moved
 
 
@@ -415,32 +384,32 @@ def spread(seed: int = 0) -> Floats:
 
 def jacobian(function: Any, count: int) -> Floats:
     columns = []
-    for index in range(STATES):
-        nudge = np.zeros(STATES)
+    for index in range(subject.STATES):
+        nudge = np.zeros(subject.STATES)
         nudge[index] = 1e-5
         columns.append((function(STATE + nudge) - function(STATE - nudge)) / 2e-5)
     made: Floats = np.array(columns).T
-    assert made.shape == (count, STATES)
+    assert made.shape == (count, subject.STATES)
     return made
 
 
 def fix_of(state: Floats, rate: float = 0.3) -> Floats:
     """Return the fix without error of a state."""
-    c, s = math.cos(state[HEADING]), math.sin(state[HEADING])
-    turn = rate - state[YAW_RATE_BIAS]
+    c, s = math.cos(state[subject.HEADING]), math.sin(state[subject.HEADING])
+    turn = rate - state[subject.YAW_RATE_BIAS]
     arm_x, arm_y = c * 1.9 - s * 0.4, s * 1.9 + c * 0.4
     return np.array(
         [
-            state[X] + arm_x,
-            state[Y] + arm_y,
-            state[SPEED] * c - turn * arm_y,
-            state[SPEED] * s + turn * arm_x,
+            state[subject.X] + arm_x,
+            state[subject.Y] + arm_y,
+            state[subject.SPEED] * c - turn * arm_y,
+            state[subject.SPEED] * s + turn * arm_x,
         ]
     )
 
 
 def test_straight_ahead_the_way_is_that_of_constant_acceleration() -> None:
-    x, y, heading, speed = carry(1.0, 2.0, 0.0, 10.0, 2.0, 0.0, 3.0)
+    x, y, heading, speed = subject.carry(1.0, 2.0, 0.0, 10.0, 2.0, 0.0, 3.0)
     assert (x, y, heading, speed) == pytest.approx((1.0 + 39.0, 2.0, 0.0, 16.0))
 
 
@@ -448,43 +417,46 @@ def test_steady_turn_stays_on_its_circle() -> None:
     # 10 m/s and 0.5 rad/s: a radius of 20 m.
     x, y, heading, speed = 20.0, 0.0, 0.5 * math.pi, 10.0
     for _ in range(200):
-        x, y, heading, speed = carry(x, y, heading, speed, 0.0, 0.5, 0.05)
+        x, y, heading, speed = subject.carry(x, y, heading, speed, 0.0, 0.5, 0.05)
     assert math.hypot(x, y) == pytest.approx(20.0, abs=1e-4)
 
 
 def test_biases_are_taken_away_and_fade() -> None:
     moved = after(STATE)
-    assert moved[SPEED] == pytest.approx(18.0 + (1.5 - 0.2) * TIME_INERTIAL)
-    assert moved[HEADING] == pytest.approx(0.6 + (0.3 + 0.03) * TIME_INERTIAL)
-    assert moved[ACCELERATION_BIAS] == pytest.approx(0.2 * math.exp(-TIME_INERTIAL / 50.0))
+    assert moved[subject.SPEED] == pytest.approx(18.0 + (1.5 - 0.2) * TIME_INERTIAL)
+    assert moved[subject.HEADING] == pytest.approx(0.6 + (0.3 + 0.03) * TIME_INERTIAL)
+    assert moved[subject.ACCELERATION_BIAS] == pytest.approx(0.2 * math.exp(-TIME_INERTIAL / 50.0))
 
 
 def test_covariance_moves_with_the_derivatives_of_the_state() -> None:
-    slopes = jacobian(after, STATES)
+    slopes = jacobian(after, subject.STATES)
     covariance = spread()
     expected = slopes @ covariance @ slopes.T
-    predict(record(), STATE.copy(), covariance, 1.5, 0.3, TIME_INERTIAL)
+    subject.predict(record(), STATE.copy(), covariance, 1.5, 0.3, TIME_INERTIAL)
     assert covariance == pytest.approx(expected, rel=1e-5, abs=1e-7)
 
 
 def test_noise_of_the_unit_adds_to_speed_and_heading_only() -> None:
-    covariance = np.zeros((STATES, STATES))
+    covariance = np.zeros((subject.STATES, subject.STATES))
     noisy = record(acceleration_density=0.04, yaw_rate_density=0.0003)
-    predict(noisy, STATE.copy(), covariance, 0.0, 0.0, TIME_INERTIAL)
-    expected = np.zeros(STATES)
-    expected[SPEED], expected[HEADING] = 0.04 * TIME_INERTIAL, 0.0003 * TIME_INERTIAL
+    subject.predict(noisy, STATE.copy(), covariance, 0.0, 0.0, TIME_INERTIAL)
+    expected = np.zeros(subject.STATES)
+    expected[subject.SPEED], expected[subject.HEADING] = (
+        0.04 * TIME_INERTIAL,
+        0.0003 * TIME_INERTIAL,
+    )
     assert covariance == pytest.approx(np.diag(expected))
 
 
 @pytest.mark.slow
 def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
-    covariance = np.zeros((STATES, STATES))
-    covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] = 0.02**2
+    covariance = np.zeros((subject.STATES, subject.STATES))
+    covariance[subject.YAW_RATE_BIAS, subject.YAW_RATE_BIAS] = 0.02**2
     for _ in range(40):
-        predict(
+        subject.predict(
             record(yaw_rate_bias=0.02, bias_time=3.0), STATE.copy(), covariance, 0, 0, TIME_INERTIAL
         )
-    assert covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] == pytest.approx(0.02**2)
+    assert covariance[subject.YAW_RATE_BIAS, subject.YAW_RATE_BIAS] == pytest.approx(0.02**2)
 
 
 @pytest.mark.slow
@@ -497,8 +469,8 @@ def test_correction_is_that_of_the_matrix_form() -> None:
     gain = covariance @ slopes.T @ np.linalg.inv(expected)
     wanted_state = state + gain @ rest
     wanted = covariance - gain @ slopes @ covariance
-    scratch = np.full(SCRATCH, 77.0)
-    total = correct(record(), state, covariance, fix_of(STATE) + rest, 0.3, scratch)
+    scratch = np.full(subject.SCRATCH, 77.0)
+    total = subject.correct(record(), state, covariance, fix_of(STATE) + rest, 0.3, scratch)
     assert state == pytest.approx(wanted_state, rel=1e-6)
     assert covariance == pytest.approx(wanted, rel=1e-6, abs=1e-9)
     assert np.array_equal(covariance, covariance.T)
@@ -508,14 +480,17 @@ def test_correction_is_that_of_the_matrix_form() -> None:
 def test_fix_that_is_as_expected_changes_no_state() -> None:
     state, covariance = STATE.copy(), spread()
     before = np.diag(covariance).copy()
-    assert correct(record(), state, covariance, fix_of(STATE), 0.3, np.zeros(SCRATCH)) < 1e-20
+    assert (
+        subject.correct(record(), state, covariance, fix_of(STATE), 0.3, np.zeros(subject.SCRATCH))
+        < 1e-20
+    )
     assert state == pytest.approx(STATE)
     assert (np.diag(covariance) < before).all()
 
 
 def begun(fix: Floats, rate: float = 0.0, **changes: float) -> tuple[Floats, Floats]:
-    state, covariance = np.full(STATES, 9.0), np.full((STATES, STATES), 9.0)
-    begin(record(**changes), straight_road().segments[0], state, covariance, fix, rate)
+    state, covariance = np.full(subject.STATES, 9.0), np.full((subject.STATES, subject.STATES), 9.0)
+    subject.begin(record(**changes), straight_road().segments[0], state, covariance, fix, rate)
     return state, covariance
 
 
@@ -524,7 +499,9 @@ def test_moving_ego_heads_where_it_moves_and_slips_with_the_turn() -> None:
     state, covariance = begun(fix_of(wanted, 0.2), 0.2)
     # The slip is taken as a small angle.
     assert state == pytest.approx(wanted, abs=2e-3)
-    assert covariance[HEADING, HEADING] == pytest.approx(COURSE**2 + 0.01 / 20.0**2, rel=0.01)
+    assert covariance[subject.HEADING, subject.HEADING] == pytest.approx(
+        subject.COURSE**2 + 0.01 / 20.0**2, rel=0.01
+    )
 
 
 @pytest.mark.slow
@@ -532,35 +509,35 @@ def test_standing_ego_heads_along_its_lane() -> None:
     # What little moves is noise, here to the left; 3 m/s are, of a receiver with 1 m/s of noise.
     for speed in (0.0, 0.4):
         state, covariance = begun(np.array([50.0, 5.0, 0.0, speed]))
-        assert (state[HEADING], state[SPEED]) == (0.0, 0.0)
-        assert covariance[HEADING, HEADING] == pytest.approx(MAP_HEADING**2)
-    assert begun(np.array([50.0, 5.0, 0.0, 3.0]), velocity_variance=1.0)[0][HEADING] == 0.0
+        assert (state[subject.HEADING], state[subject.SPEED]) == (0.0, 0.0)
+        assert covariance[subject.HEADING, subject.HEADING] == pytest.approx(subject.MAP_HEADING**2)
+    assert begun(np.array([50.0, 5.0, 0.0, 3.0]), velocity_variance=1.0)[0][subject.HEADING] == 0.0
 
 
 @pytest.mark.slow
 def test_first_state_knows_the_antenna_as_well_as_the_fix_whatever_its_heading() -> None:
     state, covariance = begun(np.array([50.0, 5.0, 0.0, 0.0]), bias=0.0)
-    slopes = np.zeros((2, STATES))
-    slopes[0, X] = slopes[1, Y] = 1.0
-    c, s = math.cos(state[HEADING]), math.sin(state[HEADING])
-    slopes[0, HEADING], slopes[1, HEADING] = -(s * 1.9 + c * 0.4), c * 1.9 - s * 0.4
+    slopes = np.zeros((2, subject.STATES))
+    slopes[0, subject.X] = slopes[1, subject.Y] = 1.0
+    c, s = math.cos(state[subject.HEADING]), math.sin(state[subject.HEADING])
+    slopes[0, subject.HEADING], slopes[1, subject.HEADING] = -(s * 1.9 + c * 0.4), c * 1.9 - s * 0.4
     assert slopes @ covariance @ slopes.T == pytest.approx(0.09 * np.eye(2))
 
 
 def test_lateral_deviation_is_that_across_the_heading() -> None:
     covariance = np.diag([4.0, 0.25, 0.0, 0.0, 0.0, 0.0])
     state = np.array([0.0, 0.0, 0.0, 20.0, 0.0, 0.0])
-    assert lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(0.25)
-    state[HEADING] = 0.5 * math.pi
-    assert lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(4.0)
+    assert subject.lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(0.25)
+    state[subject.HEADING] = 0.5 * math.pi
+    assert subject.lateral_variance(state, covariance, 1.4, 0.0) == pytest.approx(4.0)
 
 
 @pytest.mark.slow
 def test_lateral_deviation_is_what_it_is_after_the_way() -> None:
     # Carried on for half a second, the covariance says the same as the shortcut.
     state, covariance = np.array([0.0, 0.0, 0.7, 20.0, 0.0, 0.0]), spread(5)
-    covariance[YAW_RATE_BIAS] = covariance[:, YAW_RATE_BIAS] = 0.0
-    covariance[YAW_RATE_BIAS, YAW_RATE_BIAS] = 0.01**2
-    ahead = lateral_variance(state, covariance, 0.0, 0.5)
-    predict(record(bias_time=1e6), state, covariance, 0.0, 0.0, 0.5)
-    assert lateral_variance(state, covariance, 0.0, 0.0) == pytest.approx(ahead, rel=1e-6)
+    covariance[subject.YAW_RATE_BIAS] = covariance[:, subject.YAW_RATE_BIAS] = 0.0
+    covariance[subject.YAW_RATE_BIAS, subject.YAW_RATE_BIAS] = 0.01**2
+    ahead = subject.lateral_variance(state, covariance, 0.0, 0.5)
+    subject.predict(record(bias_time=1e6), state, covariance, 0.0, 0.0, 0.5)
+    assert subject.lateral_variance(state, covariance, 0.0, 0.0) == pytest.approx(ahead, rel=1e-6)

@@ -1,3 +1,5 @@
+"""What a channel perceives of the readings of its sensors: tracks, pose, and what is stale."""
+
 from dataclasses import replace
 
 import numpy as np

@@ -1,13 +1,12 @@
 """Programs as channels, in the languages that are here."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,10 +17,6 @@ from adeye.simulate.channels.process.channel import ProcessChannel, command_file
 from adeye.spec.channels import ProcessParameters
 from adeye.testing import channel_context, check_channel
 from docs import walk
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "guide" / "process-channels.md"
 IN_C = r"""

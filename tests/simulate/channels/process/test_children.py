@@ -1,22 +1,17 @@
 """Programs that are asked in parallel, each with its own deadline."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from adeye.errors import PlatformError
 from adeye.simulate.channels.process.children import LONGEST_LINE, Broken, Ceilings, Children
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
 ECHO = "import sys\nfor line in sys.stdin: print(line, end='', flush=True)"

@@ -11,16 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.signals import REQUESTS_AUTHORITY, Authority, ControlCommand, Observation
-from adeye.simulate.channels.process.protocol import (
-    PROTOCOL,
-    Witness,
-    WitnessedChannel,
-    encode,
-    hello,
-    observation_shown,
-    read_command,
-    wrong_hello,
-)
+from adeye.simulate.channels.process import protocol
 from adeye.testing import ScriptedChannel, channel_context, straight_road
 from adeye.testing.scenes import object_measurement
 
@@ -29,23 +20,23 @@ GOOD = '{"tick":3,"acceleration":-1.5,"steering_angle":0.01}'
 
 @given(st.floats(allow_nan=False))
 def test_numbers_keep_every_bit(value: float) -> None:
-    read = json.loads(encode({"value": value}))["value"]
+    read = json.loads(protocol.encode({"value": value}))["value"]
     assert (read, math.copysign(1.0, read)) == (value, math.copysign(1.0, value))
 
 
 def test_what_is_no_number_is_null() -> None:
-    assert encode({"a": [math.nan, 1.0]}) == b'{"a":[null,1.0]}\n'
+    assert protocol.encode({"a": [math.nan, 1.0]}) == b'{"a":[null,1.0]}\n'
 
 
 def test_text_that_names_infinity_stays_text() -> None:
     content = {"text": "-Infinity, NaN", "value": math.inf}
-    assert json.loads(encode(content)) == content
+    assert json.loads(protocol.encode(content)) == content
 
 
 def test_hello_tells_what_is_known_before_the_drive() -> None:
     context = channel_context({"gain": 2}, links=("front",), sensors={"front": "radar"})
-    content = json.loads(encode(hello(context, 0)))
-    assert content["hello"] == PROTOCOL
+    content = json.loads(protocol.encode(protocol.hello(context, 0)))
+    assert content["hello"] == protocol.PROTOCOL
     assert (content["channel"], content["links"]) == ("tested", ["front"])
     assert content["parameters"] == {"gain": 2}
     assert content["sensors"]["front"]["kind"] == "radar"
@@ -66,7 +57,7 @@ def test_observation_shows_one_run_and_nothing_else() -> None:
     )
     authority = Authority(np.array([0, 1]), np.array([1, 2]))
     seen = Observation(0.1, {"front": front}, {"nominal": command}, authority, np.ones(2, bool))
-    content = json.loads(encode(observation_shown(seen, 1, 7)))
+    content = json.loads(protocol.encode(protocol.observation_shown(seen, 1, 7)))
     assert (content["tick"], content["time"]) == (7, 0.1)
     (row,) = content["sensors"]["front"]["detections"]
     assert row[0] == 40.0
@@ -81,7 +72,7 @@ def test_observation_shows_one_run_and_nothing_else() -> None:
 
 
 def test_good_answer_is_a_command() -> None:
-    command, wrong = read_command(GOOD.encode(), 3)
+    command, wrong = protocol.read_command(GOOD.encode(), 3)
     assert wrong == ""
     assert command is not None
     assert (command.acceleration, command.steering_angle, command.status) == (-1.5, 0.01, 0)
@@ -109,16 +100,16 @@ def test_good_answer_is_a_command() -> None:
     ],
 )
 def test_wrong_answer_is_told(line: str, words: str) -> None:
-    command, wrong = read_command(line.encode("latin-1"), 3)
+    command, wrong = protocol.read_command(line.encode("latin-1"), 3)
     assert command is None
     assert re.search(words, wrong), wrong
 
 
 def test_hello_of_another_version_is_told() -> None:
-    assert wrong_hello(b'{"hello":"adeye/channel@1"}') == ""
-    assert "not 'adeye/channel@1'" in wrong_hello(b'{"hello":"adeye/channel@2"}')
-    assert "no key" in wrong_hello(b'{"hello":"adeye/channel@1","name":"me"}')
-    assert "no line of JSON" in wrong_hello(b"hello")
+    assert protocol.wrong_hello(b'{"hello":"adeye/channel@1"}') == ""
+    assert "not 'adeye/channel@1'" in protocol.wrong_hello(b'{"hello":"adeye/channel@2"}')
+    assert "no key" in protocol.wrong_hello(b'{"hello":"adeye/channel@1","name":"me"}')
+    assert "no line of JSON" in protocol.wrong_hello(b"hello")
 
 
 # A witness takes down what a channel is shown, and nothing of it changes.
@@ -126,8 +117,8 @@ def test_hello_of_another_version_is_told() -> None:
 
 def test_lines_are_those_of_the_protocol_while_the_run_goes_on() -> None:
     stream = io.BytesIO()
-    witness = Witness("tested", stream)
-    channel = WitnessedChannel(ScriptedChannel([0.5, -1.0]), "nominal", witness)
+    witness = protocol.Witness("tested", stream)
+    channel = protocol.WitnessedChannel(ScriptedChannel([0.5, -1.0]), "nominal", witness)
     channel.reset(channel_context(None, links=(), sensors={}))
     answers = [
         channel.act(Observation(0.05 * tick, {}, {}, None, np.array([tick < 2])))

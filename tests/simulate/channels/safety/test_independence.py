@@ -1,34 +1,24 @@
 """The safety channel shares no state with the nominal one: its stop is the same without that."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
+from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import pytest
 
-from adeye.signals import EGO_SPEED
+from adeye.signals import EGO_SPEED, ControlCommand, RoadMap, Scene
 from adeye.simulate import engine
 from adeye.simulate.channels.rack import ChannelRack
+from adeye.trace import Trace
+from tests.motorway import fault
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from adeye.signals import ControlCommand, RoadMap, Scene
-    from adeye.trace import Trace
 
 STEP: Final = 0.05
 ONSET: Final = 60
 """Tick at which the nominal channel dies: 3 s."""
-KILLED: Final = {
-    "id": "killed",
-    "target": "channels.nominal",
-    "model": "crash",
-    "onset": {"at": "3 s"},
-}
+KILLED: Final = fault("killed", "channels.nominal", "crash", "3 s")
 
 STOPS: Final[dict[str, dict[str, Any]]] = {
     "in_lane": {},
@@ -146,7 +136,7 @@ def test_stop_is_the_same_without_nominal_channel_and_sensors(
 class Kept(ChannelRack):
     """A rack that tests can look into."""
 
-    last: Kept
+    last: "Kept"
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

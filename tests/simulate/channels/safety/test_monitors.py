@@ -1,3 +1,5 @@
+"""The monitors of the stop in the lane: when each is raised, and when it is confirmed."""
+
 from typing import Any
 
 import numpy as np
@@ -6,31 +8,7 @@ import pytest
 from adeye.kernel.stops import ONSET_JERK
 from adeye.signals import FAULT, OK, SILENT, Floats, parameter_record
 from adeye.simulate.channels.driving import HOLD_DECELERATION
-from adeye.simulate.channels.safety.in_lane import (
-    EVIDENCE_WIDTH,
-    MONITOR_IDS,
-    SEEN_ACCELERATION,
-    SEEN_AGE,
-    SEEN_CHANNELS,
-    SEEN_D,
-    SEEN_HEARD,
-    SEEN_OFFSET,
-    SEEN_POSE,
-    SEEN_REQUIRED,
-    SEEN_STATUS,
-    SEEN_STEERING,
-    SEEN_TIME,
-    STATE_FROZEN,
-    STATE_WIDTH,
-    debounce,
-    gather_commands,
-    lane_departure,
-    nominal_implausible,
-    nominal_silent,
-    object_danger,
-    run_monitors,
-    stop_acceleration,
-)
+from adeye.simulate.channels.safety import in_lane
 
 RECORD = parameter_record(
     {
@@ -48,19 +26,19 @@ RECORD = parameter_record(
 
 
 def evidence(**changes: float) -> Floats:
-    seen = np.zeros(EVIDENCE_WIDTH)
+    seen = np.zeros(in_lane.EVIDENCE_WIDTH)
     columns = {
-        "channels": SEEN_CHANNELS,
-        "heard": SEEN_HEARD,
-        "time": SEEN_TIME,
-        "status": SEEN_STATUS,
-        "age": SEEN_AGE,
-        "acceleration": SEEN_ACCELERATION,
-        "steering": SEEN_STEERING,
-        "pose": SEEN_POSE,
-        "required": SEEN_REQUIRED,
-        "offset": SEEN_OFFSET,
-        "d": SEEN_D,
+        "channels": in_lane.SEEN_CHANNELS,
+        "heard": in_lane.SEEN_HEARD,
+        "time": in_lane.SEEN_TIME,
+        "status": in_lane.SEEN_STATUS,
+        "age": in_lane.SEEN_AGE,
+        "acceleration": in_lane.SEEN_ACCELERATION,
+        "steering": in_lane.SEEN_STEERING,
+        "pose": in_lane.SEEN_POSE,
+        "required": in_lane.SEEN_REQUIRED,
+        "offset": in_lane.SEEN_OFFSET,
+        "d": in_lane.SEEN_D,
     }
     defaults = {"channels": 1.0, "heard": 1.0, "time": 1.0, "pose": 1.0, "d": 5.25}
     for name, value in (defaults | changes).items():
@@ -70,7 +48,7 @@ def evidence(**changes: float) -> Floats:
 
 NAN, INF = float("nan"), float("inf")
 FIRES: dict[Any, list[tuple[dict[str, float], bool]]] = {
-    nominal_silent: [
+    in_lane.nominal_silent: [
         ({"status": 1.0}, True),
         ({"age": 0.2}, False),
         ({"age": 0.21}, True),
@@ -79,7 +57,7 @@ FIRES: dict[Any, list[tuple[dict[str, float], bool]]] = {
         ({"heard": 0.0, "time": 0.25}, True),
         ({"channels": 0.0, "status": 1.0, "age": 9.0, "heard": 0.0}, False),
     ],
-    nominal_implausible: [
+    in_lane.nominal_implausible: [
         ({"acceleration": 10.0}, False),
         ({"acceleration": 10.1}, True),
         ({"acceleration": NAN}, True),
@@ -88,14 +66,14 @@ FIRES: dict[Any, list[tuple[dict[str, float], bool]]] = {
         ({"steering": 0.61}, True),
         ({"channels": 0.0, "acceleration": NAN}, False),
     ],
-    object_danger: [
+    in_lane.object_danger: [
         ({"required": 4.49}, False),
         ({"required": 4.5}, True),
         ({"required": INF}, True),
         ({"required": NAN}, True),
         ({"required": INF, "pose": 0.0}, False),
     ],
-    lane_departure: [
+    in_lane.lane_departure: [
         ({"offset": 1.0}, False),
         ({"offset": -1.01}, True),
         ({"offset": NAN}, True),
@@ -118,7 +96,7 @@ def confirmed_after(pattern: str, confirm: int, heal: int) -> str:
     state = np.zeros(2, dtype=np.int64)
     marks = ""
     for mark in pattern:
-        debounce(state, mark == "x", confirm, heal)
+        in_lane.debounce(state, mark == "x", confirm, heal)
         marks += "C" if state[1] else "."
     return marks
 
@@ -139,39 +117,41 @@ def test_debounce_counts_and_saturates() -> None:
 
 @pytest.mark.slow
 def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
-    states = np.zeros((len(MONITOR_IDS), STATE_WIDTH), dtype=np.int64)
-    shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)
-    danger = MONITOR_IDS.index("object_danger")
-    results = [run_monitors(RECORD, evidence(required=9.0), states, shown) for _ in range(3)]
+    states = np.zeros((len(in_lane.MONITOR_IDS), in_lane.STATE_WIDTH), dtype=np.int64)
+    shown = np.zeros((len(in_lane.MONITOR_IDS), 2), dtype=np.bool_)
+    danger = in_lane.MONITOR_IDS.index("object_danger")
+    results = [
+        in_lane.run_monitors(RECORD, evidence(required=9.0), states, shown) for _ in range(3)
+    ]
     assert results == [False, False, True]
     assert shown[danger].tolist() == [True, True]
-    assert not run_monitors(RECORD, evidence(), np.zeros_like(states), shown)
+    assert not in_lane.run_monitors(RECORD, evidence(), np.zeros_like(states), shown)
     assert shown[danger].tolist() == [False, False]
 
 
 @pytest.mark.parametrize("before", [0, 2, 5])
 def test_frozen_monitors_show_what_they_showed_and_go_on_from_there(before: int) -> None:
-    states = np.zeros((len(MONITOR_IDS), STATE_WIDTH), dtype=np.int64)
-    shown = np.zeros((len(MONITOR_IDS), 2), dtype=np.bool_)
+    states = np.zeros((len(in_lane.MONITOR_IDS), in_lane.STATE_WIDTH), dtype=np.int64)
+    shown = np.zeros((len(in_lane.MONITOR_IDS), 2), dtype=np.bool_)
     for _ in range(before):
-        run_monitors(RECORD, evidence(required=9.0), states, shown)
+        in_lane.run_monitors(RECORD, evidence(required=9.0), states, shown)
     last = shown.copy()
-    states[:, STATE_FROZEN] = 1
+    states[:, in_lane.STATE_FROZEN] = 1
     kept = states.copy()
     for required in (0.0, 9.0, 9.0, 9.0, 9.0, 0.0, 0.0):
-        confirmed = run_monitors(RECORD, evidence(required=required), states, shown)
+        confirmed = in_lane.run_monitors(RECORD, evidence(required=required), states, shown)
         assert confirmed == last[:, 1].any()
         assert shown.tolist() == last.tolist()
         assert states.tolist() == kept.tolist()
-    states[:, STATE_FROZEN] = 0
+    states[:, in_lane.STATE_FROZEN] = 0
     other = states.copy()
-    assert run_monitors(RECORD, evidence(required=9.0), states, shown) == (before >= 2)
+    assert in_lane.run_monitors(RECORD, evidence(required=9.0), states, shown) == (before >= 2)
     assert not np.array_equal(states, other) or before == 5
 
 
 def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floats:
-    seen = np.zeros(EVIDENCE_WIDTH)
-    gather_commands(
+    seen = np.zeros(in_lane.EVIDENCE_WIDTH)
+    in_lane.gather_commands(
         1.0,
         np.array([row[:3] for row in rows], dtype=np.float64).reshape(-1, 3),
         np.array([row[3] for row in rows], dtype=np.int64),
@@ -184,21 +164,21 @@ def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floa
 @pytest.mark.slow
 def test_worst_of_the_linked_channels_counts() -> None:
     seen = gathered((1.0, 0.1, 0.9, OK), (-3.0, -0.2, 0.6, FAULT))
-    assert seen[[SEEN_CHANNELS, SEEN_STATUS]].tolist() == [2.0, 1.0]
-    assert seen[SEEN_AGE] == pytest.approx(0.4)
-    assert seen[[SEEN_ACCELERATION, SEEN_STEERING]].tolist() == [3.0, 0.2]
+    assert seen[[in_lane.SEEN_CHANNELS, in_lane.SEEN_STATUS]].tolist() == [2.0, 1.0]
+    assert seen[in_lane.SEEN_AGE] == pytest.approx(0.4)
+    assert seen[[in_lane.SEEN_ACCELERATION, in_lane.SEEN_STEERING]].tolist() == [3.0, 0.2]
 
 
 def test_number_that_is_none_is_not_hidden_by_others() -> None:
     none, some = (np.nan, 0.0, 1.0, OK), (9.0, 0.0, 1.0, OK)
-    assert np.isnan(gathered(none, some)[SEEN_ACCELERATION])
-    assert np.isnan(gathered(some, none)[SEEN_ACCELERATION])
+    assert np.isnan(gathered(none, some)[in_lane.SEEN_ACCELERATION])
+    assert np.isnan(gathered(some, none)[in_lane.SEEN_ACCELERATION])
 
 
 def test_channel_without_first_command_is_not_heard_and_nothing_linked_is_none() -> None:
-    assert gathered((0.0, 0.0, -1.0, SILENT), heard=False)[SEEN_HEARD] == 0.0
-    assert gathered((0.0, 0.0, 1.0, OK), heard=False)[SEEN_HEARD] == 1.0
-    assert gathered()[SEEN_CHANNELS] == 0.0
+    assert gathered((0.0, 0.0, -1.0, SILENT), heard=False)[in_lane.SEEN_HEARD] == 0.0
+    assert gathered((0.0, 0.0, 1.0, OK), heard=False)[in_lane.SEEN_HEARD] == 1.0
+    assert gathered()[in_lane.SEEN_CHANNELS] == 0.0
 
 
 STEP = 0.05
@@ -211,7 +191,9 @@ def stop(ticks: int, required: float) -> list[float]:
     accelerations = [0.0]
     for _ in range(ticks):
         accelerations.append(
-            stop_acceleration(RECORD_STOP, accelerations[-1], 20.0, required, is_danger=True)
+            in_lane.stop_acceleration(
+                RECORD_STOP, accelerations[-1], 20.0, required, is_danger=True
+            )
         )
     return accelerations[1:]
 
@@ -234,12 +216,14 @@ def test_object_ahead_is_braked_for_at_once_with_a_reserve_up_to_the_emergency()
 
 def test_braking_is_not_taken_back_before_standstill_where_the_ego_is_held() -> None:
     for speed, expected in ((10.0, -7.0), (0.0, -HOLD_DECELERATION)):
-        found = stop_acceleration(RECORD_STOP, -7.0, speed, 0.0, is_danger=True)
+        found = in_lane.stop_acceleration(RECORD_STOP, -7.0, speed, 0.0, is_danger=True)
         assert found == expected
 
 
 def test_healed_danger_leaves_the_stop_its_own_deceleration() -> None:
     acceleration = -7.0
     for _ in range(40):
-        acceleration = stop_acceleration(RECORD_STOP, acceleration, 10.0, 0.0, is_danger=False)
+        acceleration = in_lane.stop_acceleration(
+            RECORD_STOP, acceleration, 10.0, 0.0, is_danger=False
+        )
     assert acceleration == -RECORD_STOP["stop_deceleration"]

@@ -1,64 +1,19 @@
+"""Where the safety channel plans to stop: which places it finds, and which it chooses."""
+
 import math
 
 import numpy as np
 import pytest
 
-from adeye.kernel.profiles import (
-    OBJECT_BEHIND,
-    OBJECT_COSINE,
-    OBJECT_D,
-    OBJECT_GROWTH,
-    OBJECT_LENGTH,
-    OBJECT_ROW,
-    OBJECT_S,
-    OBJECT_SPEED,
-    OBJECT_WIDTH,
-    PATH_ROW,
-    PROFILE_ROW,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    WAY_SPEED,
-    lay_path,
-)
-from adeye.kernel.stops import (
-    ANYWHERE,
-    DEFAULT_RULES,
-    IN_LANE,
-    LAID_PATHS,
-    LAID_PROFILES,
-    ONLY_REST_AREA,
-    REFUGE,
-    RIGHT_LANE,
-    ROADSIDE,
-    SHOULDER,
-    STOP_INTERVAL,
-    STOP_LEVELS,
-    STOP_SAMPLES,
-    STOPS,
-    STRAIGHT,
-    fill_stop,
-)
+from adeye.kernel import profiles, stops
 from adeye.signals import Floats, parameter_record
 from adeye.simulate.channels.perception.pose import POSE_ALIGN
-from adeye.simulate.channels.safety.planned_stop import (
-    FOUND_COST,
-    FOUND_FEASIBLE,
-    FOUND_IMPACT,
-    FOUND_PLACE,
-    FOUND_RATING,
-    FOUND_ROW,
-    NO_STOP,
-    StopTask,
-    choose_stop,
-    meet_objects,
-    plan_stop,
-)
+from adeye.simulate.channels.safety import planned_stop
 from adeye.simulate.channels.trajectory.cost import Others
 from tests.simulate.channels.trajectory.record import pose
 
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25
-TIMES = STOP_INTERVAL * np.arange(1, STOP_SAMPLES + 1)
+TIMES = stops.STOP_INTERVAL * np.arange(1, stops.STOP_SAMPLES + 1)
 ROAD = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
 NONE = np.zeros((0, 5))
 LIMITS = {
@@ -84,16 +39,18 @@ Thing = tuple[float, float, float, float]
 
 
 def predict(things: list[Thing]) -> Others:
-    objects = np.zeros((len(things), OBJECT_ROW))
-    ways = np.zeros((len(things), STOP_SAMPLES, WAY_ROW))
+    objects = np.zeros((len(things), profiles.OBJECT_ROW))
+    ways = np.zeros((len(things), stops.STOP_SAMPLES, profiles.WAY_ROW))
     for row, (s, d, speed, braking) in enumerate(things):
         body, way = objects[row], ways[row]
-        body[OBJECT_LENGTH], body[OBJECT_WIDTH], body[OBJECT_GROWTH] = 4.5, 1.8, 1.0
-        body[OBJECT_COSINE], body[OBJECT_S], body[OBJECT_D] = 1.0, s, d
-        body[OBJECT_SPEED], body[OBJECT_BEHIND] = speed, float(s <= -4.5)
+        body[profiles.OBJECT_LENGTH], body[profiles.OBJECT_WIDTH] = 4.5, 1.8
+        body[profiles.OBJECT_GROWTH] = 1.0
+        body[profiles.OBJECT_COSINE], body[profiles.OBJECT_S], body[profiles.OBJECT_D] = 1.0, s, d
+        body[profiles.OBJECT_SPEED], body[profiles.OBJECT_BEHIND] = speed, float(s <= -4.5)
         rolling = np.minimum(TIMES, speed / -braking) if braking < 0.0 else TIMES
-        way[:, WAY_S] = s + (speed + 0.5 * braking * rolling) * rolling
-        way[:, WAY_D], way[:, WAY_SPEED] = d, np.maximum(0.0, speed + braking * rolling)
+        way[:, profiles.WAY_S] = s + (speed + 0.5 * braking * rolling) * rolling
+        way[:, profiles.WAY_D] = d
+        way[:, profiles.WAY_SPEED] = np.maximum(0.0, speed + braking * rolling)
     return Others(objects, ways)
 
 
@@ -104,102 +61,107 @@ def plan(
     speed: float = 25.0,
     align: float = 0.0,
     refuges: Floats = NONE,
-    places: int = ANYWHERE,
+    places: int = stops.ANYWHERE,
     **changes: float,
 ) -> tuple[int, Floats]:
     record = parameter_record(LIMITS | changes)[0]
     place = pose(d=d, speed=speed)
     place[POSE_ALIGN] = align
-    found = np.zeros((STOPS, FOUND_ROW))
-    task = StopTask(
+    found = np.zeros((stops.STOPS, planned_stop.FOUND_ROW))
+    task = planned_stop.StopTask(
         record,
-        np.array(DEFAULT_RULES),
+        np.array(stops.DEFAULT_RULES),
         ROAD,
         refuges,
         place,
         3.5 * math.floor(d / 3.5) + 1.75,
         predict(things),
-        np.full(PATH_ROW, np.nan),
-        np.zeros((LAID_PATHS, PATH_ROW)),
-        np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
-        np.zeros((STOP_SAMPLES, 2)),
+        np.full(profiles.PATH_ROW, np.nan),
+        np.zeros((stops.LAID_PATHS, profiles.PATH_ROW)),
+        np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, profiles.PROFILE_ROW)),
+        np.zeros((stops.STOP_SAMPLES, 2)),
         found,
     )
-    chosen = plan_stop(task, places, 0.0, NO_STOP, False)  # noqa: FBT003 - a kernel
+    chosen = planned_stop.plan_stop(task, places, 0.0, planned_stop.NO_STOP, False)  # noqa: FBT003 - a kernel
     return chosen, found
 
 
 def number(path: int, level: int) -> int:
-    return path * STOP_LEVELS + level
+    return path * stops.STOP_LEVELS + level
 
 
 def test_free_road_offers_the_shoulder_at_the_stop_deceleration() -> None:
     chosen, found = plan([])
-    assert chosen == number(SHOULDER, 1)
-    assert found[chosen].tolist() == [1.0, 1.0, 0.0, 1.0, ROADSIDE]
+    assert chosen == number(stops.SHOULDER, 1)
+    assert found[chosen].tolist() == [1.0, 1.0, 0.0, 1.0, stops.ROADSIDE]
 
 
 def test_blocked_shoulder_leaves_the_lane() -> None:
     chosen, found = plan([(s, HARD_SHOULDER, 0.0, 0.0) for s in range(20, 160, 10)])
-    assert chosen == number(IN_LANE, 1)
-    assert not found[number(SHOULDER, 0) :, FOUND_FEASIBLE].any()
+    assert chosen == number(stops.IN_LANE, 1)
+    assert not found[number(stops.SHOULDER, 0) :, planned_stop.FOUND_FEASIBLE].any()
 
 
 def test_everything_blocked_is_infeasible_and_the_lowest_impact_is_taken() -> None:
     chosen, found = plan([(30.0, d, 0.0, 0.0) for d in (HARD_SHOULDER, SLOW, MIDDLE, 8.75)])
-    assert not found[:, FOUND_FEASIBLE].any()
-    assert chosen % STOP_LEVELS == STOP_LEVELS - 1
-    assert found[chosen, FOUND_IMPACT] == found[:, FOUND_IMPACT].min()
+    assert not found[:, planned_stop.FOUND_FEASIBLE].any()
+    assert chosen % stops.STOP_LEVELS == stops.STOP_LEVELS - 1
+    assert found[chosen, planned_stop.FOUND_IMPACT] == found[:, planned_stop.FOUND_IMPACT].min()
     # 25.5 m of way at 8 m/s², less the lag of 0.15 s, the ramp and what passes in a sample.
     physics = math.sqrt(25.0**2 - 2.0 * 8.0 * (25.5 - 25.0 * 0.19))
-    assert found[chosen, FOUND_IMPACT] == pytest.approx(physics, abs=0.2 * 8.0)
+    assert found[chosen, planned_stop.FOUND_IMPACT] == pytest.approx(physics, abs=0.2 * 8.0)
 
 
 def test_standing_object_asks_for_a_harder_stop_only_where_it_is_near() -> None:
     shut = [(s, HARD_SHOULDER, 0.0, 0.0) for s in range(20, 160, 10)]
     levels = [plan([*shut, (s, SLOW, 0.0, 0.0)])[0] for s in (120.0, 80.0, 60.0)]
-    assert levels == [number(IN_LANE, level) for level in (1, 2, 3)]
+    assert levels == [number(stops.IN_LANE, level) for level in (1, 2, 3)]
 
 
 def test_lead_that_brakes_is_predicted() -> None:
     """At 14 m and the same speed: one that goes on is no matter, one that brakes hard is."""
     shut = [(float(s), HARD_SHOULDER, 25.0, 0.0) for s in range(-4, 300, 10)]
-    assert plan([*shut, (14.0, SLOW, 25.0, 0.0)])[0] == number(IN_LANE, 1)
+    assert plan([*shut, (14.0, SLOW, 25.0, 0.0)])[0] == number(stops.IN_LANE, 1)
     braking = plan([*shut, (14.0, SLOW, 25.0, -7.0)])
-    assert braking[0] == number(IN_LANE, 3)
-    assert not braking[1][number(IN_LANE, 1), FOUND_FEASIBLE]
+    assert braking[0] == number(stops.IN_LANE, 3)
+    assert not braking[1][number(stops.IN_LANE, 1), planned_stop.FOUND_FEASIBLE]
 
 
 def test_who_follows_does_not_forbid_to_brake() -> None:
     chosen, found = plan([(-12.0, SLOW, 30.0, 0.0)])
-    assert found[number(IN_LANE, 1), FOUND_FEASIBLE] == 1.0
-    assert chosen == number(SHOULDER, 1)
+    assert found[number(stops.IN_LANE, 1), planned_stop.FOUND_FEASIBLE] == 1.0
+    assert chosen == number(stops.SHOULDER, 1)
 
 
 def test_lane_to_the_right_is_entered_only_where_it_is_seen_to_be_free() -> None:
     blind, found = plan([], d=MIDDLE)
-    assert blind == number(IN_LANE, 1)
-    assert not found[number(RIGHT_LANE, 0) :, FOUND_FEASIBLE].any()
-    assert plan([], d=MIDDLE, rear_sight=500.0)[0] // STOP_LEVELS == SHOULDER
+    assert blind == number(stops.IN_LANE, 1)
+    assert not found[number(stops.RIGHT_LANE, 0) :, planned_stop.FOUND_FEASIBLE].any()
+    assert plan([], d=MIDDLE, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.SHOULDER
     taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, rear_sight=500.0)
-    assert taken[0] == number(IN_LANE, 1)
+    assert taken[0] == number(stops.IN_LANE, 1)
 
 
 def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
     _, found = plan([], align=-0.2)
-    assert not found[number(STRAIGHT, 0) : number(STRAIGHT, 3) + 1, FOUND_FEASIBLE].any()
+    assert not found[
+        number(stops.STRAIGHT, 0) : number(stops.STRAIGHT, 3) + 1, planned_stop.FOUND_FEASIBLE
+    ].any()
 
 
 @pytest.mark.slow
 def test_impact_is_the_speed_against_the_first_object() -> None:
     record = parameter_record(LIMITS)[0]
-    path, profile = np.zeros(PATH_ROW), np.zeros((STOP_SAMPLES, PROFILE_ROW))
-    lay_path(path, 0.0, SLOW, 0.0, 0.0, SLOW, 50.0)
-    fill_stop(20.0, 0.0, 2.4, 100.0, 0.0, profile)
-    line = np.zeros((STOP_SAMPLES, 2))
+    path, profile = (
+        np.zeros(profiles.PATH_ROW),
+        np.zeros((stops.STOP_SAMPLES, profiles.PROFILE_ROW)),
+    )
+    profiles.lay_path(path, 0.0, SLOW, 0.0, 0.0, SLOW, 50.0)
+    stops.fill_stop(20.0, 0.0, 2.4, 100.0, 0.0, profile)
+    line = np.zeros((stops.STOP_SAMPLES, 2))
 
     def meet(*things: Thing) -> tuple[bool, float]:
-        return meet_objects(record, path, 0.0, profile, predict(list(things)), line)
+        return planned_stop.meet_objects(record, path, 0.0, profile, predict(list(things)), line)
 
     far, slow = (60.0, SLOW, 0.0, 0.0), (40.0, SLOW, 5.0, 0.0)
     near, both = meet(far, slow)
@@ -212,31 +174,33 @@ def test_impact_is_the_speed_against_the_first_object() -> None:
 
 def found_of(*rows: tuple[float, float, float]) -> Floats:
     """Return feasibility, rating and impact of the first stops; the others cannot be driven."""
-    found = np.full((STOPS, FOUND_ROW), math.inf)
-    found[:, FOUND_FEASIBLE] = 0.0
+    found = np.full((stops.STOPS, planned_stop.FOUND_ROW), math.inf)
+    found[:, planned_stop.FOUND_FEASIBLE] = 0.0
     for row, (feasible, rating, impact) in enumerate(rows):
-        found[row] = feasible, rating, impact, rating, ANYWHERE
+        found[row] = feasible, rating, impact, rating, stops.ANYWHERE
     return found
 
 
 @pytest.mark.slow
 def test_kept_stop_is_given_up_for_a_better_rating_or_once_it_is_infeasible() -> None:
     found = found_of((1.0, 3.0, 0.0), (1.0, 3.0, 0.0), (1.0, 1.0, 0.0))
-    found[0, FOUND_COST] = 3.6
-    assert choose_stop(found, NO_STOP, ANYWHERE) == 2
-    found[2, FOUND_FEASIBLE] = 0.0
-    assert (choose_stop(found, NO_STOP, ANYWHERE), choose_stop(found, 0, ANYWHERE)) == (1, 0)
-    found[2, FOUND_FEASIBLE] = 1.0
-    assert choose_stop(found, 0, ANYWHERE) == 2
-    assert choose_stop(found_of((0.0, 1.0, 9.0), (1.0, 5.0, 0.0)), 0, ANYWHERE) == 1
+    found[0, planned_stop.FOUND_COST] = 3.6
+    assert planned_stop.choose_stop(found, planned_stop.NO_STOP, stops.ANYWHERE) == 2
+    found[2, planned_stop.FOUND_FEASIBLE] = 0.0
+    assert planned_stop.choose_stop(found, planned_stop.NO_STOP, stops.ANYWHERE) == 1
+    assert planned_stop.choose_stop(found, 0, stops.ANYWHERE) == 0
+    found[2, planned_stop.FOUND_FEASIBLE] = 1.0
+    assert planned_stop.choose_stop(found, 0, stops.ANYWHERE) == 2
+    found = found_of((0.0, 1.0, 9.0), (1.0, 5.0, 0.0))
+    assert planned_stop.choose_stop(found, 0, stops.ANYWHERE) == 1
 
 
 def test_least_harm_is_the_lowest_impact_then_the_lowest_rating() -> None:
     found = found_of(*((0.0, 5.0, 12.0),) * 3, (0.0, 5.0, 7.0), (0.0, 3.0, 7.0), (0.0, 1.0, 9.0))
-    assert choose_stop(found, NO_STOP, ANYWHERE) == 4
-    assert choose_stop(found, 3, ANYWHERE) == 3
-    assert choose_stop(found, 5, ANYWHERE) == 4
-    assert found[4, FOUND_RATING] == 3.0
+    assert planned_stop.choose_stop(found, planned_stop.NO_STOP, stops.ANYWHERE) == 4
+    assert planned_stop.choose_stop(found, 3, stops.ANYWHERE) == 3
+    assert planned_stop.choose_stop(found, 5, stops.ANYWHERE) == 4
+    assert found[4, planned_stop.FOUND_RATING] == 3.0
 
 
 BAY = np.array([[0.0, 200.0, 60.0, 4.0, 20.0]])
@@ -245,44 +209,44 @@ REST = np.array([[0.0, 150.0, 60.0, 4.0, 20.0], [1.0, 280.0, 150.0, 8.0, 40.0]])
 
 def test_a_bay_ahead_is_preferred_to_the_shoulder() -> None:
     chosen, found = plan([], refuges=BAY)
-    assert chosen == number(REFUGE, 1)
-    assert found[chosen].tolist() == [1.0, 0.0, 0.0, 0.0, ROADSIDE]
+    assert chosen == number(stops.REFUGE, 1)
+    assert found[chosen].tolist() == [1.0, 0.0, 0.0, 0.0, stops.ROADSIDE]
 
 
 def test_a_bay_that_is_taken_leaves_the_shoulder() -> None:
     taken = plan([(s, -4.5, 0.0, 0.0) for s in (205.0, 230.0, 255.0)], refuges=BAY)
-    assert taken[0] == number(SHOULDER, 1)
-    assert not taken[1][number(REFUGE, 0) :, FOUND_FEASIBLE].any()
+    assert taken[0] == number(stops.SHOULDER, 1)
+    assert not taken[1][number(stops.REFUGE, 0) :, planned_stop.FOUND_FEASIBLE].any()
 
 
 def test_a_bay_is_entered_where_it_is_neither_too_near_nor_too_far() -> None:
     near, far = (np.add(BAY, [0.0, way, 0.0, 0.0, 0.0]) for way in (-140.0, 500.0))
-    assert plan([], refuges=near, speed=33.0)[0] == number(SHOULDER, 1)
-    assert plan([], refuges=near, speed=15.0)[0] == number(REFUGE, 1)
-    assert plan([], refuges=far)[0] == number(SHOULDER, 1)
+    assert plan([], refuges=near, speed=33.0)[0] == number(stops.SHOULDER, 1)
+    assert plan([], refuges=near, speed=15.0)[0] == number(stops.REFUGE, 1)
+    assert plan([], refuges=far)[0] == number(stops.SHOULDER, 1)
     # Without a shoulder it is entered over its taper.
     chosen, found = plan([], refuges=BAY, shoulder=0.0)
-    assert chosen // STOP_LEVELS == REFUGE
-    assert found[chosen, FOUND_RATING] == 0.0
+    assert chosen // stops.STOP_LEVELS == stops.REFUGE
+    assert found[chosen, planned_stop.FOUND_RATING] == 0.0
 
 
 def test_places_are_what_is_asked_for_or_nothing() -> None:
-    assert plan([], refuges=REST, places=ROADSIDE)[0] == number(REFUGE, 1)
-    chosen, found = plan([], refuges=REST, places=ONLY_REST_AREA)
-    assert chosen == number(REFUGE, 1)
-    assert found[chosen, FOUND_PLACE] == ONLY_REST_AREA
-    assert plan([], refuges=BAY, places=ONLY_REST_AREA)[0] == NO_STOP
-    assert plan([], places=ROADSIDE)[0] == number(SHOULDER, 1)
-    assert plan([], places=ROADSIDE, shoulder=0.0)[0] == NO_STOP
-    assert plan([], places=ANYWHERE, shoulder=0.0)[0] == number(IN_LANE, 1)
+    assert plan([], refuges=REST, places=stops.ROADSIDE)[0] == number(stops.REFUGE, 1)
+    chosen, found = plan([], refuges=REST, places=stops.ONLY_REST_AREA)
+    assert chosen == number(stops.REFUGE, 1)
+    assert found[chosen, planned_stop.FOUND_PLACE] == stops.ONLY_REST_AREA
+    assert plan([], refuges=BAY, places=stops.ONLY_REST_AREA)[0] == planned_stop.NO_STOP
+    assert plan([], places=stops.ROADSIDE)[0] == number(stops.SHOULDER, 1)
+    assert plan([], places=stops.ROADSIDE, shoulder=0.0)[0] == planned_stop.NO_STOP
+    assert plan([], places=stops.ANYWHERE, shoulder=0.0)[0] == number(stops.IN_LANE, 1)
 
 
 @pytest.mark.slow
 def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> None:
-    assert plan([], d=MIDDLE, refuges=BAY)[0] == number(IN_LANE, 1)
-    assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // STOP_LEVELS == REFUGE
+    assert plan([], d=MIDDLE, refuges=BAY)[0] == number(stops.IN_LANE, 1)
+    assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.REFUGE
     taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, refuges=BAY, rear_sight=500.0)
-    assert taken[0] == number(IN_LANE, 1)
+    assert taken[0] == number(stops.IN_LANE, 1)
 
 
 # A stop may enter or cross a lane only where nobody from behind is cut up.
@@ -291,10 +255,12 @@ def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> No
 def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free() -> None:
     """From the middle lane towards the left one: also once the side is over the edge."""
     # The gentle one leads off the road.
-    straight = slice(number(STRAIGHT, 1), number(STRAIGHT, 3) + 1)
+    straight = slice(number(stops.STRAIGHT, 1), number(stops.STRAIGHT, 3) + 1)
 
     def feasible(things: list[Thing], **changes: float) -> list[float]:
-        found: list[float] = plan(things, **changes)[1][straight, FOUND_FEASIBLE].tolist()
+        found: list[float] = plan(things, **changes)[1][
+            straight, planned_stop.FOUND_FEASIBLE
+        ].tolist()
         return found
 
     left, right = (-20.0, 8.75, 30.0, 0.0), (-20.0, SLOW, 30.0, 0.0)
@@ -308,7 +274,7 @@ def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
 
 
 def test_path_aside_is_feasible_only_where_nobody_comes_along_it() -> None:
-    across = number(SHOULDER, 1)
+    across = number(stops.SHOULDER, 1)
     for things, more, is_free in (
         ([], {"d": MIDDLE}, 0.0),
         ([], {"d": MIDDLE, "rear_sight": 500.0}, 1.0),
@@ -319,4 +285,4 @@ def test_path_aside_is_feasible_only_where_nobody_comes_along_it() -> None:
         ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], {}, 1.0),
     ):
         _, found = plan(things, **more)
-        assert found[across, FOUND_FEASIBLE] == is_free, (things, more)
+        assert found[across, planned_stop.FOUND_FEASIBLE] == is_free, (things, more)

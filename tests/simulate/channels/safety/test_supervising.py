@@ -13,29 +13,7 @@ from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
 from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, Bools, Floats
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.links import observe
-from adeye.simulate.channels.safety import SupervisedSafetyChannel
-from adeye.simulate.channels.safety.supervisor import (
-    CONTINUE,
-    FORCE_ASKED,
-    FORCE_HELD,
-    FORCE_LEVEL,
-    FORCE_ROW,
-    FORCE_WAITED,
-    NONE,
-    REST_AREA,
-    ROADSIDE_PARKING,
-    SET_LEAST,
-    SET_OF_LEVEL,
-    SET_PATIENCE,
-    SET_ROW,
-    SET_SIGHT,
-    STOP,
-    THRESHOLDS,
-    ask,
-    give_way,
-    look_ahead,
-    show_manoeuvre,
-)
+from adeye.simulate.channels.safety import SupervisedSafetyChannel, supervisor
 from adeye.spec.channels import SafetyParameters
 from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
 from adeye.testing import World, channel_context, check_channel
@@ -317,7 +295,7 @@ def test_parameters_say_which_channel_is_made() -> None:
 
 
 def test_every_kind_has_its_thresholds() -> None:
-    assert set(THRESHOLDS) == set(KINDS)
+    assert set(supervisor.THRESHOLDS) == set(KINDS)
 
 
 FRONT = {"kind": "sensor_silent", "watches": ["front"]}
@@ -381,61 +359,68 @@ def test_sensor_is_silent_its_timeout_after_the_last_sample_that_the_health_link
 
 # Which manoeuvre is in force, tick by tick.
 
-SETTINGS = np.zeros(SET_ROW)
-SETTINGS[SET_OF_LEVEL:] = CONTINUE, REST_AREA, ROADSIDE_PARKING, STOP
-SETTINGS[SET_PATIENCE] = 1.0
-SETTINGS[SET_LEAST], SETTINGS[SET_SIGHT] = 25.0, 1000.0
+SETTINGS = np.zeros(supervisor.SET_ROW)
+SETTINGS[supervisor.SET_OF_LEVEL :] = (
+    supervisor.CONTINUE,
+    supervisor.REST_AREA,
+    supervisor.ROADSIDE_PARKING,
+    supervisor.STOP,
+)
+SETTINGS[supervisor.SET_PATIENCE] = 1.0
+SETTINGS[supervisor.SET_LEAST], SETTINGS[supervisor.SET_SIGHT] = 25.0, 1000.0
 GOING_ON = False
 
 
-def state(held: int = NONE, asked: int = NONE, level: int = 0, waited: float = 0.0) -> Floats:
-    row = np.zeros(FORCE_ROW)
-    row[FORCE_HELD], row[FORCE_ASKED], row[FORCE_LEVEL] = held, asked, level
-    row[FORCE_WAITED] = waited
+def state(
+    held: int = supervisor.NONE, asked: int = supervisor.NONE, level: int = 0, waited: float = 0.0
+) -> Floats:
+    row = np.zeros(supervisor.FORCE_ROW)
+    row[supervisor.FORCE_HELD], row[supervisor.FORCE_ASKED] = held, asked
+    row[supervisor.FORCE_LEVEL], row[supervisor.FORCE_WAITED] = level, waited
     return row
 
 
 def test_level_asks_for_its_manoeuvre() -> None:
     for level in range(5):
         row = state(level=level)
-        ask(row, SETTINGS, GOING_ON, 0.05)
-        assert row[FORCE_ASKED] == row[FORCE_HELD] == level
+        supervisor.ask(row, SETTINGS, GOING_ON, 0.05)
+        assert row[supervisor.FORCE_ASKED] == row[supervisor.FORCE_HELD] == level
 
 
 def test_what_has_given_way_stays_so_while_the_level_is_the_same() -> None:
-    row = state(STOP, REST_AREA, 2)
-    ask(row, SETTINGS, GOING_ON, 0.05)
-    assert row[FORCE_HELD] == STOP
+    row = state(supervisor.STOP, supervisor.REST_AREA, 2)
+    supervisor.ask(row, SETTINGS, GOING_ON, 0.05)
+    assert row[supervisor.FORCE_HELD] == supervisor.STOP
 
 
 def test_lower_level_begins_anew_unless_the_channel_has_taken_over() -> None:
-    for stopping, held in ((False, REST_AREA), (True, STOP)):
-        row = state(STOP, ROADSIDE_PARKING, 2, 0.5)
-        ask(row, SETTINGS, stopping, 0.05)
-        assert row[FORCE_HELD] == held
-        assert row[FORCE_WAITED] == (0.55 if stopping else 0.0)
+    for stopping, held in ((False, supervisor.REST_AREA), (True, supervisor.STOP)):
+        row = state(supervisor.STOP, supervisor.ROADSIDE_PARKING, 2, 0.5)
+        supervisor.ask(row, SETTINGS, stopping, 0.05)
+        assert row[supervisor.FORCE_HELD] == held
+        assert row[supervisor.FORCE_WAITED] == (0.55 if stopping else 0.0)
 
 
 def test_what_cannot_be_had_or_not_in_time_gives_way() -> None:
     for held, rest, parking, waited, left in (
-        (REST_AREA, True, True, 1.0, REST_AREA),
-        (REST_AREA, True, True, 1.01, ROADSIDE_PARKING),
-        (REST_AREA, False, True, 0.0, ROADSIDE_PARKING),
-        (REST_AREA, False, False, 0.0, STOP),
-        (ROADSIDE_PARKING, True, True, 1.0, ROADSIDE_PARKING),
-        (ROADSIDE_PARKING, True, True, 1.01, STOP),
-        (ROADSIDE_PARKING, True, False, 0.0, STOP),
-        (CONTINUE, False, False, 9.0, CONTINUE),
-        (STOP, True, True, 9.0, STOP),
+        (supervisor.REST_AREA, True, True, 1.0, supervisor.REST_AREA),
+        (supervisor.REST_AREA, True, True, 1.01, supervisor.ROADSIDE_PARKING),
+        (supervisor.REST_AREA, False, True, 0.0, supervisor.ROADSIDE_PARKING),
+        (supervisor.REST_AREA, False, False, 0.0, supervisor.STOP),
+        (supervisor.ROADSIDE_PARKING, True, True, 1.0, supervisor.ROADSIDE_PARKING),
+        (supervisor.ROADSIDE_PARKING, True, True, 1.01, supervisor.STOP),
+        (supervisor.ROADSIDE_PARKING, True, False, 0.0, supervisor.STOP),
+        (supervisor.CONTINUE, False, False, 9.0, supervisor.CONTINUE),
+        (supervisor.STOP, True, True, 9.0, supervisor.STOP),
     ):
         row = state(held, held, held, waited)
-        give_way(row, SETTINGS, rest, parking)
-        assert row[FORCE_HELD] == left, (held, rest, parking, waited)
+        supervisor.give_way(row, SETTINGS, rest, parking)
+        assert row[supervisor.FORCE_HELD] == left, (held, rest, parking, waited)
 
 
 def test_columns_tell_what_is_asked_for_and_what_is_in_force() -> None:
     shown = np.zeros((3, 2), dtype=np.bool_)
-    show_manoeuvre(state(STOP, REST_AREA), shown)
+    supervisor.show_manoeuvre(state(supervisor.STOP, supervisor.REST_AREA), shown)
     assert shown.tolist() == [[True, False], [False, False], [False, True]]
 
 
@@ -453,4 +438,4 @@ def test_map_shows_what_is_neither_too_near_nor_out_of_sight() -> None:
         rows = np.zeros((len(refuges), 5))
         for row, (kind, ahead) in zip(rows, refuges, strict=True):
             row[:2] = kind, 300.0 + ahead
-        assert look_ahead(SETTINGS, rows, 300.0) == best, refuges
+        assert supervisor.look_ahead(SETTINGS, rows, 300.0) == best, refuges

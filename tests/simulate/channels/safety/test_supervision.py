@@ -5,20 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import (
-    DEGRADED,
-    FAULT,
-    OK,
-    REASON_DEFAULT,
-    REASON_HANDOVER,
-    REASON_LATCHED,
-    REASON_NO_MAJORITY,
-    REASON_REQUEST,
-    REASON_RETURNED,
-    REASON_VOTED,
-    REQUESTS_AUTHORITY,
-    Bools,
-)
+from adeye import signals
+from adeye.signals import Bools
 from adeye.simulate.channels.safety import SafetyChannel
 from adeye.simulate.channels.safety.in_lane import (
     MEMORY_STOPPING,
@@ -48,13 +36,13 @@ def monitor(done: Drive, name: str, which: int = 1) -> Bools:
 
 def test_nothing_is_requested_on_a_free_road() -> None:
     done = run(World(), 6.0)
-    assert (done.status[:, SAFETY] == OK).all()
+    assert (done.status[:, SAFETY] == signals.OK).all()
     assert (done.authority == NOMINAL).all()
 
 
 def test_silent_nominal_is_confirmed_after_staleness_and_the_confirm_time() -> None:
     done = run(World(), 3.0, on_commands=silence(1.0))
-    first = int(np.argmax(done.status[:, SAFETY] == REQUESTS_AUTHORITY))
+    first = int(np.argmax(done.status[:, SAFETY] == signals.REQUESTS_AUTHORITY))
     # The last command is of 0.95 s, and a linked channel is seen one tick late.
     raw = 0.95 + IN_LANE.staleness + 0.05
     assert done.time[monitor(done, "nominal_silent", 0).argmax()] == pytest.approx(raw)
@@ -74,13 +62,13 @@ def test_safe_stop_ends_in_standstill_in_the_lane_at_its_deceleration() -> None:
 def test_stop_goes_on_after_healing_while_it_is_latched_or_the_switch_is_not_linked() -> None:
     healing = silence(1.0, 1.6)
     latched = run(World(), 16.0, on_commands=healing)
-    assert latched.status[-1, SAFETY] == OK
-    assert latched.reason[-1] == REASON_LATCHED
+    assert latched.status[-1, SAFETY] == signals.OK
+    assert latched.reason[-1] == signals.REASON_LATCHED
     unlinked = run(World(), 16.0, on_commands=healing, links=LINKS[:2])
     assert latched.ego[-1, 3] == unlinked.ego[-1, 3] == 0.0
     free = LATCHED.model_copy(update={"latch": False})
     done = run(World(), 16.0, on_commands=healing, switch=free)
-    assert (done.authority[-1], done.reason[-1]) == (NOMINAL, REASON_DEFAULT)
+    assert (done.authority[-1], done.reason[-1]) == (NOMINAL, signals.REASON_DEFAULT)
     assert done.ego[-1, 3] > 25.0
     assert done.proposals[-1, SAFETY, 0] > -0.5
 
@@ -90,7 +78,7 @@ def test_stop_is_given_up_once_hysteresis_returns_authority() -> None:
     spec = Switch.model_validate({**content, "return_after": "1 s"})
     done = run(World(), 16.0, on_commands=silence(1.0, 1.6), switch=spec)
     taken = np.flatnonzero(done.authority == SAFETY)
-    assert done.reason[taken[-1] + 1] == REASON_RETURNED
+    assert done.reason[taken[-1] + 1] == signals.REASON_RETURNED
     assert (done.authority[taken[-1] + 1 :] == NOMINAL).all()
     assert done.ego[-1, 3] > 25.0
     assert done.proposals[-1, SAFETY, 0] > -0.5
@@ -98,11 +86,11 @@ def test_stop_is_given_up_once_hysteresis_returns_authority() -> None:
 
 def test_stop_goes_on_unless_another_channel_acts_in_the_ordinary_way() -> None:
     for reason, goes_on in (
-        (REASON_DEFAULT, False),
-        (REASON_VOTED, False),
-        (REASON_HANDOVER, True),
-        (REASON_NO_MAJORITY, True),
-        (REASON_LATCHED, True),
+        (signals.REASON_DEFAULT, False),
+        (signals.REASON_VOTED, False),
+        (signals.REASON_HANDOVER, True),
+        (signals.REASON_NO_MAJORITY, True),
+        (signals.REASON_LATCHED, True),
     ):
         memory = np.zeros(MEMORY_WIDTH)
         memory[MEMORY_STOPPING] = 1.0
@@ -117,7 +105,7 @@ def test_blind_nominal_channel_is_overridden_for_a_stopped_vehicle() -> None:
     first = int(np.argmax(done.authority == SAFETY))
     required = 30.0**2 / (2.0 * done.distance[first])
     assert IN_LANE.danger_threshold <= required < 6.0
-    assert done.reason[first] == REASON_REQUEST
+    assert done.reason[first] == signals.REASON_REQUEST
     assert monitor(done, "object_danger")[first]
 
 
@@ -156,7 +144,7 @@ def test_shadow_command_follows_gently() -> None:
 
 def test_without_ego_estimate_the_channel_is_in_fault() -> None:
     done = run(World(), 1.0, links=("front", "channels.nominal"))
-    assert (done.status[:, SAFETY] == FAULT).all()
+    assert (done.status[:, SAFETY] == signals.FAULT).all()
 
 
 def test_without_channel_link_silence_never_fires() -> None:
@@ -188,6 +176,6 @@ def test_dead_sensor_degrades_the_channel() -> None:
     channel, links = SafetyChannel(), ("truth", "rear")
     sensors = {"truth": "ground_truth", "rear": "radar"}
     channel.reset(channel_context(IN_LANE, links=links, sensors=sensors))
-    for alive, status in ((True, OK), (False, DEGRADED)):
+    for alive, status in ((True, signals.OK), (False, signals.DEGRADED)):
         seen = shown([0.0, LANE, 0.0, 20.0], links=links, alive=alive)
         assert channel.act(seen).status.tolist() == [status]
