@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:
     """Turn rows into columns; what a row does not say is the same in all of them."""
+    count = len(rows)
     return Figures(
-        ordinal=np.arange(len(rows)),
+        ordinal=np.arange(count),
         scenario=Labels.of(row.get("scenario", "") for row in rows),
         architecture=Labels.of(row.get("architecture", "") for row in rows),
         fault_entry=Labels.of(row.get("fault_entry", "none") for row in rows),
@@ -24,8 +25,10 @@ def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:
         outcome=Labels.of(row.get("outcome", "completed") for row in rows),
         points=encode_points(row.get("point", {}) for row in rows),
         metrics={
-            name: np.array([row[name] for row in rows], dtype=np.float64) for name in METRIC_IDS
+            name: np.array([row.get(name) for row in rows], dtype=np.float64) for name in METRIC_IDS
         },
         duration_s=np.array([row.get("duration_s", 20.0) for row in rows], dtype=np.float64),
-        machine_dependent=np.array([row.get("machine_dependent", 0) == 1 for row in rows]),
+        machine_dependent=np.array(
+            [row.get("machine_dependent", 0) == 1 for row in rows], dtype=np.bool_
+        ),
     )

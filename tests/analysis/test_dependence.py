@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
-from adeye.analysis.dependence import (
-    BUILT_IN_CODE,
-    EGO_ESTIMATE,
-    HOOKED,
-    PLANNED,
-    WORDS,
-    ChannelPair,
-    dependencies,
-)
+from adeye.analysis import dependence
 from adeye.simulate.channels.factory import make_channel
 from adeye.spec.architecture import Architecture, targets_of
 from adeye.spec.concept import Element
 from adeye.spec.load import load_odd
 from adeye.spec.quantity import SI
 from tests.project import ROOT
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 MOUNT = {"x": 2.0, "y": 0.0, "z": 0.5}
 SENSORS: dict[str, dict[str, Any]] = {
@@ -47,27 +38,20 @@ def architecture(
     found = {link for item in channels.values() for link in item["links"]} & SENSORS.keys()
     named = realises or {}
     content = load_odd(ROOT / "odd/motorway_chauffeur.yaml").architectures["camera_radar"].spec
-    return Architecture.model_validate(
-        {
-            "architecture": "made",
-            "title": "made by hand",
-            "vehicle": content.vehicle.model_dump(),
-            "sensors": {
-                name: {**SENSORS[name], "rate": 20.0, "realises": named.get(name)}
-                for name in sorted(found or {"truth"})
-            },
-            "channels": {
-                name: {**item, "realises": named.get(name)} for name, item in channels.items()
-            },
-            "switch": {
-                "policy": "fixed_priority",
-                "priority": list(channels),
-                "default": list(channels)[-1],
-                **(switch or {}),
-            },
-        },
-        context=SI,
-    )
+    sensors = {name: {**SENSORS[name], "rate": 20.0} for name in sorted(found or {"truth"})}
+    parts = {
+        kind: {name: {**item, "realises": named.get(name)} for name, item in items.items()}
+        for kind, items in (("sensors", sensors), ("channels", channels))
+    }
+    order = {"priority": list(channels), "default": list(channels)[-1], **(switch or {})}
+    made = {
+        "architecture": "made",
+        "title": "made by hand",
+        "vehicle": content.vehicle.model_dump(),
+        **parts,
+        "switch": {"policy": "fixed_priority", **order},
+    }
+    return Architecture.model_validate(made, context=SI)
 
 
 def nominal(*links: str) -> dict[str, Any]:
@@ -93,12 +77,12 @@ def elements(**resources: Sequence[str]) -> list[Element]:
     ]
 
 
-def only(made: Architecture, concept: Sequence[Element] = ()) -> ChannelPair:
-    (pair,) = dependencies(made, concept).pairs
+def only(made: Architecture, concept: Sequence[Element] = ()) -> dependence.ChannelPair:
+    (pair,) = dependence.dependencies(made, concept).pairs
     return pair
 
 
-def named(pair: ChannelPair, kind: str) -> list[str]:
+def named(pair: dependence.ChannelPair, kind: str) -> list[str]:
     return [item.what for item in pair.shared if item.kind == kind]
 
 
@@ -107,10 +91,6 @@ def test_channels_without_a_common_sensor_share_map_switch_and_vehicle() -> None
     assert [item.kind for item in pair.shared] == ["map", "switch", "vehicle"]
     assert "who has own code may not read it" in pair.shared[0].how
     assert pair.shared[0].targets == ()
-
-
-def test_single_channel_shares_nothing() -> None:
-    assert dependencies(architecture(a=nominal("camera", "pose")), ()).pairs == ()
 
 
 def test_common_sensor_is_told_apart_from_common_ego_estimate() -> None:
@@ -154,17 +134,14 @@ def test_what_is_behind_the_other_channel_is_one_influence() -> None:
     assert targets == [("links.a.channels.b",), ("links.a.switch",)]
 
 
-def test_health_of_a_sensor_of_the_other_is_an_influence_and_no_shared_sensor() -> None:
+def test_health_of_a_sensor_of_the_other_is_an_influence_and_of_its_own_none() -> None:
     pair = only(architecture(a=safety("radar", "health.camera"), b=nominal("camera")))
     assert named(pair, "sensor") == []
     (item,) = [item for item in pair.shared if item.kind == "influence"]
     assert item.what == "camera → a"
     assert item.targets == ("links.a.health.camera",)
-
-
-def test_health_of_a_sensor_of_its_own_is_no_influence() -> None:
-    pair = only(architecture(a=safety("radar", "health.radar"), b=nominal("camera")))
-    assert named(pair, "influence") == []
+    own = only(architecture(a=safety("radar", "health.radar"), b=nominal("camera")))
+    assert named(own, "influence") == []
 
 
 def test_resource_of_a_sensor_and_of_a_channel_is_shared_by_all_that_need_it() -> None:
@@ -206,19 +183,19 @@ def test_resource_of_the_switch_is_told_with_who_has_it_too() -> None:
 
 
 def test_three_channels_make_three_pairs_in_the_order_of_priority() -> None:
-    made = architecture(a=safety("radar"), b=nominal("camera"), c=plugin("pose"))
-    pairs = [(item.first, item.second) for item in dependencies(made, ()).pairs]
+    channels = {"a": safety("radar"), "b": nominal("camera"), "c": plugin("pose")}
+    pairs = [
+        (item.first, item.second)
+        for item in dependence.dependencies(architecture(**channels), ()).pairs
+    ]
     assert pairs == [("a", "b"), ("a", "c"), ("b", "c")]
-    without = architecture(
-        a=safety("radar"), b=nominal("camera"), c=plugin("pose"), switch={"priority": ["a", "b"],
-                                                                        "default": "b"},
-    )  # fmt: skip
-    assert len(dependencies(without, ()).pairs) == 1
+    without = architecture(switch={"priority": ["a", "b"], "default": "b"}, **channels)
+    assert len(dependence.dependencies(without, ()).pairs) == 1
+    assert dependence.dependencies(architecture(a=nominal("camera", "pose")), ()).pairs == ()
 
 
-@pytest.mark.parametrize(
-    ("one", "other", "code"),
-    [
+def test_code_from_outside_is_shared_if_it_is_one_file_or_package() -> None:
+    for one, other, code in (
         (plugin(), plugin(kind="./sub/../planner.py:Other"), ["planner.py"]),
         (plugin(), plugin(kind="./other.py:Planner"), []),
         (plugin(kind="maker.a:A"), plugin(kind="maker.b:B"), ["maker"]),
@@ -226,13 +203,9 @@ def test_three_channels_make_three_pairs_in_the_order_of_priority() -> None:
         (process(), process(), ["python3", "drive.py"]),
         (process(), process(command=["./drive.py"]), ["drive.py"]),
         (process(command=["./a"]), process(command=["./b"]), []),
-    ],
-)
-def test_code_from_outside_is_shared_if_it_is_one_file_or_package(
-    one: dict[str, Any], other: dict[str, Any], code: list[str]
-) -> None:
-    made = architecture(a={**one, "links": ["camera"]}, b={**other, "links": ["radar"]})
-    assert named(only(made), "code") == code
+    ):
+        made = architecture(a={**one, "links": ["camera"]}, b={**other, "links": ["radar"]})
+        assert named(only(made), "code") == code
 
 
 def test_policies_of_one_file_share_it_and_what_tracks_for_them() -> None:
@@ -269,9 +242,9 @@ def test_every_target_exists_and_kinds_are_in_order(made: Architecture) -> None:
     known = targets_of(made)
     for item in pair.shared:
         assert set(item.targets) <= set(known)
-    places = [list(WORDS).index(item.kind) for item in pair.shared]
+    places = [list(dependence.WORDS).index(item.kind) for item in pair.shared]
     assert places == sorted(places)
-    assert dependencies(made, elements(x=["power"])).count == len(pair.shared)
+    assert dependence.dependencies(made, elements(x=["power"])).count == len(pair.shared)
 
 
 def test_shipped_candidate_shares_no_sensor_ego_estimate_or_resource() -> None:
@@ -289,7 +262,7 @@ def test_shipped_candidate_shares_no_sensor_ego_estimate_or_resource() -> None:
 MODULES = {
     "nominal": "adeye.simulate.channels.nominal",
     "safety": "adeye.simulate.channels.safety.in_lane",
-    PLANNED: "adeye.simulate.channels.safety.planned_stop",
+    dependence.PLANNED: "adeye.simulate.channels.safety.planned_stop",
     "trajectory": "adeye.simulate.channels.trajectory.channel",
     "policy": "adeye.simulate.channels.policy",
     "process": "adeye.simulate.channels.process.channel",
@@ -303,6 +276,10 @@ NO_CAUSE = {
 }
 BESIDE = {"hooks", "links", "guard", "scalar"}
 """Modules of channels that decide nothing: they contain, show and disturb."""
+
+
+def module_of(code: str) -> str:
+    return f"adeye.{code.removesuffix('.py').replace('/', '.')}"
 
 
 @cache
@@ -325,43 +302,35 @@ def imported(module: str) -> frozenset[str]:
 
 
 @pytest.mark.parametrize("kind", MODULES)
-@pytest.mark.parametrize("code", BUILT_IN_CODE)
-def test_table_of_code_is_that_of_the_imports(kind: str, code: str) -> None:
-    module = f"adeye.{code.removesuffix('.py').replace('/', '.')}"
-    is_imported = module in imported(MODULES[kind]) and (kind, code) not in NO_CAUSE
-    assert is_imported == (kind in BUILT_IN_CODE[code][1])
+def test_table_of_code_is_that_of_the_imports(kind: str) -> None:
+    used = imported(MODULES[kind])
+    for code, (_, kinds) in dependence.BUILT_IN_CODE.items():
+        is_imported = module_of(code) in used and (kind, code) not in NO_CAUSE
+        assert is_imported == (kind in kinds), code
 
 
 @pytest.mark.slow
 def test_every_module_of_several_channels_is_in_the_table_or_behind_one_that_is() -> None:
-    listed: set[str] = set()
-    for code in BUILT_IN_CODE:
-        listed |= imported(f"adeye.{code.removesuffix('.py').replace('/', '.')}")
+    channels = "adeye.simulate.channels."
     # What plans is used with what predicts, by the same channels.
-    listed |= {f"adeye.simulate.channels.trajectory.{name}" for name in TRAJECTORY}
-    users: dict[str, list[str]] = {}
-    for kind, module in MODULES.items():
-        for name in imported(module):
-            if name.startswith("adeye.simulate.channels.") and not name.startswith(
-                "adeye.simulate.channels.safety"
-            ):
-                users.setdefault(name, []).append(kind)
+    listed = {f"{channels}trajectory.planner"}.union(
+        *(imported(module_of(c)) for c in dependence.BUILT_IN_CODE)
+    )
+    users = Counter(name for module in MODULES.values() for name in imported(module))
     unlisted = {
-        name.removeprefix("adeye.simulate.channels.")
-        for name, kinds in users.items()
-        if len(kinds) > 1 and name not in listed
+        name.removeprefix(channels)
+        for name, count in users.items()
+        if count > 1 and name not in listed and name.startswith(channels)
     }
+    unlisted = {name for name in unlisted if not name.startswith("safety")}
     assert unlisted == BESIDE & unlisted
-
-
-TRAJECTORY = ("planner",)
 
 
 def test_hooked_channels_are_those_that_offer_the_hooks() -> None:
     for kind in ("nominal", "safety", "trajectory"):
         hooks = getattr(make_channel(kind, ROOT), "hooks", ())
-        assert (kind in HOOKED) == {"map_shifted", "tracks_lost"}.issubset(hooks)
+        assert (kind in dependence.HOOKED) == {"map_shifted", "tracks_lost"}.issubset(hooks)
 
 
 def test_ego_estimate_is_of_the_sensors_that_have_no_body_of_their_own() -> None:
-    assert set(EGO_ESTIMATE) == {"localisation", "ground_truth", "gnss", "imu"}
+    assert set(dependence.EGO_ESTIMATE) == {"localisation", "ground_truth", "gnss", "imu"}

@@ -9,12 +9,14 @@ from adeye.analysis.reference_cases import Question, check_question, drive, obli
 from adeye.errors import UsageError
 from adeye.kernel.reference_drivers import parameters as columns
 
+HEADER = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps"
+
 
 @pytest.fixture
 def scenes(tmp_path: Path) -> np.ndarray:
     random = np.random.default_rng(1)
     path = tmp_path / "cases.csv"
-    lines = ["ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps,note"]
+    lines = [f"{HEADER},note"]
     for ego, share, gap, lateral in random.random((5000, 4)).tolist():
         lines.append(f"{10 + 20 * ego},{9 * share},{5 + 60 * gap},{0.5 + lateral},x")
     path.write_text("\n".join(lines), encoding="utf-8")
@@ -34,20 +36,16 @@ def test_threads_change_no_bit_and_every_block_is_told(scenes: np.ndarray) -> No
     assert set(np.unique(alone[:, columns.R_CONTACT])) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("variant", ["jrc-ttc-end", "jrc"])
-def test_published_end_hides_contacts_of_the_careful_driver(tmp_path: Path, variant: str) -> None:
+def test_published_end_hides_contacts_of_the_careful_driver(tmp_path: Path) -> None:
     # At overlap the TTC is 2.4 s; 20 m/s faster, braking at 2 s comes too late.
     path = tmp_path / "cases.csv"
-    path.write_text(
-        "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n30,10,80,1\n", encoding="utf-8"
-    )
+    path.write_text(f"{HEADER}\n30,10,80,1\n", encoding="utf-8")
     scenes = read(path, "cut_in")[1]
-    whole = drive(scenes, Question(), "cc")[0]
-    ended = drive(scenes, Question(variant=(variant,)), "cc")[0]
-    assert whole[columns.R_CONTACT] == 1.0
-    assert ended[columns.R_CONTACT] == 0.0
-    other = drive(scenes, Question(variant=(variant,)), "rss")[0]
-    assert other[columns.R_BRAKING_TIME] < 3.0
+    assert drive(scenes, Question(), "cc")[0][columns.R_CONTACT] == 1.0
+    for variant in ("jrc-ttc-end", "jrc"):
+        question = Question(variant=(variant,))
+        assert drive(scenes, question, "cc")[0][columns.R_CONTACT] == 0.0
+        assert drive(scenes, question, "rss")[0][columns.R_BRAKING_TIME] < 3.0
 
 
 def test_standing_passengers_need_more_time(scenes: np.ndarray) -> None:
@@ -64,16 +62,11 @@ def test_defaults_fill_what_the_file_does_not_say(scenes: np.ndarray) -> None:
     assert set(scenes[:, columns.S_EGO_WIDTH]) == {1.9}
 
 
-def test_question_without_models_is_refused() -> None:
+def test_question_without_models_and_what_is_no_plain_number_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no model"):
         check_question(Question(models=()))
-
-
-@pytest.mark.parametrize("speed", ["\uff11\uff10", "1_0", "nan"])
-def test_what_is_no_plain_number_is_refused_at_its_line(tmp_path: Path, speed: str) -> None:
     path = tmp_path / "cases.csv"
-    path.write_text(
-        f"ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n30,{speed},80,1\n", "utf-8"
-    )
-    with pytest.raises(UsageError, match=r"cases\.csv:2: other_speed_mps"):
-        read(path, "cut_in")
+    for speed in ("\uff11\uff10", "1_0", "nan"):
+        path.write_text(f"{HEADER}\n30,{speed},80,1\n", "utf-8")
+        with pytest.raises(UsageError, match=r"cases\.csv:2: other_speed_mps"):
+            read(path, "cut_in")

@@ -3,58 +3,30 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 import yaml
 
-from adeye.campaign.check import (
-    check_cases,
-    check_fits,
-    check_hooks,
-    check_onsets,
-    check_scenarios,
-    over_budget,
-)
+from adeye.campaign import check as checking
 from adeye.errors import InputError, SpecError, SweepError
-from adeye.spec.load import load_odd
+from adeye.spec.load import OddFiles, load_odd
 from adeye.sweep.expand import expand
 from tests.project import MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adeye.spec.load import OddFiles
-
+from tests.stored import known, stored
 
 # --- what a plan would simulate is checked before it runs: variants, onsets, values and plug-ins
 
 
 ROOT = Path(__file__).parents[2]
-PLUGIN = """\
-from adeye.ports import Parameters
-
-
-class Planner:
-    monitor_ids = ()
-
-    class Parameters(Parameters):
-        gain: float = 1.0
-
-    def reset(self, context): ...
-
-    def act(self, observation): ...
-"""
+PLUGIN: str = stored("plugins")["planner"]
 
 
 def onset(when: str) -> dict[str, Any]:
-    return {
-        "id": "out",
-        "target": "sensors.front_camera",
-        "model": "drop_out",
-        "onset": {"when": when},
-    }
+    fault = {"id": "out", "target": "sensors.front_camera", "model": "drop_out"}
+    return {**fault, "onset": {"when": when}}
 
 
 @pytest.fixture
@@ -85,7 +57,7 @@ def load(project: Path) -> Callable[..., OddFiles]:
 
 
 def check(files: OddFiles) -> None:
-    check_cases(expand(files))
+    checking.check_cases(expand(files))
 
 
 def replace(path: Path, old: str, new: str) -> None:
@@ -96,69 +68,47 @@ def replace(path: Path, old: str, new: str) -> None:
 
 def test_what_is_shipped_passes(load: Callable[..., OddFiles]) -> None:
     files = load(faults=[onset("time > 1 s")])
-    check_scenarios(files)
-    check_onsets(files)
+    checking.check_scenarios(files)
+    checking.check_onsets(files)
     check(files)
 
 
 def late(delay: str) -> dict[str, Any]:
-    return {
-        "id": "late",
-        "target": "switch",
-        "model": "late",
-        "delay": delay,
-        "onset": {"at": "1 s"},
-    }
-
-
-def test_delay_of_a_late_switch_in_whole_ticks_passes(load: Callable[..., OddFiles]) -> None:
-    check_fits(load(faults=[late("0.15 s")]))
-    check_fits(load(faults=[late("0 s")]))
+    fault = {"id": "late", "target": "switch", "model": "late", "onset": {"at": "1 s"}}
+    return {**fault, "delay": delay}
 
 
 def test_delay_of_a_late_switch_between_two_ticks_names_both(
     load: Callable[..., OddFiles],
 ) -> None:
+    for whole in ("0.15 s", "0 s"):
+        checking.check_fits(load(faults=[late(whole)]))
     with pytest.raises(SpecError) as caught:
-        check_fits(load(faults=[late("0.12 s")]))
+        checking.check_fits(load(faults=[late("0.12 s")]))
     assert str(caught.value.where).endswith("example.yaml:5:10")
-    assert caught.value.message == (
-        "fault late: delay: 0.12 s is no whole number of steps of 0.05 s"
-    )
+    assert caught.value.message == "fault late: delay: 0.12 s is no whole number of steps of 0.05 s"
     assert caught.value.remedy == "The nearest are 0.1 s and 0.15 s."
-
-
-def test_swept_delay_of_a_late_switch_between_two_ticks_is_refused(
-    load: Callable[..., OddFiles],
-) -> None:
     sweep = {"parameters": {"faults.late.delay": ["0.1 s", "0.13 s"]}}
     scenarios = [{"use": "cut_in", "sweep": sweep}]
-    files = load(faults=[late("0.1 s")], scenarios=scenarios)
     with pytest.raises(SpecError, match=r"with the swept values, fault late: delay: 0.13 s is no"):
-        check(files)
+        check(load(faults=[late("0.1 s")], scenarios=scenarios))
 
 
 def hook(channel: str, model: str = "planner_frozen") -> dict[str, Any]:
     return {**onset("time > 1 s"), "target": f"hooks.{channel}", "model": model}
 
 
-def test_hook_that_a_channel_offers_passes(load: Callable[..., OddFiles]) -> None:
-    check_hooks(load(faults=[hook("nominal"), {**hook("nominal", "tracks_lost"), "id": "lost"}]))
-
-
-def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line(
+def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line_if_a_scenario_uses_it(
     load: Callable[..., OddFiles],
 ) -> None:
+    checking.check_hooks(
+        load(faults=[hook("nominal"), {**hook("nominal", "tracks_lost"), "id": "lost"}])
+    )
+    faults = [hook("nominal", "monitors_frozen")]
     said = r"example.yaml:\d+:\d+: fault out: channel nominal of .* has no hook monitors_frozen"
     with pytest.raises(SpecError, match=said):
-        check_hooks(load(faults=[hook("nominal", "monitors_frozen")]))
-
-
-def test_hook_of_a_fault_that_no_scenario_uses_is_not_asked_for(
-    load: Callable[..., OddFiles],
-) -> None:
-    scenarios = [{"use": "cut_in", "faults": []}]
-    check_hooks(load(faults=[hook("nominal", "monitors_frozen")], scenarios=scenarios))
+        checking.check_hooks(load(faults=faults))
+    checking.check_hooks(load(faults=faults, scenarios=[{"use": "cut_in", "faults": []}]))
 
 
 def test_hooks_that_a_plugin_lists_are_its_own(
@@ -175,9 +125,9 @@ def test_hooks_that_a_plugin_lists_are_its_own(
     }
     (folder / "mine.yaml").write_text(yaml.safe_dump(mine), encoding="utf-8")
     architectures = ["architectures/mine.yaml"]
-    check_hooks(load(faults=[hook("nominal", "tracks_lost")], architectures=architectures))
+    checking.check_hooks(load(faults=[hook("nominal", "tracks_lost")], architectures=architectures))
     with pytest.raises(SpecError, match="It has tracks_lost"):
-        check_hooks(load(faults=[hook("nominal")], architectures=architectures))
+        checking.check_hooks(load(faults=[hook("nominal")], architectures=architectures))
 
 
 def test_formula_is_refused_in_the_line_of_the_scenario(
@@ -186,27 +136,21 @@ def test_formula_is_refused_in_the_line_of_the_scenario(
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "s: 100 m", "s: 100 m + ego_sped * 1 s")
     with pytest.raises(SpecError, match=r"cut_in.yaml:\d+:\d+: .*Did you mean 'ego_speed'"):
-        check_scenarios(load())
+        checking.check_scenarios(load())
 
 
-@pytest.mark.parametrize(
-    ("when", "said"),
-    [
+def test_onset_condition_is_refused_at_its_place(load: Callable[..., OddFiles]) -> None:
+    for when, said in (
         ("cuter.gap < 9 m", "scenario cut_in has nothing named 'cuter.gap'. Did you mean"),
         ("cutter.gap < 9 m", "scenario lead_braking has nothing named 'cutter.gap'"),
         ("time > 9 m", "puts a time and a length together"),
         ("time > 9", "puts a time and a plain number together"),
         ("time == 'late'", "uses text"),
-    ],
-)
-def test_onset_condition_is_refused_at_its_place(
-    load: Callable[..., OddFiles], when: str, said: str
-) -> None:
-    with pytest.raises(SpecError) as caught:
-        check_onsets(load(faults=[onset(when)]))
-    assert said in str(caught.value)
-    assert caught.value.where is not None
-    assert caught.value.where.path.endswith("example.yaml")
+    ):
+        with pytest.raises(SpecError) as caught:
+            checking.check_onsets(load(faults=[onset(when)]))
+        assert said in str(caught.value)
+        assert known(caught.value.where).path.endswith("example.yaml")
 
 
 def test_onset_is_checked_only_where_the_fault_occurs(load: Callable[..., OddFiles]) -> None:
@@ -215,27 +159,21 @@ def test_onset_is_checked_only_where_the_fault_occurs(load: Callable[..., OddFil
         {"use": "lead_braking", "faults": []},
     ]
     late = {**onset("time > 1 s"), "id": "late"}
-    check_onsets(load(faults=[onset("cutter.gap < 9 m"), late], scenarios=scenarios))
+    checking.check_onsets(load(faults=[onset("cutter.gap < 9 m"), late], scenarios=scenarios))
 
 
-@pytest.mark.parametrize(
-    ("axis", "values", "said"),
-    [
+def test_swept_variant_is_checked_like_the_file(load: Callable[..., OddFiles]) -> None:
+    for axis, values, said in (
         ("scenario.actors.cutter.start.ahead_of", ["ego", "nobody"], "no actor 'nobody'"),
         ("scenario.actors.cutter.start.gap", ["30 m", "gpa"], "'gpa', which does not exist"),
         ("scenario.storyboard.cut_in.actor", ["cutter", "other"], "no actor 'other'"),
         ("scenario.ego.lane", [1, 7], "7 is no lane of a road with lanes 0 to 2"),
         ("faults.out.onset.when", ["time > 1 s", "tiem > 1 s"], "Did you mean 'time'"),
-    ],
-)
-def test_swept_variant_is_checked_like_the_file(
-    load: Callable[..., OddFiles], axis: str, values: list[Any], said: str
-) -> None:
-    files = load({"parameters": {axis: values}}, faults=[onset("time > 1 s")])
-    with pytest.raises(SpecError) as caught:
-        check(files)
-    assert said in str(caught.value)
-    check(load({"parameters": {axis: values[:1]}}, faults=[onset("time > 1 s")]))
+    ):
+        with pytest.raises(SpecError) as caught:
+            check(load({"parameters": {axis: values}}, faults=[onset("time > 1 s")]))
+        assert said in str(caught.value)
+        check(load({"parameters": {axis: values[:1]}}, faults=[onset("time > 1 s")]))
 
 
 @pytest.mark.parametrize(
@@ -263,14 +201,12 @@ def test_impossible_value_is_refused_in_the_line_of_its_formula(
 def test_one_impossible_point_among_many_is_found(
     project: Path, load: Callable[..., OddFiles]
 ) -> None:
-    replace(
-        project / "scenarios_db" / "motorway" / "cut_in.yaml",
-        "shoulder: 3 m",
-        "shoulder: (gap - 30 m) / 10",
-    )
-    check(load({"parameters": {"gap": {"from": "30 m", "to": "60 m", "step": "1 m"}}}))
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, "shoulder: 3 m", "shoulder: (gap - 30 m) / 10")
+    steps = {"to": "60 m", "step": "1 m"}
+    check(load({"parameters": {"gap": {"from": "30 m", **steps}}}))
     with pytest.raises(SpecError, match=r"world\.road\.shoulder: -0.1 m"):
-        check(load({"parameters": {"gap": {"from": "29 m", "to": "60 m", "step": "1 m"}}}))
+        check(load({"parameters": {"gap": {"from": "29 m", **steps}}}))
 
 
 def test_swept_parameter_of_a_plugin_is_checked(
@@ -278,16 +214,12 @@ def test_swept_parameter_of_a_plugin_is_checked(
 ) -> None:
     folder = project / "odd" / "architectures"
     (folder / "planner.py").write_text(PLUGIN, encoding="utf-8")
-    replace(
-        folder / "camera_radar.yaml",
-        "kind: nominal",
-        "kind: ./planner.py:Planner\n    parameters: {gain: 2}",
-    )
+    mine = "kind: ./planner.py:Planner\n    parameters: {gain: 2}"
+    replace(folder / "camera_radar.yaml", "kind: nominal", mine)
     axis = "architecture.channels.nominal.parameters.gain"
     check(load({"parameters": {axis: [2, 3]}}))
-    with pytest.raises(
-        SpecError, match=r"with the swept values, channels\.nominal\.parameters\.gain"
-    ):
+    said = r"with the swept values, channels\.nominal\.parameters\.gain"
+    with pytest.raises(SpecError, match=said):
         check(load({"parameters": {axis: [2, "fast"]}}))
 
 
@@ -298,44 +230,34 @@ def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architect
     for name in ("one", "other"):
         source = f"def drive(observation):\n    return 0.0, 0.0  # {name}\n"
         (folder / f"{name}.py").write_text(source, encoding="utf-8")
-    replace(
-        folder / "camera_radar.yaml",
-        "kind: nominal",
-        "kind: policy\n    parameters: {policy: './one.py:drive'}",
-    )
-    axis = "architecture.channels.nominal.parameters.{}"
-    check(load({"parameters": {axis.format("nearest"): [2, 3]}}))
-    with pytest.raises(SpecError, match="another plug-in, policy or file"):
-        check(load({"parameters": {axis.format("policy"): ["./one.py:drive", "./other.py:drive"]}}))
-    for name in ("one", "other"):
         (folder / f"{name}.bin").write_bytes(name.encode())
-    files = "architecture.channels.nominal.files"
-    with pytest.raises(SpecError, match="another plug-in, policy or file"):
-        check(load({"parameters": {files: [["one.bin"], ["other.bin"]]}}))
+    policy = "kind: policy\n    parameters: {policy: './one.py:drive'}"
+    replace(folder / "camera_radar.yaml", "kind: nominal", policy)
+    nominal = "architecture.channels.nominal"
+    check(load({"parameters": {f"{nominal}.parameters.nearest": [2, 3]}}))
+    for axis, values in (
+        ("parameters.policy", ["./one.py:drive", "./other.py:drive"]),
+        ("files", [["one.bin"], ["other.bin"]]),
+    ):
+        with pytest.raises(SpecError, match="another plug-in, policy or file"):
+            check(load({"parameters": {f"{nominal}.{axis}": values}}))
 
 
-@pytest.mark.parametrize(
-    ("fault", "said"),
-    [
-        ({"model": "blackout"}, "blackout is about pixels, and a camera delivers"),
-        ({"model": "bias", "signal": "range_rate", "size": "1 m/s"}, "and not range_rate"),
-    ],
-)
 def test_fault_without_a_meaning_for_its_target_is_refused_in_its_line(
-    load: Callable[..., OddFiles], fault: dict[str, Any], said: str
-) -> None:
-    written = {"id": "odd", "target": "sensors.front_camera", "onset": {"at": "1 s"}, **fault}
-    files = load(faults=[onset("time >= 1 s"), written])
-    with pytest.raises(SpecError, match=said) as caught:
-        check_fits(files)
-    key = "signal" if "signal" in fault else "model"
-    assert caught.value.where == files.odd.locate(("faults", 1, key))
-
-
-def test_fault_of_what_an_architecture_does_not_have_is_none_of_it(
     load: Callable[..., OddFiles],
 ) -> None:
-    check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))
+    bias = {"model": "bias", "signal": "range_rate", "size": "1 m/s"}
+    for fault, key, said in (
+        ({"model": "blackout"}, "model", "blackout is about pixels, and a camera delivers"),
+        (bias, "signal", "and not range_rate"),
+    ):
+        written = {"id": "odd", "target": "sensors.front_camera", "onset": {"at": "1 s"}, **fault}
+        files = load(faults=[onset("time >= 1 s"), written])
+        with pytest.raises(SpecError, match=said) as caught:
+            checking.check_fits(files)
+        assert caught.value.where == files.odd.locate(("faults", 1, key))
+    # What an architecture does not have is none of it.
+    checking.check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))
 
 
 def budgets(load: Callable[..., OddFiles], **times: dict[str, float]) -> list[str]:
@@ -347,32 +269,22 @@ def budgets(load: Callable[..., OddFiles], **times: dict[str, float]) -> list[st
         )
         for item in concept.requirements
     ]
-    return list(over_budget(concept.model_copy(update={"requirements": tuple(requirements)})))
+    return list(
+        checking.over_budget(concept.model_copy(update={"requirements": tuple(requirements)}))
+    )
 
 
-def test_detection_and_reaction_within_the_ftti_are_in_budget(
+def test_detection_and_reaction_that_exceed_the_ftti_together_are_named(
     load: Callable[..., OddFiles],
 ) -> None:
     # SG-02 has an FTTI of 1 s; FSR-03 and FSR-04 serve it.
     assert budgets(load, FSR03={"fdti": 0.4, "frti": 0.6}) == []
     assert budgets(load, FSR03={"fdti": 0.4}, FSR04={"frti": 0.6}) == []
-
-
-def test_requirement_that_takes_longer_than_the_ftti_is_named(
-    load: Callable[..., OddFiles],
-) -> None:
     [notice] = budgets(load, FSR03={"fdti": 0.4, "frti": 0.7})
     assert notice == "SG-02: FDTI 0.4 s and FRTI 0.7 s of FSR-03 exceed its FTTI of 1 s"
-
-
-def test_detection_of_one_and_reaction_of_another_belong_together(
-    load: Callable[..., OddFiles],
-) -> None:
     [notice] = budgets(load, FSR03={"fdti": 0.4}, FSR04={"frti": 0.7})
     assert "of FSR-03 and FSR-04 exceed its FTTI of 1 s" in notice
-
-
-def test_requirement_with_both_times_stands_for_itself(load: Callable[..., OddFiles]) -> None:
+    # One with both times stands for itself.
     times = {"FSR03": {"fdti": 0.1, "frti": 0.8}, "FSR04": {"fdti": 0.8, "frti": 0.1}}
     assert budgets(load, **times) == []
 
@@ -384,37 +296,32 @@ def drop(**changes: Any) -> dict[str, Any]:
     return {**onset("time > 1 s"), **changes}
 
 
-@pytest.mark.parametrize(
-    ("changes", "said", "key"),
-    [
-        ({"onset": {"at": "100 s"}}, "it begins at 100 s", "at"),
+def test_fault_that_can_never_act_is_refused_at_its_place(load: Callable[..., OddFiles]) -> None:
+    at, when, duration = ("onset", "at"), ("onset", "when"), ("duration",)
+    cases: tuple[tuple[dict[str, Any], str, tuple[str, ...]], ...] = (
+        ({"onset": {"at": "100 s"}}, "it begins at 100 s", at),
         # The horizon of a cut-in is 12 s, with a tail of 13 s.
-        ({"onset": {"at": "12.05 s"}}, "it begins at 12.05 s", "at"),
-        ({"onset": {"between": ["11 s", "13 s"]}}, "it begins at 13 s", "between"),
-        ({"onset": {"when": "time >= 100 s"}}, "'time >= 100 s' cannot hold", "when"),
-        ({"onset": {"when": "time > 5 s and time < 5 s"}}, "cannot hold", "when"),
-        ({"onset": {"when": "cutter.gap < 9 m and not time < 20 s"}}, "cannot hold", "when"),
-        ({"onset": {"when": "time == 1.02 s or cut_in.begun and 2 < 1"}}, "cannot hold", "when"),
-        ({"onset": {"when": "if_(time < 20 s, 0, cutter.gap / 1 m) > 0"}}, "cannot hold", "when"),
-        ({"duration": "0 s"}, "it lasts 0 s", "duration"),
-        ({"onset": {"at": "2 s"}, "duration": "0 s"}, "it lasts 0 s", "duration"),
-        ({"onset": {"at": "2.01 s"}, "duration": "0.03 s"}, "between two decisions", "at"),
-    ],
-)
-def test_fault_that_can_never_act_is_refused_at_its_place(
-    load: Callable[..., OddFiles], changes: dict[str, Any], said: str, key: str
-) -> None:
-    files = load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}])
-    with pytest.raises(SpecError, match="fault out never acts in scenario cut_in") as caught:
-        check(files)
-    assert said in caught.value.message
-    place = ("duration",) if key == "duration" else ("onset", key)
-    assert caught.value.where == files.odd.locate(("faults", 0, *place))
+        ({"onset": {"at": "12.05 s"}}, "it begins at 12.05 s", at),
+        ({"onset": {"between": ["11 s", "13 s"]}}, "it begins at 13 s", ("onset", "between")),
+        ({"onset": {"when": "time >= 100 s"}}, "'time >= 100 s' cannot hold", when),
+        ({"onset": {"when": "time > 5 s and time < 5 s"}}, "cannot hold", when),
+        ({"onset": {"when": "cutter.gap < 9 m and not time < 20 s"}}, "cannot hold", when),
+        ({"onset": {"when": "time == 1.02 s or cut_in.begun and 2 < 1"}}, "cannot hold", when),
+        ({"onset": {"when": "if_(time < 20 s, 0, cutter.gap / 1 m) > 0"}}, "cannot hold", when),
+        ({"duration": "0 s"}, "it lasts 0 s", duration),
+        ({"onset": {"at": "2 s"}, "duration": "0 s"}, "it lasts 0 s", duration),
+        ({"onset": {"at": "2.01 s"}, "duration": "0.03 s"}, "between two decisions", at),
+    )
+    for changes, said, place in cases:
+        files = load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}])
+        with pytest.raises(SpecError, match="fault out never acts in scenario cut_in") as caught:
+            check(files)
+        assert said in caught.value.message
+        assert caught.value.where == files.odd.locate(("faults", 0, *place))
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
+def test_fault_that_may_act_passes(load: Callable[..., OddFiles]) -> None:
+    changes: tuple[dict[str, Any], ...] = (
         {"onset": {"at": "12 s"}},
         {"onset": {"at": "0 s"}, "duration": "0.01 s"},
         {"onset": {"when": "time >= 12 s"}},
@@ -422,26 +329,20 @@ def test_fault_that_can_never_act_is_refused_at_its_place(
         {"onset": {"when": "time >= 100 s or cutter.gap <= 5 m"}},
         {"onset": {"when": "time in [3 s, 100 s]"}},
         {"onset": {"at": "2.01 s"}, "duration": "0.03 s", "every": "0.32 s"},
-    ],
-)
-def test_fault_that_may_act_passes(load: Callable[..., OddFiles], changes: dict[str, Any]) -> None:
-    check(load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}]))
+    )
+    for change in changes:
+        check(load(faults=[drop(**change)], scenarios=[{"use": "cut_in"}]))
 
 
-@pytest.mark.parametrize(
-    ("axis", "values", "fault"),
-    [
+def test_swept_point_at_which_a_fault_never_acts_is_refused(load: Callable[..., OddFiles]) -> None:
+    for axis, values, fault in (
         ("faults.out.onset.at", ["2 s", "20 s"], {"onset": {"at": "1 s"}}),
         ("faults.out.duration", ["2 s", "0 s"], {"duration": "1 s"}),
         ("lateral_speed", ["1 m/s", "2 m/s"], {"onset": {"when": "lateral_speed < 1.5 m/s"}}),
-    ],
-)
-def test_swept_point_at_which_a_fault_never_acts_is_refused(
-    load: Callable[..., OddFiles], axis: str, values: list[str], fault: dict[str, Any]
-) -> None:
-    scenarios = [{"use": "cut_in", "sweep": {"parameters": {axis: values}}}]
-    with pytest.raises(SpecError, match=r"example.yaml:\d+:\d+: fault out never acts"):
-        check(load(faults=[drop(**fault)], scenarios=scenarios))
+    ):
+        scenarios = [{"use": "cut_in", "sweep": {"parameters": {axis: values}}}]
+        with pytest.raises(SpecError, match=r"example.yaml:\d+:\d+: fault out never acts"):
+            check(load(faults=[drop(**fault)], scenarios=scenarios))
 
 
 def test_parameter_that_only_a_relation_names_is_said_to_be_a_replicate(
@@ -453,32 +354,27 @@ def test_parameter_that_only_a_relation_names_is_said_to_be_a_replicate(
     said = r"example.yaml:\d+:\d+: shade: nothing that happens in scenario cut_in depends on it"
     with pytest.raises(SweepError, match=said):
         check(load(sweep))
-    (notice,) = check_cases(expand(load({**sweep, "where": ["shade < 3"]})))
+    (notice,) = checking.check_cases(expand(load({**sweep, "where": ["shade < 3"]})))
     assert notice.startswith("shade: nothing that happens in scenario cut_in depends on it; it")
     begins = drop(onset={"when": "time >= shade * 1 s"})
-    assert not check_cases(
+    assert not checking.check_cases(
         expand(load(faults=[begins], scenarios=[{"use": "cut_in", "sweep": sweep}]))
     )
 
 
-@pytest.mark.parametrize(
-    ("axis", "values"),
-    [
+def test_axis_that_changes_no_run_is_refused(load: Callable[..., OddFiles]) -> None:
+    for axis, values in (
         ("architecture.cost", [1, 2]),
         ("architecture.title", ["one", "other"]),
         ("architecture.channels.safety.realises", ["safety", "nominal"]),
         ("scenario.title", ["one", "other"]),
         ("scenario.tags.r157", ["4.4", "4.5"]),
         ("faults.out.text", ["one", "other"]),
-    ],
-)
-def test_axis_that_changes_no_run_is_refused(
-    load: Callable[..., OddFiles], axis: str, values: list[Any]
-) -> None:
-    sweep = {"parameters": {axis: values, "gap": ["30 m", "40 m"]}}
-    scenarios = [{"use": "cut_in", "sweep": sweep}]
-    with pytest.raises(SweepError, match=f"{axis}: no run differs between {values[0]} and"):
-        check(load(faults=[drop()], scenarios=scenarios))
+    ):
+        sweep = {"parameters": {axis: values, "gap": ["30 m", "40 m"]}}
+        scenarios = [{"use": "cut_in", "sweep": sweep}]
+        with pytest.raises(SweepError, match=f"{axis}: no run differs between {values[0]} and"):
+            check(load(faults=[drop()], scenarios=scenarios))
 
 
 # --- what a sweep writes into a scenario is wrong in the ODD, not in the scenario's file
@@ -497,38 +393,31 @@ def refusal(swept: Project, **use: Any) -> tuple[InputError, str]:
     swept.write("odd/tested.yaml", {**MINI, "scenarios": [{"use": "cut_in", **use}]})
     with pytest.raises(InputError) as caught:
         swept.plan()
-    where = caught.value.where
-    assert where is not None
+    where = known(caught.value.where)
     lines = Path(where.path).read_text("utf-8").splitlines()
     assert where.line <= len(lines)
     # A list stands in the line below its key.
     return caught.value, " ".join(lines[max(0, where.line - 2) : where.line])
 
 
-@pytest.mark.parametrize(
-    ("axis", "values", "part"),
-    [
-        ("scenario.environment.sun_elevation", ["200 deg"], "200 deg is beyond the zenith"),
+def test_value_of_an_axis_and_a_fixed_one_are_wrong_where_the_odd_gives_them(
+    swept: Project,
+) -> None:
+    sun = "scenario.environment.sun_elevation"
+    for axis, values, part in (
+        (sun, ["200 deg"], "200 deg is beyond the zenith"),
         ("scenario.environment.fog_visibility", ["100 m", "0 m"], "0 m is not plausible"),
         ("scenario.environment.rain", ["-1 mm/h"], "environment.rain"),
         ("scenario.ego.lane", [7], "7 is no lane"),
-    ],
-)
-def test_value_of_an_axis_is_wrong_at_the_axis(
-    swept: Project, axis: str, values: list[Any], part: str
-) -> None:
-    parameters = {"gap": ["30 m", "50 m"], axis: values, "lateral_speed": ["1 m/s"]}
-    error, line = refusal(swept, sweep={"parameters": parameters})
+    ):
+        parameters = {"gap": ["30 m", "50 m"], axis: values, "lateral_speed": ["1 m/s"]}
+        error, line = refusal(swept, sweep={"parameters": parameters})
+        assert str(swept.odd) in str(error.where)
+        assert part in error.message
+        assert axis in line
+    error, line = refusal(swept, parameters={sun: "200 deg"})
     assert str(swept.odd) in str(error.where)
-    assert part in error.message
-    assert axis in line
-
-
-def test_fixed_value_is_wrong_where_the_odd_gives_it(swept: Project) -> None:
-    name = "scenario.environment.sun_elevation"
-    error, line = refusal(swept, parameters={name: "200 deg"})
-    assert str(swept.odd) in str(error.where)
-    assert f"{name}: 200 deg" in line
+    assert f"{sun}: 200 deg" in line
 
 
 def test_formula_of_a_swept_parameter_is_wrong_at_the_parameter(tmp_path: Path) -> None:

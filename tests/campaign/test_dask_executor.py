@@ -6,16 +6,20 @@ import pickle
 import pickletools
 import platform
 import re
+import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import closing
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adeye.campaign import remote as dask_executor
 from adeye.campaign.executor_names import NamedExecutor
 from adeye.campaign.remote import DaskExecutor
-from adeye.campaign.run import run_campaign
+from adeye.campaign.run import Progress, run_campaign
+from adeye.campaign.summary import CampaignSummary
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.ports import ExecutorContext
@@ -23,16 +27,8 @@ from adeye.store.repository import Repository
 from adeye.testing import check_executor
 from tests.campaign.cluster import started_cluster
 from tests.campaign.work import perform
-from tests.project import table_hash
-
-if TYPE_CHECKING:
-    import subprocess
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from adeye.campaign.run import Progress
-    from adeye.campaign.summary import CampaignSummary
-    from tests.project import Executed
+from tests.project import Executed, table_hash
+from tests.stored import stored
 
 dask = pytest.importorskip("dask", reason="needs adeye[distributed]")
 pytest.importorskip("distributed", reason="needs adeye[distributed]")
@@ -174,42 +170,9 @@ def _only_here(tmp_path: Path) -> Any:
     return only_here.work
 
 
-OTHER_PYTHON = """
-import os
-import sys
-import distributed.versions as versions
-import distributed.worker
+OTHER_PYTHON: str = stored("plugins")["other_python"]
 
-# Dask imports this file twice.
-honest = versions.honest = getattr(versions, "honest", versions.get_package_info)
-
-
-def package_info(packages):
-    return {**honest(packages), "python": "3.99.1.final.0"}
-
-
-def die(*arguments, **options):
-    os._exit(11)
-
-
-versions.get_package_info = package_info
-# Whatever this worker is given to execute ends it, as the code of another Python does.
-distributed.worker.Worker.execute = die
-"""
-
-OTHER_PLUGIN = """
-from adeye.errors import UnfitWorker
-import tests.campaign.work
-
-
-def perform(task):
-    refusal = UnfitWorker("a long message")
-    refusal.why = "it has another plug-in"
-    raise refusal
-
-
-tests.campaign.work.perform = perform
-"""
+OTHER_PLUGIN: str = stored("plugins")["other_plugin"]
 
 
 @pytest.mark.slow

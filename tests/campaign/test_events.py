@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,26 +11,15 @@ import pytest
 from adeye.campaign.events import events_of, happenings
 from adeye.signals import REASON_DEFAULT, REASON_HANDOVER, REASON_REQUEST, REASON_STALENESS
 from adeye.store.records import EventRecord
+from adeye.sweep.case import TestCase
 from adeye.trace import ChannelEvent, Trace
 from tests.project import Executed, run_cases
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
 
 
 def changed(trace: Trace, **columns: Any) -> Trace:
     """Return the first run of a trace with other columns."""
     one = trace.select([0])
-    return Trace(
-        one.layout,
-        one.time,
-        one.length,
-        one.horizon_row,
-        one.complete,
-        {**one.columns, **columns},
-        one.channel_events,
-        one.case_digests,
-    )
+    return replace(one, columns={**one.columns, **columns})
 
 
 def of_kind(trace: Trace, kind: str) -> list[EventRecord]:
@@ -86,15 +76,13 @@ def test_contact_is_the_last_event_with_its_speed(mini: Executed) -> None:
     assert f"{rows[0]['impact_speed_mps']:.2f} m/s" in last.text
 
 
-def test_what_is_beyond_the_last_decision_is_no_event(trace: Trace) -> None:
+def test_fault_from_the_start_begins_at_zero_and_one_beyond_the_last_decision_never(
+    trace: Trace,
+) -> None:
     active = np.zeros_like(trace["fault_active"][:1])
     active[:, int(trace.length[0]) - 1 :] = True
     assert of_kind(changed(trace, fault_active=active), "fault") == []
-
-
-def test_fault_that_is_there_from_the_start_begins_at_zero(trace: Trace) -> None:
-    active = np.ones_like(trace["fault_active"][:1])
-    found = of_kind(changed(trace, fault_active=active), "fault")
+    found = of_kind(changed(trace, fault_active=np.ones_like(active)), "fault")
     assert found == [EventRecord(0.0, "fault", "nominal_silent", "fault nominal_silent begins")]
 
 
@@ -103,16 +91,8 @@ LATER = ChannelEvent("channel_killed", "safety", 0.6, "by SIGKILL")
 
 def test_failure_of_a_channel_is_an_event_with_its_reason(trace: Trace) -> None:
     one = trace.select([0])
-    failed = Trace(
-        one.layout,
-        one.time,
-        one.length,
-        one.horizon_row,
-        one.complete,
-        one.columns,
-        (ChannelEvent("channel_error", "nominal", 0.4, "RuntimeError: lost", later=(LATER,)),),
-        one.case_digests,
-    )
+    event = ChannelEvent("channel_error", "nominal", 0.4, "RuntimeError: lost", later=(LATER,))
+    failed = replace(one, channel_events=(event,))
     added = set(events_of(failed, 0)) - set(events_of(one, 0))
     assert added == {
         EventRecord(0.4, "channel", "nominal", "channel_error: RuntimeError: lost"),
@@ -133,11 +113,8 @@ def test_handover_tells_who_after_whom_when_and_why(trace: Trace) -> None:
     reason = np.full_like(trace["reason"][:1], REASON_DEFAULT)
     reason[:, 10:] = REASON_REQUEST
     found = of_kind(changed(trace, authority=authority, reason=reason), "switch")
-    assert found == [
-        EventRecord(
-            trace.time[10], "switch", "safety", "authority to safety from nominal (request)"
-        )
-    ]
+    text = "authority to safety from nominal (request)"
+    assert found == [EventRecord(trace.time[10], "switch", "safety", text)]
 
 
 def test_handover_with_a_latency_is_an_event_when_it_begins_and_when_it_takes_effect(

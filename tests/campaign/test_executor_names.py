@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -10,36 +10,10 @@ from adeye.campaign.executor_names import NamedExecutor, asked_executor, find_ex
 from adeye.campaign.remote import DaskExecutor
 from adeye.campaign.run import run_campaign
 from adeye.errors import SpecError, UsageError
-from tests.project import table_hash
+from tests.project import Executed, table_hash
+from tests.stored import stored
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.project import Executed
-
-OWN = """
-from adeye.ports import Done
-
-
-class Own:
-    made = []
-
-    def __init__(self, context):
-        self.work = context.work
-        self.made.append((context.workers, context.address))
-
-    def run(self, tasks):
-        for task in tasks:
-            yield Done(task, self.work(task))
-
-    def close(self):
-        self.made.append("closed")
-
-
-class Deaf:
-    def close(self):
-        pass
-"""
+OWN: str = stored("plugins")["executors"]
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import pytest
 from adeye.campaign import executors
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.errors import PlatformError
-from tests.campaign.work import DIE, perform
+from tests.campaign.work import DIE, Again, perform
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 
@@ -28,18 +28,6 @@ def workers() -> Children:
     """Return the children that this test has started: a guest of another test may keep its own."""
     before = set(multiprocessing.active_children())
     return lambda: set(multiprocessing.active_children()) - before
-
-
-class Again(Iterator[str]):
-    """Tasks that may come back after their end, as lost blocks do."""
-
-    def __init__(self, *tasks: str) -> None:
-        self.waiting = list(tasks)
-
-    def __next__(self) -> str:
-        if not self.waiting:
-            raise StopIteration
-        return self.waiting.pop(0)
 
 
 def test_in_process_runs_in_the_order_of_the_tasks_and_only_when_asked() -> None:
@@ -55,13 +43,20 @@ def test_in_process_exception_is_the_callers() -> None:
         list(InProcess(perform).run(iter(["raise:x"])))
 
 
-def test_threads_give_back_every_result_with_its_task() -> None:
+def test_threads_give_back_every_result_with_its_task_and_ask_again_after_the_end() -> None:
     tasks = [f"echo:{number}" for number in range(7)]
     executor = Threads(perform, 2)
     ended = list(executor.run(iter(tasks)))
-    executor.close()
     assert sorted(done.task for done in ended) == tasks
     assert all(done.task == f"echo:{done.result}" for done in ended)
+    more = Again("echo:a")
+    results = []
+    for done in executor.run(more):
+        results.append(done.result)
+        if done.result == "a":
+            more.waiting.append("echo:b")
+    executor.close()
+    assert results == ["a", "b"]
 
 
 def test_threads_work_at_the_same_time_and_tasks_are_asked_for_here() -> None:
@@ -85,18 +80,6 @@ def test_threads_work_at_the_same_time_and_tasks_are_asked_for_here() -> None:
     assert threading.get_ident() not in used
 
 
-def test_threads_ask_again_after_the_end() -> None:
-    tasks = Again("echo:a")
-    executor = Threads(perform, 2)
-    results = []
-    for done in executor.run(tasks):
-        results.append(done.result)
-        if done.result == "a":
-            tasks.waiting.append("echo:b")
-    executor.close()
-    assert results == ["a", "b"]
-
-
 def test_exception_in_a_thread_is_the_callers_and_the_rest_is_dropped() -> None:
     tasks = Again("raise:x", *["echo:a"] * 50)
     executor = Threads(perform, 2)
@@ -107,17 +90,13 @@ def test_exception_in_a_thread_is_the_callers_and_the_rest_is_dropped() -> None:
 
 
 @pytest.mark.slow
-def test_processes_give_back_every_result_with_its_task() -> None:
-    tasks = [f"echo:{number}" for number in range(7)]
+def test_processes_give_back_every_result_with_its_task_from_elsewhere() -> None:
+    tasks = [*(f"echo:{number}" for number in range(7)), "pid", "pid"]
     ended = list(Processes(perform, 2).run(iter(tasks)))
     assert sorted(done.task for done in ended) == tasks
-    assert all(done.task == f"echo:{done.result}" and not done.lost for done in ended)
-
-
-@pytest.mark.slow
-def test_work_runs_in_other_processes() -> None:
-    ended = Processes(perform, 2).run(iter(["pid"] * 4))
-    pids = {done.result for done in ended}
+    assert not any(done.lost for done in ended)
+    pids = {str(done.result) for done in ended if done.task == "pid"}
+    assert all(done.task in {f"echo:{done.result}", "pid"} for done in ended)
     assert str(os.getpid()) not in pids
     assert 1 <= len(pids) <= 2
 
@@ -141,20 +120,14 @@ def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
 
 
 @pytest.mark.slow
-def test_exception_of_the_work_is_raised_here_and_ends_the_workers(workers: Children) -> None:
+def test_no_worker_is_left_when_the_tasks_have_ended_one_failed_or_nobody_listens(
+    workers: Children,
+) -> None:
+    list(Processes(perform, 2).run(iter(["echo:a"])))
+    assert workers() == set()
     with pytest.raises(ValueError, match="refused x"):
         list(Processes(perform, 2).run(iter(["raise:x", "echo:a"])))
     assert workers() == set()
-
-
-@pytest.mark.slow
-def test_no_worker_is_left_when_the_tasks_have_ended(workers: Children) -> None:
-    list(Processes(perform, 2).run(iter(["echo:a"])))
-    assert workers() == set()
-
-
-@pytest.mark.slow
-def test_no_worker_is_left_when_the_caller_stops_listening(workers: Children) -> None:
     ended = Processes(perform, 1).run(iter(["echo:a", "echo:b", "echo:c"]))
     assert next(ended).result == "a"
     assert isinstance(ended, Iterator)
@@ -173,9 +146,10 @@ def test_closing_ends_a_worker_that_is_busy(tmp_path: object, workers: Children)
 
 
 @pytest.mark.slow
-def test_ctrl_c_is_the_parents_business() -> None:
-    ended = list(Processes(perform, 1).run(iter(["interrupt:on", "echo:after"])))
-    assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
+def test_ctrl_c_and_sigterm_are_the_parents_business() -> None:
+    for signalled in ("interrupt:on", "terminate:on"):
+        ended = list(Processes(perform, 1).run(iter([signalled, "echo:after"])))
+        assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
 
 
 def test_no_tasks_are_no_results_and_start_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,9 +180,9 @@ def test_worker_that_cannot_be_started_says_what_to_do(monkeypatch: pytest.Monke
 
 @pytest.mark.slow
 def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
-    tmp_path: object,
+    tmp_path: Path,
 ) -> None:
-    place = f"{tmp_path}/pid"
+    place = tmp_path / "pid"
     started = time.monotonic()
     ended = list(Processes(perform, 1, deadline_s=3.0).run(iter([f"hang:{place}", "echo:after"])))
     assert 3.0 <= time.monotonic() - started < 20.0
@@ -216,25 +190,29 @@ def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
         (None, "its worker was killed at its deadline, after 3 s"),
         ("after", ""),
     ]
-    assert not is_running(int(Path(place).read_text("utf-8")))
+    assert not is_running(int(place.read_text("utf-8")))
 
 
 @pytest.mark.slow
-def test_what_a_worker_started_ends_with_it(tmp_path: object, workers: Children) -> None:
-    place = Path(f"{tmp_path}/pid")
+def test_what_a_worker_started_ends_with_it(tmp_path: Path, workers: Children) -> None:
+    place = tmp_path / "pid"
     executor = Processes(perform, 2)
     ended = executor.run(iter([f"child:{place}", "echo:a"]))
     assert next(ended).result == "a"
-    deadline = time.monotonic() + 30.0
-    while not (place.exists() and place.read_text("utf-8")) and time.monotonic() < deadline:
-        time.sleep(0.02)
+    wait(lambda: place.exists() and bool(place.read_text("utf-8")), 30.0)
     child = int(place.read_text("utf-8"))
     assert is_running(child)
     executor.abandon()
     assert workers() == set()
-    while is_running(child) and time.monotonic() < deadline:
-        time.sleep(0.02)
+    wait(lambda: not is_running(child), 30.0)
     assert not is_running(child)
+
+
+def wait(condition: Callable[[], bool], most_s: float) -> None:
+    """Wait for something, so long at most."""
+    until = time.monotonic() + most_s
+    while not condition() and time.monotonic() < until:
+        time.sleep(0.02)
 
 
 def is_running(pid: int) -> bool:
@@ -244,12 +222,6 @@ def is_running(pid: int) -> bool:
     except OSError:
         return False
     return text.rpartition(")")[2].split()[0] != "Z"
-
-
-@pytest.mark.slow
-def test_sigterm_is_the_parents_business() -> None:
-    ended = list(Processes(perform, 1).run(iter(["terminate:on", "echo:after"])))
-    assert [(done.result, done.lost) for done in ended] == [("on", ""), ("after", "")]
 
 
 def test_what_no_thread_has_begun_can_be_dropped() -> None:
@@ -298,14 +270,11 @@ def test_work_in_a_worker_may_ask_a_process_of_its_own() -> None:
 @pytest.mark.parametrize("end", ["echo:done", "die:"])
 def test_what_a_worker_leaves_behind_ends_with_it(tmp_path: Path, end: str) -> None:
     noted = tmp_path / "pid"
-    executor = Processes(perform, 1)
     begun = time.monotonic()
-    found = list(executor.run(iter([f"leave:{noted}", end])))
+    found = list(Processes(perform, 1).run(iter([f"leave:{noted}", end])))
     assert len(found) == 2
     # Its child holds no pipe of the worker open: the death is seen at once.
     assert time.monotonic() - begun < 15.0
     pid = int(noted.read_text("ascii"))
-    until = time.monotonic() + 5.0
-    while is_running(pid) and time.monotonic() < until:
-        time.sleep(0.02)
+    wait(lambda: not is_running(pid), 5.0)
     assert not is_running(pid)

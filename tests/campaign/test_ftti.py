@@ -8,89 +8,44 @@ it touches something or leaves the road. Times are read from executed campaigns.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adeye.campaign.studies.fault_timing import campaign_injections
+from adeye.campaign.summary import CampaignSummary
+from adeye.judge.timeline import Injection
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from adeye.campaign.summary import CampaignSummary
-    from adeye.judge.timeline import Injection
+from tests.stored import stored
 
 STEP = 0.05
+FULL = 8.0
 ONSET = 2.0
 WHEELBASE, LENGTH = 2.9, 4.9
 
-SCRIPT = '''
-"""A driver that changes its command once, at a time that is known beforehand."""
+SCRIPT: str = stored("plugins")["script"]
 
-from adeye import ports
-from adeye.ports import ScalarCommand
-
-
-class Script:
-    class Parameters(ports.Parameters):
-        acceleration: float = 0.0
-        steering_angle: float = 0.0
-        changes_at: float = 1e9
-        then_acceleration: float = 0.0
-        then_steering_angle: float = 0.0
-
-    def __init__(self, parameters, context):
-        self.parameters = parameters
-
-    def act(self, observation):
-        script = self.parameters
-        if observation.time > script.changes_at - 1e-9:
-            return ScalarCommand(script.then_acceleration, script.then_steering_angle)
-        return ScalarCommand(script.acceleration, script.steering_angle)
-'''
-
-TOWARDS: dict[str, Any] = {
-    "scenario": "towards",
-    "title": "A vehicle stands in the lane",
-    "provenance": {"source": "made for a test"},
-    "parameters": {
-        "speed": {"default": "20 m/s"},
-        "gap": {"default": "100 m", "text": "bumper to bumper when the fault begins"},
-        "driven": {"default": "40 m", "text": "until the fault begins"},
-        "lead_speed": {"default": "0 m/s"},
-        "brakes_at": {"default": "1000 s"},
-    },
-    "world": {
-        "road": {
-            "kind": "straight",
-            "length": "3000 m",
-            "lanes": 3,
-            "lane_width": "3.5 m",
-            "shoulder": "3 m",
-            "speed_limit": "130 km/h",
-        }
-    },
-    "environment": {"rain": "0 mm/h", "fog_visibility": "10 km", "friction": 1.0},
-    "ego": {"lane": 1, "s": "100 m", "speed": "speed"},
-    "actors": {
-        "lead": {
-            "kind": "car",
-            "start": {"lane": 1, "ahead_of": "ego", "gap": "gap + driven", "speed": "lead_speed"},
-        }
-    },
-    "storyboard": {
-        "brakes": {
-            "actor": "lead",
-            "when": "time >= brakes_at",
-            "speed": {"to": "0 m/s", "rate": "2 m/s^2"},
-        }
-    },
-    "horizon": "12 s",
-    "tail": "2 s",
-}
+TOWARDS: dict[str, Any] = stored("towards")
 SILENT = {"id": "lost", "target": "channels.nominal", "model": "silent", "onset": {"at": "2 s"}}
+
+
+def wrong(**commanded: str) -> dict[str, Any]:
+    """A fault that takes the script away and commands something plausible."""
+    fault = {"id": "wrong", "target": "channels.nominal", "model": "plausible_but_wrong"}
+    return {**fault, **commanded, "onset": {"at": f"{ONSET} s"}}
+
+
+def sizes_of(speed: float, gap: float, driven: float | None = None) -> dict[str, Any]:
+    """Axes of one situation; by default the ego drives at its speed until the fault."""
+    way = speed * ONSET if driven is None else driven
+    return {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{way} m"]}
+
+
+def brakes_at(time: float) -> dict[str, float]:
+    """A script that brakes fully, so long after the onset of the fault."""
+    return {"changes_at": ONSET + time, "then_acceleration": -FULL}
 
 
 class Measured:
@@ -201,10 +156,8 @@ def test_without_commands_the_way_is_driven_at_constant_speed(
 
     Without the fault the script brakes with 8 m/s² at the last tick at which that is enough.
     """
-    reserve = (gap - speed**2 / 16.0) / speed
-    script = {"changes_at": ONSET + reserve - 2 * STEP, "then_acceleration": -8.0}
-    sizes = {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{speed * ONSET} m"]}
-    found = Measured(tmp_path, script, sizes).one
+    reserve = (gap - speed**2 / (2.0 * FULL)) / speed
+    found = Measured(tmp_path, brakes_at(reserve - 2 * STEP), sizes_of(speed, gap)).one
     assert_measures(found, gap / speed)
 
 
@@ -218,17 +171,9 @@ def test_braking_that_stays_too_weak_meets_a_standing_vehicle(
     Without the fault the script brakes with 8 m/s² at the last tick at which that is enough.
     """
     weak = 1.0
-    fault = {
-        "id": "weak",
-        "target": "channels.nominal",
-        "model": "plausible_but_wrong",
-        "acceleration": f"{-weak} m/s^2",
-        "onset": {"at": f"{ONSET} s"},
-    }
-    reserve = (gap - speed**2 / 16.0) / speed
-    script = {"changes_at": ONSET + reserve - STEP, "then_acceleration": -8.0}
-    sizes = {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{speed * ONSET} m"]}
-    found = Measured(tmp_path, script, sizes, fault=fault).one
+    fault = wrong(acceleration=f"{-weak} m/s^2")
+    script = brakes_at((gap - speed**2 / (2.0 * FULL)) / speed - STEP)
+    found = Measured(tmp_path, script, sizes_of(speed, gap), fault=fault).one
     assert_measures(found, (speed - math.sqrt(speed**2 - 2.0 * weak * gap)) / weak)
 
 
@@ -236,18 +181,11 @@ def test_braking_that_stays_too_weak_meets_a_standing_vehicle(
 @pytest.mark.parametrize("lag", [0.15, 0.6])
 def test_acceleration_builds_up_with_the_lag_of_the_drive(lag: float, tmp_path: Path) -> None:
     """Acceleration stuck at a with a first-order lag: d = vt + a(t²/2 - τt + τ²(1 - e^(-t/τ)))."""
-    speed, gap, wrong = 10.0, 40.0, 2.5
-    fault = {
-        "id": "surge",
-        "target": "channels.nominal",
-        "model": "plausible_but_wrong",
-        "acceleration": f"{wrong} m/s^2",
-        "onset": {"at": f"{ONSET} s"},
-    }
-    script = {"changes_at": ONSET + 1.0, "then_acceleration": -8.0}
-    sizes = {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{speed * ONSET} m"]}
-    found = Measured(tmp_path, script, sizes, fault=fault, vehicle={"acceleration_lag": f"{lag} s"})
-    closed = root(lambda time: speed * time + wrong * lagged(time, lag) - gap, 10.0)
+    speed, gap, surge = 10.0, 40.0, 2.5
+    fault, vehicle = wrong(acceleration=f"{surge} m/s^2"), {"acceleration_lag": f"{lag} s"}
+    sizes = sizes_of(speed, gap)
+    found = Measured(tmp_path, brakes_at(1.0), sizes, fault=fault, vehicle=vehicle)
+    closed = root(lambda time: speed * time + surge * lagged(time, lag) - gap, 10.0)
     assert_measures(found.one, closed)
 
 
@@ -268,13 +206,8 @@ def test_lost_brakes_meet_a_lead_that_brakes(tmp_path: Path) -> None:
         "share": 1.0,
         "onset": {"at": f"{ONSET} s"},
     }
-    sizes: dict[str, Any] = {
-        "speed": [f"{speed} m/s"],
-        "gap": [f"{gap} m"],
-        "driven": ["0 m"],
-        "lead_speed": [f"{speed} m/s"],
-        "brakes_at": ["1 s"],
-    }
+    lead = {"lead_speed": [f"{speed} m/s"], "brakes_at": ["1 s"]}
+    sizes = {**sizes_of(speed, gap, driven=0.0), **lead}
     found = Measured(tmp_path, script, sizes, fault=fault).one
     assert math.sqrt(2.0 * gap / brake) < (speed - brake) / brake
     assert_measures(found, math.sqrt(2.0 * gap / brake))
@@ -294,14 +227,7 @@ def test_straight_on_in_a_curve_leaves_the_road_along_the_tangent(tmp_path: Path
     speed, radius, place, turning = 20.0, 400.0, 1.5 * 3.5, 2 * STEP
     start, half = radius - place, 0.5 * WHEELBASE
     angle = math.atan(WHEELBASE / start)
-    fault = {
-        "id": "straight_on",
-        "target": "channels.nominal",
-        "model": "plausible_but_wrong",
-        "acceleration": "0 m/s^2",
-        "steering_angle": "0 rad",
-        "onset": {"at": f"{ONSET} s"},
-    }
+    fault = wrong(acceleration="0 m/s^2", steering_angle="0 rad")
     sizes = {"speed": [f"{speed} m/s"], "gap": ["500 m"]}
     road = {"kind": "curve", "radius": f"{radius} m", "length": "900 m"}
     vehicle = {"max_steering_rate": f"{angle / turning} rad/s"}
@@ -339,20 +265,18 @@ def test_wheels_that_stay_turned_leave_a_straight_road(lag: float, tmp_path: Pat
         heading = speed / radius * (time - lag * (1.0 - math.exp(-time / lag)))
         return speed**2 / radius * lagged(time, lag) + half * heading
 
-    fault = {
-        "id": "turned",
-        "target": "channels.nominal",
-        "model": "plausible_but_wrong",
-        "acceleration": "0 m/s^2",
-        "steering_angle": f"{angle} rad",
-        "onset": {"at": f"{ONSET} s"},
-    }
+    fault = wrong(acceleration="0 m/s^2", steering_angle=f"{angle} rad")
     sizes = {"speed": [f"{speed} m/s"], "gap": ["2000 m"]}
     vehicle = {"steering_lag": f"{lag} s"}
     if lag == 0.0:
         vehicle["max_steering_rate"] = f"{angle / turning} rad/s"
     found = Measured(tmp_path, {}, sizes, fault=fault, vehicle=vehicle).one
     assert_measures(found, root(lambda time: aside(time) - 1.5 * 3.5, 10.0))
+
+
+def delayed(handovers: range) -> dict[str, Any]:
+    """Sweep the handover, in ticks."""
+    return {"architecture.switch.handover": [f"{50 * n} ms" for n in handovers]}
 
 
 @pytest.mark.slow
@@ -369,12 +293,8 @@ def test_mechanism_is_in_time_up_to_one_tick_before_the_ftti(tmp_path: Path) -> 
     ticks = math.ceil((speed - crawl) / weak / STEP - 1e-9)
     detects = round(0.2 / STEP) + round(0.1 / STEP)
     handovers = range(ticks - detects + 3)
-    sizes: dict[str, Any] = {
-        "speed": [f"{speed + weak * ONSET} m/s"],
-        "gap": [f"{gap} m"],
-        "driven": [f"{(speed + 0.5 * weak * ONSET) * ONSET} m"],
-        "architecture.switch.handover": [f"{50 * n} ms" for n in handovers],
-    }
+    driven = (speed + 0.5 * weak * ONSET) * ONSET
+    sizes = {**sizes_of(speed + weak * ONSET, gap, driven), **delayed(handovers)}
     limit = f"{round((ticks - 1) * STEP, 3)} s"
     acts = f"eventually[0 s, {limit}](authority.safety)"
     fhti = {
@@ -383,7 +303,7 @@ def test_mechanism_is_in_time_up_to_one_tick_before_the_ftti(tmp_path: Path) -> 
         "formula": f"always(rise(fault.lost.active) implies {acts})",
         "threshold_source": "FTTI in closed form, less one tick.",
     }
-    script = {"acceleration": -weak, "changes_at": ONSET + 0.5, "then_acceleration": -8.0}
+    script = {"acceleration": -weak, **brakes_at(0.5)}
     found = Measured(tmp_path, script, sizes, requirements=(fhti,))
     rows = {row["run"]: row for row in found.project.rows()}
     classes, verdicts, handled = {}, {}, {}
@@ -410,18 +330,11 @@ def test_fast_ego_must_be_stopped_its_braking_distance_earlier(tmp_path: Path) -
     the last tick at which full braking B is enough and the FTTI has FHTI < FTTI, and the run
     touches the vehicle all the same: that is late, too.
     """
-    speed, gap, brake = 20.0, 61.5, 8.0
+    speed, gap = 20.0, 61.5
     detects = round(0.2 / STEP) + round(0.1 / STEP)
-    last = math.floor((gap - speed**2 / (2.0 * brake)) / speed / STEP) - detects
+    last = math.floor((gap - speed**2 / (2.0 * FULL)) / speed / STEP) - detects
     handovers = range(last - 3, last + 5)
-    sizes: dict[str, Any] = {
-        "speed": [f"{speed} m/s"],
-        "gap": [f"{gap} m"],
-        "driven": [f"{speed * ONSET} m"],
-        "architecture.switch.handover": [f"{50 * n} ms" for n in handovers],
-    }
-    script = {"changes_at": ONSET + 0.5, "then_acceleration": -brake}
-    found = Measured(tmp_path, script, sizes)
+    found = Measured(tmp_path, brakes_at(0.5), {**sizes_of(speed, gap), **delayed(handovers)})
     points = {row["run"]: row["point"] for row in found.project.rows()}
     for item in found.injections:
         at = round(points[item.run]["architecture.switch.handover"] / STEP)
@@ -441,8 +354,8 @@ def test_ftti_is_not_the_faults_doing_where_nobody_else_would_have_stopped(
     fault and without. Then the FTTI is that of the situation, and the injection says so.
     """
     speed, gap = 20.0, 90.0
-    sizes = {"speed": [f"{speed} m/s"], "gap": [f"{gap} m"], "driven": [f"{speed * ONSET} m"]}
-    found = Measured(tmp_path, {}, sizes, safety={"danger_threshold": "3 m/s^2"}).one
+    safety = {"danger_threshold": "3 m/s^2"}
+    found = Measured(tmp_path, {}, sizes_of(speed, gap), safety=safety).one
     assert found.times.violation_s is None
     assert found.ftti_s is not None
     assert 0.0 <= found.ftti_s - gap / speed < STEP + 1e-6

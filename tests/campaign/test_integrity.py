@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from datetime import UTC, date, datetime
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,14 +15,9 @@ from adeye.spec.load import shipped
 from adeye.store.read.checking import Checked, Violation
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
-from tests.project import CONCEPT, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.conftest import MakeProject
-    from tests.project import Executed
-
+from tests.conftest import MakeProject
+from tests.project import CONCEPT, Executed, Project
+from tests.stored import known
 
 # --- checking files and what is stored of them: what is found, and where in the files it is
 
@@ -56,14 +52,7 @@ def line_of(project: Project, finding: Violation) -> str:
     return lines[finding.where.line - 1].strip()
 
 
-def edit_late(content: Any) -> None:
-    content["assumptions"][0]["valid_until"] = "2001-01-31"
-
-
-def edit_waiver(content: Any) -> None:
-    content["waivers"] = [
-        {"requirement": "FSR-01", "reason": "text", "author": "me", "expires": "2001-01-31"}
-    ]
+WAIVER = {"requirement": "FSR-01", "reason": "text", "author": "me", "expires": "2001-01-31"}
 
 
 def edit_capability(content: Any) -> None:
@@ -73,24 +62,28 @@ def edit_capability(content: Any) -> None:
     ]
 
 
-def edit_budget(content: Any) -> None:
-    content["requirements"][2]["fdti"] = "1 s"
-    content["requirements"][2]["frti"] = "1 s"
-
-
-def edit_scenario(content: Any) -> None:
-    content["requirements"][4]["scenarios"] = ["fog"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("edit", "rule", "line"),
     [
-        (edit_late, "expired_assumption", "valid_until: '2001-01-31'"),
-        (edit_waiver, "expired_waiver", "expires: '2001-01-31'"),
+        (
+            lambda content: content["assumptions"][0].update(valid_until="2001-01-31"),
+            "expired_assumption",
+            "valid_until: '2001-01-31'",
+        ),
+        (
+            lambda content: content.update(waivers=[WAIVER]),
+            "expired_waiver",
+            "expires: '2001-01-31'",
+        ),
         (edit_capability, "element_capability", "- front_camera"),
-        (edit_budget, "fhti_budget", "fdti: 1 s"),
+        (
+            lambda content: content["requirements"][2].update(fdti="1 s", frti="1 s"),
+            "fhti_budget",
+            "fdti: 1 s",
+        ),
     ],
+    ids=["assumption", "waiver", "capability", "budget"],
 )
 def test_finding_has_the_line_that_has_to_change(
     project: Project, edit: Any, rule: str, line: str
@@ -117,33 +110,29 @@ def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
         planned = repository.plan_campaign(plan.record(), plan.planned())
     checked = check_odd(project.odd, project.db)
     assert checked.rules == RULES
-    assert checked.campaign is not None
-    assert checked.campaign.id == planned.campaign
+    assert known(checked.campaign).id == planned.campaign
     assert {item.rule for item in checked.findings} == {"not_run"}
+
+    def stale() -> list[CheckFinding]:
+        found = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
+        return sorted(found, key=lambda item: item.part, reverse=True)
 
     with project.edited(CONCEPT) as content:
         content["requirements"][0]["text"] = "Another wording of the same."
     assert {item.rule for item in find(project, project.db)} == {"not_run"}
-
     with project.edited(CONCEPT) as content:
         content["requirements"][1]["bound"]["at_most"] = 5.0
-    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
-    assert [(item.part, item.id, item.detail) for item in stale] == [
-        ("fsr", "FSR-02", "judges otherwise than campaign 1")
-    ]
+    told = [("fsr", "FSR-02", "judges otherwise than campaign 1")]
+    assert [(item.part, item.id, item.detail) for item in stale()] == told
     with project.edited_odd() as odd:
         odd["title"] = "Another title"
-    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
-    assert [item.part for item in stale] == ["fsr"]
-
+    assert [item.part for item in stale()] == ["fsr"]
     with project.edited_odd() as odd:
-        parameters = odd["scenarios"][1]["sweep"]["parameters"]
-        parameters["deceleration"].append("5 m/s^2")
-    stale = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
-    assert sorted(item.part for item in stale) == ["fsr", "odd"]
-    stale.sort(key=lambda item: item.part, reverse=True)
-    assert stale[0].detail == "2 of 30 test cases that it asks for now have no result"
-    assert line_of(project, stale[0]) == "odd: mini"
+        odd["scenarios"][1]["sweep"]["parameters"]["deceleration"].append("5 m/s^2")
+    first, second = stale()
+    assert (first.part, second.part) == ("odd", "fsr")
+    assert first.detail == "2 of 30 test cases that it asks for now have no result"
+    assert line_of(project, first) == "odd: mini"
 
 
 @pytest.mark.slow
@@ -200,8 +189,7 @@ def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
     assert [f"fault {detail}" for _, detail in expected] == list(plan.notices)[-2:]
     with Repository.open(project.db) as repository:
         repository.plan_campaign(plan.record(), plan.planned())
-    stored = check_stored(project.db)
-    assert stored is not None
+    stored = known(check_stored(project.db))
     again = [(item.id, item.detail) for item in stored.findings if item.rule == "idle_fault"]
     assert again == expected
 

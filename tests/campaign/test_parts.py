@@ -6,19 +6,11 @@ import os
 import shutil
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
-from adeye.campaign.parts import (
-    Parts,
-    Unchanged,
-    load_parts,
-    named,
-    offered,
-    plugin_of,
-    use_plugin_metrics,
-)
+from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import Verdict
@@ -27,38 +19,15 @@ from adeye.spec.load import load_architecture, load_odd
 from adeye.store.read.query import run_query
 from adeye.store.tables import METRIC_IDS
 from adeye.testing import zoo
+from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.stored import known, stored
 from tests.test_malformed_inputs import FILES, IN_ODD, IN_ONE, NOMINAL
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.conftest import MakeProject
-
 
 # --- plug-ins and monitors of an architecture, checked at plan time
 
 
-CHANNEL = """
-from adeye import ports
-
-
-class Own:
-    class Parameters(ports.Parameters):
-        gain: float = 1.0
-
-    monitor_ids = ({monitors})
-
-    def __init__(self, parameters, context):
-        self.gain = parameters.gain
-
-    def act(self, observation):
-        return None
-
-
-class NoChannel:
-    pass
-"""
+CHANNEL: str = stored("plugins")["own"]
 
 
 @pytest.fixture
@@ -73,12 +42,12 @@ def write(project: Project, monitors: str = "") -> None:
     path.write_text(CHANNEL.replace("{monitors}", monitors), "utf-8")
 
 
-def parts(project: Project, **channel: Any) -> Parts:
+def parts(project: Project, **channel: Any) -> delivered.Parts:
     """Load the candidate with a plug-in beside its channels."""
     if channel:
         with project.edited(CANDIDATE) as candidate:
             candidate["channels"]["own"] = {"kind": "./own.py:Own", "rate": "20 Hz", **channel}
-    return load_parts(load_architecture(project.folder / CANDIDATE))
+    return delivered.load_parts(load_architecture(project.folder / CANDIDATE))
 
 
 def test_architecture_of_built_in_parts_has_no_plugins(project: Project) -> None:
@@ -96,30 +65,28 @@ def test_plugin_is_known_by_its_code(project: Project) -> None:
     assert len({before.digest, after.digest, ""}) == 3
 
 
+def line_of(project: Project, error: InputError) -> str:
+    """Give the line of the candidate that an error points to."""
+    lines = (project.folder / CANDIDATE).read_text("utf-8").splitlines()
+    return lines[known(error.where).line - 1].strip()
+
+
 def test_wrong_parameter_is_refused_where_it_is_written(project: Project) -> None:
     with pytest.raises(SpecError, match=r"channels\.own\.parameters\.gian") as caught:
         parts(project, parameters={"gian": 2.0})
-    where = caught.value.where
-    assert where is not None
-    line = (project.folder / CANDIDATE).read_text("utf-8").splitlines()[where.line - 1]
-    assert "gian" in line
+    assert "gian" in line_of(project, caught.value)
 
 
-@pytest.mark.parametrize(
-    ("kind", "message"),
-    [
+def test_what_is_no_channel_is_refused_where_it_is_named(project: Project) -> None:
+    for kind, message in (
         ("./own.py:NoChannel", r"has no act\(\)"),
         ("./own.py:Owm", "Owm"),
         ("./there.py:Own", "no file"),
         ("not_installed_anywhere:Own", "no module"),
-    ],
-)
-def test_what_is_no_channel_is_refused_where_it_is_named(
-    project: Project, kind: str, message: str
-) -> None:
-    with pytest.raises(SpecError, match=message) as caught:
-        parts(project, kind=kind)
-    assert str(caught.value.where).partition(":")[0].endswith("camera_radar.yaml")
+    ):
+        with pytest.raises(SpecError, match=message) as caught:
+            parts(project, kind=kind)
+        assert str(caught.value.where).partition(":")[0].endswith("camera_radar.yaml")
 
 
 def test_monitor_of_two_channels_is_refused(project: Project) -> None:
@@ -141,15 +108,17 @@ def test_plugin_sensor_needs_sense(project: Project) -> None:
         parts(project)
 
 
-def policy_parts(project: Project, source: str, name: str = "drive") -> Parts:
-    path = project.folder / "odd" / "architectures" / "policy.py"
-    path.write_text(source, "utf-8")
+def with_nominal(project: Project, **nominal: Any) -> delivered.Parts:
+    """Load the candidate with another nominal channel."""
     with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "policy",
-            "parameters": {"policy": f"./policy.py:{name}"},
-        }
-    return load_parts(load_architecture(project.folder / CANDIDATE))
+        candidate["channels"]["nominal"] = nominal
+    return delivered.load_parts(load_architecture(project.folder / CANDIDATE))
+
+
+def policy_parts(project: Project, source: str, **nominal: Any) -> delivered.Parts:
+    (project.folder / "odd" / "architectures" / "policy.py").write_text(source, "utf-8")
+    policy = {"policy": "./policy.py:drive"}
+    return with_nominal(project, kind="policy", parameters=policy, **nominal)
 
 
 def test_code_of_a_policy_is_part_of_the_identity(project: Project) -> None:
@@ -165,7 +134,7 @@ def test_policy_that_is_none_is_refused_where_it_is_named(project: Project) -> N
         policy_parts(project, "drive = 3\n")
 
 
-def listed(project: Project, *files: str) -> Parts:
+def listed(project: Project, *files: str) -> delivered.Parts:
     """Let the plug-in beside the candidate's channels read files."""
     return parts(project, links=["front_camera"], files=list(files))
 
@@ -187,42 +156,27 @@ def test_policy_may_read_files_too(project: Project) -> None:
     source = "def drive(observation):\n    return 0.0, 0.0\n"
     before = policy_parts(project, source)
     (project.folder / "odd" / "architectures" / "net.bin").write_bytes(b"1")
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"]["files"] = ["net.bin"]
-    after = load_parts(load_architecture(project.folder / CANDIDATE))
+    after = policy_parts(project, source, files=["net.bin"])
     assert [file.name for file in after.files] == ["net.bin"]
     assert after.digest != before.digest
 
 
-@pytest.mark.parametrize(
-    ("names", "message"),
-    [
-        (("weights.bin", "weihgts.bin"), "channel own: 'weihgts.bin' is not there"),
-        (("weights.bin", "."), r"channel own: '\.' is no file"),
-        (("weights.bin", "../tested.yaml"), r"'\.\./tested\.yaml' is outside of"),
-        (("weights.bin", "./weights.bin"), r"file '\./weights\.bin' is listed twice"),
-    ],
-)
-def test_file_that_cannot_be_read_is_refused_where_it_is_listed(
-    project: Project, names: tuple[str, ...], message: str
-) -> None:
+def test_file_that_cannot_be_read_is_refused_where_it_is_listed(project: Project) -> None:
     (project.folder / "odd" / "architectures" / "weights.bin").write_bytes(b"1")
-    with pytest.raises(SpecError, match=message) as caught:
-        listed(project, *names)
-    where = caught.value.where
-    assert where is not None
-    line = (project.folder / CANDIDATE).read_text("utf-8").splitlines()[where.line - 1]
-    assert line.strip().removeprefix("- ").strip("'\"") == names[1]
+    for name, message in (
+        ("weihgts.bin", "channel own: 'weihgts.bin' is not there"),
+        (".", r"channel own: '\.' is no file"),
+        ("../tested.yaml", r"'\.\./tested\.yaml' is outside of"),
+        ("./weights.bin", r"file '\./weights\.bin' is listed twice"),
+    ):
+        with pytest.raises(SpecError, match=message) as caught:
+            listed(project, "weights.bin", name)
+        assert line_of(project, caught.value).removeprefix("- ").strip("'\"") == name
 
 
-def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) -> Parts:
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "process",
-            "files": list(files),
-            "parameters": {"command": list(command)},
-        }
-    return load_parts(load_architecture(project.folder / CANDIDATE))
+def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) -> delivered.Parts:
+    parameters = {"command": list(command)}
+    return with_nominal(project, kind="process", files=list(files), parameters=parameters)
 
 
 def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
@@ -237,56 +191,27 @@ def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
     ]
     seen = {found.digest}
     (folder / "drive").write_text("#!/bin/sh\nexit\n")
-    seen.add(load_parts(load_architecture(project.folder / CANDIDATE)).digest)
+    seen.add(delivered.load_parts(load_architecture(project.folder / CANDIDATE)).digest)
     (folder / "net.bin").write_bytes(b"2")
-    seen.add(load_parts(load_architecture(project.folder / CANDIDATE)).digest)
+    seen.add(delivered.load_parts(load_architecture(project.folder / CANDIDATE)).digest)
     assert len(seen - {""}) == 3
 
 
-@pytest.mark.parametrize(
-    ("command", "files", "message", "line"),
-    [
+def test_wrong_program_is_refused_where_it_is_written(project: Project) -> None:
+    for command, files, message, line in (
         (("./gone",), (), "'./gone' is not there", "- ./gone"),
         (("sh", "-c", "exit"), (), "names no file of the project", "- sh"),
         (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
-    ],
-)
-def test_wrong_program_is_refused_where_it_is_written(
-    project: Project, command: tuple[str, ...], files: tuple[str, ...], message: str, line: str
-) -> None:
-    with pytest.raises(SpecError, match=message) as caught:
-        process_parts(project, *command, files=files)
-    where = caught.value.where
-    assert where is not None
-    lines = (project.folder / CANDIDATE).read_text("utf-8").splitlines()
-    assert lines[where.line - 1].strip() == line
+    ):
+        with pytest.raises(SpecError, match=message) as caught:
+            process_parts(project, *command, files=files)
+        assert line_of(project, caught.value) == line
 
 
 # --- metrics from outside the package: measured, stored, judged, and part of a result
 
 
-METRIC = '''
-import numpy as np
-
-from adeye.ports import MetricColumn
-from adeye.signals import EGO_SPEED
-
-
-class TopSpeed:
-    """Highest speed of the ego in the run."""
-
-    uid = "local:top_speed@1"
-    column = "top_speed_mps"
-    unit = "m/s"
-    worse = "higher"
-    source = "ours"
-
-    def compute(self, trace):
-        speed = trace["ego"][:, :, EGO_SPEED]
-        row = speed.argmax(axis=1)
-        runs = trace.runs
-        return MetricColumn(speed.max(axis=1), ("value",) * runs, trace.time[row], (-1,) * runs)
-'''
+METRIC: str = stored("plugins")["top_speed"]
 
 
 @pytest.fixture
@@ -336,9 +261,9 @@ def test_editing_the_metric_executes_its_runs_again(measured: Project) -> None:
 
 def test_another_odd_does_not_see_it(measured: Project) -> None:
     measured.plan()
-    assert plugin_of("top_speed_mps") == "./top.py:TopSpeed"
-    use_plugin_metrics((), Path())
-    assert plugin_of("top_speed_mps") is None
+    assert delivered.plugin_of("top_speed_mps") == "./top.py:TopSpeed"
+    delivered.use_plugin_metrics((), Path())
+    assert delivered.plugin_of("top_speed_mps") is None
     assert set(METRICS) == set(METRIC_IDS)
 
 
@@ -386,7 +311,7 @@ def odd(tmp_path: Path) -> Path:
 
 
 def test_packages_offer_without_being_imported(canary: Path) -> None:
-    (found,) = [item for item in offered() if item.package == "bombs"]
+    (found,) = [item for item in delivered.offered() if item.package == "bombs"]
     assert (found.kind, found.name, found.version) == ("channels", "bomb", "1.2")
     assert found.source == "bombs:Planner"
     assert not canary.exists()
@@ -394,7 +319,7 @@ def test_packages_offer_without_being_imported(canary: Path) -> None:
 
 
 def test_named_plugins_have_the_hash_that_loading_gives(canary: Path, odd: Path) -> None:
-    found = {(item.kind, item.source): item.digest for item in named(load_odd(odd))}
+    found = {(item.kind, item.source): item.digest for item in delivered.named(load_odd(odd))}
     assert not canary.exists()
     assert len(found["metric", "./metric.py:Odd"]) == 64
     assert found["metric", "./missing.py:Odd"] == ""
@@ -409,17 +334,7 @@ def test_named_plugins_have_the_hash_that_loading_gives(canary: Path, odd: Path)
 # --- what a plan hashed is compared again: code, packages, files that channels read, metrics
 
 
-WATCHED = """
-from {package}gain import GAIN
-
-
-class Steady:
-    def __init__(self, parameters, context):
-        pass
-
-    def act(self, observation):
-        return GAIN, 0.0
-"""
+WATCHED: str = stored("plugins")["watched"]
 
 
 @pytest.fixture
@@ -468,27 +383,22 @@ NAMES = ["unchanging.steady:Steady", "./alone.py:Steady", "weights.bin", "./zoo.
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("is_first", [True, False], ids=["since_the_plan", "since_a_block"])
-def test_change_is_told_with_its_file_and_who_names_it(
-    watched: Project, name: str, *, is_first: bool
-) -> None:
-    unchanged = Unchanged(watched.plan())
-    if not is_first:
-        unchanged.check()
+def test_change_is_told_with_its_file_and_who_names_it(watched: Project, name: str) -> None:
+    plan = watched.plan()
     path = files(watched)[name]
-    path.write_bytes(path.read_bytes() + b"\n# changed")
-    with pytest.raises(IntegrityError) as told:
-        unchanged.check()
-    assert str(told.value).startswith(f"{name}, which architecture own names, was changed")
-    if not is_first or name != NAMES[0]:
-        assert str(path) in str(told.value)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_file_that_has_gone_is_told(watched: Project, name: str) -> None:
-    unchanged = Unchanged(watched.plan())
-    unchanged.check()
-    files(watched)[name].unlink()
+    original = path.read_bytes()
+    for is_first in (True, False):  # since the plan, and since a block
+        path.write_bytes(original)
+        unchanged = delivered.Unchanged(plan)
+        if not is_first:
+            unchanged.check()
+        path.write_bytes(original + b"\n# changed")
+        with pytest.raises(IntegrityError) as told:
+            unchanged.check()
+        assert str(told.value).startswith(f"{name}, which architecture own names, was changed")
+        if not is_first or name != NAMES[0]:
+            assert str(path) in str(told.value)
+    path.unlink()
     with pytest.raises(IntegrityError, match=name):
         unchanged.check()
 
@@ -497,7 +407,7 @@ def test_what_is_only_touched_is_hashed_once_and_passes(
     watched: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hashed: list[str] = []
-    unchanged = Unchanged(watched.plan())
+    unchanged = delivered.Unchanged(watched.plan())
     original = type(next(iter(unchanged._seen))).is_as_planned
 
     def counting(source: Any) -> bool:
@@ -516,7 +426,7 @@ def test_what_is_only_touched_is_hashed_once_and_passes(
 
 
 def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: Path) -> None:
-    unchanged = Unchanged(watched.plan())
+    unchanged = delivered.Unchanged(watched.plan())
     unchanged.check()
     path = files(watched)["weights.bin"]
     other = tmp_path / "other.bin"
@@ -528,4 +438,4 @@ def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: P
 
 
 def test_campaign_without_plugins_has_nothing_to_compare(make_project: MakeProject) -> None:
-    assert not Unchanged(make_project().plan())._seen
+    assert not delivered.Unchanged(make_project().plan())._seen

@@ -7,46 +7,27 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 import adeye
-from adeye.campaign import plan as subject
-from adeye.campaign.plan import (
-    FOLDERS,
-    PACKAGES,
-    Contents,
-    axes_text,
-    design_counts,
-    folder_of_plugins,
-    git_state,
-    make_plan,
-    provenance,
-    recreate,
-    signal_table,
-)
-from adeye.errors import InputError, IntegrityError, SpecError
+from adeye.campaign import plan as planning
+from adeye.errors import InputError, IntegrityError
 from adeye.spec.load import load_odd
 from adeye.spec.odd import Odd
+from adeye.store.records import StoredCase
 from adeye.store.repository import Repository
 from adeye.sweep.case import structure_key
 from adeye.sweep.design import design_statement
 from adeye.sweep.expand import Expansion, expand
-from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pytest
-
-    from adeye.store.records import StoredCase
-    from tests.conftest import MakeProject
-    from tests.project import Executed
-
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, CONCEPT, ROOT, Executed
+from tests.stored import known, stored
 
 # --- planning: what is checked before anything runs, what is counted, what the user is told
 
@@ -111,8 +92,7 @@ def test_size_of_the_columns_does_not_change_the_campaign(
     with Repository.open(tmp_path / "adeye.db") as repository:
         planned = repository.plan_campaign(mini.plan.record(), mini.plan.planned())
     with Repository.open(mini.db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
+        newest = known(repository.latest_campaign())
         assert planned.campaign == newest.id
 
 
@@ -144,25 +124,7 @@ def test_changed_weights_ask_for_every_run_of_their_architecture_again(
     assert not first["camera_radar"] & retrained["camera_radar"]
 
 
-MEMORY = """
-import resource, sys
-from pathlib import Path
-from adeye.campaign.plan import make_plan
-from adeye.store.repository import Repository
-
-def peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-
-def plan(odd, db):
-    made = make_plan(odd)
-    with Repository.open(db) as repository:
-        return repository.plan_campaign(made.record(), made.planned(), block_size=1024).planned
-
-assert plan(sys.argv[1], sys.argv[3]) == 2_000
-before = peak()
-assert plan(sys.argv[2], sys.argv[3]) == 200_000
-print(peak() - before)
-"""
+MEMORY: str = stored("plugins")["memory"]
 
 
 @pytest.mark.slow
@@ -209,28 +171,6 @@ def test_record_says_axes_units_gate_and_provenance(mini: Executed) -> None:
     assert [item.id for item in record.fsrs] == [
         item.id for item in mini.plan.files.concept.spec.requirements
     ]
-
-
-def test_axis_of_steps_is_described_by_its_ends(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"]["gap"] = {
-            "from": "30 m",
-            "to": "50 m",
-            "step": "10 m",
-        }
-    axes = project.plan().record().factors[0]["axes"]
-    assert axes["gap"] == "30 m to 50 m, step 10 m"
-
-
-@pytest.mark.slow
-def test_list_of_points_is_described_by_its_values(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited_odd() as odd:
-        points = [{"ego_speed": "80 km/h", "gap": "30 m"}, {"ego_speed": "90 km/h", "gap": "50 m"}]
-        odd["scenarios"][0]["sweep"] = {"design": "list", "points": points}
-    axes = project.plan().record().factors[0]["axes"]
-    assert axes == {"ego_speed": "80 km/h, 90 km/h", "gap": "30 m, 50 m"}
 
 
 @pytest.mark.slow
@@ -281,7 +221,7 @@ def test_covering_design_is_stored_with_what_it_covers(make_project: MakeProject
 def test_shipped_odds_have_no_notices() -> None:
     for path in sorted((ROOT / "odd").glob("*.yaml")):
         if path.stem != "million":
-            assert make_plan(path).notices == ()
+            assert planning.make_plan(path).notices == ()
 
 
 def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) -> None:
@@ -298,7 +238,7 @@ def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) ->
 
 
 def test_signal_table_says_who_has_what(mini: Executed) -> None:
-    rows = {row.name: row for row in signal_table(mini.plan)}
+    rows = {row.name: row for row in planning.signal_table(mini.plan)}
     both = ("legacy_camera", "camera_radar")
     assert set(rows["ego.speed"].architectures) == set(both)
     assert rows["ego.speed"].unit == "m/s"
@@ -310,20 +250,45 @@ def test_signal_table_says_who_has_what(mini: Executed) -> None:
 # --- refusals: each names file, line and column ---------------------------------------------------
 
 
-def refusal(project: Project) -> str:
+ODD_FILE = "odd/tested.yaml"
+MINE = {"kind": "./mine.py:Mine", "links": ["front_camera"], "rate": "20 Hz"}
+
+
+def onset_of(odd: Any) -> Any:
+    """When the nominal channel falls silent; lead_braking has no cutter, and no faults."""
+    return odd["faults"][1]["onset"]
+
+
+@pytest.mark.parametrize(
+    ("name", "edit", "parts"),
+    [
+        (ODD_FILE, lambda odd: onset_of(odd).update(when="cuter.gap <= 20 m"),
+         ["tested.yaml:", "fault nominal_silent: scenario cut_in has nothing named 'cuter.gap'",
+          "Did you mean 'cutter.gap'"]),
+        (ODD_FILE, lambda odd: onset_of(odd).update(when="cutter.gap <= 20 m/s"),
+         ["tested.yaml:"]),
+        (ODD_FILE, lambda odd: odd["scenarios"][0]["sweep"].update(where=["gap > 60 m"]),
+         ["tested.yaml:"]),
+        ("scenarios_db/motorway/cut_in.yaml",
+         lambda cut_in: cut_in["storyboard"]["cut_in"].update(when="cutter.gapp <= gap"),
+         ["cut_in.yaml:", "gapp"]),
+        (CONCEPT, lambda concept: concept["requirements"][0].update(formula="always(not contackt)"),
+         ["motorway_chauffeur.yaml:", "contackt"]),
+        (CANDIDATE, lambda candidate: candidate["channels"].update(nominal=MINE),
+         ["camera_radar.yaml:", "mine.py"]),
+    ],
+    ids=["unknown name", "mixed units", "no points", "scenario", "requirement", "plug-in"],
+)  # fmt: skip
+def test_what_a_file_says_wrongly_is_refused_in_its_line(
+    make_project: MakeProject, name: str, edit: Callable[[Any], None], parts: list[str]
+) -> None:
+    project = make_project()
+    with project.edited(name) as content:
+        edit(content)
     with pytest.raises(InputError) as caught:
         project.plan()
-    return str(caught.value)
-
-
-def test_fault_condition_over_an_unknown_name_is_refused(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited_odd() as odd:
-        odd["faults"][1]["onset"]["when"] = "cuter.gap <= 20 m"
-    text = refusal(project)
-    assert "tested.yaml:" in text
-    assert "fault nominal_silent: scenario cut_in has nothing named 'cuter.gap'" in text
-    assert "cutter.gap" in text.partition("nothing named")[2]
+    for part in parts:
+        assert part in str(caught.value)
 
 
 def test_fault_condition_need_not_fit_scenarios_that_do_not_use_the_fault(
@@ -331,58 +296,13 @@ def test_fault_condition_need_not_fit_scenarios_that_do_not_use_the_fault(
 ) -> None:
     project = make_project()
     with project.edited_odd() as odd:
-        # lead_braking, which has no cutter, runs without faults.
-        odd["faults"][1]["onset"]["when"] = "cutter.gap <= 20 m"
+        onset_of(odd)["when"] = "cutter.gap <= 20 m"
     assert project.plan().cases
-
-
-def test_fault_condition_of_mixed_units_is_refused(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited_odd() as odd:
-        odd["faults"][1]["onset"]["when"] = "cutter.gap <= 20 m/s"
-    assert "tested.yaml:" in refusal(project)
-
-
-def test_scenario_that_names_nothing_known_is_refused(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
-        scenario["storyboard"]["cut_in"]["when"] = "cutter.gapp <= gap"
-    text = refusal(project)
-    assert "cut_in.yaml:" in text
-    assert "gapp" in text
-
-
-def test_requirement_on_an_unknown_signal_is_refused(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited(CONCEPT) as concept:
-        concept["requirements"][0]["formula"] = "always(not contackt)"
-    text = refusal(project)
-    assert "motorway_chauffeur.yaml:" in text
-    assert "contackt" in text
-
-
-def test_sweep_without_points_is_refused(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["where"] = ["gap > 60 m"]
-    assert "tested.yaml:" in refusal(project)
 
 
 def test_unknown_backend_is_refused(make_project: MakeProject) -> None:
     with pytest.raises(InputError, match="highway"):
-        make_plan(make_project().odd, backend="prescan")
-
-
-def test_plugin_that_is_not_there_is_refused_where_it_is_named(make_project: MakeProject) -> None:
-    project = make_project()
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "./mine.py:Mine",
-            "links": ["front_camera"],
-            "rate": "20 Hz",
-        }
-    with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*mine\.py"):
-        project.plan()
+        planning.make_plan(make_project().odd, backend="prescan")
 
 
 # --- test cases into the database and back
@@ -400,7 +320,7 @@ def stored_case(mini: Executed, ordinal: int) -> tuple[StoredCase, Any]:
 def test_every_test_case_comes_out_of_the_database_as_it_went_in(mini: Executed) -> None:
     for ordinal, case in enumerate(mini.plan.cases):
         stored, odd = stored_case(mini, ordinal)
-        made = recreate(stored, case.scenario_id, odd, inside_odd=case.inside_odd)
+        made = planning.recreate(stored, case.scenario_id, odd, inside_odd=case.inside_odd)
         assert made.digest == case.digest
         assert made.stream_seed == case.stream_seed
         assert made.scenario.executable() == case.scenario.executable()
@@ -416,36 +336,34 @@ def test_folder_of_plugins_is_where_the_campaign_was_made_or_executed(
     with Repository.open(mini.db, create=False) as repository:
         made = repository.find_campaign(mini.summary.campaign).provenance
     folder = mini.plan.folders["legacy_camera"]
-    gone = {FOLDERS: {"legacy_camera": str(tmp_path / "gone")}}
-    assert folder_of_plugins(stored, [made], "legacy_camera") == folder
-    assert folder_of_plugins(stored, [gone, {}, made], "legacy_camera") == folder
-    assert folder_of_plugins(stored, [gone], "legacy_camera") == tmp_path / "gone"
-    assert folder_of_plugins(stored, [{}], "legacy_camera") == Path()
+    gone = {planning.FOLDERS: {"legacy_camera": str(tmp_path / "gone")}}
+    assert planning.folder_of_plugins(stored, [made], "legacy_camera") == folder
+    assert planning.folder_of_plugins(stored, [gone, {}, made], "legacy_camera") == folder
+    assert planning.folder_of_plugins(stored, [gone], "legacy_camera") == tmp_path / "gone"
+    assert planning.folder_of_plugins(stored, [{}], "legacy_camera") == Path()
     # As releases stored it that had it in the content.
     former = replace(stored, architecture={**stored.architecture, "plugin_folder": str(tmp_path)})
-    assert folder_of_plugins(former, [made], "legacy_camera") == tmp_path
-    assert recreate(former, "cut_in", odd, inside_odd=True).digest == stored.test_case
+    assert planning.folder_of_plugins(former, [made], "legacy_camera") == tmp_path
+    assert planning.recreate(former, "cut_in", odd, inside_odd=True).digest == stored.test_case
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"seed": 8},
-        {"parameters": {"ego_speed": 1.0}},
-        {"faults": ()},
-        {"step_s": 0.1},
-        {"replicate": 1},
-    ],
-)
-def test_case_that_comes_out_otherwise_is_not_run(mini: Executed, change: dict[str, Any]) -> None:
+def test_case_that_comes_out_otherwise_is_not_run(mini: Executed) -> None:
     ordinal = next(i for i, case in enumerate(mini.plan.cases) if case.faults)
     stored, odd = stored_case(mini, ordinal)
-    with pytest.raises(IntegrityError, match="does not come out of the database as it went in"):
-        recreate(replace(stored, **change), "cut_in", odd, inside_odd=True)
+    changes: dict[str, Any] = {
+        "seed": 8,
+        "parameters": {"ego_speed": 1.0},
+        "faults": (),
+        "step_s": 0.1,
+        "replicate": 1,
+    }
+    for name, value in changes.items():
+        with pytest.raises(IntegrityError, match="does not come out of the database as it went in"):
+            planning.recreate(replace(stored, **{name: value}), "cut_in", odd, inside_odd=True)
 
 
 def test_one_record_is_shared_by_the_cases_of_one_content(mini: Executed) -> None:
-    contents = Contents()
+    contents = planning.Contents()
     cases = [case for case in mini.plan.cases if case.scenario_id == "cut_in"]
     records = {id(contents.scenario(case.scenario)) for case in cases}
     assert len(records) == 1
@@ -468,41 +386,31 @@ def odd(sweep: dict[str, Any]) -> Odd:
     )
 
 
-def test_axes_are_written_as_their_levels_steps_or_distributions() -> None:
+def test_axes_are_written_as_their_levels_steps_points_or_distributions() -> None:
     levels = {
         "gap": ["10 m", "20 m"],
         "ego_speed": {"from": "80 km/h", "to": "120 km/h", "step": "20 km/h"},
     }
-    assert axes_text(odd({"parameters": levels}), "cut_in") == {
-        "gap": "10 m, 20 m",
-        "ego_speed": "80 km/h to 120 km/h, step 20 km/h",
-    }
     drawn = {"design": "random", "samples": 3, "parameters": {"gap": {"uniform": ["10 m", "20 m"]}}}
-    assert axes_text(odd(drawn), "cut_in") == {"gap": "uniform from 10 m to 20 m"}
-
-
-def test_points_of_a_list_are_gathered_by_axis() -> None:
     points = {"design": "list", "points": [{"gap": "10 m"}, {"gap": "20 m", "rain": "0 mm/h"}]}
-    assert axes_text(odd(points), "cut_in") == {"gap": "10 m, 20 m", "rain": "0 mm/h"}
+    steps = "80 km/h to 120 km/h, step 20 km/h"
+    for sweep, axes in (
+        ({"parameters": levels}, {"gap": "10 m, 20 m", "ego_speed": steps}),
+        (drawn, {"gap": "uniform from 10 m to 20 m"}),
+        (points, {"gap": "10 m, 20 m", "rain": "0 mm/h"}),
+    ):
+        assert planning.axes_text(odd(sweep), "cut_in") == axes
 
 
-@pytest.mark.parametrize(
-    ("points", "counts"),
-    [
-        (SimpleNamespace(drawn=9, count=4, tuples=None), {"drawn": 9, "kept": 4}),
-        (
-            SimpleNamespace(
-                drawn=None,
-                count=4,
-                tuples=SimpleNamespace(strength=2, total=12, feasible=11),
-            ),
-            {"strength": 2, "tuples": 12, "feasible_tuples": 11},
-        ),
-        (SimpleNamespace(drawn=None, count=4, tuples=None), {}),
-    ],
-)
-def test_counts_are_those_of_the_design(points: Any, counts: dict[str, int]) -> None:
-    assert design_counts(points) == counts
+def test_counts_are_those_of_the_design() -> None:
+    def counts(drawn: int | None, tuples: Any) -> dict[str, int]:
+        points: Any = SimpleNamespace(drawn=drawn, count=4, tuples=tuples)
+        return planning.design_counts(points)
+
+    assert counts(9, None) == {"drawn": 9, "kept": 4}
+    tuples = SimpleNamespace(strength=2, total=12, feasible=11)
+    assert counts(None, tuples) == {"strength": 2, "tuples": 12, "feasible_tuples": 11}
+    assert counts(None, None) == {}
 
 
 # --- where a campaign comes from
@@ -513,29 +421,33 @@ def git(folder: Path, *arguments: str) -> None:
     subprocess.run(["git", "-C", str(folder), *author, *arguments], check=True, capture_output=True)
 
 
-def test_tool_packages_and_file_are_named(tmp_path: Path) -> None:
-    found = provenance(tmp_path / "odd.yaml")
-    assert found["adeye"] == adeye.__version__
-    assert set(found["packages"]) == set(PACKAGES)
-    assert all(found["packages"].values())
-    assert found["odd_path"].endswith("odd.yaml")
-
-
-def test_commit_of_the_odds_repository_and_whether_it_has_changes(tmp_path: Path) -> None:
-    git(tmp_path, "init")
+@pytest.fixture
+def committed(tmp_path: Path) -> Path:
+    """A file in a repository of its own."""
     path = tmp_path / "odd.yaml"
     path.write_text("odd: a\n", "utf-8")
+    git(tmp_path, "init")
     git(tmp_path, "add", ".")
     git(tmp_path, "commit", "-m", "first")
-    clean = git_state(tmp_path)
+    return path
+
+
+def test_tool_packages_and_file_are_named(tmp_path: Path) -> None:
+    found = planning.provenance(tmp_path / "odd.yaml")
+    assert found["adeye"] == adeye.__version__
+    assert set(found["packages"]) == set(planning.PACKAGES)
+    assert all(found["packages"].values())
+    assert found["odd_path"].endswith("odd.yaml")
+    # Outside of a repository there is no commit.
+    assert planning.git_state(tmp_path) == {}
+
+
+def test_commit_of_the_odds_repository_and_whether_it_has_changes(committed: Path) -> None:
+    clean = planning.git_state(committed.parent)
     assert len(clean["commit"]) == 40
     assert clean["is_dirty"] is False
-    path.write_text("odd: b\n", "utf-8")
-    assert git_state(tmp_path) == {"commit": clean["commit"], "is_dirty": True}
-
-
-def test_folder_outside_a_repository_has_no_commit(tmp_path: Path) -> None:
-    assert git_state(tmp_path) == {}
+    committed.write_text("odd: b\n", "utf-8")
+    assert planning.git_state(committed.parent) == {"commit": clean["commit"], "is_dirty": True}
 
 
 def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -544,20 +456,16 @@ def test_nothing_depends_on_git_or_a_name(tmp_path: Path, monkeypatch: pytest.Mo
 
     monkeypatch.setattr("adeye.campaign.plan.subprocess.run", missing)
     monkeypatch.setattr("adeye.campaign.plan.getpass.getuser", missing)
-    monkeypatch.setattr(subject, "PACKAGES", ("not-installed-anywhere",))
-    found = provenance(tmp_path / "odd.yaml")
+    monkeypatch.setattr(planning, "PACKAGES", ("not-installed-anywhere",))
+    found = planning.provenance(tmp_path / "odd.yaml")
     assert (found["git"], found["who"]) == ({}, "")
     assert found["packages"] == {"not-installed-anywhere": ""}
 
 
-def test_program_that_a_repository_names_is_not_started(tmp_path: Path) -> None:
-    git(tmp_path, "init")
-    (tmp_path / "a").touch()
-    git(tmp_path, "add", ".")
-    git(tmp_path, "commit", "-m", "first")
-    canary = tmp_path / "canary"
-    git(tmp_path, "config", "core.fsmonitor", f"touch {canary} #")
-    assert git_state(tmp_path)["commit"]
+def test_program_that_a_repository_names_is_not_started(committed: Path) -> None:
+    canary = committed.with_name("canary")
+    git(committed.parent, "config", "core.fsmonitor", f"touch {canary} #")
+    assert planning.git_state(committed.parent)["commit"]
     assert not canary.exists()
-    git(tmp_path, "status")
+    git(committed.parent, "status")
     assert canary.exists()

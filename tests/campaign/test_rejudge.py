@@ -2,53 +2,32 @@
 
 from __future__ import annotations
 
-import sqlite3
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from adeye.campaign import work
 from adeye.campaign.run import judge_campaign, run_campaign
+from adeye.campaign.summary import CampaignSummary
 from adeye.errors import IntegrityError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence.roots import folder_of
-from adeye.store.read.totals import totals
+from adeye.store.read.totals import Total, totals
 from adeye.store.repository import Repository
 from adeye.store.write import results as writing
 from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows
-from tests.tampering import unguarded
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from adeye.campaign.summary import CampaignSummary
-    from adeye.store.read.totals import Total
-
+from tests.sql import alter, rows
+from tests.stored import known, stored
 
 # --- judging again gives the rows that judging the runs directly gives, whatever it reads
 
 
-METRIC_PLUGIN = '''
-import numpy as np
-
-from adeye.ports import MetricColumn
-
-
-class Touchy:
-    """Fails on every run that ends early."""
-
-    uid, column, unit, worse, source = "own:touchy@1", "touchy_m", "m", "lower", "here"
-    scale = 1.0
-
-    def compute(self, trace):
-        value = trace["ego"][:, 0, 0] - 5.0
-        value = np.where(trace.complete, value, np.nan)
-        return MetricColumn(value, ["value"] * trace.runs, value * 0.0, [-1] * trace.runs)
-'''
+METRIC_PLUGIN: str = stored("plugins")["touchy"]
 
 ODD: dict[str, Any] = {
     **MINI,
@@ -71,38 +50,11 @@ ODD: dict[str, Any] = {
     "plugins": ["./touchy.py:Touchy"],
 }
 
-OWN: dict[str, dict[str, Any]] = {
-    "OWN-GAP": {"formula": "always(any_actor.distance > 3 m)"},
-    "OWN-TTC": {"formula": "always(ttc >= 1.5 s)"},
-    "OWN-GAP-FAIL": {"formula": "always(3 m < any_actor.distance)", "on_contact": "fail"},
-    "OWN-SLOW": {"formula": "eventually(ego.speed < 20 m/s)"},
-    "OWN-STEER": {"formula": "always(channel.nominal.acceleration >= -3 m/s^2)"},
-    "OWN-ACC": {"formula": "always(abs(ego.acceleration) <= 4 m/s^2)", "applies": "everywhere"},
-    "OWN-TTCB": {"bound": {"metric": "min_ttc_s", "at_least": 1.5}},
-    "OWN-SAFE": {"bound": {"metric": "fault_to_safe_state_s", "at_most": 9.0}},
-    "OWN-IMPACT": {"bound": {"metric": "impact_speed_mps", "at_most": 3.0}},
-    "OWN-STILL": {"bound": {"metric": "standstill_gap_m", "at_least": 1.0}},
-    "OWN-TOUCHY": {"bound": {"metric": "touchy_m", "at_least": 1.0}},
-    "OWN-BOTH": {"formula": "always(any_actor.distance > 3 m or ego.speed < 10 m/s)"},
-    "OWN-AGE": {"formula": "always(sensor.front_radar.age <= 0.2 s)"},
-}
+FSRS = stored("fsrs")
+OWN: dict[str, Any] = FSRS["own"]
 """FSRs beside the shipped ones, each of another kind."""
 
-OTHER = {
-    "OWN-GAP": "always(any_actor.distance > 12 m)",
-    "OWN-TTC": "always(ttc >= 2.25 s)",
-    "OWN-GAP-FAIL": "always(9 m < any_actor.distance)",
-    "OWN-SLOW": "eventually(ego.speed < 31 m/s)",
-    "OWN-STEER": "always(channel.nominal.acceleration >= -1 m/s^2)",
-    "OWN-ACC": "always(abs(ego.acceleration) <= 2 m/s^2)",
-    "OWN-TTCB": 2.5,
-    "OWN-SAFE": 6.0,
-    "OWN-IMPACT": 0.5,
-    "OWN-STILL": 4.0,
-    "OWN-TOUCHY": 2.0,
-    "OWN-BOTH": "always(any_actor.distance > 9 m or ego.speed < 20 m/s)",
-    "OWN-AGE": "always(sensor.front_radar.age <= 0.02 s)",
-}
+OTHER: dict[str, Any] = FSRS["other"]
 """The same with other thresholds."""
 
 FROM_TRACES = {"OWN-BOTH"}
@@ -141,12 +93,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 def verdicts(db: Path, campaign: str) -> list[tuple[Any, ...]]:
     """Read every column of every verdict of a campaign, in the order of the plan."""
-    connection = sqlite3.connect(db)
-    found = connection.execute(
-        "SELECT * FROM v_verdicts WHERE campaign = ? ORDER BY ordinal, fsr", (campaign,)
-    ).fetchall()
-    connection.close()
-    return found
+    sql = "SELECT * FROM v_verdicts WHERE campaign = ? ORDER BY ordinal, fsr"
+    return rows(db, sql, campaign)
 
 
 def differences(one: list[tuple[Any, ...]], other: list[tuple[Any, ...]]) -> Iterator[Any]:
@@ -183,11 +131,11 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
 
     with monkeypatch.context() as patched:
         patched.setattr(work, "run_batch", never)
-        rows = judge_campaign(made.plan(), db=before)
-        assert rows.exit_code is not ExitCode.OK
-        assert set(rows.ways) == {"invalid", "metric", "samples"}
-        assert 0 < rows.to_replay <= rows.reused
-        told = verdicts(before, rows.campaign)
+        stored_only = judge_campaign(made.plan(), db=before)
+        assert stored_only.exit_code is not ExitCode.OK
+        assert set(stored_only.ways) == {"invalid", "metric", "samples"}
+        assert 0 < stored_only.to_replay <= stored_only.reused
+        told = verdicts(before, stored_only.campaign)
         assert {row[7] for row in told if row[10] == "NOT_RUN"} == FROM_TRACES
         same = [row for row in direct if row[7] not in FROM_TRACES]
         found = [row for row in told if row[7] not in FROM_TRACES]
@@ -199,7 +147,7 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
         assert list(differences(verdicts(kept, traces.campaign), direct)) == []
 
     replayed = judge_campaign(made.plan(), db=before, replay=True)
-    assert (replayed.to_replay, replayed.replayed) == (0, rows.to_replay)
+    assert (replayed.to_replay, replayed.replayed) == (0, stored_only.to_replay)
     assert list(differences(verdicts(before, replayed.campaign), direct)) == []
     for db in (before, kept):
         with Repository.open(db, create=False) as repository:
@@ -213,8 +161,8 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> 
     db = tmp_path / "a.db"
     run_campaign(made.plan(), db=db, traces="all")
     for path in folder_of(db).iterdir():
-        with np.load(path) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        with np.load(path) as kept:
+            arrays = {name: kept[name] for name in kept.files}
         arrays["ego"] = arrays["ego"].copy()
         arrays["ego"][:, 0, 0] += 1.0
         np.savez(path, **arrays)
@@ -255,10 +203,7 @@ def test_metric_that_is_defined_otherwise_by_now_tells_nothing(
 def test_place_that_a_file_does_not_have_is_not_read(made: Project, tmp_path: Path) -> None:
     db = tmp_path / "a.db"
     run_campaign(made.plan(), db=db, traces="all")
-    raw = sqlite3.connect(db, isolation_level=None)
-    with unguarded(raw):
-        raw.execute("UPDATE kept_trace SET place = place + 1000")
-    raw.close()
+    alter(db, "UPDATE kept_trace SET place = place + 1000")
     with made.edited(CONCEPT) as concept:
         item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
         item["formula"] = "always(any_actor.distance > 9 m or ego.speed < 11 m/s)"
@@ -317,8 +262,7 @@ def asked(project: Project, results: int) -> None:
 
 def total(project: Project) -> Total:
     with Repository.open(project.db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
+        newest = known(repository.latest_campaign())
         assert repository.verify() == ()
         return totals(repository, newest)[0]
 

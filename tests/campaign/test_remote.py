@@ -4,36 +4,26 @@ from __future__ import annotations
 
 import os
 import pickle
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
+from adeye.campaign import remote
 from adeye.campaign import remote as elsewhere
 from adeye.campaign.executors import InProcess
-from adeye.campaign.remote import DemandingTask, Elsewhere, demand_of, execute_as_demanded, seal_of
+from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import IntegrityError, PlatformError
 from adeye.ports import Done, ExecutorContext
-from tests.project import CANDIDATE, MINI
+from tests.campaign.work import Again
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, MINI, Executed, Project
+from tests.stored import stored
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from adeye.campaign.plan import CampaignPlan
-    from adeye.campaign.remote import Demand
-    from tests.conftest import MakeProject
-    from tests.project import Executed, Project
-
-CHANNEL = """
-class Steady:
-    def __init__(self, parameters, context):
-        pass
-
-    def act(self, observation):
-        return 0.0, 0.0
-"""
+CHANNEL: str = stored("plugins")["steady"]
 
 
 @pytest.fixture
@@ -53,7 +43,7 @@ def project(make_project: MakeProject) -> Project:
     return made
 
 
-def required(demand: Demand) -> None:
+def required(demand: remote.Demand) -> None:
     elsewhere._required.cache_clear()
     elsewhere._required(demand)
 
@@ -65,47 +55,42 @@ def a_task(plan: CampaignPlan) -> BatchTask:
 @pytest.mark.slow
 def test_worker_that_has_everything_executes_as_here(mini: Executed) -> None:
     task = a_task(mini.plan)
-    made = DemandingTask.of(demand_of(mini.plan), task)
-    there, here = execute_as_demanded(made).runs, execute(task).runs
+    made = remote.DemandingTask.of(remote.demand_of(mini.plan), task)
+    there, here = remote.execute_as_demanded(made).runs, execute(task).runs
     assert there is not None
     assert here is not None
     assert there.trace_digests == here.trace_digests
     assert there.result_digests == here.result_digests
 
 
-@pytest.mark.parametrize("name", ["adeye", "Python", "numba", "highway-env"])
-def test_another_release_is_refused_by_name(mini: Executed, name: str) -> None:
-    demand = demand_of(mini.plan)
-    releases = tuple((key, "0.0.1" if key == name else value) for key, value in demand.releases)
-    with pytest.raises(PlatformError, match=rf"it has {name} .*, the campaign 0\.0\.1"):
-        required(replace(demand, releases=releases))
-
-
-def test_another_source_of_adeye_is_refused(mini: Executed) -> None:
+def test_another_release_and_another_source_of_adeye_are_refused(mini: Executed) -> None:
+    demand = remote.demand_of(mini.plan)
+    for name in ("adeye", "Python", "numba", "highway-env"):
+        releases = tuple((key, "0.0.1" if key == name else value) for key, value in demand.releases)
+        with pytest.raises(PlatformError, match=rf"it has {name} .*, the campaign 0\.0\.1"):
+            required(replace(demand, releases=releases))
     with pytest.raises(PlatformError, match="its source of adeye is another one"):
-        required(replace(demand_of(mini.plan), code="0" * 64))
+        required(replace(demand, code="0" * 64))
 
 
 @pytest.mark.parametrize(
-    ("file", "message"),
-    [("steady.py", r"its code of \./steady\.py:Steady"), ("weights.bin", "its file .*weights")],
+    ("file", "changed", "missing"),
+    [
+        ("steady.py", r"its code of \./steady\.py:Steady", "it cannot load ./steady"),
+        ("weights.bin", "its file .*weights", "its file"),
+    ],
 )
-def test_another_plugin_or_file_is_refused(project: Project, file: str, message: str) -> None:
-    demand = demand_of(project.plan())
+def test_another_plugin_or_file_and_a_missing_one_is_refused(
+    project: Project, file: str, changed: str, missing: str
+) -> None:
+    demand = remote.demand_of(project.plan())
     required(demand)
     path = project.folder / "odd" / "architectures" / file
     path.write_bytes(path.read_bytes() + b"\n# other")
-    with pytest.raises(PlatformError, match=message):
+    with pytest.raises(PlatformError, match=changed):
         required(demand)
-
-
-@pytest.mark.parametrize(
-    ("file", "message"), [("steady.py", "it cannot load ./steady"), ("weights.bin", "its file")]
-)
-def test_missing_plugin_or_file_is_refused(project: Project, file: str, message: str) -> None:
-    demand = demand_of(project.plan())
-    (project.folder / "odd" / "architectures" / file).unlink()
-    with pytest.raises(PlatformError, match=message):
+    path.unlink()
+    with pytest.raises(PlatformError, match=missing):
         required(demand)
 
 
@@ -123,7 +108,7 @@ def test_module_that_was_installed_anew_under_a_worker_is_refused(
             "kind": "installed_elsewhere:Steady",
             "links": ["localisation"],
         }
-    demand = demand_of(made.plan())
+    demand = remote.demand_of(made.plan())
     required(demand)
     module.write_text(CHANNEL + "# a later release\n")
     # This process still has the code that it imported first, whatever a new plan hashes.
@@ -144,32 +129,19 @@ def test_file_that_changes_during_a_block_makes_its_result_worthless(
     elsewhere._required.cache_clear()
     monkeypatch.setattr(elsewhere, "execute", edit_and_execute)
     with pytest.raises(IntegrityError, match=r"weights\.bin.*was changed"):
-        execute_as_demanded(DemandingTask.of(demand_of(plan), a_task(plan)))
+        remote.execute_as_demanded(remote.DemandingTask.of(remote.demand_of(plan), a_task(plan)))
 
 
-class Again:
-    """Tasks that come back after their end, as lost blocks do."""
-
-    def __init__(self, *tasks: BatchTask) -> None:
-        self.waiting = list(tasks)
-
-    def __iter__(self) -> Iterator[BatchTask]:
-        return self
-
-    def __next__(self) -> BatchTask:
-        if not self.waiting:
-            raise StopIteration
-        return self.waiting.pop(0)
-
-
-def make_elsewhere(plan: CampaignPlan, seen: list[DemandingTask], traces: Path | None) -> Elsewhere:
-    def work(item: DemandingTask) -> Any:
+def make_elsewhere(
+    plan: CampaignPlan, seen: list[remote.DemandingTask], traces: Path | None
+) -> remote.Elsewhere:
+    def work(item: remote.DemandingTask) -> Any:
         seen.append(item)
         made = BatchResult(failure=f"block {item.open()[1].block}")
-        return replace(made, seal=seal_of(item, made))
+        return replace(made, seal=remote.seal_of(item, made))
 
     context: ExecutorContext[Any, Any] = ExecutorContext(work)
-    return Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
+    return remote.Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
 
 
 def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
@@ -178,7 +150,7 @@ def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
     monkeypatch.chdir(project.folder)
     project.odd = Path("odd/tested.yaml")
     plan = project.plan()
-    seen: list[DemandingTask] = []
+    seen: list[remote.DemandingTask] = []
     task = a_task(plan)
     tasks = Again(task)
     executor = make_elsewhere(plan, seen, None)
@@ -201,7 +173,7 @@ def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
 
 
 def test_folder_of_traces_has_to_be_shared(mini: Executed, tmp_path: Path) -> None:
-    seen: list[DemandingTask] = []
+    seen: list[remote.DemandingTask] = []
     executor = make_elsewhere(mini.plan, seen, tmp_path / "traces")
     list(executor.run(iter([a_task(mini.plan)])))
     demand, _ = seen[0].open()
@@ -235,7 +207,7 @@ def _word(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
 
 def _another_task(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
     demand, task = done.task.open()
-    yield replace(done, task=DemandingTask.of(demand, replace(task, block=7)))
+    yield replace(done, task=remote.DemandingTask.of(demand, replace(task, block=7)))
 
 
 def _twice(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
@@ -271,10 +243,15 @@ def test_executor_that_alters_what_it_carries_is_named(
             for done in super().run(tasks):
                 yield from tampers(done)
 
-    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
-    executor = Elsewhere(mini.plan, lambda it: Altering(it.work), context, name="own:Pool")
     with pytest.raises(IntegrityError, match=rf"executor own:Pool brought {message}"):
-        list(executor.run(iter([a_task(mini.plan)])))
+        carry(mini, Altering)
+
+
+def carry(mini: Executed, pool: Any, *tasks: BatchTask, name: str = "own:Pool") -> None:
+    """Let an executor of somebody else carry tasks."""
+    context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
+    executor = remote.Elsewhere(mini.plan, lambda it: pool(it.work), context, name=name)
+    list(executor.run(iter(tasks or (a_task(mini.plan),))))
 
 
 def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
@@ -283,30 +260,24 @@ def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
             del tasks
             return iter(())
 
-    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
-    executor = Elsewhere(mini.plan, lambda it: Idle(it.work), context, name="own:Idle")
     with pytest.raises(IntegrityError, match="executor own:Idle ended without taking its tasks"):
-        list(executor.run(iter([a_task(mini.plan)])))
+        carry(mini, Idle, name="own:Idle")
 
 
 @pytest.mark.slow
 def test_results_of_two_blocks_that_an_executor_exchanges_are_refused(mini: Executed) -> None:
-    first = a_task(mini.plan)
-    second = replace(first, block=2, execute=(mini.plan.cases[1],))
-
     class Exchanging(InProcess[Any, Any]):
         def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
             one, other = super().run(tasks)
             yield replace(one, result=other.result)
 
-    context: ExecutorContext[Any, Any] = ExecutorContext(execute_as_demanded)
-    executor = Elsewhere(mini.plan, lambda it: Exchanging(it.work), context)
+    first = a_task(mini.plan)
     with pytest.raises(IntegrityError, match="not what its worker made"):
-        list(executor.run(iter([first, second])))
+        carry(mini, Exchanging, first, replace(first, block=2, execute=(mini.plan.cases[1],)))
 
 
 def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -> None:
-    seen: list[DemandingTask] = []
+    seen: list[remote.DemandingTask] = []
     executor = make_elsewhere(mini.plan, seen, None)
     list(executor.run(iter([a_task(mini.plan)])))
     _, task = seen[0].open()
@@ -318,6 +289,6 @@ def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -
 
 @pytest.mark.slow
 def test_seal_stays_on_its_way_through_a_pipe(mini: Executed) -> None:
-    item = DemandingTask.of(demand_of(mini.plan), a_task(mini.plan))
-    sent = pickle.loads(pickle.dumps(execute_as_demanded(item)))  # noqa: S301 - made here
-    assert sent.seal == seal_of(item, sent) != ""
+    item = remote.DemandingTask.of(remote.demand_of(mini.plan), a_task(mini.plan))
+    sent = pickle.loads(pickle.dumps(remote.execute_as_demanded(item)))  # noqa: S301 - made here
+    assert sent.seal == remote.seal_of(item, sent) != ""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,13 +18,7 @@ from adeye.errors import InputError
 from adeye.simulate import engine
 from adeye.store.repository import Repository
 from adeye.sweep.case import structure_key
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.campaign.run import Progress
-    from tests.project import Executed
-
+from tests.project import Executed
 
 # --- a stored run, shown and executed again
 
@@ -86,29 +81,30 @@ def test_planned_run_has_a_description_but_no_replay(mini: Executed, tmp_path: P
         replay_run(db, run)
 
 
-def test_unknown_run_is_an_input_error(mini: Executed) -> None:
-    with pytest.raises(InputError):
-        replay_run(mini.db, "0123456789ab")
-
-
-def test_database_that_is_not_there_is_not_made(tmp_path: Path) -> None:
-    with pytest.raises(InputError):
-        replay_run(tmp_path / "missing.db", "a")
+def test_run_and_database_that_are_not_there_are_input_errors(
+    mini: Executed, tmp_path: Path
+) -> None:
+    for db, run in ((mini.db, "0123456789ab"), (tmp_path / "missing.db", "a")):
+        with pytest.raises(InputError):
+            replay_run(db, run)
     assert list(tmp_path.iterdir()) == []
 
 
 # --- recalled runs of the mini campaign, part by part, and who is told how many are done
 
 
+def recalled(mini: Executed) -> list[Any]:
+    """Recall every run of the campaign, part by part."""
+    with Repository.open(mini.db, create=False) as repository:
+        runs = repository.hindsight.executed(repository.find_campaign().id)
+        return list(recalled_parts(repository, runs))
+
+
 def test_parts_are_small_in_the_order_of_the_plan_and_hold_every_run_once(
     mini: Executed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recalling, "PART_RUNS", 10)
-    with Repository.open(mini.db, create=False) as repository:
-        info = repository.latest_campaign()
-        assert info is not None
-        runs = repository.hindsight.executed(info.id)
-        parts = list(recalled_parts(repository, runs))
+    parts = recalled(mini)
     assert [len(part) for part in parts] == [10, 10, 8]
     assert [item.run.ordinal for part in parts for item in part] == list(range(28))
 
@@ -117,10 +113,7 @@ def test_together_is_what_has_one_structure(
     mini: Executed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recalling, "MOST_TOGETHER", 3)
-    with Repository.open(mini.db, create=False) as repository:
-        info = repository.latest_campaign()
-        assert info is not None
-        (part,) = recalled_parts(repository, repository.hindsight.executed(info.id))
+    (part,) = recalled(mini)
     batches = list(together(part, lambda item: item))
     assert max(map(len, batches)) == 3
     assert sum(map(len, batches)) == 28
@@ -133,11 +126,8 @@ def test_counter_tells_each_time_how_many_are_done() -> None:
     counter = Counter("forks", 5, told.append)
     counter.add(2)
     counter.add(3)
-    assert [(item.phase, item.done, item.total) for item in told] == [
-        ("forks", 0, 5),
-        ("forks", 2, 5),
-        ("forks", 5, 5),
-    ]
+    assert [(item.done, item.total) for item in told] == [(0, 5), (2, 5), (5, 5)]
+    assert {item.phase for item in told} == {"forks"}
     Counter("forks", 5, None).add(1)
 
 

@@ -4,59 +4,32 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import adeye
-from adeye.campaign import run as blocks
 from adeye.campaign import run as runner
 from adeye.campaign import work
-from adeye.campaign.run import (
-    DEADLINE_S,
-    Limits,
-    Progress,
-    Session,
-    Stop,
-    Tasks,
-    renewing,
-    run_campaign,
-)
-from adeye.campaign.work import execute
+from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.cli.run import executed_text
 from adeye.errors import IntegrityError, PlatformError, Terminated
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.owner import Owner
-from adeye.store.records import Block
+from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
-from tests.project import CONCEPT, MINI, Executed, Project, count_rows, table_hash
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from adeye.campaign.work import BatchResult, BatchTask
-    from adeye.store.records import Plan
-    from tests.conftest import MakeProject
-    from tests.project import Executed
-
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
+from tests.stored import known, stored
 
 # --- campaigns: what is executed, what is only judged, what is left alone, and what survives
 
 
-PLUGIN = """
-from adeye.ports import ScalarCommand
-
-
-class Steady:
-    def __init__(self, parameters, context):
-        pass
-
-    def act(self, observation):
-        return ScalarCommand({acceleration}, 0.0)
-"""
+PLUGIN: str = stored("plugins")["held"]
+BROKEN: str = stored("plugins")["broken"]
 
 SMALL: dict[str, Any] = {
     **MINI,
@@ -103,7 +76,7 @@ def test_candidate_passes_and_legacy_fails(mini: Executed) -> None:
 def test_second_run_executes_nothing(mini: Executed) -> None:
     project = mini.project
     before = count_rows(mini.db, "run"), table_hash(mini.db)
-    again = run_campaign(project.plan(), db=mini.db, workers=2)
+    again = runner.run_campaign(project.plan(), db=mini.db, workers=2)
     assert (again.executed, again.judged, again.reused) == (0, 0, 28)
     assert (again.campaign, again.exit_code) == (mini.summary.campaign, mini.summary.exit_code)
     assert again.verdicts == mini.summary.verdicts
@@ -129,12 +102,14 @@ def test_new_threshold_judges_again_and_executes_nothing(small: Project) -> None
     assert small.rows(first.campaign) == rows
 
 
+STEADY = "odd/architectures/steady.py"
+
+
 def with_plugin(project: Project, acceleration: float = 0.0) -> None:
     """Give the ODD an architecture whose nominal channel comes from a file beside it."""
-    folder = project.folder / "odd" / "architectures"
     text = PLUGIN.replace("{acceleration}", str(acceleration))
-    (folder / "steady.py").write_text(text, "utf-8")
-    own = project.read("odd/architectures/camera_radar.yaml")
+    (project.folder / STEADY).write_text(text, "utf-8")
+    own = project.read(CANDIDATE)
     own["architecture"] = "own"
     own["channels"]["nominal"].update(kind="./steady.py:Steady")
     project.write("odd/architectures/own.yaml", own)
@@ -143,9 +118,17 @@ def with_plugin(project: Project, acceleration: float = 0.0) -> None:
 
 
 @pytest.mark.slow
-def test_another_architecture_leaves_every_result_as_it_was(small: Project) -> None:
+def test_texts_execute_nothing_and_another_architecture_leaves_every_result_as_it_was(
+    small: Project,
+) -> None:
     small.run()
     before = identities(small)
+    with small.edited(CANDIDATE) as candidate:
+        candidate.update(title="Renamed", cost=1)
+        candidate["sensors"]["front_radar"]["cost"] = 1
+    with small.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["title"] = "Renamed"
+    assert small.run().executed == 0
     with_plugin(small)
     summary = small.run()
     assert (summary.executed, summary.reused) == (2, 4)
@@ -154,11 +137,11 @@ def test_another_architecture_leaves_every_result_as_it_was(small: Project) -> N
 
 
 @pytest.mark.slow
-def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_no_others(
+def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_undoing_it_finds_them(
     small: Project,
 ) -> None:
     with_plugin(small)
-    small.run()
+    first = small.run()
     before = {row["ordinal"]: row for row in small.rows()}
     with_plugin(small, acceleration=-1.0)
     summary = small.run()
@@ -168,28 +151,9 @@ def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_no_others(
         assert (row["run"] == old["run"]) is (row["architecture"] != "own")
         assert row["test_case"] == old["test_case"]
         assert (row["trace_digest"] == old["trace_digest"]) is (row["architecture"] != "own")
-
-
-@pytest.mark.slow
-def test_undoing_the_edit_of_a_plugin_finds_its_results_again(small: Project) -> None:
-    with_plugin(small)
-    first = small.run()
-    with_plugin(small, acceleration=-1.0)
-    small.run()
     with_plugin(small)
     third = small.run()
     assert (third.campaign, third.executed, third.reused) == (first.campaign, 0, 6)
-
-
-@pytest.mark.slow
-def test_texts_costs_and_tags_execute_nothing(small: Project) -> None:
-    small.run()
-    with small.edited("odd/architectures/camera_radar.yaml") as candidate:
-        candidate.update(title="Renamed", cost=1)
-        candidate["sensors"]["front_radar"]["cost"] = 1
-    with small.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
-        scenario["title"] = "Renamed"
-    assert small.run().executed == 0
 
 
 @pytest.mark.slow
@@ -204,7 +168,7 @@ def test_workers_and_block_size_do_not_change_a_result(
 
 @pytest.mark.slow
 def test_progress_rises_to_the_total(small: Project) -> None:
-    seen: list[Progress] = []
+    seen: list[runner.Progress] = []
     adeye.run(small.odd, db=small.db, progress=seen.append)
     assert [item.phase for item in seen][-1] == "done"
     done = [item.done for item in seen]
@@ -219,7 +183,7 @@ def test_progress_rises_to_the_total(small: Project) -> None:
 
 @pytest.mark.slow
 def test_interrupted_campaign_goes_on_where_it_ended(small: Project) -> None:
-    def stop(state: Progress) -> None:
+    def stop(state: runner.Progress) -> None:
         if state.done:
             raise KeyboardInterrupt
 
@@ -228,8 +192,7 @@ def test_interrupted_campaign_goes_on_where_it_ended(small: Project) -> None:
     done = count_rows(small.db, "run")
     assert 0 < done < 4
     with Repository.open(small.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
+        campaign = known(repository.latest_campaign())
         assert campaign.state == "interrupted"
     summary = small.run()
     assert (summary.executed, summary.reused) == (4 - done, done)
@@ -289,9 +252,8 @@ def test_what_another_runner_executed_meanwhile_is_not_counted_as_executed_here(
 @pytest.mark.slow
 def test_worker_that_dies_costs_nothing_but_its_batch(small: Project) -> None:
     with_plugin(small)
-    folder = small.folder / "odd" / "architectures"
-    path = folder / "steady.py"
-    mark = folder / "died"
+    path = small.folder / STEADY
+    mark = path.with_name("died")
     # Its first batch takes the whole worker down, as a crash in native code would.
     dying = f"import os\nfrom pathlib import Path\nMARK = Path({str(mark)!r})\n"
     body = "        if not MARK.exists():\n            MARK.touch()\n            os._exit(9)\n"
@@ -310,11 +272,11 @@ def test_plugin_that_is_changed_meanwhile_ends_the_campaign_and_spoils_no_result
     small: Project, workers: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_plugin(small)
-    path = small.folder / "odd" / "architectures" / "steady.py"
+    path = small.folder / STEADY
     original = path.read_text("utf-8")
     monkeypatch.setattr(runner, "block_size", lambda _: 1)
 
-    def edit(state: Progress) -> None:
+    def edit(state: runner.Progress) -> None:
         if state.phase == "run" and state.done == 1:
             path.write_text(original.replace("0.0, 0.0", "-1.0, 0.0"), "utf-8")
 
@@ -353,7 +315,7 @@ def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
 @pytest.mark.slow
 @pytest.mark.parametrize("others", [[], MINI["architectures"]], ids=["alone", "beside_others"])
 def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
-    others: list[str], small: Project, tmp_path: Path
+    others: list[str], small: Project
 ) -> None:
     with_plugin(small)
     with small.edited_odd() as odd:
@@ -361,9 +323,9 @@ def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
         odd["gate"] = {"architectures": ["own"]}
     plan = small.plan()
     # The file is gone between planning and running.
-    (small.folder / "odd" / "architectures" / "steady.py").unlink()
+    (small.folder / STEADY).unlink()
     with pytest.raises(IntegrityError, match=r"steady\.py.* was changed after .* was planned"):
-        run_campaign(plan, db=tmp_path / "adeye.db")
+        runner.run_campaign(plan, db=small.db)
 
 
 @pytest.mark.slow
@@ -382,41 +344,30 @@ def test_defect_of_ours_is_named_and_never_green(
 
 
 @pytest.mark.slow
-def test_mastered_failure_of_a_channel_is_mentioned(make_project: MakeProject) -> None:
-    project = make_project(SMALL)
-    folder = project.folder / "odd" / "architectures"
-    (folder / "broken.py").write_text(
-        "class Broken:\n"
-        "    def __init__(self, parameters, context):\n"
-        "        pass\n\n"
-        "    def act(self, observation):\n"
-        "        if observation.time > 1.0:\n"
-        "            raise RuntimeError('dead')\n"
-        "        return 0.0, 0.0\n",
-        "utf-8",
-    )
-    with project.edited("odd/architectures/camera_radar.yaml") as candidate:
+def test_mastered_failure_of_a_channel_is_mentioned(small: Project) -> None:
+    (small.folder / "odd/architectures/broken.py").write_text(BROKEN, "utf-8")
+    with small.edited(CANDIDATE) as candidate:
         nominal = candidate["channels"]["nominal"]
         candidate["channels"]["nominal"] = {"kind": "./broken.py:Broken", "links": nominal["links"]}
-    summary = project.run()
+    summary = small.run()
     told = "channel_error of channel nominal in 2 runs of camera_radar (RuntimeError: dead (broken"
     assert told in summary.message
     # The shipped concept has an FSR about it.
     assert "refused" not in summary.message
-    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
+    with small.edited(CONCEPT) as concept:
         concept["requirements"] = [
             item for item in concept["requirements"] if "silent" not in item.get("formula", "")
         ]
-    without = project.run()
+    without = small.run()
     assert without.executed == 0
     assert without.exit_code is ExitCode.INCOMPLETE
     assert {item.verdict for item in without.verdicts if item.is_gate} == {Verdict.PASS}
     assert f"{told}.py:7)), refused: in 2 runs" in without.message
     (failure,) = (item for item in without.channel_failures if item.refused)
     assert (failure.channel, failure.runs, failure.refused) == ("nominal", 2, 2)
-    with project.edited_odd() as odd:
+    with small.edited_odd() as odd:
         odd["gate"]["channel_failures"] = "allow"
-    assert project.run().exit_code is ExitCode.OK
+    assert small.run().exit_code is ExitCode.OK
 
 
 # --- blocks on their way: pieces together, failures apart, limits before they begin
@@ -449,12 +400,12 @@ def repository(project: Project) -> Iterator[Repository]:
 
 
 @pytest.fixture
-def make(project: Project, repository: Repository) -> Callable[..., Tasks]:
+def make(project: Project, repository: Repository) -> Callable[..., runner.Tasks]:
     plan = project.plan()
 
-    def tasks(*ordinals: int, session: Session | None = None) -> Tasks:
+    def tasks(*ordinals: int, session: runner.Session | None = None) -> runner.Tasks:
         stored: Plan = repository.plan_campaign(plan.record(), plan.planned(), block_size=6)
-        made = Tasks(repository, plan, stored, (True, True), session or Session())
+        made = runner.Tasks(repository, plan, stored, (True, True), session or runner.Session())
         chosen = np.zeros(6, dtype=np.bool_)
         chosen[list(ordinals)] = True
         made.choose(chosen if ordinals else None, stored, 6)
@@ -465,7 +416,7 @@ def make(project: Project, repository: Repository) -> Callable[..., Tasks]:
 
 @pytest.mark.slow
 def test_pieces_of_a_block_are_executed_together_and_completed_apart(
-    make: Callable[..., Tasks], project: Project, repository: Repository
+    make: Callable[..., runner.Tasks], project: Project, repository: Repository
 ) -> None:
     tasks = make(0, 2, 5)
     (task,) = list(tasks)
@@ -473,30 +424,19 @@ def test_pieces_of_a_block_are_executed_together_and_completed_apart(
     assert len(tasks.held()) == 3
     assert tasks.complete(task, execute(task)) == 3
     assert (tasks.executed, tasks.held()) == (3, [])
-    campaign = repository.find_campaign()
-    assert campaign.work.done == 3
-    # The rest is in pieces too, and comes as one task.
-    rest = make()
-    for other in rest:
-        rest.complete(other, execute(other))
+    assert repository.find_campaign().work.done == 3
+    # The rest is in pieces too, and comes as one task, if all of it is chosen.
+    rest = make(*range(6))
+    (other,) = list(rest)
+    assert len(other.execute) == 3
+    rest.complete(other, execute(other))
     assert repository.verify() == ()
     project.run(db="whole.db")
     assert table_hash(project.db) == table_hash(project.folder / "whole.db")
 
 
-@pytest.mark.slow
-def test_rest_in_pieces_is_executed_together_if_all_of_it_is_chosen(
-    make: Callable[..., Tasks],
-) -> None:
-    tasks = make(1, 3)
-    (task,) = list(tasks)
-    tasks.complete(task, execute(task))
-    (rest,) = list(make(*range(6)))
-    assert len(rest.execute) == 4
-
-
 def test_pieces_that_failed_are_tried_one_by_one(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
     tasks = make(0, 2, 5)
     tasks.fail(next(tasks), "broken")
@@ -509,7 +449,7 @@ def test_pieces_that_failed_are_tried_one_by_one(
 
 @pytest.mark.slow
 def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
     tasks = make(0, 2, 5)
     task = next(tasks)
@@ -523,11 +463,11 @@ def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
 
 
 def test_block_for_which_there_is_no_time_is_given_back(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
-    limits = Limits(budget_s=100.0)
+    limits = runner.Limits(budget_s=100.0)
     limits.measure(1, 99.0)
-    tasks = make(session=Session(limits=limits))
+    tasks = make(session=runner.Session(limits=limits))
     assert list(tasks) == []
     assert repository.find_campaign().work.leased == 0
     (note,) = tasks.notes(6)
@@ -535,16 +475,16 @@ def test_block_for_which_there_is_no_time_is_given_back(
 
 
 def test_nothing_is_claimed_when_somebody_asked_for_the_end(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
-    session = Session()
+    session = runner.Session()
     session.stop.asked = KeyboardInterrupt
     assert list(make(session=session)) == []
     assert repository.find_campaign().work.leased == 0
 
 
 def test_release_gives_back_what_was_not_completed(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
     tasks = make(0, 2)
     assert next(tasks, None) is not None
@@ -554,7 +494,7 @@ def test_release_gives_back_what_was_not_completed(
 
 
 def test_others_are_met_where_they_hold_something(
-    make: Callable[..., Tasks], repository: Repository
+    make: Callable[..., runner.Tasks], repository: Repository
 ) -> None:
     tasks = make()
     task = next(tasks)
@@ -568,28 +508,25 @@ def test_others_are_met_where_they_hold_something(
 # --- blocks: small plans in small ones, large plans in large ones, as far as memory goes
 
 
-@pytest.mark.parametrize(
-    ("planned", "most", "size"),
-    [
+def test_size_follows_the_plan_and_the_memory() -> None:
+    for planned, most, size in (
         (28, 2_000, 16),
         (1_000, 2_000, 62),
         (65_536, 2_000, 1_024),
         (1_000_000, 640, 640),
         (5, 0, 1),
-    ],
-)
-def test_size_follows_the_plan_and_the_memory(planned: int, most: int, size: int) -> None:
-    assert blocks._block_size(planned, most) == size
+    ):
+        assert runner._block_size(planned, most) == size
 
 
 def test_fewer_fit_where_there_is_less_memory(
     mini: Executed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     examples = mini.plan.examples()
-    before = blocks.fitting(examples)
-    monkeypatch.setattr(blocks, "TRACE_MEMORY", blocks.TRACE_MEMORY // 4)
-    assert blocks.fitting(examples) == pytest.approx(before / 4, abs=1)
-    assert blocks.block_size(mini.plan) <= max(1, before)
+    before = runner.fitting(examples)
+    monkeypatch.setattr(runner, "TRACE_MEMORY", runner.TRACE_MEMORY // 4)
+    assert runner.fitting(examples) == pytest.approx(before / 4, abs=1)
+    assert runner.block_size(mini.plan) <= max(1, before)
 
 
 # --- leases are renewed as long as the block inside runs, and no longer
@@ -615,47 +552,34 @@ class Leases:
 
 def beaten(leases: Leases) -> None:
     blocks = [Block(number, "c", 1, ()) for number in (3, 4)]
-    with renewing(cast("Any", leases), lambda: blocks, 0.04):
+    with runner.renewing(cast("Any", leases), lambda: blocks, 0.04):
         assert leases.is_enough.wait(timeout=30.0)
 
 
-def test_every_block_that_is_held_is_renewed_again_and_again() -> None:
+def test_every_block_that_is_held_is_renewed_again_and_again_until_the_end() -> None:
     leases = Leases(6)
     beaten(leases)
     assert leases.renewed[:4] == [(3, 0.04), (4, 0.04)] * 2
-
-
-def test_what_cannot_be_renewed_now_is_tried_again() -> None:
-    leases = Leases(4, fails=True)
-    beaten(leases)
-
-
-def test_nothing_is_renewed_after_the_end() -> None:
-    beaten(Leases(1))
+    # What cannot be renewed now is tried again.
+    beaten(Leases(4, fails=True))
     assert "heartbeat" not in {thread.name for thread in threading.enumerate()}
 
 
 # --- what a session is without options, and when it has ended
 
 
-def test_a_session_without_options_leaves_nothing_out() -> None:
-    session = Session()
+def test_a_session_without_options_leaves_nothing_out_and_ends_when_it_is_asked_to() -> None:
+    session, other = runner.Session(), runner.Session()
     assert session.choice.is_everything
     assert session.limits.allow(10**9)
-    assert session.deadline_s == DEADLINE_S == 3_600.0
+    assert session.deadline_s == runner.DEADLINE_S == 3_600.0
     assert not session.has_ended
-
-
-def test_two_sessions_share_nothing() -> None:
-    first, second = Session(), Session()
-    first.limits.reached = "enough"
-    first.stop.asked = KeyboardInterrupt
-    assert not second.has_ended
-
-
-def test_whatever_is_reached_or_asked_ends_it() -> None:
-    assert Session(limits=Limits(reached="enough")).has_ended
-    assert Session(stop=Stop(asked=KeyboardInterrupt)).has_ended
+    session.limits.reached = "enough"
+    # Two share nothing.
+    assert (session.has_ended, other.has_ended) == (True, False)
+    other.stop.asked = KeyboardInterrupt
+    assert other.has_ended
+    assert not runner.Session().has_ended
 
 
 # --- what ends a campaign early, and how
@@ -678,13 +602,18 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return made
 
 
-def test_who_asks_outside_of_blocks_interrupts() -> None:
+def test_who_asks_outside_of_blocks_interrupts_and_nobody_else() -> None:
     with pytest.raises(Terminated):
-        Stop().ask(Terminated)
+        runner.Stop().ask(Terminated)
+    stop = runner.Stop()
+    with stop.deferred():
+        assert stop.is_deferred
+    assert stop.asked is None
+    stop.check()
 
 
 def test_who_asks_while_blocks_are_executed_is_heard_at_their_end() -> None:
-    stop, done = Stop(), []
+    stop, done = runner.Stop(), []
 
     def execute() -> None:
         with stop.deferred():
@@ -697,16 +626,8 @@ def test_who_asks_while_blocks_are_executed_is_heard_at_their_end() -> None:
     assert not stop.is_deferred
 
 
-def test_nobody_asks() -> None:
-    stop = Stop()
-    with stop.deferred():
-        assert stop.is_deferred
-    assert stop.asked is None
-    stop.check()
-
-
 def test_error_inside_is_not_hidden_by_who_asked() -> None:
-    stop = Stop()
+    stop = runner.Stop()
 
     def execute() -> None:
         with stop.deferred():
@@ -718,16 +639,15 @@ def test_error_inside_is_not_hidden_by_who_asked() -> None:
 
 
 def test_without_limits_every_block_may_begin() -> None:
-    limits = Limits()
+    limits = runner.Limits()
     limits.count(10**6)
     limits.measure(1, 1e6)
     assert limits.allow(10**9)
-    assert limits.left_s == math.inf
-    assert limits.reached == ""
+    assert (limits.left_s, limits.reached) == (math.inf, "")
 
 
 def test_block_that_would_not_end_in_time_is_not_begun(clock: Clock) -> None:
-    limits = Limits(budget_s=100.0)
+    limits = runner.Limits(budget_s=100.0)
     assert limits.allow(10**6)  # nothing is known yet
     clock.now += 40.0
     limits.measure(10, 20.0)
@@ -739,14 +659,14 @@ def test_block_that_would_not_end_in_time_is_not_begun(clock: Clock) -> None:
 
 
 def test_time_that_is_over_ends_it_though_nothing_is_known(clock: Clock) -> None:
-    limits = Limits(budget_s=5.0)
+    limits = runner.Limits(budget_s=5.0)
     clock.now += 5.0
     assert not limits.allow(0)
     assert "is over" in limits.reached
 
 
 def test_slowest_of_the_last_blocks_counts_and_old_ones_are_forgotten(clock: Clock) -> None:
-    limits = Limits(budget_s=100.0)
+    limits = runner.Limits(budget_s=100.0)
     assert clock.now == 100.0
     limits.measure(1, 90.0)  # it compiled
     assert limits.allow(1)
@@ -756,9 +676,9 @@ def test_slowest_of_the_last_blocks_counts_and_old_ones_are_forgotten(clock: Clo
     assert limits.allow(99)
 
 
-@pytest.mark.parametrize(("failures", "is_over"), [(0, False), (2, False), (3, True), (4, True)])
-def test_enough_failures_end_it(failures: int, is_over: bool) -> None:  # noqa: FBT001 - a table
-    limits = Limits(most_failures=3)
-    limits.count(failures)
-    assert limits.allow(1) is not is_over
-    assert (f"{failures} runs with a FAIL" in limits.reached) is is_over
+def test_enough_failures_end_it() -> None:
+    for failures, is_over in ((0, False), (2, False), (3, True), (4, True)):
+        limits = runner.Limits(most_failures=3)
+        limits.count(failures)
+        assert limits.allow(1) is not is_over
+        assert (f"{failures} runs with a FAIL" in limits.reached) is is_over

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,21 +11,16 @@ import pytest
 from adeye.campaign import run as runner
 from adeye.campaign.run import Limits, Progress, Session, run_campaign
 from adeye.campaign.selection import MAX_DEPTH, MAX_LENGTH, Choice, Keyword, Shard, failed_last
+from adeye.campaign.summary import CampaignSummary
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.owner import Owner
-from adeye.store.records import Plan
+from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
 from adeye.store.write.queue import NamedCase
+from tests.conftest import MakeProject
 from tests.project import CONCEPT, MINI, Project, count_rows, table_hash
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from adeye.campaign.summary import CampaignSummary
-    from adeye.store.records import Block
-    from tests.conftest import MakeProject
-
+from tests.stored import known
 
 # --- a part of a campaign is executed: what counts, what stays NOT_RUN, and the exit code
 
@@ -95,17 +91,13 @@ def test_what_is_not_chosen_is_not_run_and_what_is_chosen_counts(small: Project)
 
 
 @pytest.mark.slow
-def test_chosen_passes_are_no_success(small: Project) -> None:
+def test_chosen_passes_and_an_empty_selection_are_no_success(small: Project) -> None:
     summary = run(small, **word("camera_radar and gap=50"))
     assert summary.exit_code is ExitCode.INCOMPLETE
-    assert {line.verdict for line in summary.verdicts if line.is_gate and line.mandatory} == {
-        Verdict.NOT_RUN
-    }
-
-
-@pytest.mark.slow
-def test_empty_selection_is_no_success_even_where_all_is_done(small: Project) -> None:
+    gate = {line.verdict for line in summary.verdicts if line.is_gate and line.mandatory}
+    assert gate == {Verdict.NOT_RUN}
     assert small.run().exit_code is ExitCode.OK
+    # Even where all is done.
     summary = run(small, **word("no_such_name"))
     assert (summary.exit_code, summary.executed) == (ExitCode.INCOMPLETE, 0)
     assert "an empty selection is no success" in summary.message
@@ -179,8 +171,7 @@ def test_runner_that_does_not_want_it_does_not_wait_for_it(small: Project) -> No
     plan = small.plan()
     with Repository.open(small.db) as repository:
         stored = repository.plan_campaign(plan.record(), plan.planned(), block_size=2)
-        block = repository.claim_block(FAR, 1e6, campaign=stored.campaign)
-        assert block is not None
+        block = known(repository.claim_block(FAR, 1e6, campaign=stored.campaign))
         name = next(
             case.architecture
             for ordinal, case, _ in repository.queue.cases(stored.campaign)
@@ -218,15 +209,16 @@ class Campaigns:
 def chosen(campaigns: Campaigns, **choice: Any) -> list[int]:
     planned = len(campaigns.all["new"])
     plan = Plan("new", planned, planned, 0, is_new=True, ends=(planned,))
-    found = Choice(**choice).ordinals(campaigns, plan, 2)  # type: ignore[arg-type]
-    assert found is not None
+    found = known(Choice(**choice).ordinals(campaigns, plan, 2))  # type: ignore[arg-type]
     return np.flatnonzero(found).tolist()
 
 
-@pytest.mark.parametrize("of", [1, 2, 3, 5, 7])
-def test_every_test_case_is_of_one_shard(of: int) -> None:
-    shards = [Shard(number, of).ordinals(PLAN, 2) for number in range(1, of + 1)]
-    assert (np.sum(shards, axis=0) == 1).all()
+def test_every_test_case_is_of_one_shard() -> None:
+    for of in (1, 2, 3, 5, 7):
+        shards = [Shard(number, of).ordinals(PLAN, 2) for number in range(1, of + 1)]
+        assert (np.sum(shards, axis=0) == 1).all()
+    # More than blocks leave some empty.
+    assert not Shard(9, 9).ordinals(PLAN, 3).any()
 
 
 def test_shards_are_made_of_whole_blocks_in_turn() -> None:
@@ -236,18 +228,11 @@ def test_shards_are_made_of_whole_blocks_in_turn() -> None:
     assert second.tolist() == [3, 7, 8, 9]
 
 
-def test_more_shards_than_blocks_leave_some_empty() -> None:
-    assert not Shard(9, 9).ordinals(PLAN, 3).any()
-
-
-@pytest.mark.parametrize("text", ["", "1", "0/3", "4/3", "1/0", "a/b", "-1/3", "1/2/3", "1/99999"])
-def test_no_such_shard(text: str) -> None:
-    with pytest.raises(UsageError, match="--shard"):
-        Shard.parse(text)
-
-
-def test_shard_is_read() -> None:
+def test_shard_is_read_and_others_are_refused() -> None:
     assert Shard.parse(" 2/3 ") == Shard(2, 3)
+    for text in ("", "1", "0/3", "4/3", "1/0", "a/b", "-1/3", "1/2/3", "1/99999"):
+        with pytest.raises(UsageError, match="--shard"):
+            Shard.parse(text)
 
 
 def test_nothing_asked_for_is_everything() -> None:
@@ -265,20 +250,15 @@ def test_all_that_is_asked_for_counts_at_once() -> None:
     assert text == "--shard 2/2 -k 'a' --last-failed"
 
 
-def test_failed_last_is_what_failed_here_or_has_no_result_anywhere() -> None:
+def test_failed_last_is_what_failed_or_has_no_result_where_it_was_executed_last() -> None:
     campaigns = Campaigns(new={"a": "pass", "b": "fail", "c": ""})
     assert chosen(campaigns, last_failed=True) == [1, 2]
-
-
-def test_what_passed_before_an_edit_is_not_executed_for_it() -> None:
+    # What passed before an edit is not executed for it.
     campaigns = Campaigns(
         new={"a": "", "b": "", "c": "pass", "d": ""},
         before={"b": "fail", "a": "pass", "c": "fail"},
     )
     assert chosen(campaigns, last_failed=True) == [1, 3]
-
-
-def test_last_campaign_in_which_it_was_executed_counts() -> None:
     campaigns = Campaigns(
         new={"a": "", "b": ""},
         before={"a": "", "b": "pass"},
@@ -300,67 +280,29 @@ CASE = NamedCase(
 )
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "cut_in",
-        "CUT_IN",
-        "cut and radar",
-        "nominal_silent",
-        "not lead_braking",
-        "not not cut_in",
-        "lead or cut",
-        "cut_in and not (legacy or gap=50)",
-        "gap=30",
-        "gap=30.0",
-        'gap="30 m"',
-        '"gap=3000 cm"',
-        "front_radar.range=150",
-        "range=150",
-        "kind=van",
-        "wet=true",
-        "lane=1",
-        "scenario=cut_in",
-        "architecture=camera_radar",
-        "replicate=2",
-        "fault=front_camera_out+nominal_silent",
-        "lead and cut or cut_in",
-        "cut_in or lead and nothing",
-        "( cut_in )",
-        "gap=3 or gap",
-    ],
-)
-def test_chooses(text: str) -> None:
-    assert Keyword.parse(text).matches(CASE)
+CHOOSE = """
+cut_in; CUT_IN; cut and radar; nominal_silent; not lead_braking; not not cut_in; lead or cut
+cut_in and not (legacy or gap=50); gap=30; gap=30.0; gap="30 m"; "gap=3000 cm"
+front_radar.range=150; range=150; kind=van; wet=true; lane=1; scenario=cut_in
+architecture=camera_radar; replicate=2; fault=front_camera_out+nominal_silent
+lead and cut or cut_in; cut_in or lead and nothing; ( cut_in ); gap=3 or gap
+"""
+CHOOSE_NOT = """
+lead; not cut_in; cut_in and legacy; gap=3; gap=300; ap=30; gap=; kind=va; lane=true
+scenario=cut; architecture=camera; unknown=1; not (cut_in or lead)
+cut_in and not (lead or radar); lead or cut_in and legacy
+"""
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "lead",
-        "not cut_in",
-        "cut_in and legacy",
-        "gap=3",
-        "gap=300",
-        "ap=30",
-        "gap=",
-        "kind=va",
-        "lane=true",
-        "scenario=cut",
-        "architecture=camera",
-        "unknown=1",
-        "not (cut_in or lead)",
-        "cut_in and not (lead or radar)",
-        "lead or cut_in and legacy",
-    ],
-)
-def test_does_not_choose(text: str) -> None:
-    assert not Keyword.parse(text).matches(CASE)
+def test_words_choose_what_they_mean() -> None:
+    for texts, is_chosen in ((CHOOSE, True), (CHOOSE_NOT, False)):
+        for text in texts.strip().replace("\n", "; ").split("; "):
+            assert Keyword.parse(text).matches(CASE) is is_chosen, text
 
 
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
+def test_what_is_no_choice_is_refused() -> None:
+    deep = MAX_DEPTH + 2
+    for text, why in (
         ("", "lacks a word"),
         ("and", "lacks a word"),
         ("a and", "lacks a word"),
@@ -370,16 +312,13 @@ def test_does_not_choose(text: str) -> None:
         ("a)", "has ')' where"),
         ("(a", "parenthesis"),
         ('"a', "quote"),
-        ("(" * (MAX_DEPTH + 2) + "a" + ")" * (MAX_DEPTH + 2), "nested"),
-        ("not " * (MAX_DEPTH + 2) + "a", "nested"),
+        ("(" * deep + "a" + ")" * deep, "nested"),
+        ("not " * deep + "a", "nested"),
         ("a" * (MAX_LENGTH + 1), "longer than"),
-    ],
-)
-def test_refuses(text: str, why: str) -> None:
-    with pytest.raises(UsageError) as refused:
-        Keyword.parse(text)
-    assert why in str(refused.value)
-    assert "Write words joined by" in str(refused.value)
+    ):
+        with pytest.raises(UsageError, match="Write words joined by") as refused:
+            Keyword.parse(text)
+        assert why in str(refused.value)
 
 
 def test_words_of_the_language_are_plain_words_in_quotes() -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from copy import copy
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,10 +16,7 @@ from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+from tests.stored import stored
 
 ODD: dict[str, Any] = {
     **MINI,
@@ -32,22 +31,7 @@ ODD: dict[str, Any] = {
     "gate": {"architectures": ["camera_radar"]},
     "plugins": ["./own.py:Own"],
 }
-PLUGIN = """
-import numpy as np
-
-from adeye.ports import MetricColumn
-
-
-class Own:
-    \"\"\"A metric.\"\"\"
-
-    uid, column, unit, worse, source = "own:own@1", "own_m", "m", "lower", "here"
-    scale = 1.0
-
-    def compute(self, trace):
-        value = trace["ego"][:, 0, 0] + 1.0
-        return MetricColumn(value, ["value"] * trace.runs, value * 0.0, [-1] * trace.runs)
-"""
+PLUGIN: str = stored("plugins")["place"]
 
 
 @pytest.fixture(scope="module")

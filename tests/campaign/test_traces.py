@@ -6,7 +6,9 @@ import hashlib
 import json
 import shutil
 import zipfile
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +20,7 @@ from adeye.store.evidence.roots import SUFFIX, folder_of
 from adeye.store.repository import Repository
 from adeye.trace import COLUMNS
 from tests.project import Project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
+from tests.stored import known
 
 # --- kept traces that were altered, taken away or put there
 
@@ -43,9 +41,8 @@ def repository(kept: Path) -> Iterator[Repository]:
     before = {path: path.read_bytes() for path in folder.iterdir()}
     with Repository.open(kept, create=False) as opened:
         yield opened
-    for path in folder.iterdir():
-        if path not in before:
-            path.unlink()
+    for path in set(folder.iterdir()) - before.keys():
+        path.unlink()
     for path, content in before.items():
         path.write_bytes(content)
 
@@ -173,41 +170,41 @@ def test_missing_and_damaged_files_hold_no_traces(tmp_path: Path) -> None:
 
 def test_file_of_the_right_form_is_read_with_its_empty_columns(tmp_path: Path) -> None:
     np.savez(tmp_path / f"{NAME}.npz", **arrays_of())
-    kept = read_kept(tmp_path, NAME)
-    assert kept is not None
+    kept = known(read_kept(tmp_path, NAME))
     assert kept.arrays.keys() == {*COLUMNS, "time", "length", "horizon_row", "complete"}
     assert kept.arrays["authority"].shape == (RUNS, TICKS, 4)
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [
-        pytest.param({"ego": None}, id="column that is missing"),
-        pytest.param({"other": np.zeros((RUNS, TICKS))}, id="column of no trace"),
-        pytest.param({"ego": np.ones((RUNS, TICKS + 1, 7))}, id="more ticks"),
-        pytest.param({"contact": np.array([["a"] * TICKS] * RUNS)}, id="texts"),
-        pytest.param({"length": np.array(3)}, id="no axis"),
-        pytest.param({"meta": {"cases": ["a" * 64]}}, id="fewer names than runs"),
-        pytest.param({"meta": {"monitors": None}}, id="no names"),
-        pytest.param({"meta": {"faults": [1]}}, id="numbers as names"),
-        pytest.param({"meta": {"empty": []}}, id="list for a mapping"),
-        pytest.param({"meta": {"empty": {n: ["O", RUNS, TICKS] for n in EMPTY}}}, id="objects"),
-        pytest.param({"meta": {"empty": {n: ["<f8", -1, TICKS] for n in EMPTY}}}, id="negative"),
-        pytest.param({"meta": {"empty": {n: ["<f8", "2"] for n in EMPTY}}}, id="text for a number"),
-        pytest.param(
-            {"meta": {"empty": {n: ["<f8", RUNS, TICKS, 10**12] for n in EMPTY}}}, id="endless"
-        ),
-        pytest.param({"meta": np.frombuffer(b"[" * 100_000, dtype=np.uint8)}, id="nested"),
-        pytest.param({"meta": np.frombuffer(b"[]", dtype=np.uint8)}, id="list as description"),
-    ],
-)
-def test_other_forms_are_not_read(tmp_path: Path, changed: dict[str, Any]) -> None:
-    meta = changed.get("meta")
-    arrays = arrays_of(**changed) if isinstance(meta, dict) else {**arrays_of(), **changed}
-    np.savez(
-        tmp_path / f"{NAME}.npz",
-        **{name: item for name, item in arrays.items() if item is not None},
-    )
+def empty(shape: Any) -> dict[str, Any]:
+    return {"meta": {"empty": dict.fromkeys(EMPTY, shape)}}
+
+
+OTHER_FORMS: dict[str, dict[str, Any]] = {
+    "column that is missing": {"ego": None},
+    "column of no trace": {"other": np.zeros((RUNS, TICKS))},
+    "more ticks": {"ego": np.ones((RUNS, TICKS + 1, 7))},
+    "texts": {"contact": np.array([["a"] * TICKS] * RUNS)},
+    "no axis": {"length": np.array(3)},
+    "fewer names than runs": {"meta": {"cases": ["a" * 64]}},
+    "no names": {"meta": {"monitors": None}},
+    "numbers as names": {"meta": {"faults": [1]}},
+    "list for a mapping": {"meta": {"empty": []}},
+    "objects": empty(["O", RUNS, TICKS]),
+    "negative": empty(["<f8", -1, TICKS]),
+    "text for a number": empty(["<f8", "2"]),
+    "endless": empty(["<f8", RUNS, TICKS, 10**12]),
+    "nested": {"meta": np.frombuffer(b"[" * 100_000, dtype=np.uint8)},
+    "list as description": {"meta": np.frombuffer(b"[]", dtype=np.uint8)},
+}
+
+
+@pytest.mark.parametrize("form", OTHER_FORMS)
+def test_other_forms_are_not_read(tmp_path: Path, form: str) -> None:
+    changed = OTHER_FORMS[form]
+    is_mapping = isinstance(changed.get("meta"), dict)
+    arrays = arrays_of(**changed) if is_mapping else {**arrays_of(), **changed}
+    there = {name: item for name, item in arrays.items() if item is not None}
+    np.savez(tmp_path / f"{NAME}.npz", **there)
     assert read_kept(tmp_path, NAME) is None
 
 

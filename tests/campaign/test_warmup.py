@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.campaign import warmup, work
+from adeye.campaign.run import Progress
 from adeye.campaign.warmup import _compile_part, _covering, _drive, _judge, compile_aside, warm_up
-from adeye.campaign.work import BatchTask, compiled_parts
+from adeye.campaign.work import BatchResult, BatchTask, compiled_parts
 from adeye.errors import PlatformError
-from adeye.judge.evaluate import VERDICTS
+from adeye.judge.evaluate import VERDICTS, Evaluation
 from adeye.judge.verdict import Verdict
 from adeye.simulate import engine
-
-if TYPE_CHECKING:
-    from adeye.campaign.run import Progress
-    from adeye.campaign.work import BatchResult
-    from adeye.judge.evaluate import Evaluation
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
 
 
 def test_one_case_of_each_structure_is_executed(

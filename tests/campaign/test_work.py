@@ -5,20 +5,12 @@ from __future__ import annotations
 import json
 import pickle
 from dataclasses import fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.campaign import work
-from adeye.campaign.work import (
-    BatchResult,
-    BatchTask,
-    _samples_texts,
-    evaluate,
-    execute,
-    extremes_of,
-)
 from adeye.errors import SpecError
 from adeye.judge.evaluate import VERDICTS
 from adeye.judge.extremes import Extremes
@@ -30,10 +22,8 @@ from adeye.store.encoding import Texts
 from adeye.store.tables import METRIC_IDS
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
-
-if TYPE_CHECKING:
-    from tests.project import Executed
-
+from tests.project import Executed
+from tests.stored import known
 
 # --- the work of one block: run, measure, judge, describe
 
@@ -41,38 +31,41 @@ if TYPE_CHECKING:
 Candidates = tuple[list[TestCase], Trace]
 
 
-def task(mini: Executed, cases: list[TestCase], **changes: Any) -> BatchTask:
-    return BatchTask(
+def task(mini: Executed, cases: list[TestCase], **changes: Any) -> work.BatchTask:
+    return work.BatchTask(
         **{"block": 1, "execute": tuple(cases), "judge": (), **changes}, context=mini.plan.work
     )
 
 
+@pytest.fixture(scope="module")
+def done(mini: Executed, cut_ins: Candidates) -> work.BatchResult:
+    """The cut-ins, executed as one block."""
+    return work.execute(task(mini, cut_ins[0]))
+
+
 @pytest.mark.slow
-def test_block_is_executed_and_judged(mini: Executed, cut_ins: Candidates) -> None:
+def test_block_is_executed_and_judged(
+    mini: Executed, cut_ins: Candidates, done: work.BatchResult
+) -> None:
     cases, trace = cut_ins
-    result = execute(task(mini, cases))
-    assert result.failure == ""
-    runs = result.runs
-    assert runs is not None
+    assert (done.failure, done.done) == ("", len(cases))
+    runs = known(done.runs)
     assert runs.test_cases == tuple(case.digest for case in cases)
     assert runs.trace_digests == tuple(trace.digests())
     assert {OUTCOMES[code] for code in runs.outcome} == {Outcome.COMPLETED}
     assert runs.trace_rows.tolist() == trace.length.tolist()
     assert runs.duration_s[0] == pytest.approx(25.0)
     assert runs.metrics.ids == METRIC_IDS
-    fsrs = [item.id for item in mini.plan.files.concept.spec.requirements]
     first = runs.verdicts.take(runs.verdicts.run == 0)
-    assert first.fsr_id.values() == fsrs
     digests = {item.requirement.id: item.digest for item in mini.plan.requirements}
+    fsrs = [item.id for item in mini.plan.files.concept.spec.requirements]
+    assert first.fsr_id.values() == fsrs
     assert first.fsr_digest.values() == [digests[name] for name in fsrs]
-    assert result.done == len(cases)
 
 
 @pytest.mark.slow
-def test_metric_has_a_finite_value_or_says_why_not(mini: Executed, cut_ins: Candidates) -> None:
-    runs = execute(task(mini, cut_ins[0])).runs
-    assert runs is not None
-    metrics = runs.metrics
+def test_metric_has_a_finite_value_or_says_why_not(done: work.BatchResult) -> None:
+    metrics = known(done.runs).metrics
     assert (np.isfinite(metrics.value) == (metrics.status == STATUSES.index("value"))).all()
     impact = metrics.status[:, METRIC_IDS.index("impact_speed_mps")]
     assert {STATUSES[code] for code in impact} == {"no_conflict"}
@@ -86,12 +79,11 @@ def test_result_that_exists_is_only_judged_on_what_it_lacks(
 ) -> None:
     cases, trace = cut_ins
     judge = ((cases[0], "a" * 64, ("FSR-03",)),)
-    result = execute(task(mini, cases[1:2], judge=judge))
+    result = work.execute(task(mini, cases[1:2], judge=judge))
     assert result.runs is not None
     assert result.runs.test_cases == (cases[1].digest,)
     assert set(result.runs.verdicts.run.tolist()) == {0}
-    judged = result.judged
-    assert judged is not None
+    judged = known(result.judged)
     assert judged.result_digests == ("a" * 64,)
     assert judged.verdicts.fsr_id.values() == ["FSR-03"]
     assert judged.verdicts.run.tolist() == [0]
@@ -100,9 +92,8 @@ def test_result_that_exists_is_only_judged_on_what_it_lacks(
     assert result.done == 2
 
 
-def test_a_block_is_as_it_was_after_a_pipe(mini: Executed, cut_ins: Candidates) -> None:
-    runs = execute(task(mini, cut_ins[0])).runs
-    assert runs is not None
+def test_a_block_is_as_it_was_after_a_pipe(done: work.BatchResult) -> None:
+    runs = known(done.runs)
     sent = pickle.dumps(runs)
     assert same(pickle.loads(sent), runs)  # noqa: S301 - made here
     # What the runs share is sent once.
@@ -111,7 +102,7 @@ def test_a_block_is_as_it_was_after_a_pipe(mini: Executed, cut_ins: Candidates) 
 
 
 def test_empty_block_has_no_results(mini: Executed) -> None:
-    assert execute(task(mini, [])) == BatchResult()
+    assert work.execute(task(mini, [])) == work.BatchResult()
 
 
 def test_defect_is_recorded_with_the_block(
@@ -121,7 +112,7 @@ def test_defect_is_recorded_with_the_block(
         raise ZeroDivisionError("by zero")
 
     monkeypatch.setattr(work, "run_batch", broken)
-    result = execute(task(mini, cut_ins[0]))
+    result = work.execute(task(mini, cut_ins[0]))
     assert (result.runs, result.failure) == (None, "ZeroDivisionError: by zero")
 
 
@@ -131,15 +122,15 @@ def test_wrong_input_is_the_users_business(mini: Executed, cut_ins: Candidates) 
     sensors = {**case.architecture.sensors, "front_camera": camera}
     odd = replace(case, architecture=case.architecture.model_copy(update={"sensors": sensors}))
     with pytest.raises(SpecError, match=r"sensors\.front_camera\.rate"):
-        execute(task(mini, [odd]))
+        work.execute(task(mini, [odd]))
 
 
 @pytest.mark.slow
 def test_description_does_not_depend_on_the_batch(mini: Executed, cut_ins: Candidates) -> None:
     cases, trace = cut_ins
     requirements = mini.plan.files.concept.spec.requirements
-    whole = evaluate(trace, cases, requirements, mini.plan.faults)
-    alone = execute(task(mini, cases[2:3])).runs
+    whole = work.evaluate(trace, cases, requirements, mini.plan.faults)
+    alone = work.execute(task(mini, cases[2:3])).runs
     key = mini.plan.engines["camera_radar"]
     together = work.describe(trace, whole, [key] * len(cases)).take(np.array([2]))
     assert alone is not None
@@ -176,9 +167,9 @@ def test_samples_come_back_bit_for_bit() -> None:
         actor=np.array([[-1, 0, 1, -1, -1], [1, -1, 1, -1, -1]]),
         is_cut=np.array([True, False]),
     )
-    texts = _samples_texts(kept, ("cutter", "lead"))
+    texts = work._samples_texts(kept, ("cutter", "lead"))
     objects: dict[str, int] = {}
-    found = extremes_of([json.loads(text) for text in texts], objects)
+    found = work.extremes_of([json.loads(text) for text in texts], objects)
     assert objects == {"cutter": 0, "lead": 1}
     for name in ("row", "value", "status", "actor", "is_cut"):
         np.testing.assert_array_equal(getattr(found, name), getattr(kept, name))

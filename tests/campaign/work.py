@@ -7,11 +7,26 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 DIE: Final = 3
 """Exit code of a worker that is told to die."""
+
+Task = TypeVar("Task")
+
+
+class Again(Iterator[Task]):
+    """Tasks that may come back after their end, as lost blocks do."""
+
+    def __init__(self, *tasks: Task) -> None:
+        self.waiting = list(tasks)
+
+    def __next__(self) -> Task:
+        if not self.waiting:
+            raise StopIteration
+        return self.waiting.pop(0)
 
 
 def perform(task: str) -> str:

@@ -4,86 +4,77 @@ from __future__ import annotations
 
 import json
 import shutil
-import sqlite3
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.campaign.studies import certify as certificate
 from adeye.campaign.studies.certify import CONDITIONS
 from adeye.cli import certify as verb
-from adeye.cli.app import main
 from adeye.judge.verdict import ExitCode
 from adeye.selftest import running
 from adeye.selftest.bench import Master, Seen
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.project import Executed
-
+from tests.cli.conftest import Outcome, Verb
+from tests.project import Executed
+from tests.sql import alter, rows
 
 # --- ``certify`` on the command line: exit codes, tables and JSON
 
 
 @pytest.fixture
-def db(mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def certify(
+    mini: Executed, adeye: Verb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Outcome]:
+    """Certify a copy of the mini campaign under two conditions."""
     monkeypatch.setattr(certificate, "CONDITIONS", CONDITIONS[1:3])
-    copy = tmp_path / "mini.db"
-    shutil.copyfile(mini.db, copy)
-    return copy
+    shutil.copyfile(mini.db, tmp_path / "mini.db")
+    given = ("certify", str(mini.project.odd), "--db", "mini.db", "--quiet")
+    return lambda *options: adeye(*given, *options)
 
 
 @pytest.mark.slow
-def test_deterministic_campaign_is_certified(
-    db: Path, mini: Executed, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["certify", str(mini.project.odd), "--db", str(db), "--sample", "10", "--quiet"]
-    assert main(arguments) == 0
-    shown = capsys.readouterr().out
-    assert "10 of 28 runs, from 8 combinations" in shown
-    assert "batches of 7, reversed, in this process" in shown
-    assert "Certified: every trace, metric and verdict" in shown
+def test_deterministic_campaign_is_certified(certify: Callable[..., Outcome]) -> None:
+    done = certify("--sample", "10")
+    assert done.code == 0, done.err
+    assert "10 of 28 runs, from 8 combinations" in done.out
+    assert "batches of 7, reversed, in this process" in done.out
+    assert "Certified: every trace, metric and verdict" in done.out
 
 
 @pytest.mark.slow
 def test_run_that_differs_is_exit_code_4_and_named(
-    db: Path, mini: Executed, capsys: pytest.CaptureFixture[str]
+    certify: Callable[..., Outcome], folder: Path
 ) -> None:
-    connection = sqlite3.connect(db)
-    connection.execute("DROP TRIGGER run_no_update")
-    connection.execute("UPDATE run SET trace_digest = 'other' WHERE number = 1")
-    run = connection.execute("SELECT result_digest FROM run WHERE number = 1").fetchone()[0]
-    connection.commit()
-    connection.close()
-    arguments = ["certify", str(mini.project.odd), "--db", str(db), "--quiet"]
-    assert main(arguments) == 4
-    shown = capsys.readouterr().out
-    assert run[:10] in shown
-    assert "every one" in shown
-    assert "NOT CERTIFIED: 1 of 28 runs differ, in the same way under every condition" in shown
-    assert main([*arguments, "--json"]) == 4
-    document = json.loads(capsys.readouterr().out)
-    assert document["schema"] == "adeye/certify@1"
-    assert document["certified"] is False
-    assert [item["run"] for item in document["findings"]] == [run]
+    alter(folder / "mini.db", "UPDATE run SET trace_digest = 'other' WHERE number = 1")
+    [(run,)] = rows(folder / "mini.db", "SELECT result_digest FROM run WHERE number = 1")
+    done = certify()
+    assert done.code == 4
+    assert run[:10] in done.out
+    assert "every one" in done.out
+    assert "NOT CERTIFIED: 1 of 28 runs differ, in the same way under every condition" in done.out
+    done = certify("--json")
+    assert (done.code, done.document["schema"]) == (4, "adeye/certify@1")
+    assert done.document["certified"] is False
+    assert [item["run"] for item in done.document["findings"]] == [run]
 
 
-def test_unknown_campaign_is_an_input_error(db: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["certify", "ffff", "--db", str(db)]) == 2
-    assert "ffff" in capsys.readouterr().err
+def test_unknown_campaign_is_an_input_error(adeye: Verb, mini: Executed) -> None:
+    assert "ffff" in adeye("certify", "ffff", "--db", str(mini.db)).refused
 
 
 # --- ``selftest``: exit code 4 names what was not found; only a complete one is kept
 
 
-GOOD = Master(
-    "good_one", "file", "w", "f", 2, "wrong", lambda _: Seen(2, "wrong"), lambda _: Seen(0, "")
-)
-BLIND = Master(
-    "blind_one", "file", "w", "f", 2, "wrong", lambda _: Seen(0, ""), lambda _: Seen(0, "")
-)
+def master(name: str, found: str, twin: int = 0) -> Master:
+    """A master of which something is found or not, and whose good twin is refused or not."""
+    code = 2 if found else 0
+    seen = Seen(code, found), Seen(twin, "")
+    return Master(name, "file", "w", "f", 2, "wrong", lambda _: seen[0], lambda _: seen[1])
+
+
+GOOD, BLIND = master("good_one", "wrong"), master("blind_one", "")
 
 
 @pytest.fixture
@@ -130,7 +121,7 @@ def test_undetected_master_is_named_with_exit_code_4_and_kept(
 
 
 def test_rejected_twin_is_named_with_exit_code_4(adeye: Any, masters: Any) -> None:
-    masters(Master("m", "file", "w", "f", 2, "x", lambda _: Seen(2, "x"), lambda _: Seen(1, "")))
+    masters(master("m", "wrong", twin=1))
     ended = adeye("selftest", "--quick")
     assert ended.code == ExitCode.INTEGRITY
     assert "REJECTED" in ended.out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -16,12 +16,9 @@ from adeye.store.read.query import run_query
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
 from adeye.store.write.merge import Merged
+from tests.sql import alter, rows
 from tests.store.conftest import Example
 from tests.store.rows import complete_block
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 # --- ``db upgrade|info|verify`` on a real file
 
@@ -29,15 +26,8 @@ if TYPE_CHECKING:
 def test_upgrade_makes_then_finds_the_database(adeye: Any) -> None:
     assert adeye("db", "upgrade").out == f".adeye/adeye.db: schema none → {schema.head()}\n"
     assert adeye("db", "upgrade").out == f".adeye/adeye.db: schema {schema.head()} already\n"
-
-
-def test_upgrade_json(adeye: Any) -> None:
-    assert adeye("db", "upgrade", "--db", "x.db", "--json").document == {
-        "schema": "adeye/db-upgrade@1",
-        "path": "x.db",
-        "before": None,
-        "after": schema.head(),
-    }
+    told = {"schema": "adeye/db-upgrade@1", "path": "x.db", "before": None, "after": schema.head()}
+    assert adeye("db", "upgrade", "--db", "x.db", "--json").document == told
 
 
 @pytest.mark.parametrize("verb", ["info", "verify"])
@@ -54,10 +44,17 @@ def test_other_file_is_an_environment_error(adeye: Any, folder: Path, verb: str)
     assert ended.err.startswith("PlatformError: ")
 
 
-@pytest.mark.slow
-def test_info_counts_rows(adeye: Any, folder: Path) -> None:
+@pytest.fixture
+def odd_db(folder: Path) -> Path:
+    """A database with the content of an ODD."""
     with Repository.open(folder / "x.db") as repository:
         repository.save_content("odd", ContentRecord("first", "", {"odd": "first"}))
+    return folder / "x.db"
+
+
+@pytest.mark.slow
+def test_info_counts_rows(adeye: Any, odd_db: Path) -> None:
+    assert odd_db.exists()
     document = adeye("db", "info", "--db", "x.db", "--json").document
     assert document["schema"] == "adeye/db-info@1"
     assert document["database_schema"] == schema.head()
@@ -67,16 +64,9 @@ def test_info_counts_rows(adeye: Any, folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, folder: Path) -> None:
-    path = folder / "x.db"
-    with Repository.open(path) as repository:
-        repository.save_content("odd", ContentRecord("first", "", {"odd": "first"}))
+def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, odd_db: Path) -> None:
     assert adeye("db", "verify", "--db", "x.db").code == 0
-    with sqlite3.connect(path) as connection:
-        for (trigger,) in connection.execute("SELECT name FROM sqlite_master WHERE type='trigger'"):
-            connection.execute(f"DROP TRIGGER {trigger}")
-        connection.execute("UPDATE odd SET id = 'second'")
-    connection.close()
+    alter(odd_db, "UPDATE odd SET id = 'second'")
     ended = adeye("db", "verify", "--db", "x.db")
     assert ended.code == 4
     assert any(line.startswith("odd ") for line in ended.out.splitlines())
@@ -147,8 +137,8 @@ def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, fold
     for query, content in described["queries"].items():
         assert content["title"] == query
         assert content["description"] == SAVED[query].text
-        rows = connection.execute(content["sql"]).fetchall()
-        assert rows == list(run_query(mini.db, SAVED[query].sql).rows)
+        found = connection.execute(content["sql"]).fetchall()
+        assert found == list(run_query(mini.db, SAVED[query].sql).rows)
     connection.close()
 
 
@@ -156,12 +146,10 @@ def test_every_canned_query_answers_as_the_saved_one(adeye: Any, mini: Any, fold
 def test_every_view_and_its_columns_are_described(adeye: Any, mini: Any) -> None:
     document = adeye("db", "metadata", "--db", str(mini.db)).document
     tables = document["databases"][mini.db.stem]["tables"]
-    connection = sqlite3.connect(mini.db)
     views = {
-        name: {row[1] for row in connection.execute(f"PRAGMA table_info({name})")}
-        for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'view'")
+        name: {row[1] for row in rows(mini.db, f"PRAGMA table_info({name})")}
+        for (name,) in rows(mini.db, "SELECT name FROM sqlite_master WHERE type = 'view'")
     }
-    connection.close()
     assert tables.keys() == views.keys() >= _VIEWS.keys()
     for name, columns in views.items():
         assert tables[name]["description"]
@@ -198,6 +186,8 @@ def test_unsigned_manifest_tells_of_an_altered_file(
     written = adeye("manifest", "write", "--db", "x.db", "--file", "report.html", "--json")
     assert written.code == 0
     assert (written.document["campaign"], written.document["signature"]) == (campaign, None)
+    done = adeye("manifest", "verify", "manifest.json", "--db", "x.db")
+    assert "needs either --key or --unsigned" in done.refused
     verify = ("manifest", "verify", "manifest.json", "--unsigned", "--db", "x.db")
     assert adeye(*verify).out == "manifest.json: everything is as it says, unsigned.\n"
     (folder / "report.html").write_text("red")
@@ -205,14 +195,6 @@ def test_unsigned_manifest_tells_of_an_altered_file(
     assert (ended.code, ended.document["findings"]) == (4, ["file report.html: is altered"])
     assert adeye(*verify).out == "file report.html: is altered\n"
     assert adeye("manifest", "verify", "manifest.json", "--unsigned", "--files-only").code == 4
-
-
-def test_verification_needs_a_key_or_a_word(adeye: Any, campaign: str) -> None:
-    assert campaign
-    assert (
-        "needs either --key or --unsigned"
-        in adeye("manifest", "verify", "manifest.json", "--db", "x.db").refused
-    )
 
 
 def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campaign: str) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from adeye.cli.query import FileFormat, Table
+from adeye.report.formats import tables as exporting
 from adeye.report.formats.tables import FORMATS
 from adeye.store.read.export import TABLES
 
@@ -33,8 +34,6 @@ def test_file_is_what_its_name_says(adeye: Any, mini: Any, folder: Path) -> None
 
 
 def test_missing_results_are_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    from adeye.report.formats import tables as exporting
-
     written = exporting.Written("abc", 28, 20, {"runs": 20})
     monkeypatch.setattr(exporting, "export_campaign", lambda *_, **__: written)
     ended = adeye("export", "--db", str(mini.db), "-o", "out")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,13 +14,7 @@ from adeye.campaign import studies
 from adeye.cli import progress
 from adeye.errors import IntegrityError
 from tests.noisy import CONFIRM, noisy_project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.project import Executed
-
+from tests.project import Executed
 
 # --- ``fork`` and ``forks``: what is printed, and which exit code an untrue prefix has
 
@@ -55,18 +51,15 @@ def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
 
 
 @pytest.mark.slow
-def test_fork_as_json_names_both_runs(adeye: Any, db: str, run: str) -> None:
-    arguments = ("fork", run, "--from", "150", "--authority", "safety", "--db", db, "--json")
-    document = adeye(*arguments).document
+def test_fork_as_json_names_both_runs_and_a_prefix_of_one_link_says_so(
+    adeye: Any, db: str, run: str
+) -> None:
+    arguments = ("fork", run, "--from", "150", "--authority", "safety", "--db", db)
+    document = adeye(*arguments, "--json").document
     assert document["origin"]["run"] == run
     assert document["fork"]["run"] != run
     assert (document["from_tick"], document["links"]) == (150, 1)
-
-
-@pytest.mark.slow
-def test_prefix_of_one_link_says_so(adeye: Any, db: str, run: str) -> None:
-    done = adeye("fork", run, "--from", "150", "--authority", "safety", "--db", db)
-    assert "150 ticks as recorded, 1 link of the digest chain" in done.out
+    assert "150 ticks as recorded, 1 link of the digest chain" in adeye(*arguments).out
 
 
 @pytest.mark.slow
@@ -89,15 +82,11 @@ def test_progress_is_shown_on_a_terminal_only_and_never_when_quiet(
     monkeypatch.setattr(progress, "is_live", lambda: True)
     assert adeye(*words, "--db", db, "--quiet").code == 0
     assert shown == []
-    shutil.copyfile(mini_of(db), db)
+    # As it was before anybody looked back.
+    shutil.copyfile(f"{db}.before", db)
     assert adeye(*words, "--db", db).code == 0
     assert shown[0][0] == 0
     assert shown[-1][0] == shown[-1][1] > 0
-
-
-def mini_of(db: str) -> str:
-    """The mini campaign as it was before anybody looked back."""
-    return f"{db}.before"
 
 
 def test_altered_prefix_ends_with_code_4(
@@ -106,21 +95,15 @@ def test_altered_prefix_ends_with_code_4(
     def refuse(*_arguments: object, **_options: object) -> None:
         raise IntegrityError("the fork differs before its tick")
 
-    monkeypatch.setattr(adeye_forks(), "_require_same_prefix", refuse)
+    monkeypatch.setattr(studies.forks, "_require_same_prefix", refuse)
     done = adeye("fork", run, "--from", "40", "--authority", "safety", "--db", db)
     assert done.code == 4
     assert "differs" in done.err
 
 
-def adeye_forks() -> Any:
-    return studies.forks
-
-
 def test_unknown_channel_is_a_usage_error(adeye: Any, db: str, run: str) -> None:
-    assert (
-        "nominal, safety"
-        in adeye("fork", run, "--from", "40", "--authority", "autopilot", "--db", db).refused
-    )
+    done = adeye("fork", run, "--from", "40", "--authority", "autopilot", "--db", db)
+    assert "nominal, safety" in done.refused
 
 
 @pytest.mark.slow
@@ -156,31 +139,23 @@ def test_run_without_a_fault_is_a_usage_error(adeye: Any, mini: Executed) -> Non
 
 
 @pytest.mark.slow
-def test_faults_count_by_scenario_fault_and_architecture(
-    adeye: Any, mini: Executed, tmp_path: Path
+def test_faults_are_counted_and_classes_that_are_not_there_left_out_on_a_narrow_terminal(
+    adeye: Any, db: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    db = shutil.copyfile(mini.db, tmp_path / "adeye.db")
-    done = adeye("faults", "--sample", "0", "--db", str(db))
+    arguments = ("faults", "--sample", "0", "--db", db)
+    done = adeye(*arguments)
     assert done.code == 0, done.err
     assert "16 runs with faults" in done.out
     assert "%" not in done.out
-    document = adeye("faults", "--sample", "0", "--db", str(db), "--json").document
+    document = adeye(*arguments, "--json").document
     assert len(document["injections"]) == 16
     assert {row["coverage"] for row in document["rows"]} == {None}
-
-
-@pytest.mark.slow
-def test_faults_leave_out_classes_that_are_not_there_on_a_narrow_terminal(
-    adeye: Any, mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    db = shutil.copyfile(mini.db, tmp_path / "adeye.db")
-    rows = adeye("faults", "--sample", "0", "--db", str(db), "--json").document["rows"]
     monkeypatch.setenv("COLUMNS", "120")
-    printed = adeye("faults", "--sample", "0", "--db", str(db)).out
+    printed = adeye(*arguments).out
     assert "Not activated" not in printed
     assert max(map(len, printed.splitlines())) <= 120
-    (row, *_) = [row for row in rows if row["counts"]["detected_in_time"]]
-    assert f"{row['counts']['detected_in_time']} in time" in printed
+    (count, *_) = filter(None, (row["counts"]["detected_in_time"] for row in document["rows"]))
+    assert f"{count} in time" in printed
 
 
 @pytest.mark.slow

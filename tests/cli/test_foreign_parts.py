@@ -4,110 +4,30 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
 
 import pytest
-import typer
 
 from adeye.campaign.parts import use_plugin_metrics
-from adeye.cli.app import app
 from adeye.cli.new import EXAMPLES
+from tests.cli.conftest import Verb
+from tests.cli.test_app import VERBS as ALL
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.stored import stored
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.cli.conftest import Verb
-
-EXECUTOR = '''
-from adeye.ports import Done
-
-
-class Inline:
-    """Executes each task where it is asked for."""
-
-    def __init__(self, context):
-        self.work = context.work
-
-    def run(self, tasks):
-        for task in tasks:
-            yield Done(task, self.work(task))
-
-    def close(self):
-        pass
-'''
-ELSEWHERE = {
-    "db grant": "rights of a server",
-    "db merge": "other databases",
-    "db upgrade": "a database of an earlier version",
-    "db withdraw": "what was authorised before",
-    "init": "writes a project",
-    "manifest keygen": "writes a key",
-    "new channel": "writes an example",
-    "new metric": "writes an example",
-    "new sensor": "writes an example",
-    "reference": "scenes of their own",
-    "scenario lint": "scenarios only",
-    "scenario list": "scenarios only",
-    "scenario show": "scenarios only",
-    "selftest": "projects of its own",
-    "stl": "tables of their own",
-    "warmup": "kernels, compiled for minutes",
-}
+EXECUTOR: str = stored("plugins")["inline"]
+ALL_VERBS = stored("verbs")
+ELSEWHERE: dict[str, str] = ALL_VERBS["elsewhere"]
 """Verbs that are about no campaign of a project with parts of others, and what they are about."""
 
-VERBS = {
-    "plan": ["{odd}"],
-    "signals": ["{odd}"],
-    "dependencies": ["{odd}"],
-    "sensors": ["{architecture}"],
-    "plugins": ["{odd}"],
-    "coverage": ["{odd}"],
-    "judge": ["{odd}"],
-    "gate": [],
-    "stale": ["{odd}"],
-    "check": ["{odd}"],
-    "show": ["{run}"],
-    "replay": ["{run}"],
-    "timeline": ["{fault}"],
-    "faults": [],
-    "fork": ["{run}", "--from", "1 s", "--authority", "safety"],
-    "forks": [],
-    "uncertainty": [],
-    "preventability": [],
-    "query": ["SELECT count(*) FROM v_runs"],
-    "compare": [],
-    "confidence": [],
-    "report": ["--output", "r.html", "--junit", "r.xml", "--report-json", "r.json"],
-    "matrix": [],
-    "export": ["--output", "exported"],
-    "certify": ["--sample", "2"],
-    "doctor": [],
-    "db info": [],
-    "db verify": [],
-    "db prove": ["{run}"],
-    "db metadata": [],
-    "db copy": ["--campaign", "1", "--to", "copied.db"],
-    "manifest write": ["--output", "m.json"],
-    "manifest verify": ["m.json", "--unsigned"],
-    "run": ["{odd}", "--executor", "{executor}"],
-}
+VERBS: dict[str, list[str]] = ALL_VERBS["tried"]
 """Arguments of each verb about the campaign."""
 
 
-def verbs(command: Any, path: tuple[str, ...] = ()) -> Iterator[str]:
-    """List every verb of the program."""
-    if not hasattr(command, "commands"):
-        yield " ".join(path)
-        return
-    for name, part in command.commands.items():
-        yield from verbs(part, (*path, name))
-
-
 def test_every_verb_is_tried_or_has_a_reason() -> None:
-    assert {*verbs(typer.main.get_command(app))} == VERBS.keys() | ELSEWHERE.keys()
+    assert {" ".join(path) for path in ALL} == VERBS.keys() | ELSEWHERE.keys()
 
 
 @pytest.fixture(params=["package", "file"])
@@ -161,29 +81,23 @@ def test_every_verb_takes_a_campaign_of_foreign_parts(
     project, executor = foreign
     odd = "project/odd/tested.yaml"
     assert adeye("run", odd, "--executor", executor).code in {0, 1, 3}
-    runs = {
-        entry: adeye(
-            "query",
-            f"SELECT run FROM v_runs WHERE fault_entry = '{entry}'",  # noqa: S608 - two words
-            "--format",
-            "csv",
-        ).out.split()[1]
-        for entry in ("none", "nominal_silent")
-    }
+
+    def run_of(entry: str) -> str:
+        sql = f"SELECT run FROM v_runs WHERE fault_entry = '{entry}'"  # noqa: S608 - two words
+        return adeye("query", sql, "--format", "csv").out.split()[1]
+
     words = {
         "odd": odd,
         "architecture": f"project/{CANDIDATE}",
         "executor": executor,
-        "run": runs["none"],
-        "fault": runs["nominal_silent"],
+        "run": run_of("none"),
+        "fault": run_of("nominal_silent"),
     }
     failed = {}
     for verb, arguments in VERBS.items():
         use_plugin_metrics((), project.folder)  # as another process begins
         done = adeye(*verb.split(), *(item.format(**words) for item in arguments))
-        troubles = [
-            word for word in ("no metric", "Traceback", "defect of adeye") if word in done.err
-        ]
-        if done.code not in {0, 1, 3} or troubles:
+        troubles = ("no metric", "Traceback", "defect of adeye")
+        if done.code not in {0, 1, 3} or any(word in done.err for word in troubles):
             failed[verb] = (done.code, done.err)
     assert not failed

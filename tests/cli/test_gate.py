@@ -5,20 +5,14 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from lxml import etree
 
 from adeye.report.gate.baseline import baseline_text, read_baseline
 from adeye.store.repository import Repository
-from tests.project import CONCEPT, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.project import Executed
-
+from tests.project import CONCEPT, Executed, Project
 
 # --- ``gate``: what is printed, the document, JUnit, options that do not go together
 
@@ -111,24 +105,19 @@ def test_update_says_what_changed_and_is_green_afterwards(
     assert baseline.read_bytes() == honest
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
+def test_wrong_options_are_refused(adeye: Any, db: tuple[str, str], baseline: Path) -> None:
+    against = ["--baseline", str(baseline)]
+    for options, said in (
         (["--update"], "Name its file with --baseline"),
         (["--tolerance", "m=1"], "Name its file with --baseline"),
-        (["--baseline", "b.json", "--accept-incomplete"], "Add --update"),
-        (["--baseline", "b.json", "--tolerance", "m"], "'m' is not NAME=SIZE"),
-        (["--baseline", "b.json", "--tolerance", "m=-1"], "is not NAME=SIZE"),
-        (["--baseline", "b.json", "--tolerance", "m=nan"], "is not NAME=SIZE"),
-        (["--baseline", "b.json", "--tolerance", "m=1", "--tolerance", "m=2"], "given twice"),
+        ([*against, "--accept-incomplete"], "Add --update"),
+        ([*against, "--tolerance", "m"], "'m' is not NAME=SIZE"),
+        ([*against, "--tolerance", "m=-1"], "is not NAME=SIZE"),
+        ([*against, "--tolerance", "m=nan"], "is not NAME=SIZE"),
+        ([*against, "--tolerance", "m=1", "--tolerance", "m=2"], "given twice"),
         (["nobody"], "nobody"),
-    ],
-)
-def test_wrong_options_are_refused(
-    adeye: Any, db: tuple[str, str], baseline: Path, options: list[str], said: str
-) -> None:
-    assert baseline.exists()
-    assert said in adeye("gate", *db, *options).refused
+    ):
+        assert said in adeye("gate", *db, *options).refused
 
 
 def test_baseline_is_small_and_its_lines_are_short(baseline: Path) -> None:
@@ -182,30 +171,20 @@ def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) 
 
 
 @pytest.mark.slow
-def test_json_has_rules_and_findings(adeye: Any, project: Project) -> None:
+def test_json_and_sarif_have_the_findings(adeye: Any, project: Project) -> None:
     expire(project)
-    ended = adeye("check", ODD, "--json")
-    assert ended.code == 1
-    document = ended.document
-    assert (document["schema"], document["odd"], document["campaign"]) == (
-        "adeye/check@1",
-        "mini",
-        None,
-    )
-    assert {"id", "view", "text", "remedy"} == set(document["rules"][0])
-    (finding,) = document["findings"]
-    assert finding["rule"] == "expired_assumption"
-    assert finding["where"]["path"].endswith("motorway_chauffeur.yaml")
-
-
-@pytest.mark.slow
-def test_sarif_is_written_beside_the_text(adeye: Any, project: Project) -> None:
-    expire(project)
-    ended = adeye("check", ODD, "--sarif", "check.sarif")
+    ended = adeye("check", ODD, "--json", "--sarif", "check.sarif")
     assert ended.code == 1
     assert "wrote check.sarif" in ended.err
     log = json.loads(Path("check.sarif").read_text("utf-8"))
     assert [item["ruleId"] for item in log["runs"][0]["results"]] == ["expired_assumption"]
+    document = ended.document
+    assert document["schema"] == "adeye/check@1"
+    assert (document["odd"], document["campaign"]) == ("mini", None)
+    assert {"id", "view", "text", "remedy"} == set(document["rules"][0])
+    (finding,) = document["findings"]
+    assert finding["rule"] == "expired_assumption"
+    assert finding["where"]["path"].endswith("motorway_chauffeur.yaml")
 
 
 @pytest.mark.slow

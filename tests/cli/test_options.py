@@ -6,37 +6,21 @@ import json
 import math
 import os
 import shutil
-import sqlite3
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import Any, get_type_hints
 
 import pytest
 import typer
 import yaml
 
-from adeye.cli import options as completion
+from adeye.cli import options
 from adeye.cli.app import app
-from adeye.cli.options import (
-    add,
-    examples,
-    make_session,
-    named,
-    named_anew,
-    named_page,
-    named_place,
-    seconds,
-    texts_of,
-    write_rows,
-)
 from adeye.errors import IntegrityError, PlatformError, UsageError
 from adeye.store.read import query
 from tests.project import Executed
-from tests.tampering import unguarded
-
-if TYPE_CHECKING:
-    from tests.project import Executed
-
+from tests.sql import alter
+from tests.stored import stored
 
 # --- help texts from docstrings and examples; what ends a verb that was not foreseen
 
@@ -62,7 +46,7 @@ def verb() -> None:
 
 
 def test_docstring_is_the_help() -> None:
-    texts = texts_of(verb)
+    texts = options.texts_of(verb)
     assert texts.help.split("\n\n") == [
         "Do a thing.",
         "A long paragraph that is wrapped in the source.",
@@ -73,7 +57,8 @@ def test_docstring_is_the_help() -> None:
 
 
 def test_examples_are_one_a_line() -> None:
-    assert examples("adeye a", "adeye b").splitlines() == ["Examples:", "  adeye a", "  adeye b"]
+    lines = options.examples("adeye a", "adeye b").splitlines()
+    assert lines == ["Examples:", "  adeye a", "  adeye b"]
 
 
 def leaves() -> None:
@@ -83,7 +68,7 @@ def leaves() -> None:
 
 def test_process_that_is_asked_to_end_from_outside_did_not_succeed() -> None:
     app = typer.Typer()
-    add(app, leaves)
+    options.add(app, leaves)
     with pytest.raises(IntegrityError, match="asked to end the process with 0"):
         typer.main.get_command(app).main([], standalone_mode=False)
 
@@ -100,15 +85,10 @@ def breaks(db: Path) -> None:
 def test_verb_that_breaks_blames_an_altered_database(
     tmp_path: Path, mini: Executed, alteration: str, blamed: type[Exception]
 ) -> None:
-    path = tmp_path / "a.db"
-    shutil.copyfile(mini.db, path)
-    raw = sqlite3.connect(path)
-    with unguarded(raw):
-        raw.execute(alteration)
-    raw.commit()
-    raw.close()
+    path = shutil.copyfile(mini.db, tmp_path / "a.db")
+    alter(path, alteration)
     app = typer.Typer()
-    add(app, breaks)
+    options.add(app, breaks)
     with pytest.raises(blamed):
         typer.main.get_command(app).main([str(path)], standalone_mode=False)
 
@@ -120,19 +100,12 @@ def context(**params: Any) -> Any:
     return SimpleNamespace(params=params)
 
 
-def test_scenarios_of_the_shipped_catalogue(folder: Path) -> None:
+def test_scenarios_of_the_shipped_catalogue_and_queries_that_begin_so(folder: Path) -> None:
     assert folder.is_dir()
-    assert ("cut_in", "motorway") in completion.complete_scenarios(context(), "cut")
-
-
-def test_only_what_begins_so(folder: Path) -> None:
-    assert folder.is_dir()
-    offers = completion.complete_scenarios(context(), "lead")
+    assert ("cut_in", "motorway") in options.complete_scenarios(context(), "cut")
+    offers = options.complete_scenarios(context(), "lead")
     assert [name for name, _ in offers] == ["lead_braking"]
-
-
-def test_queries() -> None:
-    assert [name for name, _ in completion.complete_queries(context(), "worst")] == ["worst-runs"]
+    assert [name for name, _ in options.complete_queries(context(), "worst")] == ["worst-runs"]
 
 
 def test_runs_and_campaigns_come_from_the_database(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,8 +116,8 @@ def test_runs_and_campaigns_come_from_the_database(monkeypatch: pytest.MonkeyPat
         return query.QueryResult(("a", "b"), (("abcd", "cut_in\x1b x"), (7, "first")), is_cut=False)
 
     monkeypatch.setattr(query, "run_query", run_query)
-    assert completion.complete_runs(context(db="x.db"), "ab") == [("abcd", "cut_in x")]
-    assert completion.complete_campaigns(context(), "7") == [("7", "first")]
+    assert options.complete_runs(context(db="x.db"), "ab") == [("abcd", "cut_in x")]
+    assert options.complete_campaigns(context(), "7") == [("7", "first")]
     assert asked[0][0] == "x.db"
     assert "LIKE 'ab%'" in asked[0][1]
 
@@ -152,11 +125,11 @@ def test_runs_and_campaigns_come_from_the_database(monkeypatch: pytest.MonkeyPat
 def test_quotes_do_not_reach_the_statement(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
     monkeypatch.setattr(query, "run_query", lambda _db, sql, **_o: asked.append(sql))
-    assert completion.complete_runs(context(), "a' --") == []
+    assert options.complete_runs(context(), "a' --") == []
     assert "LIKE 'a%'" in asked[0]
 
 
-@pytest.mark.parametrize("complete", [completion.complete_runs, completion.complete_campaigns])
+@pytest.mark.parametrize("complete", [options.complete_runs, options.complete_campaigns])
 def test_no_database_offers_nothing_and_makes_none(folder: Path, complete: Any) -> None:
     assert complete(context(), "") == []
     assert list(folder.iterdir()) == []
@@ -165,19 +138,8 @@ def test_no_database_offers_nothing_and_makes_none(folder: Path, complete: Any) 
 # --- options of a session: times, and what cannot be read
 
 
-NOTHING: dict[str, Any] = {
-    "shard": None,
-    "keyword": None,
-    "last_failed": False,
-    "maxfail": None,
-    "budget": None,
-    "deadline": None,
-}
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
+def test_times_of_people() -> None:
+    for text, expected in (
         ("8h", 28_800.0),
         ("90m", 5_400.0),
         ("90min", 5_400.0),
@@ -187,29 +149,18 @@ NOTHING: dict[str, Any] = {
         ("1d", 86_400.0),
         ("1.5 h", 5_400.0),
         ("1h1m1s", 3_661.0),
-    ],
-)
-def test_times_of_people(text: str, expected: float) -> None:
-    assert seconds(text, "--budget") == expected
+    ):
+        assert options.seconds(text, "--budget") == expected
 
 
-@pytest.mark.parametrize(
-    "text", ["", "8", "h", "8 hours", "0s", "-1h", "1e3s", "nan", "1h30", "1hm", "inf", "8h!"]
-)
-def test_what_is_no_time_is_refused(text: str) -> None:
-    with pytest.raises(UsageError, match="--budget is") as refused:
-        seconds(text, "--budget")
-    assert "such as 8h" in str(refused.value)
+def test_what_is_no_time_is_refused() -> None:
+    wrong = ("", "8", "h", "8 hours", "0s", "-1h", "1e3s", "nan", "1h30", "1hm", "inf", "8h!")
+    for text in wrong:
+        with pytest.raises(UsageError, match=r"--budget is.*such as 8h"):
+            options.seconds(text, "--budget")
 
 
-def test_nothing_given_leaves_nothing_out() -> None:
-    session = make_session(**NOTHING)
-    assert session.choice.is_everything
-    assert session.limits.budget_s == math.inf
-    assert session.limits.most_failures is None
-
-
-def test_what_is_given_arrives() -> None:
+def test_nothing_given_leaves_nothing_out_and_what_is_given_arrives() -> None:
     given: dict[str, Any] = {
         "shard": "2/3",
         "keyword": "cut_in",
@@ -218,23 +169,23 @@ def test_what_is_given_arrives() -> None:
         "budget": "8h",
         "deadline": "10m",
     }
-    session = make_session(**given)
+    nothing: dict[str, Any] = {**dict.fromkeys(given), "last_failed": False}
+    session = options.make_session(**nothing)
+    assert session.choice.is_everything
+    assert session.limits.budget_s == math.inf
+    assert session.limits.most_failures is None
+    session = options.make_session(**given)
     assert session.choice.text == "--shard 2/3 -k 'cut_in' --last-failed"
     assert (session.limits.budget_s, session.limits.most_failures) == (28_800.0, 5)
     assert session.deadline_s == 600.0
 
 
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [("--shard", "4/3"), ("-k", "a b"), ("--budget", "long"), ("--deadline", "0s")],
-)
-def test_what_cannot_be_read_is_an_input_error_before_anything_runs(
-    adeye: Any, option: str, value: str
-) -> None:
-    ended = adeye("run", "none.yaml", option, value)
-    assert ended.code == 2
-    assert option in ended.err
-    assert "none.yaml" not in ended.err
+def test_what_cannot_be_read_is_an_input_error_before_anything_runs(adeye: Any) -> None:
+    wrong = {"--shard": "4/3", "-k": "a b", "--budget": "long", "--deadline": "0s"}
+    for option, value in wrong.items():
+        said = adeye("run", "none.yaml", option, value).refused
+        assert option in said
+        assert "none.yaml" not in said
 
 
 # --- files that verbs write: what they may be called, what they must not be, and how they fail
@@ -251,28 +202,25 @@ CASES = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps\n16,8,30,1\n"
 
 def test_a_name_that_begins_with_a_dash_is_refused() -> None:
     with pytest.raises(UsageError, match="'--quiet' stands where"):
-        named(Path("--quiet"))
-    assert named(Path("a-b.csv")) == Path("a-b.csv")
-    assert named(None) is None
+        options.named(Path("--quiet"))
+    assert options.named(Path("a-b.csv")) == Path("a-b.csv")
+    assert options.named(None) is None
 
 
-@pytest.mark.parametrize("name", ["x.pdf", "x", "x.html.gz", "-.html"])
-def test_a_page_ends_in_html(name: str) -> None:
-    with pytest.raises(UsageError):
-        named_page(Path(name))
-
-
-@pytest.mark.parametrize("name", ["x.html", "a/X.HTM"])
-def test_a_page_may_be_called(name: str) -> None:
-    assert named_page(Path(name)) == Path(name)
-    assert named_page(None) is None
+def test_a_page_ends_in_html() -> None:
+    for name in ("x.pdf", "x", "x.html.gz", "-.html"):
+        with pytest.raises(UsageError):
+            options.named_page(Path(name))
+    for name in ("x.html", "a/X.HTM"):
+        assert options.named_page(Path(name)) == Path(name)
+    assert options.named_page(None) is None
 
 
 def test_rows_that_cannot_be_written_leave_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "new" / "rows.csv"
-    write_rows(("a", "b"), [(1, None)], path)
+    options.write_rows(("a", "b"), [(1, None)], path)
     assert path.read_text("utf-8") == "a,b\n1,\n"
 
     def full(_: int) -> None:
@@ -280,7 +228,7 @@ def test_rows_that_cannot_be_written_leave_the_old_file(
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(PlatformError, match="File too large"):
-        write_rows(("a", "b"), [(2, 2)], path)
+        options.write_rows(("a", "b"), [(2, 2)], path)
     assert path.read_text("utf-8") == "a,b\n1,\n"
 
 
@@ -323,66 +271,38 @@ def test_failing_disk_is_no_input_error_and_a_missing_folder_is_made(
     assert "PlatformError: cannot write" in done.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
+def test_names_are_refused_before_anything_is_done(adeye: Any, folder: Path) -> None:
+    for arguments, said in (
         (("report", "1", "--json", "--quiet"), "'--quiet' stands where"),
         (("report", "1", "-o", "x.pdf"), "'x.pdf' does not end in .html"),
         (("compare", "--html", "x.txt"), "'x.txt' does not end in .html"),
         (("stl", "a", "b.csv", "-o", "--json"), "'--json' stands where"),
-    ],
-)
-def test_names_are_refused_before_anything_is_done(
-    adeye: Any, folder: Path, arguments: tuple[str, ...], said: str
-) -> None:
-    assert said in adeye(*arguments).refused
-    assert list(folder.iterdir()) == []
+    ):
+        assert said in adeye(*arguments).refused
+        assert list(folder.iterdir()) == []
 
 
-WRITING = {
-    "run --report": ("run", "odd/tested.yaml"),
-    "run --junit": ("run", "odd/tested.yaml"),
-    "run --report-json": ("run", "odd/tested.yaml"),
-    "run --sarif": ("run", "odd/tested.yaml"),
-    "report --output": ("report",),
-    "report --junit": ("report",),
-    "report --report-json": ("report",),
-    "report --sarif": ("report",),
-    "report --gsn": ("report",),
-    "report --reqif": ("report",),
-    "gate --junit": ("gate", "odd/tested.yaml"),
-    "replay --html": ("replay", "RUN"),
-    "replay --dump": ("replay", "RUN", "--grid", "1 s"),
-    "compare --html": ("compare",),
-    "query --output": ("query", "gate"),
-    "export --output": ("export",),
-    "manifest write --output": ("manifest", "write"),
-    "manifest keygen --private": ("manifest", "keygen"),
-    "manifest keygen --public": ("manifest", "keygen"),
-    "db metadata --output": ("db", "metadata"),
-    "check --sarif": ("check", "odd/tested.yaml"),
-    "sensors --html": ("sensors", "--odd", "odd/tested.yaml"),
-    "stl --output": ("stl", "always(gap > 2)", "table.csv"),
-    "reference --output": ("reference", "table.csv"),
-}
+WRITING: dict[str, list[str]] = stored("verbs")["writing"]
 """How the verb of each option that names a file to write is called."""
 ENDINGS = {"--report": ".html", "--html": ".html", "--gsn": ".svg"}
 
 
 def test_every_option_that_names_a_file_to_write_is_among_these() -> None:
-    def options(command: Any, verb: str) -> set[str]:
+    checks = (options.named, options.named_anew, options.named_page, options.named_place)
+
+    def written(command: Any, verb: str) -> set[str]:
         if hasattr(command, "commands"):
             parts = command.commands.items()
-            return {item for name, part in parts for item in options(part, f"{verb} {name}")}
+            return {item for name, part in parts for item in written(part, f"{verb} {name}")}
         hints = get_type_hints(command.callback, include_extras=True)
         return {
             f"{verb} --{name.replace('_', '-')}".strip()
             for name, hint in hints.items()
             for item in getattr(hint, "__metadata__", ())
-            if getattr(item, "callback", None) in (named, named_anew, named_page, named_place)
+            if getattr(item, "callback", None) in checks
         }
 
-    assert options(typer.main.get_command(app), "") == set(WRITING)
+    assert written(typer.main.get_command(app), "") == set(WRITING)
 
 
 @pytest.fixture

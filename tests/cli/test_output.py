@@ -32,22 +32,16 @@ class Point:
     path: Path
 
 
-@pytest.mark.parametrize(
-    ("text", "shown"),
-    [
+def test_what_a_terminal_would_obey_is_removed() -> None:
+    for text, shown in (
         ("cut_in", "cut_in"),
         ("a\x1b[2Jb", "a[2Jb"),
         ("a\x9b31mb", "a31mb"),
         ("a\u202eb", "ab"),
         ("a\r\nb\tc", "a b c"),
         ("m/s² Ä", "m/s² Ä"),
-    ],
-)
-def test_what_a_terminal_would_obey_is_removed(text: str, shown: str) -> None:
-    assert output.clean(text) == shown
-
-
-def test_lines_stay_only_where_asked() -> None:
+    ):
+        assert output.clean(text) == shown
     assert output.clean("a\nb\x07", lines=True) == "a\nb"
 
 
@@ -85,9 +79,6 @@ def test_table_on_a_narrow_screen_keeps_every_character(
     lines = capsys.readouterr().out.splitlines()
     assert "".join(line.strip() for line in lines[2:]) == digest
     assert max(map(len, lines)) <= 40
-
-
-def test_names_in_tables_are_harmless(capsys: pytest.CaptureFixture[str]) -> None:
     output.emit_table(("a\x1b",), [["b\x1b[31m"]], title="c\x07")
     assert not {"\x1b", "\x07"} & set(capsys.readouterr().out)
 
@@ -97,26 +88,25 @@ def test_csv_quotes_and_leaves_missing_values_empty(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == 'a,b\n"x,""y""",\n1,0.1\n'
 
 
-@pytest.mark.parametrize("verdict", [*Verdict, None])
-def test_no_verdict_is_told_by_colour_alone(verdict: Verdict | None) -> None:
-    text = output.verdict_cell(verdict).plain
-    assert text.startswith(SYMBOLS[verdict])
-    assert len(text) > 2
+def test_no_verdict_is_told_by_colour_alone() -> None:
+    for verdict in (*Verdict, None):
+        text = output.verdict_cell(verdict).plain
+        assert text.startswith(SYMBOLS[verdict])
+        assert len(text) > 2
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
+def test_values_for_people() -> None:
+    for value, text in (
         (None, "\N{EN DASH}"),
         (True, "yes"),
         (0.1 + 0.2, "0.3"),
         ((1, "a"), "1, a"),
         ({"a": 1.0}, "a=1"),
         ([], "\N{EN DASH}"),
-    ],
-)
-def test_values_for_people(value: object, text: str) -> None:
-    assert output.format_value(value) == text
+    ):
+        assert output.format_value(value) == text
+    shorts = [output.short(digest) for digest in ("a" * 64, "", None)]
+    assert shorts == ["a" * 10, "\N{EN DASH}", "\N{EN DASH}"]
 
 
 def test_value_of_any_shape_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -132,23 +122,14 @@ def test_value_of_any_shape_is_printed(capsys: pytest.CaptureFixture[str]) -> No
     assert "Nothing" not in text
 
 
-def test_talk_goes_to_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
+def test_talk_goes_to_standard_error_and_closed_standard_output_is_no_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     output.talk("hello")
     assert capsys.readouterr() == ("", "hello\n")
-
-
-def test_closed_standard_output_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", None)
     output.emit("hello")
     output.emit_table(("a",), [["b"]])
-
-
-def test_short_digest_of_no_run_is_a_dash() -> None:
-    assert (output.short("a" * 64), output.short(""), output.short(None)) == (
-        "a" * 10,
-        "\N{EN DASH}",
-        "\N{EN DASH}",
-    )
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-16"])
@@ -182,31 +163,26 @@ WHOLE = [12, 16, 4, 14]
 def test_columns_are_as_wide_as_their_cells_where_there_is_room() -> None:
     assert widths_of(HEADERS, ROWS, RIGHT, 1000) == WHOLE
     assert widths_of(HEADERS, ROWS, RIGHT, sum(WHOLE)) == WHOLE
+    # Without rows there are the headers.
+    assert widths_of(("One two", "x"), [], (), 80) == [7, 1]
+    assert widths_of(("One two", "x"), [], (), 4) == [3, 1]
 
 
-@pytest.mark.parametrize("available", range(36, sum(WHOLE)))
-def test_numbers_and_short_words_are_never_broken(available: int) -> None:
-    widths = widths_of(HEADERS, ROWS, RIGHT, available)
-    assert widths is not None
-    assert sum(widths) == available
-    assert widths[0] >= len("lead_braking")
-    assert widths[1] >= BREAKABLE
-    assert widths[2] >= len("Runs")
-    assert widths[3] >= len("Least")
+def test_numbers_and_short_words_are_never_broken_and_too_narrow_is_told() -> None:
+    for available in range(36, sum(WHOLE)):
+        widths = widths_of(HEADERS, ROWS, RIGHT, available)
+        assert widths is not None
+        assert sum(widths) == available
+        assert widths[0] >= len("lead_braking")
+        assert widths[1] >= BREAKABLE
+        assert widths[2] >= len("Runs")
+        assert widths[3] >= len("Least")
+    assert widths_of(HEADERS, ROWS, RIGHT, 34) is None
 
 
 def test_whole_words_come_before_long_lines() -> None:
     rows = [("a_name_of_nineteen_", "many words " * 20)]
     assert widths_of(("Name", "Meaning"), rows, (), 40) == [19, 21]
-
-
-def test_too_narrow_is_told() -> None:
-    assert widths_of(HEADERS, ROWS, RIGHT, 34) is None
-
-
-def test_table_without_rows_needs_its_headers() -> None:
-    assert widths_of(("One two", "x"), [], (), 80) == [7, 1]
-    assert widths_of(("One two", "x"), [], (), 4) == [3, 1]
 
 
 def test_stacked_row_has_what_identifies_it_above_its_numbers() -> None:
@@ -216,6 +192,8 @@ def test_stacked_row_has_what_identifies_it_above_its_numbers() -> None:
         "lead_braking, none",
         "  Runs: 3, Least FTTI [s]: none",
     ]
+    # Without numbers it begins with its first cell.
+    assert list(stacked(("a", "b"), [("x", "y")], (), 80)) == ["x", "  b: y"]
 
 
 def test_stacked_lines_keep_to_the_width_and_lose_nothing() -> None:
@@ -226,22 +204,15 @@ def test_stacked_lines_keep_to_the_width_and_lose_nothing() -> None:
     assert [" ".join(part.split()) for part in parts] == [f"Number {k}: {k}" for k in range(20)]
 
 
-def test_stacked_table_without_numbers_begins_with_its_first_cell() -> None:
-    assert list(stacked(("a", "b"), [("x", "y")], (), 80)) == ["x", "  b: y"]
-
-
-@pytest.mark.parametrize(("columns", "is_stacked"), [("40", True), ("60", False)])
 def test_table_is_stacked_on_a_narrow_terminal_only(
-    columns: str,
-    is_stacked: bool,  # noqa: FBT001 - a parameter of the test
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("COLUMNS", columns)
-    output.emit_table(HEADERS, ROWS, right=RIGHT)
-    lines = capsys.readouterr().out.splitlines()
-    assert max(map(len, lines)) <= int(columns)
-    assert ("Runs: 12" in lines[1]) == is_stacked
+    for columns, is_stacked in ((40, True), (60, False)):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        output.emit_table(HEADERS, ROWS, right=RIGHT)
+        lines = capsys.readouterr().out.splitlines()
+        assert max(map(len, lines)) <= columns
+        assert ("Runs: 12" in lines[1]) == is_stacked
 
 
 # --- standard output is for results, whatever prints or closes it meanwhile
@@ -302,15 +273,10 @@ def test_streams_without_a_file_stay_as_they_are(monkeypatch: pytest.MonkeyPatch
 def test_result_comes_through_although_the_output_was_closed(mischief: str) -> None:
     program = (
         "import os, sys\n"
-        "from adeye.cli.output import results_apart\n"
-        "from adeye.cli.output import emit\n"
+        "from adeye.cli.output import emit, results_apart\n"
         f"with results_apart():\n    {mischief}\n    emit('a result')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-c", program]
+    environment = {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "a result\n", "")

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 import yaml
 
-import adeye.campaign.plan
-from adeye.campaign.plan import SignalRow
+from adeye.campaign.plan import SignalRow, make_plan
 from adeye.cli.new import write_project
 from adeye.cli.plan import _fault_entries
 from adeye.spec.load import shipped
-
-if TYPE_CHECKING:
-    from tests.project import Executed
-
+from tests.project import Executed
 
 # --- ``plan`` and ``signals`` on the starter project
 
@@ -45,7 +41,7 @@ def test_factors_and_total_are_printed(adeye: Any, odd: str) -> None:
     assert "gate: camera_radar" in ended.out
 
 
-def test_json_adds_up(adeye: Any, odd: str) -> None:
+def test_json_adds_up_and_nothing_is_written(adeye: Any, odd: str, folder: Path) -> None:
     document = adeye("plan", odd, "--json").document
     assert document["schema"] == "adeye/plan@1"
     assert document["test_cases"] == 12
@@ -53,22 +49,18 @@ def test_json_adds_up(adeye: Any, odd: str) -> None:
     assert document["axes"] == {"cut_in": ["gap"], "lead_braking": ["deceleration"]}
     assert document["engine"]["backend"] == "batch"
     assert document["driver"] == "stepwise"
-
-
-def test_plan_leaves_no_trace(adeye: Any, odd: str, folder: Path) -> None:
-    adeye("plan", odd)
     assert not (folder / ".adeye").exists()
 
 
 def test_architectures_that_differ_are_summed(
     adeye: Any, odd: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plan = adeye_plan(odd)
+    plan = make_plan(Path(odd))
     first = plan.expansion.factors[0]
     other = replace(first, architecture="b", fault_entries=("none",), test_cases=2)
     expansion = replace(plan.expansion, factors=(first, other))
     changed = replace(plan, expansion=expansion, notices=("an axis is dead",))
-    monkeypatch.setattr(adeye_module(), "make_plan", lambda *_a, **_o: changed)
+    monkeypatch.setattr("adeye.campaign.plan.make_plan", lambda *_a, **_o: changed)
     ended = adeye("plan", odd)
     assert "Test cases: 8 = 8" in ended.out
     lines = [line for line in ended.out.splitlines() if "fault entr" in line]
@@ -80,34 +72,19 @@ def test_architectures_that_differ_are_summed(
 
 
 def test_fault_entries_are_listed_once_for_who_has_them(odd: str) -> None:
-    first = adeye_plan(odd).expansion.factors[0]
-    lists = {
-        ("s", "a"): ("none", "f"),
-        ("s", "b"): ("none", "f"),
-        ("t", "a"): ("none",),
-        ("t", "b"): ("none",),
-        ("u", "a"): ("none", "f"),
-        ("u", "b"): ("none",),
-        ("v", "a"): ("none", "f"),
-        ("v", "b"): ("none",),
-    }
+    first = make_plan(Path(odd)).expansion.factors[0]
+    both, none = ("none", "f"), ("none",)
+    lists = {"s": (both, both), "t": (none, none), "u": (both, none), "v": (both, none)}
     factors = [
         replace(first, scenario=scenario, architecture=name, fault_entries=entries)
-        for (scenario, name), entries in lists.items()
+        for scenario, found in lists.items()
+        for name, entries in zip("ab", found, strict=True)
     ]
     assert _fault_entries(factors) == [
         "2 fault entries of s; u, v with a: none, f",
         "1 fault entry of t; u, v with b: none",
     ]
     assert _fault_entries(factors[:2]) == ["2 fault entries: none, f"]
-
-
-def adeye_module() -> Any:
-    return adeye.campaign.plan
-
-
-def adeye_plan(odd: str) -> Any:
-    return adeye.campaign.plan.make_plan(Path(odd))
 
 
 def test_error_in_the_odd_has_file_and_line(adeye: Any, odd: str) -> None:
@@ -135,7 +112,7 @@ def test_signals_table_names_labels_and_who_has_them(
     row = SignalRow(
         "switch.reason", "1", "enumeration", 1.0, "why", ("none", "request"), ("cut_in",), ()
     )
-    monkeypatch.setattr(adeye_module(), "signal_table", lambda _plan: [row])
+    monkeypatch.setattr("adeye.campaign.plan.signal_table", lambda _plan: [row])
     line = adeye("signals", odd).out.splitlines()[-1]
     assert " ".join(line.split()) == (
         "switch.reason enumeration 1 why (none, request) cut_in \N{EN DASH}"
@@ -268,7 +245,5 @@ def test_single_channel_has_nobody_to_share_anything_and_no_line_in_the_plan(ade
 
 
 def test_architecture_that_is_not_there_is_a_usage_error(adeye: Any) -> None:
-    assert (
-        "no architecture 'camera_rader'. Did you mean 'camera_radar'?"
-        in adeye("dependencies", ODD, "--architecture", "camera_rader").refused
-    )
+    said = adeye("dependencies", ODD, "--architecture", "camera_rader").refused
+    assert "no architecture 'camera_rader'. Did you mean 'camera_radar'?" in said

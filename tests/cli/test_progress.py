@@ -11,18 +11,7 @@ import pytest
 
 from adeye.campaign import executors
 from adeye.campaign.run import Stop
-from adeye.cli import progress as interruption
-from adeye.cli.progress import (
-    Meter,
-    asking,
-    duration,
-    is_live,
-    leave_if_abandoned,
-    line,
-    raising_on_sigterm,
-    reporting,
-    watching,
-)
+from adeye.cli import progress
 from adeye.errors import Terminated
 
 # --- rate, remaining time, and who is shown a live line
@@ -41,28 +30,23 @@ class Screen(io.StringIO):
         return True
 
 
-def test_what_was_there_at_the_start_does_not_count_as_speed() -> None:
-    meter = Meter()
+def test_speed_is_that_of_the_phase_and_what_was_there_at_its_start_does_not_count() -> None:
+    meter = progress.Meter()
     assert meter.update(State(50), 10.0) == ("", "")
     assert meter.update(State(60), 15.0) == ("2/s", "20 s left")
-
-
-def test_a_new_phase_starts_the_clock_again() -> None:
-    meter = Meter()
-    meter.update(State(0), 0.0)
-    meter.update(State(100), 10.0)
     meter.update(State(0, total=4, phase="report"), 100.0)
     assert meter.update(State(2, total=4, phase="report"), 101.0) == ("2/s", "1 s left")
+    assert meter.update(State(4, total=4, phase="report"), 101.0)[1] == ""
 
 
 def test_finished_has_no_time_left() -> None:
-    meter = Meter()
+    meter = progress.Meter()
     meter.update(State(0), 0.0)
     assert meter.update(State(100), 1.0) == ("100/s", "")
 
 
 def test_durations_for_people() -> None:
-    assert [duration(s) for s in (0.4, 59.4, 59.6, 3599, 3600)] == [
+    assert [progress.duration(s) for s in (0.4, 59.4, 59.6, 3599, 3600)] == [
         "0 s",
         "59 s",
         "1 min 0 s",
@@ -72,7 +56,7 @@ def test_durations_for_people() -> None:
 
 
 def test_no_terminal_gets_one_line_at_each_end(capsys: pytest.CaptureFixture[str]) -> None:
-    with reporting("12 test cases") as report:
+    with progress.reporting("12 test cases") as report:
         for done in range(13):
             report(State(done, total=12))
     written = capsys.readouterr()
@@ -81,22 +65,17 @@ def test_no_terminal_gets_one_line_at_each_end(capsys: pytest.CaptureFixture[str
     assert written.out == ""
 
 
-def test_quiet_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    with reporting("12 test cases", quiet=True) as report:
-        report(State(1))
-    assert capsys.readouterr() == ("", "")
-
-
-def test_who_watches_without_a_terminal_is_told_nothing(
+def test_who_is_quiet_or_watches_without_a_terminal_is_told_nothing(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    with watching() as report:
-        report(State(1))
-    assert capsys.readouterr() == ("", "")
+    for shown in (progress.reporting("12 test cases", quiet=True), progress.watching()):
+        with shown as report:
+            report(State(1))
+        assert capsys.readouterr() == ("", "")
 
 
 def test_error_inside_prints_no_end(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KeyboardInterrupt), reporting("work"):
+    with pytest.raises(KeyboardInterrupt), progress.reporting("work"):
         raise KeyboardInterrupt
     assert "done" not in capsys.readouterr().err
 
@@ -107,7 +86,7 @@ def test_terminal_shows_rate_and_failures(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.delenv("CI", raising=False)
-    with reporting("work") as report:
+    with progress.reporting("work") as report:
         report(State(0, phase="r\x1bun"))
         report(State(10, failures=3, phase="r\x1bun"))
     text = screen.getvalue()
@@ -116,16 +95,14 @@ def test_terminal_shows_rate_and_failures(monkeypatch: pytest.MonkeyPatch) -> No
         assert part in text
 
 
-@pytest.mark.parametrize(("name", "value"), [("CI", "true"), ("TERM", "dumb")])
-def test_ci_and_dumb_terminals_are_not_live(
-    monkeypatch: pytest.MonkeyPatch, name: str, value: str
-) -> None:
+def test_ci_and_dumb_terminals_are_not_live(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", Screen())
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("CI", raising=False)
-    assert is_live()
-    monkeypatch.setenv(name, value)
-    assert not is_live()
+    for name, value in (("CI", "true"), ("TERM", "dumb")):
+        monkeypatch.setenv("TERM", "xterm")
+        monkeypatch.delenv("CI", raising=False)
+        assert progress.is_live()
+        monkeypatch.setenv(name, value)
+        assert not progress.is_live()
 
 
 def test_long_work_without_a_terminal_shows_life_now_and_then(
@@ -133,7 +110,7 @@ def test_long_work_without_a_terminal_shows_life_now_and_then(
 ) -> None:
     now = iter([0.0, 1.0, 30.0, 61.0, 62.0, 121.0, 130.0])
     monkeypatch.setattr("adeye.cli.progress.time.perf_counter", lambda: next(now))
-    with reporting("100 test cases") as report:
+    with progress.reporting("100 test cases") as report:
         for done, failures in ((0, 0), (10, 0), (60, 3), (61, 3), (90, 4)):
             report(State(done, failures=failures))
     assert capsys.readouterr().err.splitlines()[1:-1] == [
@@ -143,8 +120,8 @@ def test_long_work_without_a_terminal_shows_life_now_and_then(
 
 
 def test_waiting_for_others_is_said_in_words() -> None:
-    assert line(State(3, phase="wait"), "", "") == "wait for other runners: 3/100"
-    assert line(State(1000, 2000, phase="r\x1bun"), "", "") == "run: 1,000/2,000"
+    assert progress.line(State(3, phase="wait"), "", "") == "wait for other runners: 3/100"
+    assert progress.line(State(1000, 2000, phase="r\x1bun"), "", "") == "run: 1,000/2,000"
 
 
 # --- signals become exceptions, wishes, and at last the end
@@ -152,7 +129,7 @@ def test_waiting_for_others_is_said_in_words() -> None:
 
 def test_sigterm_raises_inside_and_the_former_handler_comes_back() -> None:
     before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(Terminated), raising_on_sigterm():
+    with pytest.raises(Terminated), progress.raising_on_sigterm():
         signal.raise_signal(signal.SIGTERM)
     assert signal.getsignal(signal.SIGTERM) == before
 
@@ -165,10 +142,10 @@ def test_what_compiled_code_makes_of_it_stands_for_it() -> None:
     def make() -> None:
         type("Owner", (), {"part": Named()})
 
-    with pytest.raises(Terminated) as caught, raising_on_sigterm():
+    with pytest.raises(Terminated) as caught, progress.raising_on_sigterm():
         make()
     assert isinstance(caught.value.__cause__, RuntimeError)
-    with pytest.raises(RuntimeError, match="its own"), raising_on_sigterm():
+    with pytest.raises(RuntimeError, match="its own"), progress.raising_on_sigterm():
         raise RuntimeError("its own")
 
 
@@ -177,7 +154,7 @@ def test_another_thread_leaves_the_handler_alone() -> None:
     seen: list[object] = []
 
     def look() -> None:
-        with raising_on_sigterm():
+        with progress.raising_on_sigterm():
             seen.append(signal.getsignal(signal.SIGTERM))
 
     thread = threading.Thread(target=look)
@@ -210,28 +187,28 @@ def test_outside_of_blocks_the_first_signal_interrupts(
     name: signal.Signals, kind: type[BaseException]
 ) -> None:
     before = signal.getsignal(name)
-    with pytest.raises(kind), asking(Stop(), "go on"):
+    with pytest.raises(kind), progress.asking(Stop(), "go on"):
         signal.raise_signal(name)
     assert signal.getsignal(name) == before
 
 
 def test_inside_of_blocks_the_first_signal_is_a_wish(capsys: pytest.CaptureFixture[str]) -> None:
     stop, went_on = Stop(is_deferred=True), []
-    with asking(stop, "go on"):
+    with progress.asking(stop, "go on"):
         signal.raise_signal(signal.SIGTERM)
         went_on.append(signal.getitimer(signal.ITIMER_REAL)[0])
     assert stop.asked is Terminated
-    assert 0.0 < went_on[0] <= interruption.GRACE_S
+    assert 0.0 < went_on[0] <= progress.GRACE_S
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
     assert "gets 5 s to end" in capsys.readouterr().err
 
 
 def test_blocks_that_do_not_end_in_time_are_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(interruption, "GRACE_S", 0.05)
+    monkeypatch.setattr(progress, "GRACE_S", 0.05)
     stop = Stop(is_deferred=True)
 
     def execute() -> None:
-        with asking(stop, "go on"):
+        with progress.asking(stop, "go on"):
             signal.raise_signal(signal.SIGINT)
             while True:
                 time.sleep(0.01)
@@ -248,7 +225,7 @@ def test_second_signal_kills_the_workers_and_ends(
     stop = Stop(is_deferred=True)
 
     def execute() -> None:
-        with asking(stop, "go on with this"):
+        with progress.asking(stop, "go on with this"):
             signal.raise_signal(signal.SIGTERM)
             signal.raise_signal(signal.SIGINT)
 
@@ -267,7 +244,7 @@ def test_process_ends_at_once_only_where_a_block_would_be_waited_for(
     monkeypatch.setattr(executors, "is_abandoned_work_running", lambda: is_running)
     if is_running:
         with pytest.raises(Ended):
-            leave_if_abandoned(143)
+            progress.leave_if_abandoned(143)
     else:
-        leave_if_abandoned(143)
+        progress.leave_if_abandoned(143)
     assert ends == [143] * is_running

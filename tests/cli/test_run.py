@@ -4,40 +4,27 @@ from __future__ import annotations
 
 import shlex
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 import adeye.campaign.plan
 import adeye.campaign.run
-import adeye.cli.run as cli_run
 import adeye.reporting
 from adeye.campaign import warmup
 from adeye.campaign.run import Progress
 from adeye.campaign.summary import CampaignSummary, VerdictLine
-from adeye.cli.run import (
-    document,
-    executed_text,
-    margin_text,
-    ordered,
-    print_verdicts,
-    rejudged_text,
-    usable_processors,
-)
+from adeye.cli import run as cli_run
 from adeye.errors import PlatformError, Terminated
 from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict, fold_fsrs
 from adeye.kernel import jit as adeye_jit
 from adeye.store import schema
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.project import Executed
-
+from tests.project import Executed
 
 # --- ``run`` and ``report``: exit codes, what is printed where, reports, interruption
 
@@ -114,10 +101,10 @@ def campaign(monkeypatch: pytest.MonkeyPatch) -> Campaign:
     return fake
 
 
-@pytest.mark.parametrize("code", list(ExitCode))
-def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign, code: ExitCode) -> None:
-    campaign.summary = replace(SUMMARY, exit_code=code)
-    assert adeye("run", "odd.yaml").code == int(code)
+def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign) -> None:
+    for code in ExitCode:
+        campaign.summary = replace(SUMMARY, exit_code=code)
+        assert adeye("run", "odd.yaml").code == int(code)
 
 
 def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
@@ -129,36 +116,31 @@ def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
     assert (campaign.runs[1]["workers"], campaign.runs[1]["threads"]) == (1, 2)
 
 
-def test_compiled_parts_use_every_processor_in_threads(adeye: Any, campaign: Campaign) -> None:
+def test_compiled_parts_use_every_processor_in_threads_and_others_in_processes(
+    adeye: Any, campaign: Campaign
+) -> None:
     adeye("run", "odd.yaml")
-    assert campaign.runs[0]["threads"] == usable_processors() >= 1
-    assert campaign.runs[0]["workers"] == 1
-
-
-def test_python_parts_use_every_processor_in_processes(adeye: Any, campaign: Campaign) -> None:
     campaign.is_compiled = False
     adeye("run", "odd.yaml")
-    assert campaign.runs[0]["workers"] == usable_processors() >= 1
-    assert campaign.runs[0]["threads"] == 1
+    used = [(item["threads"], item["workers"]) for item in campaign.runs]
+    assert used == [(cli_run.usable_processors(), 1), (1, cli_run.usable_processors())]
+    assert cli_run.usable_processors() >= 1
 
 
-@pytest.mark.parametrize(("warm", "options"), [(False, []), (True, []), (False, ["--quiet"])])
 def test_first_compilation_is_announced(
-    adeye: Any,
-    campaign: Campaign,
-    monkeypatch: pytest.MonkeyPatch,
-    warm: bool,  # noqa: FBT001 - a case of the table
-    options: list[str],
+    adeye: Any, campaign: Campaign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled: list[Any] = []
-    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: warm)
     monkeypatch.setattr(warmup, "compile_aside", compiled.append)
     monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
-    ended = adeye("run", "odd.yaml", *options)
-    assert len(compiled) == (0 if warm else 1)
-    assert campaign.runs
-    is_expected = not warm and not options
-    assert ("Compiling for this machine" in ended.err) is is_expected
+    for is_warm, options in ((False, []), (True, []), (False, ["--quiet"])):
+        monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_, warm=is_warm: warm)
+        compiled.clear()
+        ended = adeye("run", "odd.yaml", *options)
+        assert len(compiled) == (0 if is_warm else 1)
+        is_told = "Compiling for this machine" in ended.err
+        assert is_told is (not is_warm and not options)
+    assert len(campaign.runs) == 3
 
 
 def test_compilation_of_what_was_not_used_before_is_announced(
@@ -173,28 +155,22 @@ def test_compilation_of_what_was_not_used_before_is_announced(
 
 
 def test_threads_and_workers_exclude_each_other(adeye: Any, campaign: Campaign) -> None:
-    assert (
-        "exclude each other" in adeye("run", "odd.yaml", "--threads", "2", "--workers", "2").refused
-    )
+    done = adeye("run", "odd.yaml", "--threads", "2", "--workers", "2")
+    assert "exclude each other" in done.refused
     assert not campaign.runs
 
 
-def test_result_on_stdout_and_talk_on_stderr(adeye: Any, campaign: Campaign) -> None:
+def test_result_on_stdout_and_talk_on_stderr_unless_quiet(adeye: Any, campaign: Campaign) -> None:
     assert campaign.summary is SUMMARY
     ended = adeye("run", "odd.yaml")
-    assert "FSR-01" in ended.out
-    assert "Executed 12 of 12 test cases; 0 reused." in ended.out
-    assert "Every mandatory requirement passes." in ended.out
+    for part in ("FSR-01", "Executed 12 of 12 test cases; 0 reused.", SUMMARY.message):
+        assert part in ended.out
     assert "note: an axis is dead" in ended.err
     assert "12 test cases" in ended.err
     assert "note" not in ended.out
-
-
-def test_quiet_leaves_only_the_result(adeye: Any, campaign: Campaign) -> None:
-    assert campaign.summary is SUMMARY
-    ended = adeye("run", "odd.yaml", "--quiet")
-    assert ended.err == ""
-    assert "FSR-01" in ended.out
+    assert campaign.reports == []
+    quiet = adeye("run", "odd.yaml", "--quiet")
+    assert (quiet.err, "FSR-01" in quiet.out) == ("", True)
 
 
 def test_json_is_one_document(adeye: Any, campaign: Campaign) -> None:
@@ -207,38 +183,25 @@ def test_json_is_one_document(adeye: Any, campaign: Campaign) -> None:
 
 
 def test_reports_are_written_and_named(adeye: Any, campaign: Campaign) -> None:
-    ended = adeye(
-        "run", "o.yaml", "--report", "r.html", "--junit", "j.xml", "--report-json", "r.json"
-    )
+    given = ("--report", "r.html", "--junit", "j.xml", "--report-json", "r.json")
+    ended = adeye("run", "o.yaml", *given, "--sarif", "v.sarif")
     files = {"html": "r.html", "junit": "j.xml", "json": "r.json"}
-    assert campaign.reports == [(None, "c" * 32, files)]
-    for name in ("r.html", "j.xml", "r.json"):
+    exports = str({"sarif": Path("v.sarif")})
+    assert campaign.reports == [(None, "c" * 32, {**files, "exports": exports})]
+    for name in (*files.values(), "v.sarif"):
         assert f"wrote {name}" in ended.err
 
 
-def test_run_writes_sarif(adeye: Any, campaign: Campaign) -> None:
-    ended = adeye("run", "o.yaml", "--sarif", "v.sarif")
-    assert campaign.reports == [(None, "c" * 32, {"exports": str({"sarif": Path("v.sarif")})})]
-    assert "wrote v.sarif" in ended.err
-
-
-def test_without_report_options_nothing_is_written(adeye: Any, campaign: Campaign) -> None:
-    adeye("run", "odd.yaml")
-    assert campaign.reports == []
-
-
-@pytest.mark.parametrize(
-    ("verdict", "code"), [(ExitCode.OK, 5), (ExitCode.FAILED, 5), (ExitCode.INTEGRITY, 5)]
-)
 def test_report_that_cannot_be_written_still_shows_the_verdicts(
-    adeye: Any, campaign: Campaign, verdict: ExitCode, code: int
+    adeye: Any, campaign: Campaign
 ) -> None:
-    campaign.summary = replace(SUMMARY, exit_code=verdict)
     campaign.report_error = PlatformError("cannot write r.html")
-    ended = adeye("run", "odd.yaml", "--report", "r.html")
-    assert ended.code == code
-    assert "FSR-01" in ended.out
-    assert "cannot write r.html" in ended.err
+    for verdict in (ExitCode.OK, ExitCode.FAILED, ExitCode.INTEGRITY):
+        campaign.summary = replace(SUMMARY, exit_code=verdict)
+        ended = adeye("run", "odd.yaml", "--report", "r.html")
+        assert ended.code == ExitCode.ENVIRONMENT
+        assert "FSR-01" in ended.out
+        assert "cannot write r.html" in ended.err
 
 
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (Terminated(), 143)])
@@ -294,104 +257,85 @@ def test_defect_in_the_campaign_is_not_success(adeye: Any, campaign: Campaign) -
     assert "defect" in ended.err
 
 
-def test_report_of_an_empty_database_is_an_input_error(adeye: Any) -> None:
+def test_report_of_no_database_and_of_an_empty_one_is_an_input_error(
+    adeye: Any, folder: Path
+) -> None:
+    assert adeye("report", "-o", "r.html").code == 2
+    assert list(folder.iterdir()) == []
     schema.upgrade(".adeye/adeye.db")
     assert "has no campaign" in adeye("report").refused
-    assert not Path("report.html").exists()
+    assert [path.name for path in folder.iterdir()] == [".adeye"]
 
 
-def test_report_without_a_database_is_an_input_error(adeye: Any) -> None:
-    ended = adeye("report", "-o", "r.html")
-    assert ended.code == 2
-    assert not Path("r.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "asked", "outputs"),
-    [
+def test_report_writes_what_is_asked_for(adeye: Any, campaign: Campaign) -> None:
+    sarif = {"sarif": Path("v.sarif")}
+    exports = {"gsn": Path("a.svg"), "reqif": Path("r.reqif")}
+    for arguments, asked, outputs in (
         ((), None, {"html": "report.html"}),
         (("--baseline", "b.json"), None, {"html": "report.html", "baseline": "b.json"}),
         (("3", "-o", "r.html"), "3", {"html": "r.html"}),
         (("--junit", "j.xml"), None, {"junit": "j.xml"}),
         (("--json", "r.json"), None, {"json": "r.json"}),
-        (("--sarif", "v.sarif"), None, {"exports": str({"sarif": Path("v.sarif")})}),
-        (
-            ("--gsn", "a.svg", "--reqif", "r.reqif"),
-            None,
-            {"exports": str({"gsn": Path("a.svg"), "reqif": Path("r.reqif")})},
-        ),
-    ],
-)
-def test_report_writes_what_is_asked_for(
-    adeye: Any,
-    campaign: Campaign,
-    arguments: tuple[str, ...],
-    asked: str | None,
-    outputs: dict[str, str],
-) -> None:
-    ended = adeye("report", *arguments)
-    assert ended.code == 0, ended.err
-    assert campaign.reports == [(None, asked, outputs)]
+        (("--sarif", "v.sarif"), None, {"exports": str(sarif)}),
+        (("--gsn", "a.svg", "--reqif", "r.reqif"), None, {"exports": str(exports)}),
+    ):
+        ended = adeye("report", *arguments)
+        assert ended.code == 0, ended.err
+        assert campaign.reports.pop() == (None, asked, outputs)
 
 
 # --- what came out of a campaign in words and as JSON
 
 
-def test_nothing_executed_is_said() -> None:
-    summary = replace(SUMMARY, executed=0, reused=12)
-    assert executed_text(summary) == "Executed nothing, all 12 results were there."
-    assert executed_text(replace(summary, judged=12)).endswith(
-        "Re-judged 12 of 12 results; 0 executed again for it."
-    )
+def test_what_was_executed_reused_and_judged_again_is_said() -> None:
+    def said(**changes: Any) -> str:
+        return cli_run.executed_text(replace(SUMMARY, **changes))
 
-
-def test_large_counts_can_be_read() -> None:
-    text = executed_text(replace(SUMMARY, planned=1_000_000, executed=998_976, reused=1024))
-    assert text == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
-
-
-def test_nothing_planned_is_not_everything_there() -> None:
-    empty = replace(SUMMARY, planned=0, executed=0)
-    assert executed_text(empty) == "Executed 0 of 0 test cases; 0 reused."
+    assert said(executed=0, reused=12) == "Executed nothing, all 12 results were there."
+    again = said(executed=0, reused=12, judged=12)
+    assert again.endswith("Re-judged 12 of 12 results; 0 executed again for it.")
+    large = said(planned=1_000_000, executed=998_976, reused=1024)
+    assert large == "Executed 998,976 of 1,000,000 test cases; 1,024 reused."
+    # Nothing planned is not everything there.
+    assert said(planned=0, executed=0) == "Executed 0 of 0 test cases; 0 reused."
 
 
 def test_ways_of_judging_again_are_named() -> None:
     summary = replace(SUMMARY, judged=5, ways={"metric": 3, "trace": 2}, to_replay=1)
-    assert rejudged_text(summary) == (
+    assert cli_run.rejudged_text(summary) == (
         "Re-judged 5 of 6 results (3 from metric rows, 2 from kept traces); "
         "0 executed again for it."
     )
 
 
 def test_document_tells_what_was_chosen_and_what_remains() -> None:
-    assert document(SUMMARY)["selected"] == 12
-    assert document(SUMMARY)["remaining"] == 0
+    assert cli_run.document(SUMMARY)["selected"] == 12
+    assert cli_run.document(SUMMARY)["remaining"] == 0
     part = replace(SUMMARY, selected=4, executed=4, to_execute=8)
-    assert (document(part)["selected"], document(part)["remaining"]) == (4, 8)
-    assert document(replace(SUMMARY, selected=0))["selected"] == 0
+    assert (cli_run.document(part)["selected"], cli_run.document(part)["remaining"]) == (4, 8)
+    assert cli_run.document(replace(SUMMARY, selected=0))["selected"] == 0
 
 
 # --- the verdict table: order, margins, the hint to the worst run
 
 
-PASSED = VerdictLine(
-    architecture="a",
-    is_gate=False,
-    fsr="FSR-01",
-    asil="D",
-    mandatory=True,
-    verdict=Verdict.PASS,
-    exercised=3,
-    runs=4,
-    margin=None,
-    unit="",
-    worst_run="",
-    text="text",
+PASSED = replace(
+    LINE, architecture="a", is_gate=False, exercised=3, runs=4, margin=None, unit="", worst_run=""
 )
 
 
-def summary(*lines: VerdictLine) -> CampaignSummary:
-    return CampaignSummary("c", 4, 4, 0, 0, ExitCode.FAILED, "m", lines)
+@pytest.fixture
+def printed(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., str]:
+    """Print verdicts on a screen of some width."""
+
+    def show(*lines: VerdictLine, width: int = 400) -> str:
+        monkeypatch.setenv("COLUMNS", str(width))
+        cli_run.print_verdicts(CampaignSummary("c", 4, 4, 0, 0, ExitCode.FAILED, "m", lines))
+        return capsys.readouterr().out
+
+    return show
 
 
 def test_order_of_verdicts_is_that_of_folding() -> None:
@@ -411,45 +355,33 @@ def test_gate_then_mandatory_then_worst_first() -> None:
         replace(PASSED, fsr="5", architecture="a", verdict=None),
         replace(PASSED, fsr="6", architecture="a", verdict=Verdict.ERROR),
     ]
-    assert [line.fsr for line in ordered(lines)] == ["3", "2", "4", "6", "5", "1"]
+    assert [line.fsr for line in cli_run.ordered(lines)] == ["3", "2", "4", "6", "5", "1"]
 
 
-@pytest.mark.parametrize(
-    ("margin", "unit", "text"),
-    [
+def test_margin_has_sign_and_unit() -> None:
+    for margin, unit, text in (
         (-0.8, "m", "\N{MINUS SIGN}0.80 m"),
         (1.35, "m/s^2", "+1.35 m/s²"),
         (2.0, "", "+2.00"),
         (None, "m", "\N{EN DASH}"),
         (float("inf"), "m", "\N{EN DASH}"),
         (float("nan"), "m", "\N{EN DASH}"),
-    ],
-)
-def test_margin_has_sign_and_unit(margin: float | None, unit: str, text: str) -> None:
-    assert margin_text(replace(PASSED, margin=margin, unit=unit)) == text
+    ):
+        assert cli_run.margin_text(replace(PASSED, margin=margin, unit=unit)) == text
 
 
-def test_failure_leads_to_its_worst_run(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_failure_leads_to_its_worst_run_and_what_passes_does_not(
+    printed: Callable[..., str],
 ) -> None:
-    monkeypatch.setenv("COLUMNS", "300")
-    failed = replace(PASSED, verdict=Verdict.FAIL, worst_run="ab" * 32, margin=-1.0, unit="m")
-    print_verdicts(summary(PASSED, failed))
-    text = capsys.readouterr().out
-    assert "3 of 4" in text
-    assert "adeye show ababababab" in text
-    assert "adeye replay ababababab" in text
+    worst = replace(PASSED, worst_run="ab" * 32)
+    failed = replace(worst, verdict=Verdict.FAIL, margin=-1.0, unit="m")
+    text = printed(PASSED, failed)
+    for part in ("3 of 4", "adeye show ababababab", "adeye replay ababababab"):
+        assert part in text
+    assert "replay" not in printed(worst)
 
 
-def test_all_green_has_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
-    print_verdicts(summary(replace(PASSED, worst_run="ab" * 32)))
-    assert "replay" not in capsys.readouterr().out
-
-
-def test_narrow_screen_keeps_every_row_on_one_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
+def test_narrow_screen_keeps_every_row_on_one_line(printed: Callable[..., str]) -> None:
     line = replace(
         PASSED,
         fsr="FSR-07",
@@ -461,35 +393,26 @@ def test_narrow_screen_keeps_every_row_on_one_line(
         exercised=168,
         runs=168,
     )
-    print_verdicts(summary(line))
-    row = capsys.readouterr().out.splitlines()[-1]
+    row = printed(line, width=80).splitlines()[-1]
     for part in ("FSR-07 opt.", "INCONCLUSIVE", "168 of 168", "m/s\N{SUPERSCRIPT TWO}", "ab" * 5):
         assert part in row
 
 
-def test_architectures_are_headed_and_the_gate_is_marked(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    print_verdicts(summary(PASSED, replace(PASSED, architecture="b", is_gate=True)))
-    lines = capsys.readouterr().out.splitlines()
+def test_architectures_are_headed_and_the_gate_is_marked(printed: Callable[..., str]) -> None:
+    lines = printed(PASSED, replace(PASSED, architecture="b", is_gate=True)).splitlines()
     assert lines.index("b (gate)") < lines.index("a")
 
 
-def test_texts_are_harmless_and_short(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "400")
-    print_verdicts(summary(replace(PASSED, architecture="[red]a\x1b[2J", text="long\n" * 100)))
-    text = capsys.readouterr().out
+def test_texts_are_harmless_and_short(printed: Callable[..., str]) -> None:
+    text = printed(replace(PASSED, architecture="[red]a\x1b[2J", text="long\n" * 100))
     assert "[red]a[2J" in text
     assert "\x1b" not in text
     assert "…" in text
 
 
-def test_vacuous_line_says_how_many_runs_are_needed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_vacuous_line_says_how_many_runs_are_needed(printed: Callable[..., str]) -> None:
     few = replace(PASSED, verdict=Verdict.VACUOUS, exercised=2, runs=2, min_exercised=30)
-    print_verdicts(summary(few))
-    assert "2 of 30 needed" in capsys.readouterr().out
+    assert "2 of 30 needed" in printed(few)
 
 
 # --- ``judge``: what it prints, and what it executes: nothing unless asked to

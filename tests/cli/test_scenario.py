@@ -27,22 +27,15 @@ def replace_in(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_list_shows_the_shipped_catalogue(adeye: Any) -> None:
+def test_list_shows_the_shipped_catalogue_or_another(adeye: Any, cut_in: Path) -> None:
     out = adeye("scenario", "list").out
-    assert "cut_in" in out
-    assert "Cut-in of a slower vehicle" in out
-    assert "gap 0 m to 60 m" in out
-
-
-def test_list_json_has_parameters_with_ranges(adeye: Any) -> None:
+    for part in ("cut_in", "Cut-in of a slower vehicle", "gap 0 m to 60 m"):
+        assert part in out
     document = adeye("scenario", "list", "--json").document
     assert document["schema"] == "adeye/scenario-list@1"
     entries = {entry["id"]: entry for entry in document["scenarios"]}
     assert entries["cut_in"]["parameters"]["gap"]["range"] == ["0 m", "60 m"]
     assert entries["cut_in"]["tags"]["r157"] == "4.4.1"
-
-
-def test_list_of_another_catalogue(adeye: Any, cut_in: Path) -> None:
     document = adeye("scenario", "list", "--catalogue", ".", "--json").document
     assert [entry["id"] for entry in document["scenarios"]] == [cut_in.stem]
 
@@ -51,15 +44,9 @@ def test_show_has_parameters_actors_and_storyboard(adeye: Any) -> None:
     out = adeye("scenario", "show", "cut_in").out
     for part in ("gap", "30 m", "cutter", "scripted", "lane_change", "cutter.gap <= gap", "R157"):
         assert part in out
-
-
-def test_show_json_has_the_content(adeye: Any) -> None:
     document = adeye("scenario", "show", "cut_in", "--json").document
     assert document["schema"] == "adeye/scenario-show@1"
     assert document["content"]["scenario"] == "cut_in"
-
-
-def test_unknown_scenario_is_suggested(adeye: Any) -> None:
     assert "Did you mean 'cut_in'?" in adeye("scenario", "show", "cut_inn").refused
 
 
@@ -89,7 +76,7 @@ def test_finding_has_file_line_column_and_code_2(
     assert line.split(": ")[1].startswith("my_cut_in.yaml:")
 
 
-def test_one_broken_file_does_not_hide_another(adeye: Any, cut_in: Path) -> None:
+def test_one_broken_file_does_not_hide_another(adeye: Any, cut_in: Path, folder: Path) -> None:
     other = Path(shutil.copy(cut_in, "other.yaml"))
     replace_in(cut_in, "realised: [cut_in]", "realised: [cut_out]")
     other.write_text("a: [", encoding="utf-8")
@@ -99,9 +86,6 @@ def test_one_broken_file_does_not_hide_another(adeye: Any, cut_in: Path) -> None
     assert document["schema"] == "adeye/scenario-lint@1"
     assert document["files"] == ["my_cut_in.yaml", "other.yaml"]
     assert {finding["where"]["path"] for finding in document["findings"]} == set(document["files"])
-
-
-def test_folder_without_scenarios_is_an_error(adeye: Any, folder: Path) -> None:
     (folder / "empty").mkdir()
     assert adeye("scenario", "lint", "empty").code == 2
 
@@ -119,17 +103,11 @@ def test_lint_asks_what_must_begin_and_what_nothing_uses(adeye: Any, cut_in: Pat
 # --- which catalogue is read
 
 
-def test_shipped_unless_there_is_one_here(folder: Path) -> None:
+def test_catalogue_is_the_chosen_one_else_that_of_here_else_the_shipped(folder: Path) -> None:
     assert catalogue_folder(None) == shipped("scenarios_db")
     (folder / "scenarios_db").mkdir()
     assert catalogue_folder(None) == Path("scenarios_db")
-
-
-def test_chosen_one_wins(folder: Path) -> None:
     assert catalogue_folder(folder) == folder
-
-
-def test_chosen_one_must_be_a_folder(folder: Path) -> None:
     with pytest.raises(UsageError, match="not a folder"):
         catalogue_folder(folder / "none")
 

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adeye.store import tables
 from adeye.store.database import Database
+from tests.cli.conftest import Verb
 from tests.cli.test_foreign_parts import ELSEWHERE
 from tests.cli.test_foreign_parts import VERBS as READING
+from tests.postgres import Server
 from tests.project import CONCEPT, MINI, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.cli.conftest import Verb
-    from tests.postgres import Server
 
 SPELT = "pl4nt%40d%20s3cr%2Ft%3F%25%C3%A9"
 TRACES_OF_IT = ("pl4nt", "s3cr")

@@ -1,6 +1,5 @@
 """``sensors`` on the shipped files: tables, JSON, page, and what it refuses."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -99,35 +98,20 @@ def test_plug_in_sensor_is_named_as_not_analysed(adeye: Any, folder: Path) -> No
     assert line.endswith("camera_radar.sonar.")
 
 
-def test_unknown_file_is_an_input_error(adeye: Any) -> None:
-    ended = adeye("sensors", "missing.yaml")
-    assert ended.code == 2
-    assert "missing.yaml" in ended.err
+def test_what_cannot_be_analysed_is_an_input_error(adeye: Any, folder: Path) -> None:
+    broken = Path(changed(folder))
+    text = broken.read_text("utf-8")
+    for arguments, parts in (
+        (("missing.yaml",), ("missing.yaml",)),
+        ((), ("Name architecture files, or an ODD with --odd.",)),
+        ((ODD,), ()),
+        ((CANDIDATE, str(broken)), ("camera_radar.yaml", "changed.yaml:")),
+    ):
+        ended = adeye("sensors", *arguments)
+        assert all(part in ended.refused for part in parts)
+        assert "Traceback" not in ended.err
+        assert ended.out == ""
+    broken.write_text(text.replace("range: 120 m", "range: 120 s"))
+    ended = adeye("sensors", str(broken), "--json")
+    assert "changed.yaml:" in ended.refused
     assert ended.out == ""
-
-
-def test_nothing_to_analyse_is_an_input_error(adeye: Any) -> None:
-    assert "Name architecture files, or an ODD with --odd." in adeye("sensors").refused
-
-
-def test_file_of_another_kind_is_an_input_error(adeye: Any) -> None:
-    ended = adeye("sensors", ODD)
-    assert ended.code == 2
-    assert "Traceback" not in ended.err
-
-
-def test_one_id_in_two_files_is_an_input_error(adeye: Any, folder: Path) -> None:
-    ended = adeye("sensors", CANDIDATE, changed(folder))
-    assert ended.code == 2
-    assert "camera_radar.yaml" in ended.err
-    assert "changed.yaml:" in ended.err
-
-
-def test_wrong_unit_is_an_input_error_with_its_place(adeye: Any, folder: Path) -> None:
-    path = Path(changed(folder))
-    path.write_text(path.read_text("utf-8").replace("range: 120 m", "range: 120 s"))
-    ended = adeye("sensors", str(path), "--json")
-    assert ended.code == 2
-    assert "changed.yaml:" in ended.err
-    with pytest.raises(json.JSONDecodeError):
-        json.loads(ended.out)

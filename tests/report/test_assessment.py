@@ -115,16 +115,13 @@ def test_change_is_told_or_its_command(plain: Report) -> None:
     assert "The ODD is gone." in section(plain.model_copy(update={"impact": gone}), "change")
 
 
-def test_every_section_is_in_the_navigation(plain: Report) -> None:
+def test_every_section_is_in_the_navigation_and_no_id_is_there_twice(plain: Report) -> None:
     tree = lxml_html.document_fromstring(render(plain))
     linked = set(map(str, tree.xpath("//nav/a/@href")))
     for name in ("preventability", "timing", "safe-stops", "change", "traceability"):
         assert f"#{name}" in linked
         assert len(tree.xpath(f"//section[@id='{name}']")) == 1
-
-
-def test_page_has_no_id_twice_beside_the_drawing(plain: Report) -> None:
-    ids = list(map(str, lxml_html.document_fromstring(render(plain)).xpath("//@id")))
+    ids = list(map(str, tree.xpath("//@id")))
     assert len(ids) == len(set(ids))
     assert any(name.startswith("gsn-") for name in ids)
 
@@ -152,36 +149,27 @@ def compared(number: int, cell: Cell, *, edition: str = "r157-01", model: str = 
 COMMANDS = ("adeye preventability c0de", lambda run: f"adeye replay {run}")
 
 
-def test_nothing_evaluated_counts_what_is_open() -> None:
+def test_hardest_contacts_are_listed_and_all_are_counted() -> None:
     told = preventability_of([], (7, 3), COMMANDS)
     assert (told.executed, told.compared, told.open_contacts) == (7, 0, 3)
     assert (told.tallies, told.findings, told.command) == ((), 0, COMMANDS[0])
-
-
-def test_hardest_contacts_are_listed_and_all_are_counted() -> None:
     found = [compared(number, "only_model") for number in range(LISTED + 3)]
     told = preventability_of([*found, compared(99, "neither")], (99, 0), COMMANDS)
     assert told.findings == LISTED + 3
-    assert [item.run for item in told.listed] == [
-        f"run{LISTED + 2 - at:02}" for at in range(LISTED)
-    ]
+    hardest = [f"run{number:02}" for number in range(LISTED + 2, 2, -1)]
+    assert [item.run for item in told.listed] == hardest
     assert told.listed[0].drive_command == f"adeye replay drive{LISTED + 2:02}"
 
 
-def test_run_that_two_models_are_held_against_is_one_compared_run() -> None:
+def test_run_that_two_models_are_held_against_is_one_and_editions_are_not_counted_together() -> (
+    None
+):
     found = [compared(1, "neither"), compared(1, "both_avoid", model="fsm")]
     told = preventability_of(found, (1, 0), COMMANDS)
     assert told.compared == 1
-    assert [(item.model, item.counts["neither"]) for item in told.tallies] == [
-        ("cc", 1),
-        ("fsm", 0),
-    ]
-
-
-def test_editions_are_not_counted_together() -> None:
+    tallies = [(item.model, item.counts["neither"]) for item in told.tallies]
+    assert tallies == [("cc", 1), ("fsm", 0)]
     found = [compared(1, "neither"), compared(1, "neither", edition="r157-original")]
     told = preventability_of(found, (1, 0), COMMANDS)
-    assert [(item.edition, item.runs) for item in told.tallies] == [
-        ("r157-01", 1),
-        ("r157-original", 1),
-    ]
+    tallies = [(item.edition, item.runs) for item in told.tallies]
+    assert tallies == [("r157-01", 1), ("r157-original", 1)]

@@ -12,13 +12,15 @@ import pytest
 
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.build import MAX_REPLAYS, WORST_PER_FSR, ReplayRequest, ReportBuilder
-from adeye.report.credibility import SelfTestResult, write_result
+from adeye.report.credibility import write_result
 from adeye.report.model.report import Cell, Report
 from adeye.report.page.replay import Replay
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store.repository import Repository
 from adeye.version import __version__
 from tests.project import CONCEPT, Executed, Project, rows_of
+from tests.report.test_credibility import GOOD
+from tests.stored import known
 
 
 def no_replays(_: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
@@ -59,25 +61,13 @@ def test_report_tells_of_the_self_test_of_the_same_code_only(
     builder: ReportBuilder, built: Report, mini: Executed
 ) -> None:
     assert built.self_test is None
-    made = SelfTestResult(
-        version=__version__,
-        numerics_version=NUMERICS_VERSION,
-        created="2026-01-02T03:04:05",
-        masters=34,
-        detected=34,
-        low=0.897,
-        confidence=0.95,
-    )
+    own = {"version": __version__, "numerics_version": NUMERICS_VERSION}
+    made = GOOD.model_copy(update=own)
     kept = write_result(made, mini.db.parent)
     assert builder.build(no_replays).self_test == made
     write_result(made.model_copy(update={"version": "0.0.0"}), mini.db.parent)
     assert builder.build(no_replays).self_test is None
     kept.unlink()
-
-
-def test_report_says_which_determinism_is_promised(built: Report) -> None:
-    assert built.determinism.startswith("Class portable")
-    assert "(traffic batch, reference-1)" in built.determinism
 
 
 def test_report_counts_what_the_database_holds(built: Report, rows: list[dict[str, Any]]) -> None:
@@ -94,28 +84,29 @@ def test_report_counts_what_the_database_holds(built: Report, rows: list[dict[st
         assert {key.value: count for key, count in cell.counts.items()} == Counter(own)
 
 
-def test_report_has_the_gates_verdict(built: Report, mini: Executed) -> None:
+def test_report_has_the_gates_verdict_and_its_determinism(built: Report, mini: Executed) -> None:
     assert (built.exit_code, built.message) == (mini.summary.exit_code, mini.summary.message)
     assert built.exit_code is ExitCode.OK
     folded = {(line.architecture, line.fsr): line.verdict for line in mini.summary.verdicts}
     for (architecture, fsr), verdict in folded.items():
         assert total(built, fsr, architecture).verdict is verdict
+    assert built.determinism.startswith("Class portable")
+    assert "(traffic batch, reference-1)" in built.determinism
+    assert built.dead_axes == ()
 
 
-def test_every_number_has_a_command_on_this_database(built: Report) -> None:
+def test_every_number_has_a_command_on_this_database(
+    built: Report, repository: Repository, mini: Executed
+) -> None:
     commands = [item.command for item in built.cells]
     commands += [item.command for item in built.worst_cases]
     commands += [item.minimum.command for item in built.metrics if item.minimum]
     assert len(commands) > 50
     assert all(text.endswith(" --db my.db") for text in commands)
     assert built.command.startswith("adeye run ")
-
-
-def test_default_database_needs_no_option(repository: Repository, mini: Executed) -> None:
-    campaign = repository.find_campaign(mini.summary.campaign)
-    assert (
-        ReportBuilder(repository, campaign).replay_command("ab" * 32) == "adeye replay abababababab"
-    )
+    # The default database needs no option.
+    default = ReportBuilder(repository, repository.find_campaign(mini.summary.campaign))
+    assert default.replay_command("ab" * 32) == "adeye replay abababababab"
 
 
 def test_worst_run_of_a_cell_is_the_one_with_the_least_robustness(
@@ -129,7 +120,7 @@ def test_worst_run_of_a_cell_is_the_one_with_the_least_robustness(
     assert cell.margin.value == pytest.approx(6.0 - worst["max_required_deceleration_mps2"])
 
 
-def test_worst_cases_begin_with_failures_and_are_few_per_requirement(built: Report) -> None:
+def test_worst_cases_begin_with_failures_in_the_users_units_and_are_few(built: Report) -> None:
     verdicts = [case.verdict for case in built.worst_cases]
     failures = verdicts.count(Verdict.FAIL)
     assert failures > 0
@@ -137,9 +128,6 @@ def test_worst_cases_begin_with_failures_and_are_few_per_requirement(built: Repo
     per_fsr = Counter((case.fsr, case.architecture) for case in built.worst_cases)
     assert max(per_fsr.values()) <= WORST_PER_FSR
     assert Verdict.VACUOUS not in verdicts
-
-
-def test_worst_case_says_its_point_in_the_users_units(built: Report) -> None:
     labels = {item.label: item.value for item in built.worst_cases[0].parameters}
     assert labels["ego_speed"] in {"80 km/h", "120 km/h"}
     assert labels["gap"] in {"30 m", "50 m"}
@@ -187,17 +175,12 @@ def test_report_without_a_time_of_day_is_the_same_every_time(builder: ReportBuil
     assert builder.build(no_replays) == builder.build(no_replays)
 
 
-def test_no_axis_of_the_mini_campaign_is_dead(built: Report) -> None:
-    assert built.dead_axes == ()
-
-
 @pytest.mark.slow
 def test_waiver_counts_what_it_sets_aside(project_with_waiver: Project) -> None:
     project = project_with_waiver
     project.run()
     with Repository.open(project.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
+        campaign = known(repository.latest_campaign())
         report = ReportBuilder(repository, campaign).build(no_replays)
         rows = rows_of(repository)
     open_runs = [row for row in rows if row["verdicts"]["FSR-03"] == "INCONCLUSIVE"]
@@ -226,8 +209,7 @@ def project_with_waiver(tmp_path: Any) -> Project:
 
 
 def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Repository) -> None:
-    root = repository.evidence.root(built.campaign)
-    assert root is not None
+    root = known(repository.evidence.root(built.campaign))
     assert built.evidence_digest == root.root
     assert built.integrity_rules > 20
     assert len(built.verification) == len(built.fsrs) * len(built.architectures)
@@ -248,8 +230,7 @@ def test_large_campaign_is_not_read_whole(
         "adeye.store.evidence.roots.computed_root", lambda *_: pytest.fail("reads all")
     )
     told = builder.build(no_replays)
-    root = repository.evidence.root(told.campaign)
-    assert root is not None
+    root = known(repository.evidence.root(told.campaign))
     assert told.evidence_digest == root.root
     assert 0 < told.integrity_rules < 28
 

@@ -10,6 +10,7 @@ from adeye.report.model.report import Report
 from adeye.report.page.html import write_html
 from tests.report.browser import Browser
 from tests.report.fake import build_report
+from tests.stored import known
 
 pytestmark = pytest.mark.chromium
 
@@ -98,8 +99,7 @@ def test_keys_play_step_and_change_the_run(tab: Browser) -> None:
 
 
 def test_cell_opens_the_replay_of_its_worst_run(tab: Browser, report: Report) -> None:
-    cell = report.cell("FSR-02", "camera_radar", "cut_in")
-    assert cell is not None
+    cell = known(report.cell("FSR-02", "camera_radar", "cut_in"))
     place = "[data-architecture=camera_radar][data-scenario=cut_in]"
     tab.click(f"#matrix tr:has([href='#fsr-2']) td{place} .cell")
     assert tab.run(SELECTED) == cell.worst_run

@@ -5,19 +5,12 @@ from typing import Any
 
 import pytest
 
-from adeye.report.credibility import (
-    NOT_RUN,
-    RESULT,
-    SelfTestResult,
-    determinism,
-    read_result,
-    write_result,
-)
+from adeye.report import credibility
 from adeye.report.formats.json import parse_json, render_json
 from adeye.report.model.report import Report
 from adeye.report.page.html import render
 
-GOOD = SelfTestResult(
+GOOD = credibility.SelfTestResult(
     version="1.2.3",
     numerics_version=3,
     created="2026-01-02T03:04:05",
@@ -30,21 +23,18 @@ SAME: dict[str, Any] = {"adeye": "1.2.3", "numerics_version": 3}
 
 
 def test_result_is_read_back(tmp_path: Path) -> None:
-    assert write_result(GOOD, tmp_path / "new").name == RESULT
-    assert read_result(tmp_path / "new", SAME) == GOOD
+    assert credibility.write_result(GOOD, tmp_path / "new").name == credibility.RESULT
+    assert credibility.read_result(tmp_path / "new", SAME) == GOOD
 
 
-@pytest.mark.parametrize("change", [{"adeye": "1.2.4"}, {"numerics_version": 4}, {"adeye": None}])
-def test_result_of_other_code_does_not_count(tmp_path: Path, change: dict[str, Any]) -> None:
-    write_result(GOOD, tmp_path)
-    assert read_result(tmp_path, {**SAME, **change}) is None
-
-
-@pytest.mark.parametrize("content", [None, "", "{}", '{"version": "1.2.3"}', "\0"])
-def test_what_cannot_be_read_does_not_count(tmp_path: Path, content: str | None) -> None:
-    if content is not None:
-        (tmp_path / RESULT).write_text(content)
-    assert read_result(tmp_path, SAME) is None
+def test_result_of_other_code_and_what_cannot_be_read_do_not_count(tmp_path: Path) -> None:
+    assert credibility.read_result(tmp_path, SAME) is None
+    credibility.write_result(GOOD, tmp_path)
+    for change in ({"adeye": "1.2.4"}, {"numerics_version": 4}, {"adeye": None}):
+        assert credibility.read_result(tmp_path, {**SAME, **change}) is None
+    for content in ("", "{}", '{"version": "1.2.3"}', "\0"):
+        (tmp_path / credibility.RESULT).write_text(content)
+        assert credibility.read_result(tmp_path, SAME) is None
 
 
 def test_result_is_good_only_if_all_is() -> None:
@@ -73,14 +63,16 @@ def test_text_names_what_was_not_detected() -> None:
 @pytest.mark.slow
 def test_page_and_json_say_it_or_that_it_was_not_run(report: Report) -> None:
     assert report.self_test is None
-    assert NOT_RUN in render(report)
+    assert credibility.NOT_RUN in render(report)
     tested = report.model_copy(update={"self_test": GOOD})
     assert "34 of 34 detected" in render(tested)
     assert parse_json(render_json(tested)).self_test == GOOD
 
 
 def test_bits_are_promised_where_no_other_library_computes_them() -> None:
-    assert determinism("batch", "reference-1").startswith("Class portable")
-    assert determinism("highway", "highway-env-1.12.1").startswith("Class same platform")
+    assert credibility.determinism("batch", "reference-1").startswith("Class portable")
+    assert credibility.determinism("highway", "highway-env-1.12.1").startswith(
+        "Class same platform"
+    )
     # A database that does not say promises no more than the least.
-    assert determinism("", "").startswith("Class same platform")
+    assert credibility.determinism("", "").startswith("Class same platform")

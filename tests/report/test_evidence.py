@@ -29,14 +29,13 @@ def mini_parts(mini: Executed) -> dict[str, Any]:
     return parts(mini)
 
 
-def test_bounds_are_those_of_the_command(mini: Executed, mini_parts: dict[str, Any]) -> None:
+def test_bounds_are_those_of_the_command_and_a_grid_has_none(
+    mini: Executed, mini_parts: dict[str, Any]
+) -> None:
+    found = mini_parts["confidence"]
     with Repository.open(mini.db, create=False) as repository:
         campaign = repository.find_campaign(mini.summary.campaign)
-        assert mini_parts["confidence"] == claims_of(repository, campaign)
-
-
-def test_grid_has_no_bound_and_says_why(mini_parts: dict[str, Any]) -> None:
-    found = mini_parts["confidence"]
+        assert found == claims_of(repository, campaign)
     assert found.claims
     assert all(claim.upper is None for claim in found.claims)
     assert [item.reason for item in refusals_of(found)] == [
@@ -111,16 +110,9 @@ def test_odd_that_asks_for_no_uncertainty_has_no_number_of_situations(
 
 
 def test_uncertainty_of_margins_comes_first_and_too_few_pairs_give_none() -> None:
-    records = [
-        UncertaintyRecord(
-            "cut_in", "one", Difference("metric", "gap_m", "m", 12, 12, 0.1, 0.2, 0, {})
-        ),
-        UncertaintyRecord(
-            "cut_in",
-            "one",
-            Difference("fsr", "FSR-01", "m", 12, 9, 0.3, 0.4, 1, {"PASS → FAIL": 1}),
-        ),
-    ]
+    metric_line = Difference("metric", "gap_m", "m", 12, 12, 0.1, 0.2, 0, {})
+    fsr_line = Difference("fsr", "FSR-01", "m", 12, 9, 0.3, 0.4, 1, {"PASS → FAIL": 1})
+    records = [UncertaintyRecord("cut_in", "one", item) for item in (metric_line, fsr_line)]
     odd = {"step": 0.02, "uncertainty": {"situations": 12}}
     found = step_uncertainty_of(odd, records, "adeye uncertainty")
     assert (found.step_s, found.situations) == (0.02, 12)
@@ -132,10 +124,6 @@ def test_uncertainty_of_margins_comes_first_and_too_few_pairs_give_none() -> Non
 
 def line(name: str, unit: str, p95: float | None, pairs: int, differing: int = 0) -> Difference:
     return Difference("fsr", name, unit, 12, pairs, p95, p95, differing, {})
-
-
-def test_campaign_that_did_not_ask_says_nothing() -> None:
-    assert step_statements(()) == ()
 
 
 def test_largest_of_each_fsr_and_what_is_not_known_are_said() -> None:
@@ -157,3 +145,5 @@ def test_no_uncertainty_is_not_taken_for_zero() -> None:
     (text,) = step_statements([line("FSR-06", "m", 0.0, 9)])
     assert "Known for 0 of 1" in text
     assert "at most" not in text
+    # Who did not ask says nothing.
+    assert step_statements(()) == ()

@@ -27,6 +27,7 @@ from tests.figures import figures_of
 from tests.noisy import CONFIRM, noisy_project
 from tests.project import Executed
 from tests.report.pages import built, section
+from tests.stored import known
 
 
 def told(report: Report) -> FaultEvidence:
@@ -75,13 +76,17 @@ def test_worst_run_of_a_silent_channel_has_its_times_and_command(measured: Repor
     assert worst.command == f"adeye replay {worst.run[:12]} --db my.db"
 
 
-def test_takeovers_are_counted_and_the_wrong_ones_listed(measured: Report) -> None:
-    found = told(measured).takeovers
-    assert found is not None
+def test_takeovers_are_counted_and_the_wrong_ones_listed_in_the_json_too(
+    measured: Report,
+) -> None:
+    found = known(told(measured).takeovers)
     assert tuple(found.counts) == TAKEOVER_CLASSES
     assert found.runs == told(measured).executed == 28
     assert {item.class_ for item in found.listed} == {"missed"}
     assert len(found.listed) == found.counts["missed"]
+    text = render_json(measured)
+    assert json.loads(text)["faults"]["measured"] == 16
+    assert told(parse_json(text)) == told(measured)
 
 
 def test_runs_without_a_fault_have_a_rate_and_an_availability(measured: Report) -> None:
@@ -93,12 +98,6 @@ def test_runs_without_a_fault_have_a_rate_and_an_availability(measured: Report) 
         assert item.availability is not None
         assert 0.9 < item.availability <= 1.0
         assert item.rate.low is None
-
-
-def test_json_has_the_same(measured: Report) -> None:
-    text = render_json(measured)
-    assert json.loads(text)["faults"]["measured"] == 16
-    assert told(parse_json(text)) == told(measured)
 
 
 def test_page_has_a_bar_for_every_group(measured: Report) -> None:
@@ -144,17 +143,17 @@ def test_longer_debounce_trips_less_and_detects_later(curve: TradeCurve) -> None
     assert all((a or 9.0) <= (b or 0.0) for a, b in zip(medians, worst, strict=True))
 
 
-def test_every_run_is_in_one_point(curve: TradeCurve) -> None:
+def test_every_run_is_in_one_point_and_a_grid_has_a_rate_without_an_interval(
+    curve: TradeCurve,
+) -> None:
     assert curve.axis == CONFIRM
     assert curve.title == "safety.confirm"
     assert [(point.calm.runs, point.faulty) for point in curve.points] == [(8, 8)] * 3
-    assert all(point.detected == 8 for point in curve.points)
-
-
-def test_grid_has_a_rate_and_no_interval(curve: TradeCurve) -> None:
     for point in curve.points:
+        assert point.detected == 8
         assert point.calm.per_hour == pytest.approx(point.calm.trips / point.calm.hours)
         assert (point.calm.low, point.calm.high) == (None, None)
+    assert json.loads(curve.model_dump_json())["points"][0]["value"] == "0 s"
 
 
 def test_unknown_axis_is_refused_with_those_that_there_are(db: Path) -> None:
@@ -210,7 +209,3 @@ def test_axes_are_parameters_of_channels_with_several_values() -> None:
     rows[1]["point"]["ego_speed"] = 30.0
     assert debounce_axes(figures_of(rows)) == [CONFIRM]
     assert debounce_axes(figures_of(rows[:1])) == []
-
-
-def test_record_is_json(curve: TradeCurve) -> None:
-    assert json.loads(curve.model_dump_json())["points"][0]["value"] == "0 s"

@@ -50,17 +50,12 @@ def test_what_was_changed_since_has_no_line(path: Path) -> None:
     assert "lead_braking" in places.scenarios
 
 
-@pytest.mark.parametrize("broken", ["", "gone.yaml"])
-def test_file_that_is_not_there_has_no_lines(path: Path, broken: str) -> None:
+def test_file_that_is_not_there_or_cannot_be_read_has_no_lines(path: Path) -> None:
     files = load_odd(path)
-    name = str(path.with_name(broken)) if broken else ""
-    places = places_of(name, content(files), files.concept.spec)
-    assert (places.fsrs, places.scenarios) == ({}, {})
-    assert (places.odd is None) is (not broken)
-
-
-def test_file_that_cannot_be_read_has_no_lines(path: Path) -> None:
-    files = load_odd(path)
+    for name in ("", str(path.with_name("gone.yaml"))):
+        places = places_of(name, content(files), files.concept.spec)
+        assert (places.fsrs, places.scenarios) == ({}, {})
+        assert (places.odd is None) is (not name)
     path.write_text("odd: [", "utf-8")
     assert found(path, files) == Places(Place(path=str(path), line=1, column=1))
 

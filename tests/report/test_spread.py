@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 from adeye.report.metrics import metric_title, summarise
 from adeye.report.model.report import MetricSummary
 from adeye.store.tables import METRIC_IDS
@@ -78,9 +76,8 @@ def test_scenarios_and_architectures_are_apart_and_every_metric_is_there() -> No
     }
 
 
-@pytest.mark.parametrize(
-    ("name", "title"),
-    [
+def test_title_is_words_and_a_unit() -> None:
+    for name, title in (
         ("min_ttc_s", ("min ttc", "s")),
         ("max_required_deceleration_mps2", ("max required deceleration", "m/s²")),
         ("max_jerk_mps3", ("max jerk", "m/s³")),
@@ -88,10 +85,8 @@ def test_scenarios_and_architectures_are_apart_and_every_metric_is_there() -> No
         ("min_distance_m", ("min distance", "m")),
         ("contact", ("contact", "")),
         ("lateral_x", ("lateral x", "")),
-    ],
-)
-def test_title_is_words_and_a_unit(name: str, title: tuple[str, str]) -> None:
-    assert metric_title(name) == title
+    ):
+        assert metric_title(name) == title
 
 
 def test_every_metric_of_the_database_has_a_title_without_its_suffix() -> None:

@@ -1,15 +1,10 @@
 """What a report says about safe stops: what is not known, or touches something, never passes."""
 
-from typing import Any
-
-import numpy as np
-import pytest
-
 from adeye.judge.verdict import Verdict
 from adeye.kernel.stops import SCALE
 from adeye.report.assessment import safe_stops_of
 from adeye.report.model.assessment import SafeStops
-from adeye.store.read.bulk import Figures, Labels
+from tests.figures import figures_of
 
 NAN = float("nan")
 NAMES = (
@@ -29,27 +24,20 @@ UNKNOWN = (NAN, 0.0, NAN, NAN, NAN, 3.0, NAN)
 
 
 def told(*runs: tuple[float, ...], faults: tuple[str, ...] = ()) -> SafeStops:
-    count = len(runs)
-    values: Any = np.array(runs, dtype=np.float64).reshape(count, len(NAMES))
-    figures = Figures(
-        ordinal=np.arange(count),
-        scenario=Labels.of(["cut_in"] * count),
-        architecture=Labels.of(["a"] * count),
-        fault_entry=Labels.of(faults or ["none"] * count),
-        replicate=np.zeros(count, dtype=np.int64),
-        outcome=Labels.of(["completed"] * count),
-        points={},
-        metrics=dict(zip(NAMES, values.T, strict=True)),
-        duration_s=np.ones(count),
-        machine_dependent=np.zeros(count, dtype=np.bool_),
+    figures = figures_of(
+        [
+            {"scenario": "cut_in", "architecture": "a", "fault_entry": fault}
+            | dict(zip(NAMES, values, strict=True))
+            for values, fault in zip(runs, faults or ["none"] * len(runs), strict=True)
+        ]
     )
     return safe_stops_of(figures, lambda ordinal: f"run{ordinal}", lambda run: f"replay {run}")
 
 
-@pytest.mark.parametrize("runs", [(), (QUIET, QUIET)])
-def test_none_asked_has_no_row(runs: tuple[tuple[float, ...], ...]) -> None:
-    found = told(*runs)
-    assert (found.runs, found.asked, found.unknown, found.rows) == (len(runs), 0, 0, ())
+def test_none_asked_has_no_row() -> None:
+    for runs in ((), (QUIET, QUIET)):
+        found = told(*runs)
+        assert (found.runs, found.asked, found.unknown, found.rows) == (len(runs), 0, 0, ())
 
 
 def test_stop_that_is_reached_has_times_and_a_place() -> None:
@@ -60,7 +48,7 @@ def test_stop_that_is_reached_has_times_and_a_place() -> None:
     assert (row.verdict, row.run, row.command) == (Verdict.PASS, "run0", "replay run0")
 
 
-def test_worst_run_touches_something_before_it_moves_before_it_stands_badly() -> None:
+def test_worst_run_touches_something_before_it_moves_before_it_stands_badly_or_slowly() -> None:
     better = (*STANDS[:2], 3.0, *STANDS[3:])
     for order, worst in (
         ((better, STANDS, MOVES, TOUCHES), "run3"),
@@ -69,36 +57,27 @@ def test_worst_run_touches_something_before_it_moves_before_it_stands_badly() ->
     ):
         [row] = told(*order).rows
         assert row.run == worst
-
-
-def test_slower_of_two_equal_places_is_worse() -> None:
-    slow = (*STANDS[:3], 9.0, *STANDS[4:])
-    [row] = told(STANDS, slow).rows
+    [row] = told(STANDS, (*STANDS[:3], 9.0, *STANDS[4:])).rows
     assert (row.run, row.slowest_s) == ("run1", 9.0)
 
 
-def test_contact_fails_and_is_in_the_worst_place() -> None:
+def test_contact_fails_and_is_in_the_worst_place_and_so_is_an_unknown_one() -> None:
     [row] = told(STANDS, TOUCHES).rows
     assert (row.verdict, row.contact, row.reached) == (Verdict.FAIL, 1, 1)
     assert [item.place for item in row.places] == ["contact", SCALE[4]]
     # What counts of a run with a contact is the contact.
     assert row.regret == 1
-
-
-def test_unknown_contact_is_a_contact() -> None:
     [row] = told((1.0, NAN, *STANDS[2:])).rows
     assert (row.verdict, row.contact) == (Verdict.FAIL, 1)
 
 
-@pytest.mark.parametrize("other", [MOVES, UNKNOWN])
-def test_what_moves_or_is_not_known_decides_nothing(other: tuple[float, ...]) -> None:
-    found = told(STANDS, other)
-    [row] = found.rows
-    assert row.verdict is Verdict.INCONCLUSIVE
-    assert (row.moving + row.unknown, found.asked + found.unknown) == (1, 2)
-
-
-def test_unknown_alone_has_a_row_and_no_run() -> None:
+def test_what_moves_or_is_not_known_decides_nothing() -> None:
+    for other in (MOVES, UNKNOWN):
+        found = told(STANDS, other)
+        [row] = found.rows
+        assert row.verdict is Verdict.INCONCLUSIVE
+        assert (row.moving + row.unknown, found.asked + found.unknown) == (1, 2)
+    # Alone it has a row and no run.
     [row] = told(UNKNOWN).rows
     assert (row.run, row.command, row.verdict) == (None, "", Verdict.INCONCLUSIVE)
 

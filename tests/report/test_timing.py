@@ -3,14 +3,14 @@
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from adeye.judge.timeline import Injection, InjectionClass, Timeline
 from adeye.judge.verdict import Verdict
 from adeye.report.model.assessment import Timing
 from adeye.report.timing import timing_of
-from adeye.store.read.bulk import Figures, Labels
+from adeye.store.read.bulk import Figures
+from tests.figures import figures_of
 
 FAULT = "silent"
 
@@ -38,18 +38,7 @@ def injection(
 
 
 def figures(runs: int, fault: str = FAULT) -> Figures:
-    return Figures(
-        ordinal=np.arange(runs),
-        scenario=Labels.of(["cut_in"] * runs),
-        architecture=Labels.of(["a"] * runs),
-        fault_entry=Labels.of([fault] * runs),
-        replicate=np.zeros(runs, dtype=np.int64),
-        outcome=Labels.of(["completed"] * runs),
-        points={},
-        metrics={},
-        duration_s=np.ones(runs),
-        machine_dependent=np.zeros(runs, dtype=np.bool_),
-    )
+    return figures_of([{"scenario": "cut_in", "architecture": "a", "fault_entry": fault}] * runs)
 
 
 def concept(*, fdti: float | None = 0.3, frti: float | None = None, ftti: float = 1.0) -> Any:
@@ -98,25 +87,22 @@ def test_verdict_of_a_fault_says_why(found: Injection, verdict: Verdict, note: s
     assert (row.verdict, row.note) == (verdict, note)
 
 
-def test_one_late_run_among_many_decides_and_is_named() -> None:
+def test_one_late_run_among_many_decides_and_else_the_least_margin_is_named() -> None:
     late = injection("r1", safe=None, class_="detected_late")
     [row] = told(injection("r0"), late, injection("r2")).faults
     assert (row.verdict, row.run, row.handled, row.measured) == (Verdict.FAIL, "r1", 2, 3)
-
-
-def test_run_with_the_least_margin_is_named() -> None:
     [row] = told(injection("r0"), injection("r1", safe=1.7)).faults
     assert row.run == "r1"
     assert row.margin_s == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("measured", [0, 1])
-def test_what_is_not_measured_is_said_and_never_passes(measured: int) -> None:
-    result = told(*[injection()][:measured], runs=2)
-    [row] = result.faults
-    assert (row.verdict, row.measured, row.runs) == (Verdict.NOT_RUN, measured, 2)
-    assert row.note.endswith("not measured")
-    assert result.command == "adeye faults c0de"
+def test_what_is_not_measured_is_said_and_never_passes() -> None:
+    for measured in (0, 1):
+        result = told(*[injection()][:measured], runs=2)
+        [row] = result.faults
+        assert (row.verdict, row.measured, row.runs) == (Verdict.NOT_RUN, measured, 2)
+        assert row.note.endswith("not measured")
+        assert result.command == "adeye faults c0de"
 
 
 def test_violation_that_needs_no_fault_measures_no_ftti() -> None:

@@ -3,38 +3,19 @@
 import csv
 import io
 import math
-from typing import Any
 
 import pytest
 
 from adeye.analysis.suite.records import ForwardRange, SpeedRange
 from adeye.judge.verdict import Verdict
+from adeye.report import words
 from adeye.report.cells import clean, csv_cell
 from adeye.report.model.part import Binding, Margin
 from adeye.report.model.report import Cell
-from adeye.report.words import (
-    MEANINGS,
-    SYMBOLS,
-    binding_sentence,
-    counted,
-    forward_text,
-    kmh,
-    left_speed,
-    margin_text,
-    metres,
-    number,
-    percent,
-    quantity,
-    speed_text,
-    unit_text,
-    value_text,
-    verdict_word,
-)
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
+def test_number_has_about_three_digits() -> None:
+    for value, text in (
         (0.0, "0"),
         (-0.0, "0"),
         (0.5, "0.50"),
@@ -46,55 +27,39 @@ from adeye.report.words import (
         (12345.6, "12346"),
         (4e-7, "4.00e-07"),
         (2.5e9, "2.50e+09"),
-    ],
-)
-def test_number_has_about_three_digits(value: float, text: str) -> None:
-    assert number(value) == text
-    assert number(-value) == ("0" if value == 0.0 else f"\N{MINUS SIGN}{text}")
+    ):
+        assert words.number(value) == text
+        assert words.number(-value) == ("0" if value == 0.0 else f"\N{MINUS SIGN}{text}")
+    for value in (math.nan, math.inf):
+        with pytest.raises(ValueError, match="no place"):
+            words.number(value)
 
 
-@pytest.mark.parametrize("exponent", range(-300, 300, 7))
-def test_number_that_is_not_zero_never_reads_as_zero(exponent: int) -> None:
-    text = number(-1.7 * 10.0**exponent, signed=True)
-    assert text.startswith("\N{MINUS SIGN}")
-    assert float(text[1:]) == pytest.approx(1.7 * 10.0**exponent, rel=0.06)
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_number_that_is_not_finite_is_refused(value: float) -> None:
-    with pytest.raises(ValueError, match="no place"):
-        number(value)
+def test_number_that_is_not_zero_never_reads_as_zero() -> None:
+    for exponent in range(-300, 300, 7):
+        text = words.number(-1.7 * 10.0**exponent, signed=True)
+        assert text.startswith("\N{MINUS SIGN}")
+        assert float(text[1:]) == pytest.approx(1.7 * 10.0**exponent, rel=0.06)
 
 
 def test_unit_is_written_for_people() -> None:
-    assert unit_text("m/s^2") == "m/s²"
-    assert unit_text("s^-1") == "s⁻¹"
-    assert quantity(2.0, "1") == "2.00"
+    assert words.unit_text("m/s^2") == "m/s²"
+    assert words.unit_text("s^-1") == "s⁻¹"
+    assert words.quantity(2.0, "1") == "2.00"
 
 
 def test_every_verdict_has_a_sign_of_its_own_and_a_meaning() -> None:
     wanted = {*Verdict, None}
-    assert set(SYMBOLS) == set(MEANINGS) == wanted
-    assert len(set(SYMBOLS.values())) == len(wanted)
+    assert set(words.SYMBOLS) == set(words.MEANINGS) == wanted
+    assert len(set(words.SYMBOLS.values())) == len(wanted)
+    assert words.verdict_word(Verdict.NOT_RUN) == "NOT RUN"
+    assert words.verdict_word(None) == "not applicable"
 
 
-def test_words_of_verdicts() -> None:
-    assert verdict_word(Verdict.NOT_RUN) == "NOT RUN"
-    assert verdict_word(None) == "not applicable"
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (True, "true"),
-        (False, "false"),
-        ("silent", "silent"),
-        (1.5, "1.50 m"),
-        (None, "\N{EN DASH}"),
-    ],
-)
-def test_value_is_written_by_its_kind(value: float | str | None, text: str) -> None:
-    assert value_text(value, "m") == text
+def test_value_is_written_by_its_kind() -> None:
+    values: dict[float | str | None, str] = {True: "true", False: "false", 1.5: "1.50 m"}
+    values |= {"silent": "silent", None: "\N{EN DASH}"}
+    assert {value: words.value_text(value, "m") for value in values} == values
 
 
 def test_violated_predicate_is_short_by_its_difference() -> None:
@@ -109,72 +74,59 @@ def test_violated_predicate_is_short_by_its_difference() -> None:
         unit="m",
     )
     wanted = "gap >= 2 m: actor.cutter.gap is 1.20 m (cutter) at 4.35 s, short by 0.80 m"
-    assert binding_sentence(binding) == wanted
+    assert words.binding_sentence(binding) == wanted
 
 
 def test_predicate_without_a_value_says_why() -> None:
     binding = Binding(predicate="ttc >= 1 s", signal="ttc", note="no conflict", difference=9.0)
-    assert binding_sentence(binding) == "ttc >= 1 s: no conflict, to spare: 9.00"
+    assert words.binding_sentence(binding) == "ttc >= 1 s: no conflict, to spare: 9.00"
 
 
-@pytest.mark.parametrize(("value", "text"), [(True, ""), (3.0, "+1.00")])
-def test_truth_has_no_margin_to_speak_of(value: float, text: str) -> None:
-    cell = Cell(
-        fsr="F",
-        architecture="a",
-        verdict=Verdict.NOT_RUN,
-        margin=Margin(value=1.0, unit="1"),
-        binding=Binding(predicate="p", signal="s", value=value),
-        command="c",
-    )
-    assert margin_text(cell) == text
+def test_truth_has_no_margin_to_speak_of() -> None:
+    for value, text in ((True, ""), (3.0, "+1.00")):
+        cell = Cell(
+            fsr="F",
+            architecture="a",
+            verdict=Verdict.NOT_RUN,
+            margin=Margin(value=1.0, unit="1"),
+            binding=Binding(predicate="p", signal="s", value=value),
+            command="c",
+        )
+        assert words.margin_text(cell) == text
 
 
 def test_counts_are_grouped_by_thousands() -> None:
-    assert [counted(things) for things in (0, 999, 1000, 1_000_000)] == [
-        "0",
-        "999",
-        "1,000",
-        "1,000,000",
-    ]
+    texts = {0: "0", 999: "999", 1000: "1,000", 1_000_000: "1,000,000"}
+    assert {things: words.counted(things) for things in texts} == texts
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "=1+1", "+1+1", "-1+1", "@SUM(A1)", "=cmd|' /C calc'!A0", "  =1+1", "\t=1+1", "\r=1+1",
-        "\n=1+1", "\x00=1+1", "\x1b=1+1", "\uff1d1+1", "\uff0b1+1", "\uff0d1+1", "\uff20SUM(A1)",
-        "=", "-x", "+4912", "-2+3",
-    ],
-)  # fmt: skip
-def test_formula_is_text_for_a_spreadsheet(text: str) -> None:
-    is_harmless = text in {"=", "+4912"}
-    cell = csv_cell(text)
-    assert cell.startswith("'") is not is_harmless
-    assert cell.removeprefix("'") == clean(text)
+FORMULAS = [
+    "=1+1", "+1+1", "-1+1", "@SUM(A1)", "=cmd|' /C calc'!A0", "  =1+1", "\t=1+1", "\r=1+1",
+    "\n=1+1", "\x00=1+1", "\x1b=1+1", "\uff1d1+1", "\uff0b1+1", "\uff0d1+1", "\uff20SUM(A1)",
+    "=", "-x", "+4912", "-2+3",
+]  # fmt: skip
+HARMLESS = ["", "a=b", "cut_in", "-1.5", "+0.10", "-1e-3", " -2 ", "-", "+", "'quoted"]
 
 
-@pytest.mark.parametrize(
-    "value",
-    ["", "a=b", "cut_in", "-1.5", "+0.10", "-1e-3", " -2 ", "-", "+", "'quoted", 1, -1, -0.5, None],
-)
-def test_what_is_no_formula_stays_as_it_is(value: Any) -> None:
-    assert csv_cell(value) == value
+def test_formula_is_text_for_a_spreadsheet_and_what_is_none_stays_as_it_is() -> None:
+    for text in FORMULAS:
+        cell = csv_cell(text)
+        assert cell.startswith("'") is (text not in {"=", "+4912"}), text
+        assert cell.removeprefix("'") == clean(text), text
+    for value in (*HARMLESS, 1, -1, -0.5, None):
+        assert csv_cell(value) == value
 
 
-@pytest.mark.parametrize(
-    ("value", "cell"),
-    [
-        (True, "true"),
-        (False, "false"),
-        (b"\x1b]0;x", "1b5d303b78"),
-        ("a\x1b[31mb", "a[31mb"),
-        ("a\nb", "a b"),
-        ("x\u202ey", "xy"),
-    ],
-)
-def test_everything_else_is_plain_text(value: Any, cell: str) -> None:
-    assert csv_cell(value) == cell
+def test_everything_else_is_plain_text() -> None:
+    cells = {
+        True: "true",
+        False: "false",
+        b"\x1b]0;x": "1b5d303b78",
+        "a\x1b[31mb": "a[31mb",
+        "a\nb": "a b",
+        "x\u202ey": "xy",
+    }
+    assert {value: csv_cell(value) for value in cells} == cells
 
 
 def test_cells_survive_a_reader() -> None:
@@ -184,19 +136,17 @@ def test_cells_survive_a_reader() -> None:
     assert next(csv.reader(io.StringIO(text.getvalue()))) == values
 
 
-@pytest.mark.parametrize(
-    ("share", "text"), [(0.0, "0"), (1e-6, "1"), (0.5, "50"), (0.999, "99"), (1.0, "100")]
-)
-def test_only_all_is_all_and_only_nothing_is_nothing(share: float, text: str) -> None:
-    assert percent(share) == text
+def test_only_all_is_all_and_only_nothing_is_nothing() -> None:
+    texts = {0.0: "0", 1e-6: "1", 0.5: "50", 0.999: "99", 1.0: "100"}
+    assert {share: words.percent(share) for share in texts} == texts
 
 
 def test_speeds_and_ranges_are_rounded_down() -> None:
-    assert kmh(99.99 / 3.6) == "99"
-    assert kmh(100.0 / 3.6) == "100"
-    assert metres(0.9) == "+0"
-    assert metres(-0.1) == "\N{MINUS SIGN}1"
-    assert left_speed(None) == "none"
+    assert words.kmh(99.99 / 3.6) == "99"
+    assert words.kmh(100.0 / 3.6) == "100"
+    assert words.metres(0.9) == "+0"
+    assert words.metres(-0.1) == "\N{MINUS SIGN}1"
+    assert words.left_speed(None) == "none"
 
 
 def speed(lowest: float | None, highest: float | None, *, is_limit: bool = False) -> SpeedRange:
@@ -206,17 +156,19 @@ def speed(lowest: float | None, highest: float | None, *, is_limit: bool = False
 
 
 def test_speed_names_its_sensor_and_is_marked_below_that_of_the_odd() -> None:
-    assert speed_text(speed(10.0, 80.0), None) == "80 eye"
-    assert speed_text(speed(10.0, 80.0), 100.0 / 3.6) == "80 ! eye"
-    assert speed_text(speed(10.0, 120.0), 100.0 / 3.6) == "120 eye"
-    assert speed_text(speed(21.2, 80.0), None) == "80 (from 22) eye"
-    assert speed_text(speed(10.0, 250.0, is_limit=True), None) == "> 250 eye"
-    assert speed_text(speed(None, None), None) == "none"
-    assert speed_text(speed(None, None), 30.0) == "none !"
+    assert words.speed_text(speed(10.0, 80.0), None) == "80 eye"
+    assert words.speed_text(speed(10.0, 80.0), 100.0 / 3.6) == "80 ! eye"
+    assert words.speed_text(speed(10.0, 120.0), 100.0 / 3.6) == "120 eye"
+    assert words.speed_text(speed(21.2, 80.0), None) == "80 (from 22) eye"
+    assert words.speed_text(speed(10.0, 250.0, is_limit=True), None) == "> 250 eye"
+    assert words.speed_text(speed(None, None), None) == "none"
+    assert words.speed_text(speed(None, None), 30.0) == "none !"
 
 
 def test_forward_range_is_told_as_the_speed_that_it_allows() -> None:
-    assert forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, None)) == "102 by 95 m"
-    assert forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, 150.0)) == "102 ! by 95 m"
-    assert forward_text(ForwardRange("dry", 30.0, "eye", None, None)) == "< 60 by 30 m"
-    assert forward_text(ForwardRange("dry", 0.0, "", None, 150.0)) == "none !"
+    assert words.forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, None)) == "102 by 95 m"
+    assert (
+        words.forward_text(ForwardRange("dry", 95.9, "eye", 102.9 / 3.6, 150.0)) == "102 ! by 95 m"
+    )
+    assert words.forward_text(ForwardRange("dry", 30.0, "eye", None, None)) == "< 60 by 30 m"
+    assert words.forward_text(ForwardRange("dry", 0.0, "", None, 150.0)) == "none !"

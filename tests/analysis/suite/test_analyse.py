@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from adeye.analysis.suite.analyse import NOTES, analyse, groups_of
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
-from adeye.analysis.suite.records import Chain, Removal, Suite
+from adeye.analysis.suite.records import Removal, Suite
 from adeye.analysis.suite.speeds import SHOWN
 from adeye.spec.load import load_architecture, shipped
 from tests.analysis.suite.rigs import BUMPER, ROOF, all_around, architecture, radar
@@ -44,28 +44,19 @@ def test_what_is_not_covered_is_blind() -> None:
         assert blind.get(key, 0.0) == pytest.approx(rest, abs=1e-6)
 
 
-def test_left_out_sensors_are_named_with_the_reason() -> None:
-    found = analyse(
-        architecture(
-            {
-                "eye": radar(),
-                "gps": {"kind": "gnss", "rate": 10.0},
-                "sonar": {"kind": "./own.py:Sonar", "rate": 10.0},
-                "truth": {"kind": "ground_truth", "rate": 20.0},
-            }
-        )
-    )
+def test_left_out_sensors_are_named_with_the_reason_and_their_costs_are_added_up() -> None:
+    others = {
+        "gps": {"kind": "gnss", "rate": 10.0},
+        "sonar": {"kind": "./own.py:Sonar", "rate": 10.0},
+        "truth": {"kind": "ground_truth", "rate": 20.0, "cost": 1.0},
+    }
+    found = analyse(architecture({"eye": radar(cost=90.0), **others}, cost=500.0))
     assert [item.id for item in found.sensors] == ["eye"]
     assert {item.id: item.why.split(",")[0] for item in found.not_analysed} == {
         "gps": "do not look around",
         "sonar": "plug-ins",
         "truth": "no devices",
     }
-
-
-def test_costs_are_added_up_over_all_sensors() -> None:
-    truth = {"kind": "ground_truth", "rate": 20.0, "cost": 1.0}
-    found = analyse(architecture({"a": radar(cost=90.0), "b": truth}, cost=500.0))
     assert (found.sensor_cost, found.cost) == (91.0, 500.0)
 
 
@@ -90,16 +81,12 @@ def test_plug_in_channel_is_told_to_be_assumed() -> None:
     assert not any("(nominal)" in note for note in analyse(architecture({"eye": radar()})).notes)
 
 
-def test_physical_radar_is_told_to_count_straight_ahead() -> None:
+def test_physical_radar_is_told_to_count_straight_ahead_and_sees_alike_there() -> None:
     physical = analyse(architecture({"eye": radar(fidelity="physical")}))
     assert any("antenna" in note for note in physical.notes)
     assert physical.sensors[0].fidelity == "physical"
-
-
-@pytest.mark.parametrize("fidelity", ["object", "physical"])
-def test_radar_of_either_fidelity_sees_a_car_of_the_reference_alike(fidelity: str) -> None:
-    found = analyse(architecture({"eye": radar(fidelity=fidelity)}))
-    assert found.forward[0].range_m == pytest.approx(200.0)
+    for found in (physical, analyse(architecture({"eye": radar(fidelity="object")}))):
+        assert found.forward[0].range_m == pytest.approx(200.0)
 
 
 def test_same_architecture_gives_the_same_numbers() -> None:
@@ -121,18 +108,10 @@ def test_shipped_candidate_reaches_130_in_rain_and_the_legacy_suite_does_not() -
 
 @pytest.mark.slow
 def test_twelve_sensors_take_less_than_a_second() -> None:
-    lidar: dict[str, Any] = {
-        "kind": "lidar",
-        "fidelity": "physical",
-        "mount": ROOF,
-        "field_of_view": 6.28,
-        "beams": 1800,
-        "layers": 32,
-        "vertical_field_of_view": 0.5,
-        "range": 150.0,
-        "rate": 10.0,
-    }
-    built = architecture({"lidar": lidar, **{f"radar_{k}": radar() for k in range(11)}})
+    kind = {"kind": "lidar", "fidelity": "physical", "mount": ROOF, "range": 150.0, "rate": 10.0}
+    seen = {"field_of_view": 6.28, "beams": 1800, "layers": 32, "vertical_field_of_view": 0.5}
+    radars = {f"radar_{k}": radar() for k in range(11)}
+    built = architecture({"lidar": {**kind, **seen}, **radars})
     analyse(built)
     start = time.process_time()
     analyse(built)
@@ -145,13 +124,13 @@ def suite(sensors: dict[str, Any], **options: Any) -> Suite:
 
 def is_not_better(less: Removal, more: Removal) -> bool:
     pairs: list[tuple[float | None, float | None]] = []
-    for name in more.seen:
-        pairs += [
-            (less.seen[name], more.seen[name]),
-            (less.front_seen[name], more.front_seen[name]),
-            (less.highest_mps[name], more.highest_mps[name]),
-            (less.all_cases_mps[name], more.all_cases_mps[name]),
-        ]
+    for one, other in (
+        (less.seen, more.seen),
+        (less.front_seen, more.front_seen),
+        (less.highest_mps, more.highest_mps),
+        (less.all_cases_mps, more.all_cases_mps),
+    ):
+        pairs += [(one[name], other[name]) for name in more.seen]
     return all((low or 0.0) <= (high or 0.0) for low, high in pairs)
 
 
@@ -187,13 +166,11 @@ def test_loss_of_a_sensor_for_low_speeds_only_is_no_gain() -> None:
 
 
 def test_critical_sensor_is_the_long_one() -> None:
-    found = suite({"long": radar(range=200.0), "short": radar(range=60.0)})
+    short = {"short": radar(range=60.0)}
+    found = suite({"long": radar(range=200.0), **short})
     assert found.critical == "long"
     left = next(item for item in found.removals if item.what == "long")
-    assert (
-        left.highest_mps["dry_day"]
-        == suite({"short": radar(range=60.0)}).whole.highest_mps["dry_day"]
-    )
+    assert left.highest_mps["dry_day"] == suite(short).whole.highest_mps["dry_day"]
 
 
 def test_twins_are_not_critical() -> None:
@@ -204,19 +181,14 @@ def test_twins_are_not_critical() -> None:
         assert item.highest_mps == found.whole.highest_mps
 
 
-def test_without_its_only_sensor_nothing_is_left() -> None:
-    (gone,) = suite({"only": radar()}).removals
-    assert set(gone.seen.values()) == {0.0}
-    assert set(gone.highest_mps.values()) == {None}
-    assert set(gone.all_cases_mps.values()) == {None}
-
-
-def test_suite_without_a_sensor_that_looks_around_has_nothing_to_lose() -> None:
+def test_without_a_sensor_that_looks_around_nothing_is_left_or_to_lose() -> None:
     found = suite({"truth": {"kind": "ground_truth", "rate": 20.0}})
-    assert found.removals == ()
-    assert found.critical == ""
-    assert set(found.whole.seen.values()) == {0.0}
-    assert set(found.whole.highest_mps.values()) == {None}
+    assert (found.removals, found.critical) == ((), "")
+    (gone,) = suite({"only": radar()}).removals
+    for item in (gone, found.whole):
+        assert set(item.seen.values()) == {0.0}
+        assert set(item.highest_mps.values()) == {None}
+        assert set(item.all_cases_mps.values()) == {None}
 
 
 def test_element_of_several_sensors_and_shared_resource_fall_as_one() -> None:
@@ -253,19 +225,8 @@ def test_share_ahead_is_of_the_lane_ahead() -> None:
     assert found.whole.front_seen["dry_day"] == pytest.approx(90.0 / 150.0, abs=0.01)
 
 
-def test_total_wait_is_the_sum() -> None:
-    chain = Chain("a", "b", 0.1, 0.2, 0.3, 0.4, 8.0, is_assumed=False)
-    assert chain.total_s == 1.0
-
-
 def test_worst_condition_is_the_one_in_which_least_is_seen() -> None:
-    camera = {
-        "kind": "camera",
-        "mount": BUMPER,
-        "field_of_view": 1.0,
-        "range": 80.0,
-        "rate": 20.0,
-        "night_range": 0.3,
-    }
-    assert analyse(architecture({"eye": camera})).worst.id == "night"
+    camera = {"kind": "camera", "mount": BUMPER, "field_of_view": 1.0, "range": 80.0, "rate": 20.0}
+    dim = architecture({"eye": {**camera, "night_range": 0.3}})
+    assert analyse(dim).worst.id == "night"
     assert analyse(architecture({"eye": radar()})).worst.id == "dry_day"

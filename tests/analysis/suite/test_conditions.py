@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from adeye.analysis.suite.conditions import (
-    CASES,
-    CLEAR_AIR,
-    DEFAULTS,
-    DRY,
-    TARGETS,
-    WET,
-    conditions_of,
-    target,
-)
+from adeye.analysis.suite import conditions
 from adeye.analysis.suite.geometry import zones_of
 from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES
 from adeye.simulate.world.weather import MM_PER_HOUR
@@ -26,20 +17,42 @@ def environment(**content: Any) -> EnvironmentalConditions:
 
 
 def test_defaults_are_a_dry_day_rain_and_night() -> None:
-    assert [item.text for item in DEFAULTS] == [
+    assert [item.text for item in conditions.DEFAULTS] == [
         "day, friction 0.9",
         "day, 7.5 mm/h rain, friction 0.6",
         "night, friction 0.9",
     ]
 
 
-def test_fair_odd_has_one_condition() -> None:
-    (only,) = conditions_of(environment(illumination=["day"]))
-    assert (only.id, only.friction, only.light, only.rain_mps) == ("best", DRY, "day", 0.0)
+def test_corners_of_an_odd_are_what_it_allows() -> None:
+    day, some_rain = {"illumination": ["day"]}, {"rain": {"max": MM_PER_HOUR}}
+    (only,) = conditions.conditions_of(environment(**day))
+    assert (only.id, only.friction, only.light, only.rain_mps) == (
+        "best",
+        conditions.DRY,
+        "day",
+        0.0,
+    )
+    # Rain without a stated friction is wet; low friction without rain is a corner.
+    found = conditions.conditions_of(environment(**some_rain, **day))
+    assert [(item.id, item.friction) for item in found] == [
+        ("best", conditions.DRY),
+        ("rain", conditions.WET),
+    ]
+    found = conditions.conditions_of(environment(friction={"min": 0.3}, illumination=["dusk"]))
+    assert [(item.id, item.friction) for item in found] == [
+        ("best", conditions.DRY),
+        ("slippery", 0.3),
+    ]
+    # An ODD of nights has no day, and fog is told by its visibility.
+    found = conditions.conditions_of(environment(illumination=["night", "lit_night"]))
+    assert [item.light for item in found] == ["lit_night", "night"]
+    foggy = conditions.conditions_of(environment(fog={"min_visibility": 200.0}, **day))[1]
+    assert foggy.text == "day, 200 m visibility, friction 0.9"
 
 
 def test_each_adverse_attribute_is_a_corner_and_the_last_has_them_all() -> None:
-    found = conditions_of(
+    found = conditions.conditions_of(
         environment(
             rain={"max": 5.0 * MM_PER_HOUR},
             fog={"min_visibility": 200.0},
@@ -49,37 +62,21 @@ def test_each_adverse_attribute_is_a_corner_and_the_last_has_them_all() -> None:
     )
     assert [item.id for item in found] == ["best", "rain", "fog", "night", "worst"]
     best, rain, fog, night, worst = found
-    assert (best.light, best.friction, best.visibility_m) == ("day", DRY, CLEAR_AIR)
+    assert (best.light, best.friction, best.visibility_m) == (
+        "day",
+        conditions.DRY,
+        conditions.CLEAR_AIR,
+    )
     assert (rain.rain_mps, rain.friction, rain.light) == (5.0 * MM_PER_HOUR, 0.4, "day")
     assert (fog.visibility_m, fog.rain_mps) == (200.0, 0.0)
-    assert (night.light, night.friction) == ("night", DRY)
+    assert (night.light, night.friction) == ("night", conditions.DRY)
     assert (worst.rain_mps, worst.visibility_m) == (rain.rain_mps, 200.0)
     assert (worst.light, worst.friction) == ("night", 0.4)
 
 
-def test_rain_without_a_stated_friction_is_wet() -> None:
-    found = conditions_of(environment(rain={"max": MM_PER_HOUR}, illumination=["day"]))
-    assert [(item.id, item.friction) for item in found] == [("best", DRY), ("rain", WET)]
-
-
-def test_low_friction_without_rain_is_a_corner() -> None:
-    found = conditions_of(environment(friction={"min": 0.3}, illumination=["dusk"]))
-    assert [(item.id, item.friction) for item in found] == [("best", DRY), ("slippery", 0.3)]
-
-
-def test_odd_of_nights_has_no_day() -> None:
-    found = conditions_of(environment(illumination=["night", "lit_night"]))
-    assert [item.light for item in found] == ["lit_night", "night"]
-
-
-def test_fog_is_told_by_its_visibility() -> None:
-    foggy = conditions_of(environment(fog={"min_visibility": 200.0}, illumination=["day"]))[1]
-    assert foggy.text == "day, 200 m visibility, friction 0.9"
-
-
 def test_lowest_sun_of_an_odd_is_a_corner_by_day() -> None:
     low = {"min": 0.125}
-    found = conditions_of(environment(sun_elevation=low, illumination=["day", "night"]))
+    found = conditions.conditions_of(environment(sun_elevation=low, illumination=["day", "night"]))
     assert [(item.id, item.light, item.sun_elevation_rad) for item in found] == [
         ("best", "day", None),
         ("low_sun", "day", 0.125),
@@ -89,31 +86,28 @@ def test_lowest_sun_of_an_odd_is_a_corner_by_day() -> None:
     assert found[1].text == "day, sun ahead at 7.16 deg, friction 0.9"
 
 
-def test_low_sun_comes_with_rain_where_it_is_always_day() -> None:
-    rain = {"max": MM_PER_HOUR}
-    found = conditions_of(environment(rain=rain, sun_elevation={"min": 0.1}, illumination=["day"]))
+def test_low_sun_comes_with_rain_where_it_is_always_day_and_never_at_night() -> None:
+    low, rain = {"sun_elevation": {"min": 0.1}}, {"max": MM_PER_HOUR}
+    found = conditions.conditions_of(environment(rain=rain, **low, illumination=["day"]))
     assert [item.id for item in found] == ["best", "rain", "low_sun", "worst"]
     assert (found[-1].rain_mps, found[-1].sun_elevation_rad) == (MM_PER_HOUR, 0.1)
-
-
-def test_nobody_looks_into_the_sun_of_an_odd_without_day() -> None:
-    found = conditions_of(environment(sun_elevation={"min": 0.1}, illumination=["night"]))
+    found = conditions.conditions_of(environment(**low, illumination=["night"]))
     assert [item.sun_elevation_rad for item in found] == [None]
 
 
 def test_target_has_the_default_size_and_surface_of_its_class() -> None:
-    car = target("car")
+    car = conditions.target("car")
     assert (car.length_m, car.width_m, car.height_m) == DEFAULT_SIZES["car"]
     assert car.reflectivity == DEFAULT_REFLECTIVITY["car"]
 
 
 def test_pedestrian_is_the_harder_one_to_see() -> None:
-    car, person = TARGETS["car"], TARGETS["pedestrian"]
+    car, person = conditions.TARGETS["car"], conditions.TARGETS["pedestrian"]
     assert person.cross_section_m2 < car.cross_section_m2
     assert person.contrast < car.contrast
     assert person.reflectivity < car.reflectivity
 
 
 def test_cases_and_zones_name_targets() -> None:
-    assert {case.target for case in CASES} <= set(TARGETS)
-    assert {zone.target for zone in zones_of(5.0, 2.0)} <= set(TARGETS)
+    assert {case.target for case in conditions.CASES} <= set(conditions.TARGETS)
+    assert {zone.target for zone in zones_of(5.0, 2.0)} <= set(conditions.TARGETS)

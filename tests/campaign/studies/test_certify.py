@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
-import sqlite3
 import subprocess
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import adeye
 from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.campaign.replay import CHANGED, recall, replay_run
 from adeye.campaign.replay import UNSTEADY as NEVER_THE_SAME
@@ -27,24 +28,20 @@ from adeye.campaign.studies.certify import (
     draw,
     masks,
 )
-from adeye.campaign.work import BatchTask, execute
+from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError, PlatformError, UsageError
 from adeye.judge.verdict import Verdict
+from adeye.store.block import RunBlock
 from adeye.store.evidence.roots import Executed
 from adeye.store.records import RunRef
 from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
 from tests.campaign.work import perform
+from tests.conftest import MakeProject
 from tests.project import CANDIDATE, MINI, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.store.block import RunBlock
-    from tests.conftest import MakeProject
-    from tests.project import Executed as Campaign
-    from tests.project import Executed as ExecutedProject
-
+from tests.project import Executed as Campaign
+from tests.sql import alter
+from tests.stored import known, stored
 
 # --- certificates: shipped parts are deterministic, and whoever is not is found and named
 
@@ -52,25 +49,8 @@ if TYPE_CHECKING:
 FEW = (CONDITIONS[1], CONDITIONS[2])
 """Enough to see that something is compared."""
 
-UNSTEADY = '''
-import itertools
-import os
-import time
-
-CALLS = itertools.count()
-
-
-class Unsteady:
-    """Steers a little by something that no test case says."""
-
-    def __init__(self, parameters, context):
-        self.own = {source}
-        self.ticks = 0
-
-    def act(self, observation):
-        self.ticks += 1
-        return (1e-6 * self.own if self.ticks > {from_tick} else 0.0), 0.0
-'''
+UNSTEADY_FILE = "odd/architectures/unsteady.py"
+UNSTEADY: str = stored("plugins")["unsteady"]
 
 
 @pytest.fixture
@@ -81,9 +61,9 @@ def campaign(mini: Campaign, tmp_path: Path) -> tuple[Project, Path]:
     return mini.project, db
 
 
-def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> Project:
-    """Run a campaign with a channel that is not deterministic."""
-    project = make_project(
+def braking(make_project: MakeProject) -> Project:
+    """A campaign of one scenario and the candidate, without faults."""
+    return make_project(
         {
             **MINI,
             "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
@@ -91,14 +71,16 @@ def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> P
             "architectures": ["architectures/camera_radar.yaml"],
         }
     )
-    folder = project.folder / "odd" / "architectures"
+
+
+def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> Project:
+    """Run a campaign with a channel that is not deterministic."""
+    project = braking(make_project)
     text = UNSTEADY.format(source=source, from_tick=from_tick)
-    (folder / "unsteady.py").write_text(text, "utf-8")
+    (project.folder / UNSTEADY_FILE).write_text(text, "utf-8")
+    kind = {"kind": "./unsteady.py:Unsteady", "links": ["localisation"]}
     with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "./unsteady.py:Unsteady",
-            "links": ["localisation"],
-        }
+        candidate["channels"]["nominal"] = kind
     project.run()
     return project
 
@@ -164,19 +146,11 @@ def test_metric_that_is_not_as_stored_is_named(
 ) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW)
     project, db = campaign
-    edit(db, "metric", "UPDATE metric SET min_distance_m = 1.25 WHERE run_number = 1")
+    alter(db, "UPDATE metric SET min_distance_m = 1.25 WHERE run_number = 1")
     (finding,) = certify(db, str(project.odd)).findings
     assert finding.differs == ("min_distance_m",)
     assert finding.first_tick is None
     assert len(finding.conditions) == len(FEW)
-
-
-def edit(db: Path, table: str, statement: str) -> None:
-    connection = sqlite3.connect(db)
-    connection.execute(f"DROP TRIGGER {table}_no_update")
-    connection.execute(statement)
-    connection.commit()
-    connection.close()
 
 
 @pytest.mark.slow
@@ -185,7 +159,7 @@ def test_run_that_a_deadline_ended_is_left_out(
 ) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
     project, db = campaign
-    edit(db, "run", "UPDATE run SET machine_dependent = 1, trace_digest = 'x' WHERE number = 1")
+    alter(db, "UPDATE run SET machine_dependent = 1, trace_digest = 'x' WHERE number = 1")
     found = certify(db, str(project.odd))
     assert found.is_certified
     assert found.machine_dependent == 1
@@ -212,17 +186,9 @@ def test_masks_are_conditions_of_what_promises_as_much(
 def test_reference_traffic_is_certified_on_its_platform(
     make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import adeye
-
     monkeypatch.setattr(certificates, "CONDITIONS", FEW)
     monkeypatch.setattr(certificates, "masks", lambda: (Mask("weaker", {}),))
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-        "faults": [],
-        "architectures": ["architectures/camera_radar.yaml"],
-    }
-    project = make_project(odd)
+    project = braking(make_project)
     adeye.run(adeye.plan(project.odd, backend="highway"), db=project.db)
     found = certify(project.db, str(project.odd), masked=True)
     assert (found.class_, found.is_certified) == ("same platform", True)
@@ -233,18 +199,16 @@ def test_reference_traffic_is_certified_on_its_platform(
 @pytest.mark.slow
 def test_changed_plugin_is_no_nondeterminism(make_project: MakeProject) -> None:
     project = unsteady(make_project, "0")
-    path = project.folder / "odd" / "architectures" / "unsteady.py"
+    path = project.folder / UNSTEADY_FILE
     path.write_text(path.read_text("utf-8") + "# edited\n", "utf-8")
     with pytest.raises(UsageError, match=r"a plug-in of camera_radar.*was changed since"):
         certify(project.db, str(project.odd))
 
 
 @pytest.mark.slow
-def test_other_arithmetic_is_no_nondeterminism(
-    campaign: tuple[Project, Path],
-) -> None:
+def test_other_arithmetic_is_no_nondeterminism(campaign: tuple[Project, Path]) -> None:
     project, db = campaign
-    edit(db, "run", "UPDATE run SET numerics_version = 1")
+    alter(db, "UPDATE run SET numerics_version = 1")
     with pytest.raises(UsageError, match=r"numerics version 1, executed it; this is"):
         certify(db, str(project.odd))
 
@@ -253,8 +217,6 @@ def test_other_arithmetic_is_no_nondeterminism(
 def test_batch_that_cannot_be_executed_certifies_nothing(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from adeye.campaign.work import BatchResult
-
     monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
     monkeypatch.setattr(certificates, "execute", lambda _: BatchResult(failure="MemoryError: all"))
     project, db = campaign
@@ -266,12 +228,10 @@ def test_batch_that_cannot_be_executed_certifies_nothing(
 
 
 @pytest.mark.slow
-def test_campaign_without_results_cannot_be_certified(
-    make_project: MakeProject,
-) -> None:
+def test_campaign_without_results_cannot_be_certified(make_project: MakeProject) -> None:
     project = make_project()
+    plan = project.plan()
     with Repository.open(project.db) as repository:
-        plan = project.plan()
         repository.plan_campaign(plan.record(), plan.planned())
     with pytest.raises(InputError, match=r"has no run that can be certified.*Run it first"):
         certify(project.db, str(project.odd))
@@ -302,8 +262,8 @@ def test_replay_says_of_a_run_that_differs_what_the_certificate_says(
     make_project: MakeProject, source: str, later: str, cause: str
 ) -> None:
     project = unsteady(make_project, source)
-    file = project.folder / "odd" / "architectures" / "unsteady.py"
-    file.write_text(UNSTEADY.format(source=later, from_tick=0), "utf-8")
+    text = UNSTEADY.format(source=later, from_tick=0)
+    (project.folder / UNSTEADY_FILE).write_text(text, "utf-8")
     replayed = replay_run(project.db, project.rows()[0]["run"])
     assert (replayed.identical, replayed.cause) == (False, cause)
 
@@ -321,39 +281,30 @@ def test_conditions_cover_batches_lanes_and_orders() -> None:
 
 
 def test_name_says_everything() -> None:
-    mask = Mask("without AVX", {})
-    assert (
-        Condition(1024, "planned", "threads", 4).name == "batches of 1,024, planned, in 4 threads"
-    )
-    assert Condition(7, "reversed").name == "batches of 7, reversed, in this process"
-    masked = Condition(64, "shuffled", "processes", 1, mask).name
-    assert masked == "batches of 64, shuffled, in 1 process, without AVX"
+    masked = Condition(64, "shuffled", "processes", 1, Mask("without AVX", {}))
+    for condition, name in (
+        (Condition(1024, "planned", "threads", 4), "batches of 1,024, planned, in 4 threads"),
+        (Condition(7, "reversed"), "batches of 7, reversed, in this process"),
+        (masked, "batches of 64, shuffled, in 1 process, without AVX"),
+    ):
+        assert condition.name == name
 
 
-@pytest.mark.parametrize("condition", CONDITIONS, ids=lambda item: item.name)
-def test_every_case_is_in_one_batch_of_one_structure(
-    condition: Condition, mini: ExecutedProject
-) -> None:
+def test_every_case_is_in_one_batch_of_one_structure(mini: Campaign) -> None:
     cases = list(mini.plan.cases)
-    found = condition.batches(cases, 5)
-    assert max(map(len, found)) <= min(condition.batch, 5)
-    assert sorted(case.digest for batch in found for case in batch) == sorted(
-        case.digest for case in cases
-    )
-    for batch in found:
-        assert len({(case.scenario_id, case.fault_entry) for case in batch}) == 1
+    for condition in CONDITIONS:
+        found = condition.batches(cases, 5)
+        assert max(map(len, found)) <= min(condition.batch, 5)
+        batched = sorted(case.digest for batch in found for case in batch)
+        assert batched == sorted(case.digest for case in cases)
+        for batch in found:
+            assert len({(case.scenario_id, case.fault_entry) for case in batch}) == 1
 
 
-def test_orders_differ_and_are_the_same_every_time(mini: ExecutedProject) -> None:
+def test_orders_differ_and_are_the_same_every_time(mini: Campaign) -> None:
     cases = list(mini.plan.cases)
-
-    def order(condition: Condition) -> list[str]:
-        return [case.digest for batch in condition.batches(cases, 64) for case in batch]
-
-    planned, shuffled = order(Condition(1, "planned")), order(Condition(1, "shuffled"))
-    assert planned == [case.digest for case in cases] or sorted(planned) == sorted(shuffled)
-    backwards = Condition(1, "reversed")._ordered(cases)
-    assert backwards == cases[::-1]
+    assert Condition(1, "planned")._ordered(cases) == cases
+    assert Condition(1, "reversed")._ordered(cases) == cases[::-1]
     drawn = Condition(1, "shuffled")._ordered(cases)
     assert drawn not in (cases, cases[::-1])
     assert drawn == Condition(1, "shuffled")._ordered(cases[::-1])
@@ -369,16 +320,19 @@ def test_lanes_are_those_of_the_campaign() -> None:
     assert isinstance(Condition(1, "planned", "processes", 2).executor(perform), Processes)
 
 
+def started(script: str) -> list[str]:
+    """Give the words that a new interpreter prints."""
+    command = [sys.executable, "-c", script]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+
+
 def test_mask_is_only_for_what_is_started_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ADEYE_TEST_KNOWN", "before")
     monkeypatch.delenv("ADEYE_TEST_NEW", raising=False)
     mask = Mask("any", {"ADEYE_TEST_KNOWN": "masked", "ADEYE_TEST_NEW": "1"})
     script = "import os; print(os.environ['ADEYE_TEST_KNOWN'], os.environ['ADEYE_TEST_NEW'])"
     with mask.applied():
-        done = subprocess.run(
-            [sys.executable, "-c", script], capture_output=True, text=True, check=True
-        )
-    assert done.stdout.split() == ["masked", "1"]
+        assert started(script) == ["masked", "1"]
     assert os.environ["ADEYE_TEST_KNOWN"] == "before"
     assert "ADEYE_TEST_NEW" not in os.environ
 
@@ -394,24 +348,21 @@ def test_masks_take_something_away() -> None:
         )
         hidden = found["NumPy"].environment["NPY_DISABLE_CPU_FEATURES"].split()
         with found["NumPy"].applied():
-            done = subprocess.run(
-                [sys.executable, "-c", script], capture_output=True, text=True, check=True
-            )
+            shown = started(script)
         assert hidden
-        assert not set(hidden) & set(done.stdout.split())
+        assert not set(hidden) & set(shown)
 
 
 # --- executions held against what is stored: what differs is named, what is the machine's is not
 
 
 @pytest.fixture
-def seen(mini: ExecutedProject) -> tuple[Sampled, RunBlock]:
+def seen(mini: Campaign) -> tuple[Sampled, RunBlock]:
     """A stored run, and what executing it again gives."""
     with Repository.open(mini.db) as repository:
         recalled = recall(repository, repository.find_run("0", campaign=mini.summary.campaign))
     case = recalled.case
-    block = execute(BatchTask(0, (case,), (), mini.plan.work)).runs
-    assert block is not None
+    block = known(execute(BatchTask(0, (case,), (), mini.plan.work)).runs)
     sampled = Sampled(recalled.run, case.fault_entry, case, recalled.stored, is_portable=True)
     return sampled, block
 
@@ -455,13 +406,14 @@ def test_first_link_that_differs_tells_the_ticks(seen: tuple[Sampled, RunBlock])
     assert finding.first_tick == 100
 
 
-def test_metric_that_an_older_release_did_not_have_is_none_that_differs(
-    seen: tuple[Sampled, RunBlock],
-) -> None:
+def test_what_was_not_stored_is_nothing_that_differs(seen: tuple[Sampled, RunBlock]) -> None:
+    """As a metric that an older release did not have, and verdicts of other requirements."""
     sampled, block = seen
     fewer = {name: item for name, item in sampled.stored.metrics.items() if name != "contact"}
-    older = replace(sampled, stored=replace(sampled.stored, metrics=fewer))
-    assert compare(older, block) == ()
+    changes: tuple[dict[str, Any], ...] = ({"metrics": fewer}, {"verdicts": ()})
+    for change in changes:
+        older = replace(sampled, stored=replace(sampled.stored, **change))
+        assert compare(older, block) == ()
 
 
 def test_run_that_a_deadline_ended_counts_as_nothing(seen: tuple[Sampled, RunBlock]) -> None:
@@ -481,10 +433,3 @@ def test_verdict_that_differs_is_named_by_its_requirement(seen: tuple[Sampled, R
         (finding,) = compare(replace(sampled, stored=stored), block)
         assert finding.differs == (first.fsr_id,)
         assert finding.traces == 1
-
-
-def test_verdict_of_another_requirement_is_none_that_differs(
-    seen: tuple[Sampled, RunBlock],
-) -> None:
-    sampled, block = seen
-    assert compare(replace(sampled, stored=replace(sampled.stored, verdicts=())), block) == ()

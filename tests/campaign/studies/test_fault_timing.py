@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from adeye.campaign.studies import fault_timing as timing
-from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
+from adeye.campaign.studies.fault_timing import InjectionTable, campaign_injections, run_timeline
 from adeye.errors import InputError
 from adeye.judge.timeline import CLASSES
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.campaign.studies.fault_timing import InjectionTable
-    from tests.project import Executed
+from tests.project import Executed
 
 
 @pytest.fixture(scope="module")

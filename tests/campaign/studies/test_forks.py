@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import shutil
-import sqlite3
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adeye.campaign.replay import recall, replay_run
 from adeye.campaign.studies import forks
-from adeye.campaign.studies import forks as takeovers
-from adeye.campaign.studies.forks import fork_run, look_back
+from adeye.campaign.studies.forks import TakeoverMatrix, fork_run, look_back
 from adeye.errors import InputError, IntegrityError
 from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from adeye.trace import LINK_TICKS
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.campaign.studies.forks import TakeoverMatrix
-    from tests.project import Executed
-
+from tests.project import Executed
+from tests.sql import alter
+from tests.stored import known
 
 # --- forks of stored runs: the laws that make them evidence
 
@@ -57,27 +52,24 @@ def takeover_of(db: Path, run: str) -> int:
 
 
 @pytest.mark.slow
-def test_fork_with_the_original_decision_is_the_run_bit_for_bit(mini: Executed, db: Path) -> None:
+def test_fork_with_the_original_decision_is_the_run_bit_for_bit_and_with_the_other_another(
+    mini: Executed, db: Path
+) -> None:
     run = run_of(mini, "camera_radar")
-    forked = fork_run(db, run, start=str(takeover_of(db, run)), authority="safety")
+    start = str(takeover_of(db, run))
+    forked = fork_run(db, run, start=start, authority="safety")
     assert forked.is_same
     assert forked.fork.trace_digest == forked.origin.trace_digest
     assert forked.fork.run != forked.origin.run == run
-
-
-@pytest.mark.slow
-def test_fork_with_the_other_decision_is_another_run(mini: Executed, db: Path) -> None:
-    run = run_of(mini, "camera_radar")
-    forked = fork_run(db, run, start=str(takeover_of(db, run)), authority="nominal")
-    assert not forked.is_same
-    assert forked.fork.verdicts.keys() == forked.origin.verdicts.keys()
+    other = fork_run(db, run, start=start, authority="nominal")
+    assert not other.is_same
+    assert other.fork.verdicts.keys() == other.origin.verdicts.keys()
 
 
 @pytest.mark.slow
 def test_fork_is_kept_and_replays_but_counts_in_no_campaign(mini: Executed, db: Path) -> None:
     with Repository.open(db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
+        newest = known(repository.latest_campaign())
         before = repository.results(newest.id), repository.gate(newest.id)
     forked = fork_run(db, run_of(mini, "camera_radar"), start="2 s", authority="safety")
     assert forked.from_tick == 40
@@ -95,30 +87,16 @@ def test_chain_of_a_fork_begins_with_that_of_its_run(mini: Executed, db: Path) -
     run = run_of(mini, "camera_radar", "none")
     forked = fork_run(db, run, start=str(2 * LINK_TICKS), authority="safety")
     with Repository.open(db, create=False) as repository:
-        origin, fork = (repository.run_row(name) for name in (run, forked.fork.run))
-    assert origin is not None
-    assert fork is not None
-    assert origin.links is not None
-    assert fork.links is not None
+        stored = [repository.run_row(name) for name in (run, forked.fork.run)]
+    origin, fork = (item.links for item in stored if item is not None and item.links is not None)
     assert forked.links == 2
-    assert fork.links[:2] == origin.links[:2]
-    assert fork.links[2] != origin.links[2]
-
-
-def altered(db: Path, statement: str) -> None:
-    connection = sqlite3.connect(db)
-    for (name,) in connection.execute(
-        "SELECT name FROM sqlite_master WHERE type = 'trigger'"
-    ).fetchall():
-        connection.execute(f"DROP TRIGGER {name}")
-    connection.execute(statement)
-    connection.commit()
-    connection.close()
+    assert fork[:2] == origin[:2]
+    assert fork[2] != origin[2]
 
 
 @pytest.mark.slow
 def test_recorded_chain_that_says_otherwise_is_refused(mini: Executed, db: Path) -> None:
-    altered(db, "UPDATE chain SET links = replace(links, substr(links, 1, 8), '00000000')")
+    alter(db, "UPDATE chain SET links = replace(links, substr(links, 1, 8), '00000000')")
     with pytest.raises(IntegrityError, match="recorded digest chain") as raised:
         fork_run(db, run_of(mini, "camera_radar"), start=str(LINK_TICKS), authority="safety")
     assert raised.value.exit_code == 4
@@ -126,7 +104,7 @@ def test_recorded_chain_that_says_otherwise_is_refused(mini: Executed, db: Path)
 
 @pytest.mark.slow
 def test_run_that_does_not_come_out_as_recorded_has_no_forks(mini: Executed, db: Path) -> None:
-    altered(db, "UPDATE run SET trace_digest = lower(hex(zeroblob(16)))")
+    alter(db, "UPDATE run SET trace_digest = lower(hex(zeroblob(16)))")
     with pytest.raises(IntegrityError, match=r"the first \d+ ticks are as recorded"):
         fork_run(db, run_of(mini, "camera_radar"), start="2 s", authority="safety")
 
@@ -147,7 +125,7 @@ def test_fork_that_departs_before_its_tick_is_refused(
 
 @pytest.mark.slow
 def test_runs_before_the_digest_chain_can_be_forked(mini: Executed, db: Path) -> None:
-    altered(db, "DELETE FROM chain")
+    alter(db, "DELETE FROM chain")
     forked = fork_run(db, run_of(mini, "camera_radar"), start="150", authority="safety")
     assert forked.links is None
 
@@ -178,8 +156,7 @@ def test_fork_of_a_fork_is_an_input_error(mini: Executed, db: Path) -> None:
 
 def test_sample_is_the_same_every_time_and_part_of_a_larger_one(db: Path) -> None:
     with Repository.open(db, create=False) as repository:
-        newest = repository.latest_campaign()
-        assert newest is not None
+        newest = known(repository.latest_campaign())
         small, large, whole = (
             repository.hindsight.executed(newest.id, most) for most in (3, 7, None)
         )
@@ -213,7 +190,7 @@ def test_what_was_found_is_kept_and_not_executed_again(
     def never(*_: object) -> list[object]:
         raise AssertionError
 
-    monkeypatch.setattr(takeovers, "make_forks", never)
+    monkeypatch.setattr(forks, "make_forks", never)
     assert look_back(mini_db) == matrix
     with Repository.open(mini_db, create=False) as repository:
         assert repository.verify() == ()

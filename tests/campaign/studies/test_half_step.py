@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import sqlite3
-from contextlib import closing
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.campaign import run as runner
+from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.replay import describe_run, replay_run, rerun
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
@@ -19,20 +20,13 @@ from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError, SpecError
 from adeye.judge.uncertainty import Difference, differences, sampled_metric
 from adeye.judge.verdict import ExitCode, Verdict
-from adeye.report.gate.baseline import Kind, deciding, write_baseline
+from adeye.report.gate import baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import judge_campaign
 from adeye.store.repository import Repository
+from tests.conftest import MakeProject
 from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from adeye.campaign.plan import CampaignPlan
-    from tests.conftest import MakeProject
-    from tests.project import Executed
-
+from tests.sql import rows
 
 # --- twins with half the step: which are chosen, what they tell, and how runs are judged with that
 
@@ -64,19 +58,29 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> Executed:
 
 def lines(project: Project) -> list[tuple[Any, ...]]:
     """What halving the step changed, without what names the campaign."""
-    with closing(sqlite3.connect(project.db)) as connection:
-        return connection.execute(
-            "SELECT scenario, architecture, kind, name, unit, sampled, pairs, p95, largest, "
-            "uncertainty, differing, changes, fsr_digest, judged_digest FROM uncertainty "
-            "ORDER BY scenario, architecture, kind, name, unit"
-        ).fetchall()
+    return rows(
+        project.db,
+        "SELECT scenario, architecture, kind, name, unit, sampled, pairs, p95, largest, "
+        "uncertainty, differing, changes, fsr_digest, judged_digest FROM uncertainty "
+        "ORDER BY scenario, architecture, kind, name, unit",
+    )
 
 
 def verdicts(project: Project) -> list[tuple[Any, ...]]:
-    with closing(sqlite3.connect(project.db)) as connection:
-        return connection.execute(
-            "SELECT run, fsr, verdict, margin, detail FROM v_verdicts ORDER BY run, fsr"
-        ).fetchall()
+    sql = "SELECT run, fsr, verdict, margin, detail FROM v_verdicts ORDER BY run, fsr"
+    return rows(project.db, sql)
+
+
+def changed(folder: Path, edit: Callable[[Any], object]) -> Project:
+    """Make the project with another ODD."""
+    project = Project(folder, ASKED)
+    with project.edited_odd() as odd:
+        edit(odd)
+    return project
+
+
+def parameters_of(odd: Any) -> Any:
+    return odd["scenarios"][0]["sweep"]["parameters"]
 
 
 def chosen(plan: CampaignPlan) -> dict[tuple[str, str], tuple[str, ...]]:
@@ -115,18 +119,15 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     assert len(after) == 4
 
 
-def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(
-    make_project: MakeProject,
-) -> None:
-    project = make_project(ASKED)
-    with project.edited_odd() as odd:
+def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(tmp_path: Path) -> None:
+    def edit(odd: Any) -> None:
         odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
         odd["faults"] = MINI["faults"]
-    plan = project.plan()
+
+    plan = changed(tmp_path, edit).plan()
     for item in plan.samples:
-        cases = [plan.cases[ordinal] for ordinal in item.ordinals]
         entries: dict[str, list[str]] = {}
-        for case in cases:
+        for case in (plan.cases[ordinal] for ordinal in item.ordinals):
             entries.setdefault(case.situation_digest, []).append(case.fault_entry)
         assert list(entries) == sorted(entries)
         assert len(entries) == 12
@@ -135,27 +136,17 @@ def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(
 
 
 def test_more_points_change_the_sample_only_where_they_are_smaller(
-    make_project: MakeProject,
+    asked: Executed, tmp_path: Path
 ) -> None:
-    project = make_project(ASKED)
-    before = chosen(project.plan())
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"]["gap"].append("45 m")
-    for key, results in chosen(project.plan()).items():
-        kept = set(results) & set(before[key])
-        assert len(kept) >= 12 - len(SPEEDS)
+    before = chosen(asked.plan)
+    more = changed(tmp_path, lambda odd: parameters_of(odd)["gap"].append("45 m"))
+    for key, results in chosen(more.plan()).items():
+        assert len(set(results) & set(before[key])) >= 12 - len(SPEEDS)
 
 
-def test_variants_of_an_architecture_are_one_situation(make_project: MakeProject) -> None:
-    project = make_project(ASKED)
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"][
-            "architecture.sensors.front_camera.mount.yaw"
-        ] = [
-            "0 deg",
-            "2 deg",
-        ]
-    plan = project.plan()
+def test_variants_of_an_architecture_are_one_situation(tmp_path: Path) -> None:
+    yaw = {"architecture.sensors.front_camera.mount.yaw": ["0 deg", "2 deg"]}
+    plan = changed(tmp_path, lambda odd: parameters_of(odd).update(yaw)).plan()
     for item in plan.samples:
         situations = {plan.cases[ordinal].situation_digest for ordinal in item.ordinals}
         assert len(situations) == len(item.ordinals) == 12
@@ -187,19 +178,20 @@ def test_clock_that_cannot_tick_twice_as_fast_is_refused(
 
 
 def test_uncertainty_is_that_of_the_stored_pairs(asked: Executed) -> None:
-    with closing(sqlite3.connect(asked.db)) as connection:
-        pairs = connection.execute(
-            "SELECT m.min_distance_m, n.min_distance_m FROM half_step h "
-            "JOIN run a ON a.result_digest = h.origin_digest "
-            "JOIN run b ON b.result_digest = h.result_digest "
-            "JOIN metric m ON m.run_number = a.number JOIN metric n ON n.run_number = b.number "
-            "JOIN campaign_case c ON c.result_digest = h.origin_digest "
-            "WHERE c.architecture = 'camera_radar'"
-        ).fetchall()
-        stored = connection.execute(
-            "SELECT pairs, uncertainty, largest FROM v_uncertainty "
-            "WHERE name = 'min_distance_m' AND architecture = 'camera_radar'"
-        ).fetchall()
+    pairs = rows(
+        asked.db,
+        "SELECT m.min_distance_m, n.min_distance_m FROM half_step h "
+        "JOIN run a ON a.result_digest = h.origin_digest "
+        "JOIN run b ON b.result_digest = h.result_digest "
+        "JOIN metric m ON m.run_number = a.number JOIN metric n ON n.run_number = b.number "
+        "JOIN campaign_case c ON c.result_digest = h.origin_digest "
+        "WHERE c.architecture = 'camera_radar'",
+    )
+    stored = rows(
+        asked.db,
+        "SELECT pairs, uncertainty, largest FROM v_uncertainty "
+        "WHERE name = 'min_distance_m' AND architecture = 'camera_radar'",
+    )
     worst = max(abs(first - last) for first, last in pairs)
     assert worst > 0.0
     assert stored == [(12, worst, worst)]
@@ -252,11 +244,13 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
 
 
 @pytest.mark.slow
-def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject) -> None:
-    project = make_project({**ASKED, "faults": MINI["faults"]})
-    with project.edited_odd() as odd:
+def test_requirement_about_a_fault_has_an_uncertainty(tmp_path: Path) -> None:
+    def edit(odd: Any) -> None:
+        odd["faults"] = MINI["faults"]
         odd["scenarios"][0]["faults"] = ["nominal_silent"]
         odd["architectures"] = ["architectures/camera_radar.yaml"]
+
+    project = changed(tmp_path, edit)
     with project.edited(CONCEPT) as concept:
         stop = next(item for item in concept["requirements"] if item["id"] == "FSR-05")
         stop |= {"formula": "always(faulted implies ego.acceleration >= -4.5 m/s^2)"}
@@ -266,10 +260,8 @@ def test_requirement_about_a_fault_has_an_uncertainty(make_project: MakeProject)
     sampled, pairs, p95 = found[5:8]
     assert (sampled, pairs) == (24, 12)
     assert 0.0 < p95 < 0.5
-    with closing(sqlite3.connect(project.db)) as connection:
-        begun = connection.execute(
-            "SELECT MIN(time_s) FROM event WHERE kind = 'fault' GROUP BY run_number"
-        ).fetchall()
+    sql = "SELECT MIN(time_s) FROM event WHERE kind = 'fault' GROUP BY run_number"
+    begun = rows(project.db, sql)
     # With the step and with half of it, the fault begins when the ODD says.
     assert {round(time, 9) for (time,) in begun} == {3.0}
     assert len(begun) >= 24
@@ -313,19 +305,19 @@ def metrics_of(plan: CampaignPlan, cases: list[Any]) -> Mapping[str, list[Any]]:
 
 
 def test_margins_below_the_uncertainty_are_inconclusive_and_no_others(asked: Executed) -> None:
-    with closing(sqlite3.connect(asked.db)) as connection:
-        rows = connection.execute(
-            "SELECT p.verdict, p.margin, p.detail, j.verdict, j.margin, j.detail, u.least "
-            "FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest "
-            "JOIN (SELECT scenario, architecture, fsr_digest, judged_digest, unit, "
-            "      uncertainty AS least FROM uncertainty WHERE kind = 'fsr') u "
-            "  ON u.scenario = c.scenario AND u.architecture = c.architecture "
-            "JOIN verdict p ON p.run_number = r.number AND p.fsr_digest = u.fsr_digest "
-            "JOIN verdict j ON j.run_number = r.number AND j.fsr_digest = u.judged_digest "
-            "WHERE u.unit = COALESCE(p.unit, '')"
-        ).fetchall()
+    found = rows(
+        asked.db,
+        "SELECT p.verdict, p.margin, p.detail, j.verdict, j.margin, j.detail, u.least "
+        "FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest "
+        "JOIN (SELECT scenario, architecture, fsr_digest, judged_digest, unit, "
+        "      uncertainty AS least FROM uncertainty WHERE kind = 'fsr') u "
+        "  ON u.scenario = c.scenario AND u.architecture = c.architecture "
+        "JOIN verdict p ON p.run_number = r.number AND p.fsr_digest = u.fsr_digest "
+        "JOIN verdict j ON j.run_number = r.number AND j.fsr_digest = u.judged_digest "
+        "WHERE u.unit = COALESCE(p.unit, '')",
+    )
     seen = set()
-    for plain, margin, detail, judged, same, why, least in rows:
+    for plain, margin, detail, judged, same, why, least in found:
         assert same == margin
         is_small = plain == "PASS" and least is not None and margin is not None and margin < least
         assert judged == ("INCONCLUSIVE" if is_small else plain)
@@ -355,25 +347,33 @@ def test_rows_are_those_of_the_judge_with_the_same_uncertainty(asked: Executed) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("share", "is_pass"), [(0.5, False), (0.99, False), (1.01, True), (2.0, True)]
+    ("share", "verdict"),
+    [
+        (-0.01, Verdict.FAIL),
+        (0.5, Verdict.INCONCLUSIVE),
+        (0.99, Verdict.INCONCLUSIVE),
+        (1.01, Verdict.PASS),
+        (2.0, Verdict.PASS),
+    ],
 )
-def test_threshold_decides_by_the_uncertainty(
-    asked: Executed, tmp_path: Path, share: float, *, is_pass: bool
+def test_threshold_decides_by_the_uncertainty_and_a_failure_stays_one(
+    asked: Executed, tmp_path: Path, share: float, verdict: Verdict
 ) -> None:
     least, worst = worst_deceleration(asked)
-    # The bound stands above the worst run by a share of the uncertainty.
-    limit = worst + share * least
     project = Project(tmp_path / "seeded", ASKED)
     with project.edited(CONCEPT) as concept:
-        concept["requirements"][1]["bound"]["at_most"] = limit
+        # The bound stands above the worst run by a share of the uncertainty.
+        concept["requirements"][1]["bound"]["at_most"] = worst + share * least
     summary = project.run()
     line = next(
         item
         for item in summary.verdicts
         if (item.fsr, item.architecture) == ("FSR-02", "camera_radar")
     )
-    assert line.verdict is (Verdict.PASS if is_pass else Verdict.INCONCLUSIVE)
+    assert line.verdict is verdict
     assert line.margin == pytest.approx(share * least)
+    if verdict is Verdict.FAIL:
+        return
     # A fork of the run is held against the same: the margin of both is the run's.
     with Repository.open(project.db, create=False) as repository:
         run = next(
@@ -387,31 +387,18 @@ def test_threshold_decides_by_the_uncertainty(
 
 
 def worst_deceleration(asked: Executed) -> tuple[float, float]:
-    with closing(sqlite3.connect(asked.db)) as connection:
-        (least,) = connection.execute(
-            "SELECT uncertainty FROM v_uncertainty "
-            "WHERE name = 'FSR-02' AND architecture = 'camera_radar'"
-        ).fetchone()
-        (worst,) = connection.execute(
-            "SELECT MAX(max_required_deceleration_mps2) FROM v_runs "
-            "WHERE architecture = 'camera_radar'"
-        ).fetchone()
+    [(least,)] = rows(
+        asked.db,
+        "SELECT uncertainty FROM v_uncertainty "
+        "WHERE name = 'FSR-02' AND architecture = 'camera_radar'",
+    )
+    [(worst,)] = rows(
+        asked.db,
+        "SELECT MAX(max_required_deceleration_mps2) FROM v_runs "
+        "WHERE architecture = 'camera_radar'",
+    )
     assert least > 0.0
     return float(least), float(worst)
-
-
-@pytest.mark.slow
-def test_failure_stays_one(asked: Executed, tmp_path: Path) -> None:
-    least, worst = worst_deceleration(asked)
-    project = Project(tmp_path / "failing", ASKED)
-    with project.edited(CONCEPT) as concept:
-        concept["requirements"][1]["bound"]["at_most"] = worst - 0.01 * least
-    line = next(
-        item
-        for item in project.run().verdicts
-        if (item.fsr, item.architecture) == ("FSR-02", "camera_radar")
-    )
-    assert line.verdict is Verdict.FAIL
 
 
 @pytest.mark.slow
@@ -482,9 +469,8 @@ def test_interrupted_twins_are_gone_on_with(
 
 
 def verdicts_judged(project: Project) -> int:
-    with closing(sqlite3.connect(project.db)) as connection:
-        found = connection.execute("SELECT COUNT(*) FROM v_verdicts WHERE verdict <> 'NOT_RUN'")
-        return int(found.fetchone()[0])
+    [(count,)] = rows(project.db, "SELECT COUNT(*) FROM v_verdicts WHERE verdict <> 'NOT_RUN'")
+    return int(count)
 
 
 @pytest.mark.slow
@@ -514,17 +500,14 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
 
 @pytest.mark.slow
 def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
-    make_project: MakeProject,
+    tmp_path: Path,
 ) -> None:
-    project = make_project(ASKED)
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"]["gap"] = GAPS[:3]
+    project = changed(tmp_path, lambda odd: parameters_of(odd).update(gap=GAPS[:3]))
     project.run()
     found = lines(project)
     assert {line[5] for line in found} <= set(range(10))
     assert {line[9] for line in found} == {None}
-    with closing(sqlite3.connect(project.db)) as connection:
-        details = connection.execute("SELECT DISTINCT detail FROM v_verdicts").fetchall()
+    details = rows(project.db, "SELECT DISTINCT detail FROM v_verdicts")
     assert not any("numeric uncertainty" in (detail or "") for (detail,) in details)
 
 
@@ -533,10 +516,8 @@ def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
 
 @pytest.mark.slow
 def test_twin_is_found_and_replays_bit_for_bit(asked: Executed) -> None:
-    with closing(sqlite3.connect(asked.db)) as connection:
-        twin, origin = connection.execute(
-            "SELECT result_digest, origin_digest FROM half_step ORDER BY 1 LIMIT 1"
-        ).fetchone()
+    sql = "SELECT result_digest, origin_digest FROM half_step ORDER BY 1 LIMIT 1"
+    [(twin, origin)] = rows(asked.db, sql)
     assert replay_run(asked.db, twin).identical
     described = describe_run(asked.db, twin)
     assert described["step_s"] == 0.025
@@ -554,10 +535,27 @@ def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) ->
 # --- the gate
 
 
+def improved(
+    now: baseline.Baseline, part: baseline.BaselineCases, at: int, gain: float
+) -> baseline.Baseline:
+    """Give the margins of one FSR of some test cases a gain, so that they are lost now."""
+    better = []
+    for row in part.rows:
+        margins = list(row.margins)
+        value = margins[at]
+        margins[at] = None if value is None else value + gain
+        better.append(row.model_copy(update={"margins": tuple(margins)}))
+    changed = part.model_copy(update={"rows": tuple(better)})
+    cases = tuple(changed if item is part else item for item in now.cases or ())
+    return now.model_copy(update={"cases": cases})
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "kind"), [(0.5, Kind.NOTE), (2.0, Kind.MARGIN)])
+@pytest.mark.parametrize(
+    ("share", "kind"), [(0.5, baseline.Kind.NOTE), (2.0, baseline.Kind.MARGIN)]
+)
 def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
-    asked: Executed, tmp_path: Path, share: float, kind: Kind
+    asked: Executed, tmp_path: Path, share: float, kind: baseline.Kind
 ) -> None:
     with Repository.open(asked.db, create=False) as repository:
         campaign = repository.find_campaign(asked.summary.campaign)
@@ -565,43 +563,21 @@ def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
         worth = {
             (item.difference.name, item.architecture): item.difference.uncertainty
             for item in repository.hindsight.half_steps.uncertainty(campaign.id)
-            if item.difference.kind == "fsr"
-            and item.difference.unit
-            and item.difference.uncertainty
+            if item.difference.kind == "fsr" and item.difference.unit
         }
-        assert now.cases is not None
-        part, fsr, size = next(
-            (part, fsr, worth[fsr, part.architecture])
-            for part in now.cases
+        part, at, size = next(
+            (part, at, size)
+            for part in now.cases or ()
             if part.architecture in now.gate
-            for fsr, measure in zip(part.fsrs, part.measures, strict=True)
-            if (fsr, part.architecture) in worth and measure is not None and now.fsrs[fsr].mandatory
+            for at, (fsr, measure) in enumerate(zip(part.fsrs, part.measures, strict=True))
+            if (size := worth.get((fsr, part.architecture)))
+            and measure is not None
+            and now.fsrs[fsr].mandatory
         )
-        assert size is not None
-        at = part.fsrs.index(fsr)
-        better = [
-            row.model_copy(
-                update={
-                    "margins": tuple(
-                        margin + share * size if place == at and margin is not None else margin
-                        for place, margin in enumerate(row.margins)
-                    )
-                }
-            )
-            for row in part.rows
-        ]
-        then = now.model_copy(
-            update={
-                "cases": tuple(
-                    item.model_copy(update={"rows": tuple(better)}) if item is part else item
-                    for item in now.cases
-                )
-            }
-        )
-        write_baseline(then, tmp_path / "b.json")
+        baseline.write_baseline(improved(now, part, at, share * size), tmp_path / "b.json")
         (found,) = judge_campaign(repository, campaign, tmp_path / "b.json", Tolerances()).changes
-    assert (found.kind, found.fsr) == (kind, fsr)
-    assert (found in deciding([found])) is (kind is Kind.MARGIN)
+    assert (found.kind, found.fsr) == (kind, part.fsrs[at])
+    assert (found in baseline.deciding([found])) is (kind is baseline.Kind.MARGIN)
     assert "the step is worth" in found.text
 
 

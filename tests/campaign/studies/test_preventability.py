@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from adeye.campaign.replay import describe_run, replay_run
 from adeye.campaign.studies import preventability
-from adeye.campaign.studies.preventability import prevent, reference_architecture
+from adeye.campaign.studies.preventability import Preventability, prevent, reference_architecture
 from adeye.errors import InputError, UsageError
 from adeye.judge.preventability import CELLS
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
 from tests.preventing import project_of_cut_ins
+from tests.project import Project
 from tests.store.rows import result_table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.campaign.studies.preventability import Preventability
-    from tests.project import Project
+from tests.stored import known
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +40,12 @@ def found(driven: Path) -> Preventability:
     return prevent(driven, models=("cc", "rss"), everything=True)
 
 
-def test_every_cell_occurs(found: Preventability) -> None:
+def test_every_cell_occurs_and_what_has_one_vehicle_shares_a_drive(found: Preventability) -> None:
     counted = Counter(item.cell for item in found.comparisons)
     assert set(counted) == set(CELLS) - {"unknown"}
     assert sum(sum(row.counts.values()) for row in found.rows) == 2 * found.executed == 96
+    # Two architectures and two fault entries have one vehicle in twelve situations.
+    assert len({(item.drive, item.model) for item in found.comparisons}) == 24
 
 
 @pytest.mark.slow
@@ -60,15 +58,10 @@ def test_cells_are_those_of_the_contacts(found: Preventability, driven: Path) ->
     }
     with Repository.open(driven, create=False) as repository:
         for item in found.comparisons:
-            ours, theirs = (repository.run_row(run) for run in (item.run, item.drive))
-            assert ours is not None
-            assert theirs is not None
-            pair = tuple(stored.metrics["contact"].value == 1.0 for stored in (ours, theirs))
-            assert pair == touched[item.cell]
-            assert (
-                item.impact_speed_mps is not None,
-                item.drive_impact_speed_mps is not None,
-            ) == pair
+            stored = [known(repository.run_row(run)) for run in (item.run, item.drive)]
+            pair = tuple(run.metrics["contact"].value == 1.0 for run in stored)
+            speeds = (item.impact_speed_mps, item.drive_impact_speed_mps)
+            assert pair == tuple(speed is not None for speed in speeds) == touched[item.cell]
 
 
 @pytest.mark.slow
@@ -78,8 +71,7 @@ def test_by_default_a_conflict_is_a_contact_or_more_than_the_model_can_brake(
     asked = {item.run for item in prevent(driven, models=("cc",)).comparisons}
     with Repository.open(driven, create=False) as repository:
         for item in found.comparisons:
-            stored = repository.run_row(item.run)
-            assert stored is not None
+            stored = known(repository.run_row(item.run))
             required = stored.metrics["max_required_deceleration_mps2"].value or 0.0
             is_conflict = stored.metrics["contact"].value == 1.0 or required > 0.774 * 9.81
             assert (item.run in asked) == is_conflict
@@ -100,12 +92,6 @@ def test_drives_are_kept_and_not_executed_again(
 
     monkeypatch.setattr(preventability, "_execute", never)
     assert prevent(driven, models=("cc", "rss"), everything=True) == found
-
-
-def test_faults_and_architectures_of_one_vehicle_share_a_drive(found: Preventability) -> None:
-    drives = {(item.drive, item.model) for item in found.comparisons}
-    # Two architectures and two fault entries have one vehicle in twelve situations.
-    assert len(drives) == 24
 
 
 def test_no_campaign_sees_a_drive(project: Project, found: Preventability, driven: Path) -> None:
@@ -130,12 +116,6 @@ def test_a_drive_sees_the_truth_and_has_no_fault(found: Preventability, driven: 
     assert shown["situation"] == describe_run(driven, item.run)["situation"]
 
 
-def test_a_drive_is_replayed_bit_for_bit(found: Preventability, driven: Path) -> None:
-    replayed = replay_run(driven, found.comparisons[0].drive)
-    assert replayed.identical
-    assert replayed.verdicts == {}
-
-
 @pytest.mark.slow
 def test_threads_make_no_difference(
     project: Project, found: Preventability, tmp_path: Path
@@ -145,12 +125,16 @@ def test_threads_make_no_difference(
     assert again.comparisons == found.comparisons
 
 
-def test_one_run_is_driven_by_its_name(found: Preventability, driven: Path) -> None:
+def test_one_run_is_driven_by_its_name_and_a_drive_only_replayed(
+    found: Preventability, driven: Path
+) -> None:
     chosen = found.comparisons[0]
     alone = prevent(driven, chosen.run[:12], models=(chosen.model,))
     assert alone.comparisons == (chosen,)
     with pytest.raises(InputError, match="is a drive of a reference driver itself"):
         prevent(driven, chosen.drive[:12])
+    replayed = replay_run(driven, chosen.drive)
+    assert (replayed.identical, replayed.verdicts) == (True, {})
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from adeye.report.comparison.records import CompareOptions, Comparison
 from adeye.store.read.bulk import Labels, encode_points
 from adeye.store.repository import Repository
 from tests.project import Executed
+from tests.stored import known
 
 
 def compared(executed: Executed, **options: Any) -> Comparison:
@@ -58,25 +59,21 @@ def test_dearer_copy_is_dominated_by_the_original(suites: Executed) -> None:
 
 
 def test_epsilon_takes_a_small_advantage_away(suites: Executed) -> None:
-    chosen = {
-        "architectures": ("camera_radar", "legacy_camera"),
-        "objectives": ("cost", "failures"),
-    }
-    exact = compared(suites, **chosen)
-    rough = compared(suites, **chosen, epsilon={"failures": 1000.0})
+    names, objectives = ("camera_radar", "legacy_camera"), ("cost", "failures")
+    exact = compared(suites, architectures=names, objectives=objectives)
     assert exact.candidate("camera_radar").is_on_front
+    epsilon = {"failures": 1000.0}
+    rough = compared(suites, architectures=names, objectives=objectives, epsilon=epsilon)
     assert rough.candidate("camera_radar").dominated_by == "legacy_camera"
 
 
-def test_objectives_are_those_asked_for(suites: Executed) -> None:
+def test_objectives_are_those_asked_for_and_known(suites: Executed) -> None:
     names = ("camera_radar", "twin", "no_radar")
     found = compared(suites, architectures=names, objectives=("margin", "cost"))
     assert [item.name for item in found.objectives] == ["margin", "cost"]
     for item in found.candidates:
         assert item.values["margin"] == item.worst_margin
-
-
-def test_margin_of_a_violation_without_a_number_is_not_known(suites: Executed) -> None:
+    # The margin of a violation without a number is not known.
     found = compared(suites, objectives=("margin", "cost"))
     assert found.left_out == ("margin: not known for legacy_camera",)
 
@@ -141,8 +138,7 @@ def test_first_sighting_is_the_time_of_the_detection_metric(suites: Executed) ->
         found = repository.compared(suites.summary.campaign, ("camera_radar",))
         times = []
         for digest in found.result:
-            stored = repository.run_row(digest)
-            assert stored is not None
+            stored = known(repository.run_row(digest))
             metric = stored.metrics["first_detection_distance_m"]
             is_seen = metric.status == "value" and metric.value != 0.0
             times.append(metric.time_s if is_seen and metric.time_s is not None else np.nan)
@@ -157,32 +153,20 @@ def priced(declared: float, **parts: float) -> dict[str, Any]:
 
 
 def test_declared_cost_is_the_total_where_it_covers_the_parts() -> None:
-    cost = cost_of(priced(300.0, camera=120.0, radar=90.0))
-    assert cost is not None
+    cost = known(cost_of(priced(300.0, camera=120.0, radar=90.0)))
     assert (cost.total, cost.declared) == (300.0, 300.0)
     assert cost.parts == {"sensors.camera": 120.0, "sensors.radar": 90.0}
-
-
-def test_parts_that_cost_more_than_declared_are_the_total() -> None:
-    cost = cost_of(priced(100.0, camera=120.0))
-    assert cost is not None
-    assert cost.total == 120.0
-
-
-def test_what_declares_no_cost_is_not_free() -> None:
+    # Parts that cost more are the total, and what declares no cost is not free.
+    assert known(cost_of(priced(100.0, camera=120.0))).total == 120.0
     assert cost_of(priced(0.0, camera=0.0)) is None
 
 
 def test_sensors_that_measure_and_feed_a_channel() -> None:
-    content = {
-        "sensors": {
-            "camera": {"kind": "camera"},
-            "spare": {"kind": "camera"},
-            "truth": {"kind": "ground_truth"},
-            "place": {"kind": "localisation"},
-        },
-        "channels": {"nominal": {"links": ["camera", "place", "truth", "switch"]}},
-    }
+    kinds = {"camera": "camera", "spare": "camera", "truth": "ground_truth"}
+    sensors = {name: {"kind": kind} for name, kind in kinds.items()}
+    sensors["place"] = {"kind": "localisation"}
+    links = ["camera", "place", "truth", "switch"]
+    content = {"sensors": sensors, "channels": {"nominal": {"links": links}}}
     assert measuring(content) == ["camera"]
     assert suite_of(content) == {"camera": 1}
 
@@ -219,47 +203,25 @@ def pairs(matching: Matching, a: str, b: str) -> list[tuple[int, int]]:
     return list(zip(first.tolist(), second.tolist(), strict=True))
 
 
-def test_situation_and_fault_decide() -> None:
+def test_situation_fault_and_axes_of_both_decide() -> None:
     matching = Matching(
         cases(("a", 1, "none", {}), ("a", 1, "out", {}), ("b", 1, "none", {}), ("b", 2, "out", {}))
     )
     assert pairs(matching, "a", "b") == [(0, 2)]
-
-
-def test_axis_of_both_must_agree() -> None:
-    matching = Matching(
-        cases(
-            ("a", 1, "none", {"yaw": 0.0}),
-            ("a", 1, "none", {"yaw": 2.0}),
-            ("b", 1, "none", {"yaw": 2.0}),
-        )
-    )
+    left, right = ("a", 1, "none", {"yaw": 0.0}), ("a", 1, "none", {"yaw": 2.0})
+    matching = Matching(cases(left, right, ("b", 1, "none", {"yaw": 2.0})))
     assert pairs(matching, "a", "b") == [(1, 2)]
-
-
-def test_axis_that_only_one_has_leaves_all_its_cases_as_partners() -> None:
-    matching = Matching(
-        cases(("a", 1, "none", {"yaw": 0.0}), ("a", 1, "none", {"yaw": 2.0}), ("b", 1, "none", {}))
-    )
+    # An axis that only one has leaves all its cases as partners.
+    matching = Matching(cases(left, right, ("b", 1, "none", {})))
     assert pairs(matching, "a", "b") == [(0, 2), (1, 2)]
     assert pairs(matching, "b", "a") == [(2, 0), (2, 1)]
+    # Nobody of that name has no cases.
+    assert len(matching.rows("c")) == 0
+    assert pairs(matching, "a", "c") == []
 
 
 def test_common_cases_are_those_of_everybody() -> None:
-    matching = Matching(
-        cases(
-            ("a", 1, "none", {}),
-            ("a", 2, "none", {}),
-            ("b", 2, "none", {}),
-            ("b", 1, "none", {}),
-            ("c", 2, "none", {}),
-        )
-    )
-    found = {name: rows.tolist() for name, rows in matching.common(("a", "b", "c")).items()}
-    assert found == {"a": [1], "b": [2], "c": [4]}
-
-
-def test_nobody_of_that_name_has_no_cases() -> None:
-    matching = Matching(cases(("a", 1, "none", {})))
-    assert len(matching.rows("b")) == 0
-    assert pairs(matching, "a", "b") == []
+    found = [("a", 1), ("a", 2), ("b", 2), ("b", 1), ("c", 2)]
+    matching = Matching(cases(*((name, situation, "none", {}) for name, situation in found)))
+    common = {name: rows.tolist() for name, rows in matching.common(("a", "b", "c")).items()}
+    assert common == {"a": [1], "b": [2], "c": [4]}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -17,6 +16,7 @@ from adeye.report.page.charts import draw_front
 from adeye.report.page.html import render_comparison
 from adeye.store.repository import Repository
 from tests.project import Executed
+from tests.sql import rows
 from tests.suites import build_half
 
 
@@ -33,60 +33,49 @@ def everything(suites: Executed) -> Comparison:
 
 def is_same(items: Sequence[Difference]) -> bool:
     moved = [item.margin for item in items if item.margin is not None]
+    still = [(item.least, item.mean, item.median, item.greatest) == (0, 0, 0, 0) for item in moved]
+    agree = {f"{word}/{word}" for word in Verdict}
     return (
-        len(items) > 0
-        and len(moved) > 0
-        and all(item.only_a_fails == item.only_b_fails == 0 for item in items)
+        bool(moved)
+        and all(still)
         and all(
-            (item.least, item.mean, item.median, item.greatest) == (0, 0, 0, 0) for item in moved
+            item.only_a_fails == item.only_b_fails == 0 and set(item.verdicts) <= agree
+            for item in items
         )
-        and all(set(item.verdicts) <= {f"{word}/{word}" for word in WORDS} for item in items)
     )
 
 
-WORDS = ("PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "INVALID", "ERROR", "NOT_RUN")
-
-
-@pytest.mark.parametrize("copy", ["twin", "spare"])
 def test_copy_and_one_with_a_sensor_that_nobody_reads_differ_in_nothing(
-    everything: Comparison, copy: str
+    everything: Comparison,
 ) -> None:
-    found = [item for item in everything.differences if {item.a, item.b} == {"camera_radar", copy}]
-    assert is_same(found)
-    for item in found:
-        if item.inference is not None:
-            assert (item.inference.p, item.inference.p_adjusted, item.inference.difference) == (
-                1, 1, 0,
-            )  # fmt: skip
-
-
-def test_law_of_the_copy_can_fail(everything: Comparison) -> None:
+    for copy in ("twin", "spare"):
+        both = {"camera_radar", copy}
+        found = [item for item in everything.differences if {item.a, item.b} == both]
+        assert is_same(found)
+        told = [item.inference for item in found if item.inference is not None]
+        assert {(item.p, item.p_adjusted, item.difference) for item in told} == {(1, 1, 0)}
+    # The law can fail.
     assert not is_same(everything.differences_of("camera_radar", "legacy_camera"))
 
 
 def test_counts_are_those_of_the_documented_view(suites: Executed, everything: Comparison) -> None:
     counted: Counter[tuple[str, ...]] = Counter()
-    with sqlite3.connect(suites.db) as connection:
-        rows = connection.execute(
-            "SELECT verdicts_a, verdicts_b FROM v_architecture_pairs "
-            "WHERE architecture_a = 'camera_radar' AND architecture_b = 'legacy_camera'"
-        ).fetchall()
-    connection.close()
-    for a, b in rows:
+    sql = (
+        "SELECT verdicts_a, verdicts_b FROM v_architecture_pairs "
+        "WHERE architecture_a = 'camera_radar' AND architecture_b = 'legacy_camera'"
+    )
+    stored = rows(suites.db, sql)
+    for a, b in stored:
         first, second = json.loads(a), json.loads(b)
         for fsr in first.keys() & second.keys():
             counted[fsr, first[fsr], second[fsr]] += 1
-    (pair,) = [
-        item for item in everything.pairs if (item.a, item.b) == ("camera_radar", "legacy_camera")
-    ]
-    assert pair.pairs == len(rows)
-    found: Counter[tuple[str, ...]] = Counter(
-        {
-            (item.fsr, *words.split("/")): count
-            for item in everything.differences_of("camera_radar", "legacy_camera")
-            for words, count in item.verdicts.items()
-        }
-    )
+    pairs = {(item.a, item.b): item.pairs for item in everything.pairs}
+    assert pairs["camera_radar", "legacy_camera"] == len(stored)
+    found = {
+        (item.fsr, *words.split("/")): count
+        for item in everything.differences_of("camera_radar", "legacy_camera")
+        for words, count in item.verdicts.items()
+    }
     assert found == counted
 
 
@@ -94,10 +83,8 @@ def test_fault_in_a_part_that_one_lacks_leaves_cases_without_a_partner(
     everything: Comparison,
 ) -> None:
     pairs = {(item.a, item.b): item for item in everything.pairs}
-    assert (pairs["camera_radar", "no_radar"].only_a, pairs["camera_radar", "no_radar"].only_b) == (
-        2, 0,
-    )  # fmt: skip
-    assert pairs["camera_radar", "no_radar"].pairs == 26
+    lacking = pairs["camera_radar", "no_radar"]
+    assert (lacking.pairs, lacking.only_a, lacking.only_b) == (26, 2, 0)
     assert pairs["camera_radar", "twin"].only_a == 0
     assert {item.cases for item in everything.candidates} == {26}
 
@@ -190,13 +177,11 @@ def test_interrupted_campaign_has_one_denominator(half: Executed) -> None:
     """Counts are those of a hand-made join over the runs that both architectures have."""
     found = compared(half)
     runs: dict[tuple[str, ...], dict[str, Any]] = {}
-    with sqlite3.connect(half.db) as connection:
-        for architecture, situation, fault, contact in connection.execute(
-            "SELECT architecture, situation, fault_entry, contact FROM v_runs "
-            "WHERE outcome IS NOT NULL"
-        ):
-            runs.setdefault((situation, fault), {})[architecture] = contact
-    connection.close()
+    sql = (
+        "SELECT architecture, situation, fault_entry, contact FROM v_runs WHERE outcome IS NOT NULL"
+    )
+    for architecture, situation, fault, contact in rows(half.db, sql):
+        runs.setdefault((situation, fault), {})[architecture] = contact
     names = {item.id for item in found.candidates}
     everywhere = [item for item in runs.values() if names <= item.keys()]
     assert 0 < len(everywhere) < 26
@@ -210,9 +195,8 @@ def test_interrupted_campaign_has_one_denominator(half: Executed) -> None:
         both = [item for item in runs.values() if {pair.a, pair.b} <= item.keys()]
         assert pair.pairs == len(both) > 0
         assert pair.incomplete > 0
-        (contacts,) = [
-            item for item in found.differences_of(pair.a, pair.b) if item.fsr == "FSR-01"
-        ]
+        told = found.differences_of(pair.a, pair.b)
+        (contacts,) = [item for item in told if item.fsr == "FSR-01"]
         assert contacts.pairs == len(both)
         assert not any("NOT_RUN" in words for words in contacts.verdicts)
         assert contacts.only_b_fails + contacts.both_fail == sum(item[pair.b] for item in both)
@@ -229,12 +213,9 @@ def test_interrupted_campaign_keeps_its_drawn_points_as_the_sample(half: Execute
         assert item.margin is None or item.margin.interval is None
 
 
-def test_complete_campaign_names_nothing_as_unexecuted(everything: Comparison) -> None:
+def test_least_change_is_a_loss_only_below_zero(everything: Comparison) -> None:
     assert everything.is_complete
     assert all(item.left_out == 0 == len(item.unexecuted) for item in everything.candidates)
-
-
-def test_least_change_is_a_loss_only_below_zero(everything: Comparison) -> None:
     changes = [item.margin for item in everything.differences if item.margin is not None]
     losses = [item.loss for item in changes]
     assert None in losses

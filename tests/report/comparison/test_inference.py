@@ -22,13 +22,21 @@ def matched(change: list[float]) -> Matched:
     return Matched("a", "b", rows, rows, done, margins, ("m",), (False,))
 
 
-def cases(points: list[int], verdict: list[int], scenarios: list[str] | None = None) -> Any:
+def cases(points: list[int], verdict: list[int]) -> Any:
     return SimpleNamespace(
         point=np.array(points),
         verdict=np.array(verdict)[:, np.newaxis],
-        scenario=Labels.of(scenarios or ["cut_in"] * len(points)),
+        scenario=Labels.of(["cut_in"] * len(points)),
         fsrs=("FSR-01",),
     )
+
+
+def interval(change: list[float], *before: list[float], level: float = 0.95) -> Any:
+    """Of the mean change over a random sample, beside what else is compared."""
+    compared = cases(list(range(len(change))), [PASS] * len(change))
+    pairs = [matched(item) for item in (*before, change)]
+    found = MarginBootstrap(compared, pairs, {"cut_in": "random"})
+    return found.interval([0], len(before), 0, level)
 
 
 def test_point_fails_if_any_of_its_runs_does() -> None:
@@ -77,22 +85,19 @@ def test_point_in_which_one_failed_for_sure_speaks_only_as_it_can() -> None:
     assert PointCounts(only_b=8, neither=9, open_held=3).p == mcnemar_p(3, 8)
 
 
-@pytest.mark.parametrize(
-    ("what", "ends"),
-    [
+def test_interval_holds_whatever_the_undecided_points_are() -> None:
+    known = {"both": 3, "only_a": 2, "only_b": 6, "neither": 9}
+    for what, ends in (
         ("held_open", ("neither", "only_b")),
         ("open_held", ("neither", "only_a")),
         ("open_failed", ("both", "only_b")),
         ("failed_open", ("both", "only_a")),
         ("open_open", ("neither", "both", "only_a", "only_b")),
-    ],
-)
-def test_interval_holds_whatever_the_undecided_points_are(what: str, ends: tuple[str, ...]) -> None:
-    known = {"both": 3, "only_a": 2, "only_b": 6, "neither": 9}
-    outer = PointCounts(**known, **{what: 4}).range(0.95)
-    extremes = [PointCounts(**{**known, end: known[end] + 4}).range(0.95) for end in ends]
-    assert outer.low == min(item.low for item in extremes)
-    assert outer.high == max(item.high for item in extremes)
+    ):
+        outer = PointCounts(**known, **{what: 4}).range(0.95)
+        extremes = [PointCounts(**{**known, end: known[end] + 4}).range(0.95) for end in ends]
+        assert outer.low == min(item.low for item in extremes)
+        assert outer.high == max(item.high for item in extremes)
 
 
 def test_grid_has_no_bootstrap() -> None:
@@ -103,45 +108,21 @@ def test_grid_has_no_bootstrap() -> None:
 
 
 def test_fewer_than_ten_points_have_no_interval() -> None:
-    for points, is_there in ((9, False), (10, True)):
-        compared = cases(list(range(points)), [PASS] * points)
-        pair = matched([float(at % 3) for at in range(points)])
-        found = MarginBootstrap(compared, [pair], {"cut_in": "random"}).interval([0], 0, 0, 0.95)
-        assert (found is not None) is is_there
+    assert interval([float(at % 3) for at in range(9)]) is None
+    assert interval([float(at % 3) for at in range(10)]) is not None
 
 
 def test_interval_of_a_shift_holds_the_mean_and_moves_with_it() -> None:
-    compared = cases(list(range(40)), [PASS] * 40)
     base = [math.sin(at) for at in range(40)]
-    low, high = (
-        MarginBootstrap(
-            compared, [matched([value + shift for value in base])], {"cut_in": "random"}
-        ).interval([0], 0, 0, 0.95)
-        for shift in (0.0, 2.0)
-    )
-    assert low is not None
-    assert high is not None
+    low, high = (interval([value + shift for value in base]) for shift in (0.0, 2.0))
     assert low.low < sum(base) / 40 < low.high
     assert high.low - low.low == pytest.approx(2.0, abs=1e-5)
     assert high.high - low.high == pytest.approx(2.0, abs=1e-5)
-
-
-def test_missing_margins_are_left_out_of_the_mean_not_zero() -> None:
-    compared = cases(list(range(40)), [PASS] * 40)
-    change = [5.0 if at % 2 else math.nan for at in range(40)]
-    found = MarginBootstrap(compared, [matched(change)], {"cut_in": "random"}).interval(
-        [0], 0, 0, 0.95
-    )
-    assert found is not None
+    # What is missing is left out of the mean, and no zero.
+    found = interval([5.0 if at % 2 else math.nan for at in range(40)])
     assert (found.low, found.high) == (5.0, 5.0)
 
 
 def test_what_else_is_compared_does_not_move_an_interval() -> None:
-    compared = cases(list(range(30)), [PASS] * 30)
-    own, other = (
-        matched([math.sin(at) for at in range(30)]),
-        matched([float(at) for at in range(30)]),
-    )
-    alone = MarginBootstrap(compared, [own], {"cut_in": "random"}).interval([0], 0, 0, 0.9)
-    beside = MarginBootstrap(compared, [other, own], {"cut_in": "random"}).interval([0], 1, 0, 0.9)
-    assert alone == beside
+    own, other = [math.sin(at) for at in range(30)], [float(at) for at in range(30)]
+    assert interval(own, level=0.9) == interval(own, other, level=0.9)

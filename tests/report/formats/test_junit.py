@@ -11,6 +11,7 @@ from adeye.report.formats.junit import render_junit
 from adeye.report.model.report import Cell, Report
 from adeye.store.read.totals import ChannelFailure
 from tests.report.fake import build_report
+from tests.stored import known
 
 SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).with_name("JUnit.xsd")))
 
@@ -92,8 +93,7 @@ def test_nothing_is_skipped_and_counts_of_a_suite_are_those_of_its_cases(report:
 
 
 def test_vacuous_scenario_is_neutral_while_the_fsr_passes(report: Report) -> None:
-    cell = report.cell("FSR-03", "camera_radar", "lead_braking")
-    assert cell is not None
+    cell = known(report.cell("FSR-03", "camera_radar", "lead_braking"))
     assert cell.verdict is Verdict.VACUOUS
     document = parse(report)
     assert results(document)["camera_radar.lead_braking", "FSR-03"] == "passed"
@@ -104,8 +104,7 @@ def test_vacuous_scenario_is_neutral_while_the_fsr_passes(report: Report) -> Non
 def test_vacuous_fsr_is_an_error_everywhere_and_says_how_many_runs_are_needed(
     report: Report,
 ) -> None:
-    overall = report.cell("FSR-03", "camera_radar")
-    assert overall is not None
+    overall = known(report.cell("FSR-03", "camera_radar"))
     few = {"verdict": Verdict.VACUOUS, "exercised": 2, "min_exercised": 30}
     vacuous = overall.model_copy(update=few)
     changed = with_cell(report, ("FSR-03", "camera_radar", None), vacuous)

@@ -13,6 +13,7 @@ from adeye.report.model.part import Place
 from adeye.report.model.report import Report
 from adeye.store.read.totals import ChannelFailure
 from tests.report.formats.test_sarif import require_sarif
+from tests.stored import known
 
 
 def results(report: Report) -> list[dict[str, Any]]:
@@ -60,8 +61,7 @@ def test_failure_stands_at_the_scenario_with_the_fsr_beside_it(report: Report) -
     assert place["region"]["startLine"] == 9
     (related,) = item["relatedLocations"]
     assert related["physicalLocation"]["region"]["startLine"] == 60
-    cell = report.cell("FSR-02", "legacy_camera", "cut_in")
-    assert cell is not None
+    cell = known(report.cell("FSR-02", "legacy_camera", "cut_in"))
     for word in (str(cell.worst_run), cell.command):
         assert word in item["message"]["text"]
 

@@ -41,27 +41,20 @@ def kinds(findings: list[Finding], *, decides: bool = True) -> list[Kind]:
     return [item.kind for item in findings if item.decides is decides]
 
 
-def test_same_campaign_has_no_findings() -> None:
-    assert found(baseline(), baseline()) == []
-
-
-def test_run_that_fails_now_is_named_with_its_run() -> None:
+def test_run_that_fails_now_is_named_with_its_run_and_turned_around_it_passes() -> None:
     (finding,) = [item for item in found(baseline(), baseline(verdicts=FAILS)) if item.scenario]
     assert (finding.kind, finding.where) == (Kind.NEWLY_FAILING, f"FSR-1, {GATE}, {CUT_IN}")
     assert finding.runs == (f"run of {key_of(CUT_IN, 1)}",)
     assert finding.text == "1 of 4 runs fail that did not"
-
-
-def test_turned_around_it_is_newly_passing() -> None:
     findings = found(baseline(verdicts=FAILS), baseline())
-    assert set(kinds(findings)) == {Kind.NEWLY_PASSING}
-    assert len(findings) == 2
+    assert kinds(findings) == [Kind.NEWLY_PASSING] * 2
+    assert found(baseline(), baseline()) == []
 
 
-@pytest.mark.parametrize(("letter", "kind"), [("E", Kind.UNDECIDED), ("?", Kind.UNDECIDED)])
-def test_run_that_says_nothing_any_more_is_undecided(letter: str, kind: Kind) -> None:
-    now = baseline(verdicts={("FSR-2", GATE, BRAKING, 0): letter})
-    assert set(kinds(found(baseline(), now))) == {kind}
+def test_run_that_says_nothing_any_more_is_undecided() -> None:
+    for letter in "E?":
+        now = baseline(verdicts={("FSR-2", GATE, BRAKING, 0): letter})
+        assert set(kinds(found(baseline(), now))) == {Kind.UNDECIDED}
 
 
 def test_other_architectures_and_optional_fsrs_do_not_decide() -> None:
@@ -80,36 +73,32 @@ def test_scenario_that_is_not_exercised_any_more_is_missing() -> None:
     assert any("in none now" in item.text for item in findings)
 
 
-@pytest.mark.parametrize(
-    ("changed", "kind", "said"),
-    [
+def test_evidence_that_went_is_named() -> None:
+    changes: tuple[tuple[dict[str, Any], Kind, str], ...] = (
         ({"fsrs": ("FSR-2", "FSR-3")}, Kind.MISSING, "FSR-1: the FSR is gone"),
         ({"scenarios": (CUT_IN,)}, Kind.MISSING, f"{BRAKING}: the scenario is gone"),
         ({"numbers": range(3)}, Kind.MISSING, "1 of 4 test cases are gone"),
         ({"gate": (OTHER,)}, Kind.RELAXED, f"{GATE}: was in the gate"),
         ({"channel_failures": "allow"}, Kind.RELAXED, "were refused and are allowed"),
-    ],
-)
-def test_evidence_that_went_is_named(changed: dict[str, Any], kind: Kind, said: str) -> None:
-    findings = found(baseline(), baseline(**changed))
-    assert any(item.kind is kind and item.decides and said in str(item) for item in findings)
+    )
+    for changed, kind, said in changes:
+        findings = found(baseline(), baseline(**changed))
+        assert any(item.kind is kind and item.decides and said in str(item) for item in findings)
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
+def test_bar_that_was_lowered_is_named() -> None:
+    changes: tuple[tuple[dict[str, Any], str], ...] = (
         ({"mandatory": False}, "was mandatory"),
         ({"min_exercised": 1}, "asks for 1 exercised runs, 2 before"),
         ({"waived_until": "2999-01-01"}, "is waived until 2999-01-01, no waiver before"),
-    ],
-)
-def test_bar_that_was_lowered_is_named(changed: dict[str, Any], said: str) -> None:
-    fsrs = {**baseline().fsrs, "FSR-1": fsr_of("FSR-1", **changed)}
-    findings = found(baseline(), baseline().model_copy(update={"fsrs": fsrs}))
-    assert kinds(findings) == [Kind.RELAXED]
-    assert said in findings[0].text
-    back = found(baseline().model_copy(update={"fsrs": fsrs}), baseline())
-    assert kinds(back) == []
+    )
+    for changed, said in changes:
+        fsrs = {**baseline().fsrs, "FSR-1": fsr_of("FSR-1", **changed)}
+        lower = baseline().model_copy(update={"fsrs": fsrs})
+        findings = found(baseline(), lower)
+        assert kinds(findings) == [Kind.RELAXED]
+        assert said in findings[0].text
+        assert kinds(found(lower, baseline())) == []
 
 
 def test_changed_fsr_is_compared_with_nothing() -> None:
@@ -137,9 +126,7 @@ def test_margin_lost_in_a_pair_counts_unless_it_is_tolerated() -> None:
     assert found(baseline(), now, m=0.3) == []
     assert found(baseline(), now, **{"FSR-2": 0.3}) == []
     assert found(baseline(), now, **{"FSR-2": 0.1, "m": 9.0}) != []
-
-
-def test_margin_that_grew_is_nothing() -> None:
+    # One that grew is nothing.
     assert found(baseline(), baseline(margins={("FSR-2", GATE, CUT_IN, 3): 1.5})) == []
 
 
@@ -174,19 +161,13 @@ def test_finding_says_what_it_is_about() -> None:
     assert str(Finding(Kind.NOTE, "edited")) == "note: edited"
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_what_does_not_decide_changes_no_code(kind: Kind) -> None:
-    assert gate_code_of([Finding(kind, "x", decides=False)], ExitCode.OK) is ExitCode.OK
-
-
-@pytest.mark.parametrize("kind", list(Kind))
-def test_what_decides_is_as_bad_as_its_kind(kind: Kind) -> None:
-    found = [Finding(kind, "x")]
-    assert gate_code_of(found, ExitCode.OK) is kind.code
-    assert (deciding(found) == found) is (kind.code is not ExitCode.OK)
-
-
-def test_baseline_makes_no_campaign_better() -> None:
+def test_what_decides_is_as_bad_as_its_kind_and_nothing_else_changes_the_code() -> None:
+    for kind in Kind:
+        assert gate_code_of([Finding(kind, "x", decides=False)], ExitCode.OK) is ExitCode.OK
+        found = [Finding(kind, "x")]
+        assert gate_code_of(found, ExitCode.OK) is kind.code
+        assert (deciding(found) == found) is (kind.code is not ExitCode.OK)
+    # A baseline makes no campaign better.
     for code in (ExitCode.FAILED, ExitCode.INCOMPLETE, ExitCode.INTEGRITY):
         assert gate_code_of([Finding(Kind.NEWLY_PASSING, "x")], code) is code
 
@@ -243,25 +224,20 @@ def test_baseline_that_is_not_there_is_refused_unless_it_is_written(
     assert judged(mini, tmp_path / "none.json", may_lack=True).exit_code is ExitCode.OK
 
 
-@pytest.mark.parametrize(
-    ("kind", "accepts", "expected"),
-    [
-        (Kind.UNDECIDED, False, (3, False)),
-        (Kind.UNDECIDED, True, (3, True)),
-        (Kind.MISSING, False, (3, False)),
-        (Kind.FAILING, False, (1, True)),
-        (Kind.INTEGRITY, False, (4, False)),
-        (Kind.INTEGRITY, True, (4, False)),
-    ],
-)
-def test_only_complete_evidence_becomes_a_baseline(
-    result: GateResult, tmp_path: Path, kind: Kind, accepts: Any, expected: Any
-) -> None:
-    path = tmp_path / "b.json"
-    open_result = replace(result, own=(Finding(kind, "x"),))
-    written = update_baseline(open_result, path, accepts_incomplete=accepts)
-    assert (int(written.exit_code), written.is_written) == expected
-    assert path.exists() is written.is_written
+def test_only_complete_evidence_becomes_a_baseline(result: GateResult, tmp_path: Path) -> None:
+    for kind, accepts, code, is_written in (
+        (Kind.UNDECIDED, False, 3, False),
+        (Kind.UNDECIDED, True, 3, True),
+        (Kind.MISSING, False, 3, False),
+        (Kind.FAILING, False, 1, True),
+        (Kind.INTEGRITY, False, 4, False),
+        (Kind.INTEGRITY, True, 4, False),
+    ):
+        path = tmp_path / f"{kind}_{accepts}.json"
+        open_result = replace(result, own=(Finding(kind, "x"),))
+        written = update_baseline(open_result, path, accepts_incomplete=accepts)
+        assert (int(written.exit_code), written.is_written) == (code, is_written)
+        assert path.exists() is is_written
 
 
 def test_tolerance_for_nothing_is_refused(
@@ -272,34 +248,29 @@ def test_tolerance_for_nothing_is_refused(
         judged(mini, tmp_path / "b.json", tolerances=Tolerances({"km": 1.0}))
 
 
-@pytest.mark.parametrize(
-    ("verdict", "models", "decides"),
-    [
+def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
+    suites: Executed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failing = Finding(Kind.FAILING, "FAIL", fsr="FSR-01", architecture="camera_radar")
+    for verdict, models, decides in (
         (Verdict.PASS, ("cc",), False),
         (Verdict.FAIL, ("cc",), True),
         (Verdict.INCONCLUSIVE, ("cc",), True),
         (Verdict.PASS, (), True),
-    ],
-)
-def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
-    suites: Executed,
-    monkeypatch: pytest.MonkeyPatch,
-    verdict: Verdict,
-    models: tuple[str, ...],
-    decides: bool,  # noqa: FBT001 - a parameter of pytest
-) -> None:
-    monkeypatch.setattr(gating, "preventable_by", lambda *_: models)
-    monkeypatch.setattr(gating, "without_unpreventable", lambda *_: (verdict, "by cc"))
-    with Repository.open(suites.db, create=False) as repository:
-        campaign = repository.find_campaign(suites.summary.campaign)
-        set_aside = gating._set_aside(repository, campaign)
-        failing = Finding(Kind.FAILING, "FAIL", fsr="FSR-01", architecture="camera_radar")
-        told = set_aside(failing)
-        assert told.decides is decides
-        assert told.text == ("FAIL; by cc" if models else "FAIL")
-        for other in (
-            replace(failing, kind=Kind.UNDECIDED),
-            replace(failing, fsr="FSR-99"),
-            replace(failing, decides=False),
-        ):
-            assert set_aside(other) == other
+    ):
+        monkeypatch.setattr(gating, "preventable_by", lambda *_, found=models: found)
+        monkeypatch.setattr(
+            gating, "without_unpreventable", lambda *_, found=verdict: (found, "by cc")
+        )
+        with Repository.open(suites.db, create=False) as repository:
+            campaign = repository.find_campaign(suites.summary.campaign)
+            set_aside = gating._set_aside(repository, campaign)
+            told = set_aside(failing)
+            assert told.decides is decides
+            assert told.text == ("FAIL; by cc" if models else "FAIL")
+            for other in (
+                replace(failing, kind=Kind.UNDECIDED),
+                replace(failing, fsr="FSR-99"),
+                replace(failing, decides=False),
+            ):
+                assert set_aside(other) == other

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
+
 import pytest
 
 from adeye.errors import UsageError
@@ -10,6 +11,7 @@ from adeye.judge.verdict import Verdict
 from adeye.report.gate.baseline import BaselineCase, BaselineCell
 from adeye.report.gate.changes import Column, Loss, Tolerances, compare_cells, compare_pairs
 from adeye.report.model.part import Margin
+from tests.stored import known
 
 NAMES = [f"{number:016x}" for number in range(40)]
 
@@ -45,45 +47,45 @@ def compared(  # noqa: PLR0913 - what a comparison takes
     )
 
 
-def test_no_loss_is_none() -> None:
+def lost(before: list[float | None], after: list[float | None], **options: Any) -> Loss:
+    return known(compared(before, after, **options))
+
+
+def test_what_is_no_loss_is_none() -> None:
     assert compared([1.0, 2.0], [1.0, 3.0]) is None
-
-
-def test_rounding_is_no_loss() -> None:
+    # Neither is rounding, nor a pair without a margin or that was not exercised.
     assert compared([1234.567, 1.0], [1234.566, 0.9999995]) is None
+    assert compared([1.0, 1.0], [None, 1.0]) is None
+    assert compared([1.0, 1.0], [0.0, 0.0], letter="V") is None
 
 
 def test_worst_pair_comes_first() -> None:
-    loss = compared([5.0, 5.0, 5.0], [4.0, 5.0, 1.0])
-    assert loss is not None
+    loss = lost([5.0, 5.0, 5.0], [4.0, 5.0, 1.0])
     assert loss.keys == (NAMES[2], NAMES[0])
     assert loss.is_regression
     assert "2 of 3 pairs" in loss.text
 
 
-def test_pair_without_a_margin_or_not_exercised_is_none() -> None:
-    assert compared([1.0, 1.0], [None, 1.0]) is None
-    assert compared([1.0, 1.0], [0.0, 0.0], letter="V") is None
-
-
 def test_other_signal_is_compared_by_its_scale() -> None:
-    loss = compared([2.0], [1.0], measures=("m gap", "s time_gap"))
-    assert loss is not None
+    loss = lost([2.0], [1.0], measures=("m gap", "s time_gap"))
     assert "divided by its scale" in loss.text
     assert "most \N{MINUS SIGN}0.50;" in loss.text
+    # The step is worth nothing in another unit.
+    assert lost([2.0], [1.9], measures=("m gap", "s time_gap"), step=1.0).is_regression
 
 
 def test_sample_is_tested_over_its_points_and_a_single_loss_is_none() -> None:
     before: list[float | None] = [float(number % 7) for number in range(40)]
-    noise = np.where(np.arange(40) % 2, 0.5, -0.5)
-    mixed = [float(value or 0.0) + float(step) for value, step in zip(before, noise, strict=True)]
-    loss = compared(before, [*mixed], sample=True)
-    assert loss is not None
+    mixed: list[float | None] = [
+        (value or 0.0) + (0.5 if number % 2 else -0.5) for number, value in enumerate(before)
+    ]
+    loss = lost(before, mixed, sample=True)
     assert not loss.is_regression
     assert "drawn points" in loss.text
-    chosen = compared(before, [*mixed])
-    assert chosen is not None
-    assert chosen.is_regression
+    assert lost(before, mixed).is_regression
+    loss = lost([2.0, 2.0], [1.0, 2.0], sample=True)
+    assert loss.is_regression
+    assert "too few points" in loss.text
 
 
 def test_sample_that_lost_everywhere_is_a_regression_beyond_its_tolerance() -> None:
@@ -91,19 +93,8 @@ def test_sample_that_lost_everywhere_is_a_regression_beyond_its_tolerance() -> N
     after: list[float | None] = [
         (value or 0.0) - 0.5 - 0.1 * (number % 3) for number, value in enumerate(before)
     ]
-    loss = compared(before, after, sample=True)
-    assert loss is not None
-    assert loss.is_regression
-    tolerated = compared(before, after, sample=True, tolerance=0.65)
-    assert tolerated is not None
-    assert not tolerated.is_regression
-
-
-def test_too_few_points_are_not_tested() -> None:
-    loss = compared([2.0, 2.0], [1.0, 2.0], sample=True)
-    assert loss is not None
-    assert loss.is_regression
-    assert "too few points" in loss.text
+    assert lost(before, after, sample=True).is_regression
+    assert not lost(before, after, sample=True, tolerance=0.65).is_regression
 
 
 def test_tolerance_of_an_fsr_goes_before_that_of_its_unit() -> None:
@@ -118,27 +109,14 @@ def test_tolerance_for_nothing_is_refused() -> None:
         Tolerances({"km": 1.0}).check(["FSR-2", "FSR-1", "FSR-2"], ["m", "m"])
 
 
-def test_loss_that_the_step_is_worth_is_told_and_no_regression() -> None:
-    loss = compared([1.0, 2.0], [0.95, 1.91], step=0.1)
-    assert loss is not None
+def test_loss_is_a_regression_only_beyond_what_the_step_is_worth() -> None:
+    loss = lost([1.0, 2.0], [0.95, 1.91], step=0.1)
     assert not loss.is_regression
     assert "the step is worth 0.10 m, so nothing is known to be lost" in loss.text
-
-
-def test_loss_beyond_the_step_is_a_regression() -> None:
-    loss = compared([1.0, 2.0], [0.95, 1.89], step=0.1)
-    assert loss is not None
+    loss = lost([1.0, 2.0], [0.95, 1.89], step=0.1)
     assert loss.is_regression
     assert "the step is worth 0.10 m" in loss.text
-
-
-def test_step_is_worth_nothing_in_another_unit() -> None:
-    loss = compared([2.0], [1.9], measures=("m gap", "s time_gap"), step=1.0)
-    assert loss is not None
-    assert loss.is_regression
-
-
-def test_larger_tolerance_goes_before_the_step() -> None:
+    # A larger tolerance goes before the step.
     assert compared([1.0], [0.6], tolerance=0.5, step=0.1) is None
 
 

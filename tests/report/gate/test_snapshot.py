@@ -7,11 +7,12 @@ from collections import Counter
 import pytest
 
 from adeye.judge.verdict import ExitCode, Verdict
-from adeye.report.gate.baseline import LETTERS, Baseline
+from adeye.report.gate.baseline import LETTERS, Baseline, BaselineCases, BaselineCell
 from adeye.report.gate.snapshot import case_keys, take_down
 from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
 from tests.project import Executed
+from tests.stored import known
 
 
 def taken(executed: Executed, *, named: bool = True) -> Baseline:
@@ -36,18 +37,28 @@ def test_totals_are_those_of_the_campaign(baseline: Baseline, mini: Executed) ->
         assert sum(cell.counts.values()) == line.runs
 
 
-def test_letters_add_up_to_the_counts(baseline: Baseline) -> None:
-    assert baseline.cases is not None
-    assert sum(len(part.rows) for part in baseline.cases) == baseline.planned == 28
-    for part in baseline.cases:
+def cell_of(baseline: Baseline, part: BaselineCases, fsr: str) -> BaselineCell:
+    place = (fsr, part.architecture, part.scenario)
+    (found,) = (c for c in baseline.cells if (c.fsr, c.architecture, c.scenario) == place)
+    return found
+
+
+def test_letters_add_up_to_the_counts_and_margins_are_those_of_their_cell(
+    baseline: Baseline,
+) -> None:
+    parts = known(baseline.cases)
+    assert sum(len(part.rows) for part in parts) == baseline.planned == 28
+    looked = 0
+    for part in parts:
         for place, fsr in enumerate(part.fsrs):
+            cell = cell_of(baseline, part, fsr)
             letters = Counter(LETTERS[row.verdicts[place]] for row in part.rows)
-            (cell,) = [
-                cell for cell in baseline.cells
-                if (cell.fsr, cell.architecture, cell.scenario)
-                == (fsr, part.architecture, part.scenario)
-            ]  # fmt: skip
             assert {word: count for word, count in letters.items() if word} == cell.counts
+            judged = [row.margins[place] for row in part.rows if row.verdicts[place] in "PF"]
+            if cell.margin and part.measures[place] and cell.verdict is not Verdict.VACUOUS:
+                assert cell.margin.value == min(value for value in judged if value is not None)
+                looked += 1
+    assert looked > 5
 
 
 def test_architectures_meet_on_the_same_keys(baseline: Baseline) -> None:
@@ -63,23 +74,6 @@ def test_keys_differ_within_an_architecture(mini: Executed) -> None:
     with Repository.open(mini.db, create=False) as repository:
         compared = repository.compared(mini.summary.campaign, ["camera_radar"], is_named=True)
     assert len(set(case_keys(compared))) == len(compared) == 14
-
-
-def test_margins_agree_with_the_worst_of_their_cell(baseline: Baseline) -> None:
-    looked = 0
-    for part in baseline.cases or ():
-        for place, fsr in enumerate(part.fsrs):
-            judged = [row for row in part.rows if row.verdicts[place] in "PF"]
-            margins = [row.margins[place] for row in judged]
-            (cell,) = [
-                cell for cell in baseline.cells
-                if (cell.fsr, cell.architecture, cell.scenario)
-                == (fsr, part.architecture, part.scenario)
-            ]  # fmt: skip
-            if cell.margin and part.measures[place] and cell.verdict is not Verdict.VACUOUS:
-                assert cell.margin.value == min(value for value in margins if value is not None)
-                looked += 1
-    assert looked > 5
 
 
 def test_too_many_test_cases_are_left_out(mini: Executed, baseline: Baseline) -> None:

@@ -15,18 +15,7 @@ from adeye.judge.grid import grid_at
 from adeye.judge.series import SERIES
 from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position
-from adeye.report.page.drive import (
-    ALWAYS,
-    MAX_PLOTS,
-    TIMES,
-    VIEW,
-    grid_of,
-    occupancy,
-    packed,
-    plots_of,
-    replay_of,
-    view_of,
-)
+from adeye.report.page import drive
 from adeye.report.page.replay import Replay, SignalPlot, pack_replay
 from adeye.signals import RoadMap
 from adeye.simulate import engine
@@ -40,10 +29,11 @@ from adeye.sweep.case import TestCase
 from adeye.trace import NO_TRACKS, Trace
 from tests.judge.conftest import HandMade
 from tests.project import Executed, run_cases
+from tests.stored import known
 
 
 def drawn(trace: Trace, run: int = 0) -> Replay:
-    return replay_of(
+    return drive.replay_of(
         trace,
         run,
         run_id="ab" * 32,
@@ -102,8 +92,7 @@ def test_decisions_of_the_last_row_are_those_of_the_row_before(replay: Replay) -
 def test_channels_are_named_with_their_states_and_tracks(replay: Replay) -> None:
     assert [channel.id for channel in replay.channels] == ["nominal", "safety"]
     assert "silent" in replay.channels[0].status
-    tracks = replay.channels[0].tracks
-    assert tracks is not None
+    tracks = known(replay.channels[0].tracks)
     assert max(len(row) for row in tracks) >= 1
     assert {"default", "request"} & set(replay.reason)
 
@@ -150,8 +139,8 @@ def test_straight_road_is_one_line_per_boundary_around_what_is_driven(
     assert [line.marking for line in lines] == ["solid", "dashed", "dashed", "solid"]
     assert all(len(line.x_m) == 2 for line in lines)
     x = trace["ego"][1, : trace.length[1], 0]
-    assert lines[0].x_m[0] == pytest.approx(x.min() - VIEW, abs=0.01)
-    assert lines[0].x_m[-1] == pytest.approx(x.max() + VIEW, abs=0.01)
+    assert lines[0].x_m[0] == pytest.approx(x.min() - drive.VIEW, abs=0.01)
+    assert lines[0].x_m[-1] == pytest.approx(x.max() + drive.VIEW, abs=0.01)
     assert [line.y_m[0] for line in lines] == pytest.approx([0.0, 3.5, 7.0, 10.5])
     assert replay.road.shoulder is not None
     assert replay.road.shoulder.y_m[0] == pytest.approx(-3.0)
@@ -163,34 +152,29 @@ def changed_road(trace: Trace, **changes: Any) -> Trace:
     return replace(trace, layout=replace(trace.layout, context=context))
 
 
+LIDAR = {"kind": "lidar", "fidelity": "physical", "mount": {"x": 2.0, "z": 0.6}, "range": 150.0}
+
+
 @pytest.mark.slow
 def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     case = mini.plan.cases[0]
     content = case.architecture.model_dump(mode="json")
-    content["sensors"]["lidar"] = {
-        "kind": "lidar",
-        "fidelity": "physical",
-        "mount": {"x": 2.0, "z": 0.6},
-        "field_of_view": 2.0 * math.pi,
-        "range": 150.0,
-        "rate": 10.0,
-    }
+    content["sensors"]["lidar"] = {**LIDAR, "field_of_view": 2.0 * math.pi, "rate": 10.0}
     architecture = Architecture.model_validate(content, context=SI)
     trace = engine.run([replace(case, architecture=architecture, faults=())], drawn=True)
     made = drawn(trace)
-    lidar = next(sensor for sensor in made.sensors if sensor.id == "lidar")
-    assert lidar.points is not None
-    assert len(lidar.points) == made.rows
-    assert all(sensor.points is None for sensor in made.sensors if sensor.id != "lidar")
+    points = {sensor.id: sensor.points for sensor in made.sensors}
+    returns = known(points.pop("lidar"))
+    assert set(points.values()) == {None}
+    assert len(returns) == made.rows
+    cutter = made.actors[0]
     for row in (40, 41, 80):
-        cutter = made.actors[0]
         then = row // 2 * 2
-        away = [math.dist(p, (cutter.x_m[then], cutter.y_m[then])) for p in lidar.points[row]]
+        away = [math.dist(place, (cutter.x_m[then], cutter.y_m[then])) for place in returns[row]]
         assert away
         # All on the outline of the one car that is there, when the sample was made.
         assert 0.8 < min(away) <= max(away) < 2.7
-    assert lidar.points[40] == lidar.points[41]
-    assert lidar.points[40] != lidar.points[42]
+    assert returns[40] == returns[41] != returns[42]
 
 
 @pytest.mark.slow
@@ -203,7 +187,9 @@ def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     pieces = np.hypot(np.diff(edge.x_m), np.diff(edge.y_m))
     assert len(edge.x_m) > 50
     assert pieces.max() <= 5.0 + 1e-3
-    x, y, _ = position(segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - VIEW, 0.0)
+    x, y, _ = position(
+        segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - drive.VIEW, 0.0
+    )
     assert [edge.x_m[0], edge.y_m[0]] == pytest.approx([x, y], abs=1e-3)
 
 
@@ -215,24 +201,16 @@ def test_road_without_a_shoulder_has_none(trace: Trace) -> None:
 
 @pytest.mark.slow
 def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
-    case = mini.plan.cases[0]
-    box = {
-        "kind": "parked_truck",
-        "s": "300 m",
-        "offset": "-1.5 m",
-        "length": "10 m",
-        "width": "2.5 m",
-        "height": "3.8 m",
-    }
     content = mini.project.read("scenarios_db/motorway/cut_in.yaml")
-    content["world"]["objects"] = {"truck": box}
+    size = {"length": "10 m", "width": "2.5 m", "height": "3.8 m"}
+    truck = {"kind": "parked_truck", "s": "300 m", "offset": "-1.5 m", **size}
+    content["world"]["objects"] = {"truck": truck}
     scenario = LogicalScenario.model_validate(content)
-    made = drawn(run_cases(mini.plan, [replace(case, scenario=scenario)]))
+    made = drawn(run_cases(mini.plan, [replace(mini.plan.cases[0], scenario=scenario)]))
     assert [actor.id for actor in made.actors] == ["cutter"]
-    assert [(item.id, item.kind, item.length_m) for item in made.boxes] == [
-        ("truck", "parked_truck", 10.0)
-    ]
-    assert made.boxes[0].y_m == pytest.approx(-1.5)
+    (box,) = made.boxes
+    assert (box.id, box.kind, box.length_m) == ("truck", "parked_truck", 10.0)
+    assert box.y_m == pytest.approx(-1.5)
 
 
 @pytest.mark.slow
@@ -240,13 +218,11 @@ def test_a_bay_is_drawn_with_its_corners(trace: Trace) -> None:
     road = trace.layout.context.road
     runs = road.shoulder.shape[0]
     bays = np.tile([0.0, 200.0, 60.0, 4.0, 20.0], (runs, 1, 1))
-    edge = drawn(changed_road(trace, refuges=bays)).road.shoulder
-    assert edge is not None
+    edge = known(drawn(changed_road(trace, refuges=bays)).road.shoulder)
     places = dict(zip(edge.x_m, edge.y_m, strict=True))
     assert (places[200.0], places[260.0]) == (-7.0, -7.0)
     assert (places[179.99], places[280.01]) == (-3.0, -3.0)
-    bare = drawn(changed_road(trace, refuges=bays, shoulder=np.zeros(runs))).road.shoulder
-    assert bare is not None
+    bare = known(drawn(changed_road(trace, refuges=bays, shoulder=np.zeros(runs))).road.shoulder)
     assert min(bare.y_m) == -4.0
 
 
@@ -274,23 +250,20 @@ def driving(**more: Any) -> Trace:
 HELD = np.minimum(np.arange(21), 19)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (7, 3), (3, 7), (40, 20)])
-def test_packed_maps_read_back(shape: tuple[int, int]) -> None:
+def test_packed_maps_read_back_and_an_equal_one_costs_next_to_nothing() -> None:
     random = np.random.default_rng(5)
-    maps = [random.integers(0, 16, shape) for _ in range(4)]
-    maps.append(maps[-1])
-    again = unpacked(packed(maps), *shape)
-    assert all(np.array_equal(one.T, other) for one, other in zip(again, maps, strict=True))
-
-
-def test_map_equal_to_the_one_before_costs_next_to_nothing() -> None:
-    cells = np.random.default_rng(5).integers(0, 9, (150, 70))
-    assert packed([cells, cells])[1] == "+a10500"
+    for shape in ((1, 1), (7, 3), (3, 7), (40, 20)):
+        maps = [random.integers(0, 16, shape) for _ in range(4)]
+        maps.append(maps[-1])
+        again = unpacked(drive.packed(maps), *shape)
+        assert all(np.array_equal(one.T, other) for one, other in zip(again, maps, strict=True))
+    cells = random.integers(0, 9, (150, 70))
+    assert drive.packed([cells, cells])[1] == "+a10500"
 
 
 def test_drawn_maps_are_those_of_the_run() -> None:
     trace = driving()
-    view = grid_of(trace, 0, HELD)
+    view = drive.grid_of(trace, 0, HELD)
     # 0.25 s and 0.1 s, at steps of 0.1 s.
     assert (view.every, len(view.number)) == (3, 7)
     assert (view.occupied_every, len(view.occupied)) == (1, 21)
@@ -298,7 +271,7 @@ def test_drawn_maps_are_those_of_the_run() -> None:
     occupied = unpacked(view.occupied, view.columns, view.rows)
     for row in range(21):
         found = grid_at(trace, 0, row, view="safety")
-        assert np.array_equal(occupied[row].T, occupancy(found))
+        assert np.array_equal(occupied[row].T, drive.occupancy(found))
         if row % 3 == 0:
             is_free = found["time_to_occupancy"] > 0.0
             levels = np.array(view.levels)[number[row // 3].T]
@@ -306,12 +279,16 @@ def test_drawn_maps_are_those_of_the_run() -> None:
     assert (view.x_m, view.y_m, view.cell_m) == (-25.0, -17.5, 0.5)
 
 
-def test_fewer_maps_are_drawn_where_they_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_maps_of_a_run_are_small_and_fewer_where_they_are_large(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     trace = driving()
-    whole = grid_of(trace, 0, HELD)
+    whole = drive.grid_of(trace, 0, HELD)
     size = sum(len(text) for text in (*whole.number, *whole.occupied))
+    # On a straight road, a few bytes for each.
+    assert size < 100 * len(whole.number)
     monkeypatch.setattr("adeye.report.page.drive.MOST", size - 1)
-    fewer = grid_of(trace, 0, HELD)
+    fewer = drive.grid_of(trace, 0, HELD)
     assert fewer.occupied_every == 2
     assert fewer.number == whole.number
     assert len(fewer.occupied) == 11
@@ -319,11 +296,11 @@ def test_fewer_maps_are_drawn_where_they_are_large(monkeypatch: pytest.MonkeyPat
 
 def test_occupied_now_and_later_are_told_apart() -> None:
     found = grid_at(driving(), 0, 0, view="safety")
-    code = occupancy(found)
+    code = drive.occupancy(found)
     assert (code == 1).sum() == 32
     times = found["time_to_occupancy"]
-    for index in range(1, len(TIMES)):
-        within = (times > TIMES[index - 1]) & (times <= TIMES[index])
+    for index in range(1, len(drive.TIMES)):
+        within = (times > drive.TIMES[index - 1]) & (times <= drive.TIMES[index])
         assert np.array_equal(code == index + 1, within)
     assert np.array_equal(code == 0, np.isinf(times))
 
@@ -333,22 +310,15 @@ def test_static_object_is_occupied_now() -> None:
     trace = made.trace()
     context = replace(trace.layout.context, actor_count=0)
     trace = replace(trace, layout=replace(trace.layout, context=context))
-    assert (occupancy(grid_at(trace, 0, 0)) == 1).sum() == 32
+    assert (drive.occupancy(grid_at(trace, 0, 0)) == 1).sum() == 32
 
 
 def test_view_is_the_safety_channel_that_shows_tracks_or_the_truth() -> None:
     made = HandMade()
-    assert view_of(made.trace(), 0) == "safety"
+    assert drive.view_of(made.trace(), 0) == "safety"
     made.columns["false_tracks"][:, :, 1] = NO_TRACKS
-    assert view_of(made.trace(), 0) == "truth"
-    assert grid_of(made.trace(), 0, HELD).view == "truth"
-
-
-def test_maps_of_a_run_are_small() -> None:
-    trace = driving()
-    view = grid_of(trace, 0, HELD)
-    # On a straight road, a few bytes for each.
-    assert sum(len(text) for text in (*view.number, *view.occupied)) < 100 * len(view.number)
+    assert drive.view_of(made.trace(), 0) == "truth"
+    assert drive.grid_of(made.trace(), 0, HELD).view == "truth"
 
 
 @pytest.fixture(scope="module")
@@ -375,59 +345,41 @@ def plots(
     stored = {item.fsr_id: item for item in done.stored.verdicts} | {
         name.replace("_", "-"): record for name, record in changed.items()
     }
-    made = plots_of(done.signals, 0, requirements, stored)
+    made = drive.plots_of(done.signals, 0, requirements, stored)
     assert len({item.name for item in made}) == len(made)
     return {item.name: item for item in made}
 
 
-def test_what_every_run_has_is_plotted_first(done: Execution) -> None:
-    assert list(plots(done, [])) == list(ALWAYS)
-
-
-def test_every_plot_has_one_value_per_row(done: Execution, fsrs: dict[str, Requirement]) -> None:
-    for item in plots(done, list(fsrs.values())).values():
-        assert len(item.values) == int(done.trace.length[0])
-
-
-def test_signals_of_the_judged_requirements_are_added(
+def test_what_every_run_has_is_plotted_first_in_si_and_what_is_judged_is_added(
     done: Execution, fsrs: dict[str, Requirement]
 ) -> None:
+    plain = plots(done, [])
+    assert list(plain) == list(drive.ALWAYS)
+    speed = plain["ego.speed"]
+    assert speed.unit == "m/s"
+    assert speed.values == tuple(np.round(done.trace["ego"][0, : len(speed.values), 3], 3) + 0.0)
+    # An axis ends where a larger value says no more.
+    assert plain["ttc"].cap == SERIES["ttc"].type.cap
+    assert plain["required_deceleration"].cap is None
+    # No conflict is a gap and never a number.
+    numbers = [value for value in plain["ttc"].values if value is not None]
+    assert 0 < len(numbers) < len(plain["ttc"].values)
+    assert all(np.isfinite(numbers))
     found = plots(done, [fsrs["FSR-03"]])
     assert {"channel.nominal.status", "authority.safety"} <= set(found)
     assert found["channel.nominal.status"].labels[-1] == "silent"
     assert found["authority.safety"].labels == ("false", "true")
     assert set(found["authority.safety"].values) == {0.0, 1.0, None}
-
-
-def test_requirement_without_a_verdict_adds_nothing(
-    done: Execution, fsrs: dict[str, Requirement]
-) -> None:
+    every = plots(done, list(fsrs.values()))
+    assert len(every) <= drive.MAX_PLOTS
+    for item in every.values():
+        assert len(item.values) == int(done.trace.length[0])
+    # Without a verdict, or of no extreme of a series, it adds nothing.
     unjudged = fsrs["FSR-03"].model_copy(update={"id": "FSR-99"})
-    assert list(plots(done, [unjudged])) == list(ALWAYS)
-
-
-def test_plots_are_few_enough_to_be_seen(done: Execution, fsrs: dict[str, Requirement]) -> None:
-    assert len(plots(done, list(fsrs.values()))) <= MAX_PLOTS
-
-
-def test_numbers_are_in_si_and_rounded(done: Execution) -> None:
-    speed = plots(done, [])["ego.speed"]
-    assert speed.unit == "m/s"
-    assert speed.values == tuple(np.round(done.trace["ego"][0, : len(speed.values), 3], 3) + 0.0)
-
-
-def test_axis_ends_where_a_larger_value_says_no_more(done: Execution) -> None:
-    made = plots(done, [])
-    assert made["ttc"].cap == SERIES["ttc"].type.cap
-    assert made["required_deceleration"].cap is None
-
-
-def test_no_conflict_is_a_gap_and_never_a_number(done: Execution) -> None:
-    ttc = plots(done, [])["ttc"]
-    known = [value for value in ttc.values if value is not None]
-    assert known
-    assert None in ttc.values
-    assert all(np.isfinite(known))
+    contact = MetricBound(metric="contact", at_most=0.0)
+    bound = fsrs["FSR-02"].model_copy(update={"bound": contact})
+    for requirement in (unjudged, bound):
+        assert list(plots(done, [requirement])) == list(drive.ALWAYS)
 
 
 def test_bound_of_a_metric_is_drawn_on_the_series_that_it_is_the_extreme_of(
@@ -454,21 +406,16 @@ def test_threshold_of_the_binding_predicate_is_drawn_with_its_side(
     assert [(item.fsr, item.value, item.side) for item in drawn] == [("FSR-05", -4.5, "at_least")]
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"threshold": None}, {"signal": None}, {"predicate": "not contact", "threshold": 1.0}],
-)
 def test_verdict_without_a_threshold_in_numbers_has_no_line(
-    done: Execution, fsrs: dict[str, Requirement], changes: dict[str, Any]
-) -> None:
-    record = next(item for item in done.stored.verdicts if item.fsr_id == "FSR-06")
-    record = replace(record, **{"signal": "ego.lane_offset", "threshold": 0.6, **changes})
-    found = plots(done, [fsrs["FSR-06"]], FSR_06=record)
-    assert all(not item.thresholds for item in found.values())
-
-
-def test_metric_that_is_no_extreme_of_a_series_adds_no_signal(
     done: Execution, fsrs: dict[str, Requirement]
 ) -> None:
-    bound = fsrs["FSR-02"].model_copy(update={"bound": MetricBound(metric="contact", at_most=0.0)})
-    assert list(plots(done, [bound])) == list(ALWAYS)
+    stored = next(item for item in done.stored.verdicts if item.fsr_id == "FSR-06")
+    stored = replace(stored, signal="ego.lane_offset", threshold=0.6)
+    changes: tuple[dict[str, Any], ...] = (
+        {"threshold": None},
+        {"signal": None},
+        {"predicate": "not contact", "threshold": 1.0},
+    )
+    for change in changes:
+        found = plots(done, [fsrs["FSR-06"]], FSR_06=replace(stored, **change))
+        assert all(not item.thresholds for item in found.values())

@@ -39,13 +39,8 @@ def test_bounds_of_the_gate_come_first_and_lie_on_one_axis(report: Report) -> No
 
 
 def test_axis_ends_at_a_round_number_that_no_bound_passes() -> None:
-    for upper, end in (
-        (0.0007, "0.0010"),
-        (0.02, "0.020"),
-        (0.3, "0.50"),
-        (0.6, "1.00"),
-        (1.0, "1.00"),
-    ):
+    ends = {0.0007: "0.0010", 0.02: "0.020", 0.3: "0.50", 0.6: "1.00", 1.0: "1.00"}
+    for upper, end in ends.items():
         view = arrange_claims(claims(claim(upper=upper, interval=Range(low=0.0, high=upper / 2))))
         assert view.end == end
         (row,) = view.rows
@@ -53,13 +48,14 @@ def test_axis_ends_at_a_round_number_that_no_bound_passes() -> None:
         assert row.bound <= 100.0
 
 
-def test_grid_says_that_there_is_no_probability(report: Report) -> None:
+def test_grid_and_nothing_judged_say_that_there_is_no_probability(report: Report) -> None:
     grid = claims(refused("FSR-01", "cut_in", "chosen points, not a random sample"))
     text = section(report, "confidence", confidence=grid)
     assert "No probability is stated." in text
     assert "chosen points, not a random sample. 1 of FSR × architecture" in text
     assert "At most" not in text
     assert "Conditions" not in text
+    assert "No probability is stated." in section(report, "confidence", confidence=claims())
 
 
 @pytest.mark.slow
@@ -70,10 +66,6 @@ def test_mandatory_fsrs_without_a_statement_are_named(report: Report) -> None:
     )
     text = section(report, "confidence", confidence=two)
     assert "Nothing is said about FSR-01 for lidar" in text
-
-
-def test_nothing_judged_is_no_confidence(report: Report) -> None:
-    assert "No probability is stated." in section(report, "confidence", confidence=claims())
 
 
 def test_bounds_stand_beside_their_conditions(report: Report) -> None:
@@ -118,13 +110,12 @@ def test_coverage_that_was_not_counted_shows_no_figure(report: Report) -> None:
     assert "feasible" not in text
 
 
-def test_step_that_nobody_asked_about_is_not_taken_for_exact(report: Report) -> None:
+def test_step_that_nobody_asked_about_or_is_not_known_is_not_taken_for_exact(
+    report: Report,
+) -> None:
     text = section(report, "step", step_uncertainty=step(situations=None, lines=()))
     assert "Not asked for. Margins are taken as exact" in text
     assert "uncertainty: {situations: 20}" in text
-
-
-def test_twins_that_are_missing_are_said_to_be(report: Report) -> None:
     assert "Not known yet." in section(report, "step", step_uncertainty=step(lines=()))
 
 

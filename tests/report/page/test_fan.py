@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
-import pytest
 
 from adeye.report.page.drive import desirability, fan_of
 from adeye.trace import Trace
@@ -47,22 +46,20 @@ def test_fan_is_drawn_twice_a_second() -> None:
     assert len(view.fans) == 3
 
 
-def test_best_is_drawn_last_and_shaded_most() -> None:
+def test_best_is_drawn_last_and_shaded_most_but_for_the_chosen_one() -> None:
     fan = drawn([5.0, 1.0, 90.0, math.inf], chosen=1).fans[0]
     shades = [candidate.desirability for candidate in fan]
     assert shades == sorted(shades)
     assert (shades[0], shades[-1]) == (0.0, 1.0)
     assert [candidate.is_chosen for candidate in fan] == [False, False, False, True]
-
-
-def test_chosen_one_is_drawn_over_a_better_one() -> None:
     fan = drawn([5.0, 1.0, 90.0, 95.0], chosen=0).fans[0]
     assert fan[-1].is_chosen
     assert fan[-1].desirability < 1.0
 
 
-def test_candidate_that_does_not_exist_is_not_drawn() -> None:
+def test_candidate_and_fan_that_do_not_exist_are_not_drawn() -> None:
     assert len(drawn([1.0, 2.0, math.nan, 3.0]).fans[0]) == 3
+    assert fan_of(trace([1.0] * CANDIDATES, 0), 0, 1, np.arange(ROWS)) is None
 
 
 def test_place_of_the_ego_is_left_out_and_the_others_are_in_decimetres() -> None:
@@ -70,10 +67,6 @@ def test_place_of_the_ego_is_left_out_and_the_others_are_in_decimetres() -> None
     assert first.points == ((20.1, 30.1), (40.2, 50.2))
 
 
-def test_channel_without_a_fan_has_none() -> None:
-    assert fan_of(trace([1.0] * CANDIDATES, 0), 0, 1, np.arange(ROWS)) is None
-
-
-@pytest.mark.parametrize("cost", [1.0, 3.0, 50.0, 999.0])
-def test_dearer_is_less_desirable(cost: float) -> None:
-    assert 1.0 > desirability(cost + 1.0, 1.0) > desirability(cost + 2.0, 1.0) >= 0.0
+def test_dearer_is_less_desirable() -> None:
+    for cost in (1.0, 3.0, 50.0, 999.0):
+        assert 1.0 > desirability(cost + 1.0, 1.0) > desirability(cost + 2.0, 1.0) >= 0.0

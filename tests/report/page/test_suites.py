@@ -10,15 +10,8 @@ from lxml import html as lxml_html
 
 from adeye.analysis.suite.analyse import analyse
 from adeye.analysis.suite.records import Suite
+from adeye.report.page import suites
 from adeye.report.page.html import render_suites, write_suites
-from adeye.report.page.suites import (
-    LOSS_HEADS,
-    SENSOR_HEADS,
-    SPEED_HEADS,
-    ZONE_HEADS,
-    SuiteView,
-    suite_views,
-)
 from tests.analysis.suite.rigs import BUMPER, all_around, architecture, radar
 from tests.report.browser import Browser
 
@@ -42,18 +35,18 @@ def suite(**options: Any) -> Suite:
     return analyse(architecture(sensors), **options)
 
 
-def view(**options: Any) -> SuiteView:
-    return suite_views([suite(**options)])[0]
+def view(**options: Any) -> suites.SuiteView:
+    return suites.suite_views([suite(**options)])[0]
 
 
 def test_rows_are_as_long_as_their_heads() -> None:
     found = view()
     tables = [
-        (SPEED_HEADS, found.speeds),
-        (LOSS_HEADS, found.losses),
-        (SENSOR_HEADS, found.sensors),
+        (suites.SPEED_HEADS, found.speeds),
+        (suites.LOSS_HEADS, found.losses),
+        (suites.SENSOR_HEADS, found.sensors),
         (found.slack_heads, found.slacks),
-        *((ZONE_HEADS, rows) for _, rows in found.zones),
+        *((suites.ZONE_HEADS, rows) for _, rows in found.zones),
     ]
     for heads, rows in tables:
         assert rows
@@ -64,13 +57,11 @@ def test_every_condition_has_its_row_and_the_reference_its_drawing() -> None:
     found = view()
     assert [row[0] for row in found.speeds] == ["dry_day", "rain", "night"]
     assert [picture.condition for picture in found.pictures] == ["dry_day"]
-
-
-def test_worst_condition_is_drawn_beside_the_reference_on_request() -> None:
-    alone = analyse(architecture({"camera": CAMERA}))
-    found = suite_views([alone], every=True)[0]
+    # The worst condition is drawn beside it on request.
+    found = suites.suite_views([analyse(architecture({"camera": CAMERA}))], every=True)[0]
     assert [picture.condition for picture in found.pictures] == ["dry_day", "night"]
     assert [name for name, _ in found.zones] == ["dry_day", "night"]
+    assert suites.suite_views([]) == ()
 
 
 def test_sensors_that_were_left_out_stand_below_the_others() -> None:
@@ -79,23 +70,16 @@ def test_sensors_that_were_left_out_stand_below_the_others() -> None:
     assert rows[-1][2] == "not analysed: no devices"
 
 
-def test_critical_sensor_is_named_in_every_condition() -> None:
+def test_critical_sensor_is_named_in_every_condition_or_that_there_is_none() -> None:
     assert {row[-1].partition("(")[2] for row in view().speeds} == {"eye)"}
     assert any(row[0] == "eye, critical" for row in view().losses)
-
-
-def test_suite_without_a_critical_sensor_says_so() -> None:
     twins = analyse(architecture({"one": all_around(), "other": all_around()}))
-    assert {row[-1] for row in suite_views([twins])[0].speeds} == {"\N{EN DASH}"}
-
-
-def test_no_suites_are_no_views() -> None:
-    assert suite_views([]) == ()
+    assert {row[-1] for row in suites.suite_views([twins])[0].speeds} == {"\N{EN DASH}"}
 
 
 def test_element_of_several_sensors_is_a_row_of_its_own() -> None:
     pair = {"one": radar(realises="radars"), "other": radar(range=50.0, realises="radars")}
-    rows = suite_views([analyse(architecture(pair))])[0].losses
+    rows = suites.suite_views([analyse(architecture(pair))])[0].losses
     assert ("element radars", "one, other") in {row[:2] for row in rows}
 
 
@@ -106,7 +90,7 @@ def test_range_of_a_sensor_with_a_blind_zone_has_two_ends() -> None:
     }  # fmt: skip
     blind = {**CAMERA, "kind": "lidar", "fidelity": "physical", "range": 80.0, "drop_out": 1.0}
     blind.pop("night_range")
-    rows = suite_views([analyse(architecture({"near": near, "poor": blind}))])[0].sensors
+    rows = suites.suite_views([analyse(architecture({"near": near, "poor": blind}))])[0].sensors
     assert [row[3] for row in rows] == ["0.2 to 5.0 m", "none"]
 
 
@@ -131,21 +115,15 @@ def test_page_runs_no_script_and_loads_nothing(tree: Any) -> None:
     assert f"style-src 'sha256-{digest}'" in policy
 
 
-def test_each_suite_has_drawings_and_tables(tree: Any) -> None:
+def test_each_suite_has_drawings_and_tables_and_tells_what_it_shows(tree: Any) -> None:
     sections = tree.xpath("//section[contains(@class, 'suite')]")
     assert len(sections) == 2
     for section in sections:
         assert len(section.xpath(".//svg[contains(@class, 'suite-drawing')]")) >= 2
         assert len(section.xpath(".//table")) >= 5
-
-
-def test_drawing_tells_in_words_what_it_shows(tree: Any) -> None:
     labels = tree.xpath("//svg[@role='img']/@aria-label")
     assert labels
     assert all("fields of view" in label for label in labels)
-
-
-def test_what_is_left_out_is_told(tree: Any) -> None:
     assert "Each target stands alone" in tree.text_content()
 
 
@@ -159,11 +137,8 @@ def test_text_of_a_file_changes_no_element() -> None:
     assert shape(page(payload, title=payload)) == shape(page("x", title="x"))
 
 
-def test_same_suites_give_the_same_bytes() -> None:
+def test_same_suites_give_the_same_bytes_in_a_file_that_is_written_whole(tmp_path: Path) -> None:
     assert page() == page()
-
-
-def test_page_is_written_whole(tmp_path: Path) -> None:
     path = tmp_path / "new" / "suites.html"
     write_suites([analyse(architecture({"eye": radar()}))], path)
     assert path.read_text("utf-8").endswith("</html>")
