@@ -113,7 +113,7 @@ def test_files_are_compared_with_the_newest_evidence(project: Project) -> None:
     assert known(checked.campaign).id == planned.campaign
     assert {item.rule for item in checked.findings} == {"not_run"}
 
-    def stale() -> list[CheckFinding]:
+    def stale() -> list[Violation]:
         found = [item for item in find(project, project.db) if item.rule == "stale_evidence"]
         return sorted(found, key=lambda item: item.part, reverse=True)
 

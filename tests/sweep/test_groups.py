@@ -114,6 +114,7 @@ def test_axis_of_a_fault_varies_with_that_fault_only(load: Load) -> None:
 RANGE = "architecture.sensors.front_camera.range"
 LANES = "scenario.world.road.lanes"
 GAPS = ["30 m", "40 m", "50 m"]
+SWEPT: dict[str, list[Any]] = {"gap": GAPS, LANES: [3, 4]}
 
 
 def expanded(load: Load, **parameters: list[Any]) -> Expansion:
@@ -128,7 +129,7 @@ def test_axes_of_parameters_make_one_section(load: Load) -> None:
 
 
 def test_points_of_one_variant_stand_together(load: Load) -> None:
-    sections = expanded(load, **{"gap": GAPS, LANES: [3, 4]}).sections
+    sections = expanded(load, **SWEPT).sections
     assert [item.rows.tolist() for item in sections] == [[0, 2, 4], [1, 3, 5]]
     assert [(item.first, item.end) for item in sections] == [(0, 6), (6, 12)]
 
@@ -156,7 +157,7 @@ def test_what_is_written_differently_is_another_section(load: Load) -> None:
 def test_ordinal_range_is_found_in_its_sections(
     load: Load, start: int, stop: int, found: list[list[int]]
 ) -> None:
-    sections = expanded(load, **{"gap": GAPS, LANES: [3, 4]}).sections
+    sections = expanded(load, **SWEPT).sections
     got = [[item.first, low, high] for item, low, high in overlapping(sections, start, stop)]
     assert got == found
 

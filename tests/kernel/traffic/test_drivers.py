@@ -1,6 +1,7 @@
 """What drivers decide: IDM and MOBIL against laws, hand-made scenes and highway-env."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def test_a_far_leader_of_equal_speed_takes_the_share_of_the_gap() -> None:
 
 def test_desired_gap_grows_with_the_closing_speed_along_the_follower_and_the_length() -> None:
     least = 2.0 * math.sqrt(15.0)
-    leader: dict[str, float]
+    leader: dict[str, Any]
     for speed, leader, expected in (
         (30.0, {}, 10.0 + 45.0 + 30.0 * 10.0 / least),
         # A longer one is kept half the difference further away.

@@ -241,7 +241,7 @@ def test_ended_run_is_sensed_no_more() -> None:
             if found.points is not None:
                 is_sensed = found.points.any(axis=(1, 2))
             if found.values is not None:
-                is_sensed = np.isfinite(found.values).all(axis=1)
+                is_sensed = np.asarray(np.isfinite(found.values).all(axis=1))
             assert is_sensed.tolist() == [True, tick < 2], (model, tick)
             assert is_sensed[1] or not found.detections[1].any(), (model, tick)
 

@@ -1,6 +1,7 @@
 """Where the safety channel plans to stop: which places it finds, and which it chooses."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -257,7 +258,7 @@ def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
     # The gentle one leads off the road.
     straight = slice(number(stops.STRAIGHT, 1), number(stops.STRAIGHT, 3) + 1)
 
-    def feasible(things: list[Thing], **changes: float) -> list[float]:
+    def feasible(things: list[Thing], **changes: Any) -> list[float]:
         found: list[float] = plan(things, **changes)[1][
             straight, planned_stop.FOUND_FEASIBLE
         ].tolist()
