@@ -66,7 +66,7 @@ def failure(channel: subject.GuardedChannel | subject.Failures, run: int = 0) ->
 
 
 def outcomes(channel: subject.GuardedChannel) -> list[str | None]:
-    return [event and event.outcome for event in channel.events]
+    return [None if event is None else event.outcome for event in channel.events]
 
 
 def test_good_command_passes_with_the_id_and_the_time_of_the_observation() -> None:

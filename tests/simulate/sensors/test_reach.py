@@ -64,7 +64,7 @@ RAIN: dict[str, Any] = {"rain": 7.5 * MM_PER_HOUR, "fog_visibility": 10_000.0}
     ("kind", "sees", "weather", "expected"),
     [
         ("lidar", BRIGHT, RAIN, lidar_range(150.0, 0.5, 0.9, *RAIN.values())),
-        ("camera", {}, RAIN, camera_range(100.0, *RAIN.values(), 1.0)),
+        ("camera", {}, RAIN, camera_range(100.0, RAIN["rain"], RAIN["fog_visibility"], 1.0)),
         ("camera", NIGHT, {"night": True, "illuminance": ILLUMINANCE["night"]}, 50.0),
         ("radar", {}, {"rain": 40.0 * MM_PER_HOUR}, 100.0),
         # The sun takes its contrast, and nothing from below the horizon.

@@ -68,7 +68,7 @@ def test_wall_ahead_is_a_point_on_the_axis_of_which_nothing_else_is_known() -> N
 
 
 BLIND = {"blind_zone": "0.2 m"}
-ECHOES: dict[str, tuple[list[tuple[float, ...]], list[Any], dict[str, str], float | None]] = {
+ECHOES: dict[str, tuple[list[tuple[float, ...]], list[Any], dict[str, Any], float | None]] = {
     "what is aside is reported on the axis": ([aside(3.0, 25.0)], [POST], {}, 2.99),
     "the cone ends to the left": ([aside(3.0, 31.0)], [POST], {}, None),
     "just inside of the cone to the left": ([aside(3.0, 29.0)], [POST], {}, 2.99),

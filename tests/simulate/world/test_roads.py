@@ -60,7 +60,7 @@ def test_lane_width_and_radius_vary_from_run_to_run() -> None:
 
 
 def test_an_impossible_road_is_an_error_with_its_value() -> None:
-    impossible: list[tuple[dict[str, str], str]] = [
+    impossible: list[tuple[dict[str, Any], str]] = [
         ({"kind": "curve", "length": "90 m", "radius": "400 m"}, "nothing is left"),
         ({"kind": "curve", "length": "300 m", "radius": "9 m"}, "not larger than the 10.5 m"),
         ({"kind": "curve", "length": "900 m", "radius": "200 m"}, "turns by 229 deg"),
