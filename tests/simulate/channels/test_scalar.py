@@ -62,10 +62,11 @@ UNUSABLE = [
 
 def test_unusable_answer_silences_its_run_for_good() -> None:
     for answer in UNUSABLE:
-        def act(run: int, time: float, wrong: Any = answer) -> Any:
+
+        def answered(run: int, time: float, wrong: Any = answer) -> Any:
             return wrong if run == 1 and time == 0.1 else (1.0, 0.0)
 
-        channel = channel_of(act)
+        channel = channel_of(answered)
         for tick in range(4):
             command = channel.act(observation(tick))
             assert command.status.tolist() == [OK, OK if tick == 0 else SILENT], answer

@@ -106,7 +106,7 @@ def test_held_up_sample_holds_up_those_behind_it() -> None:
     drawing = delays(1, 6)
     draws = [int(drawing.draw()[0]) for _ in range(40)]
     due = np.maximum.accumulate(np.arange(40) + 1 + np.array(draws))
-    expected = [int(max(np.flatnonzero(due <= tick), default=-1)) for tick in range(40)]
+    expected = [int(np.flatnonzero(due <= tick).max(initial=-1)) for tick in range(40)]
     assert late(1, 6, 40)[:, 0].tolist() == expected
     # Some come together, because one held up the others.
     assert max(np.diff(expected)) > 1

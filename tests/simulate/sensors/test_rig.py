@@ -237,7 +237,7 @@ def test_ended_run_is_sensed_no_more() -> None:
             shown = at(context, tick)
             shown.running[1] = tick < 2
             found = rig.sense(shown)["it"]
-            is_sensed = found.mask.any(axis=1)
+            is_sensed: Any = found.mask.any(axis=1)
             if found.points is not None:
                 is_sensed = found.points.any(axis=(1, 2))
             if found.values is not None:

@@ -276,7 +276,7 @@ def test_straight_on_leads_into_another_lane_only_where_that_is_seen_to_be_free(
 
 def test_path_aside_is_feasible_only_where_nobody_comes_along_it() -> None:
     across = number(stops.SHOULDER, 1)
-    for things, more, is_free in (
+    scenes: list[tuple[list[Thing], dict[str, Any], float]] = [
         ([], {"d": MIDDLE}, 0.0),
         ([], {"d": MIDDLE, "rear_sight": 500.0}, 1.0),
         ([(-20.0, SLOW, 33.0, 0.0)], {"d": MIDDLE, "rear_sight": 500.0}, 0.0),
@@ -284,6 +284,7 @@ def test_path_aside_is_feasible_only_where_nobody_comes_along_it() -> None:
         # From the slow lane onto the shoulder.
         ([(-20.0, HARD_SHOULDER, 30.0, 0.0)], {}, 0.0),
         ([(-300.0, HARD_SHOULDER, 10.0, 0.0)], {}, 1.0),
-    ):
+    ]
+    for things, more, is_free in scenes:
         _, found = plan(things, **more)
         assert found[across, planned_stop.FOUND_FEASIBLE] == is_free, (things, more)
