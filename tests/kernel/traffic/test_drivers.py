@@ -46,13 +46,13 @@ def test_a_far_leader_of_equal_speed_takes_the_share_of_the_gap() -> None:
 
 def test_desired_gap_grows_with_the_closing_speed_along_the_follower_and_the_length() -> None:
     least = 2.0 * math.sqrt(15.0)
-    leader: dict[str, Any]
-    for speed, leader, expected in (
+    leaders: list[tuple[float, dict[str, Any], float]] = [
         (30.0, {}, 10.0 + 45.0 + 30.0 * 10.0 / least),
         # A longer one is kept half the difference further away.
         (20.0, {"length": 12.0}, 10.0 + 30.0 + 3.5),
         (20.0, {"heading": math.pi / 3.0}, 10.0 + 30.0 + 20.0 * 10.0 / least),
-    ):
+    ]
+    for speed, leader, expected in leaders:
         road = LaneRoad(1)
         rear, front = road.put(0, 0.0, speed), road.put(0, 100.0, 20.0, **leader)
         found = k.desired_gap(road.vehicles, rear, rear, front)
