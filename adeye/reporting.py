@@ -35,7 +35,7 @@ from adeye.report.model.part import Label
 from adeye.report.page.drive import plots_of, replay_of
 from adeye.report.page.html import render_comparison, write_html
 from adeye.report.verification import replay_events, run_verdicts
-from adeye.spec.load import find_odd
+from adeye.spec.load import odd_of
 from adeye.store.location import option
 from adeye.store.repository import Repository
 from adeye.sweep.axes import named_values
@@ -98,8 +98,7 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
         repository: The database.
         campaign: The campaign; its ODD is looked for where it was when it ran.
     """
-    told = str(campaign.provenance.get("odd_path", ""))
-    path = find_odd(told, repository.location.beside.parent)
+    path = odd_of(campaign.provenance, repository.location.beside.parent)
     if not path.is_file():
         return f"The ODD of the campaign is no longer at {path}."
     try:

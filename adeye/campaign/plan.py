@@ -206,6 +206,7 @@ def provenance(odd_path: Path) -> dict[str, Any]:
         "packages": {name: release_of(name) for name in PACKAGES},
         "git": git_state(odd_path.resolve().parent),
         "odd_path": odd_path.as_posix(),
+        "odd_place": odd_path.resolve().as_posix(),
         "who": _user(),
     }
 

@@ -28,7 +28,7 @@ from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
 from adeye.simulate.traffic import VARIANTS
 from adeye.spec.concept import Concept, Requirement
-from adeye.spec.load import find_odd
+from adeye.spec.load import odd_of
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.location import option
@@ -218,9 +218,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
         metrics=tuple(odd["odd"].get("plugins", ())),
-        odd_folder=find_odd(
-            str(campaign.provenance.get("odd_path", "")), repository.location.beside.parent
-        ).parent,
+        odd_folder=odd_of(campaign.provenance, repository.location.beside.parent).parent,
     )
 
 

@@ -739,6 +739,7 @@ class _Campaign:
     ) -> CampaignSummary:
         """Say what came out, with what went wrong in the message."""
         repository, (_, replays) = self._repository, tasks.allowed
+        repository.reopen()
         campaign = repository.find_campaign(stored.campaign)
         now = repository.progress(stored.campaign).executed - stored.reused
         ways = dict(again.ways)

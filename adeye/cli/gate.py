@@ -189,7 +189,7 @@ def stale(
     from adeye.campaign.plan import make_plan
     from adeye.campaign.stale import find_stale
     from adeye.errors import InputError
-    from adeye.spec.load import find_odd
+    from adeye.spec.load import odd_of
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
@@ -199,8 +199,7 @@ def stale(
         if campaign is None:
             what = "the database has no campaign" if name is None else f"no campaign of ODD {name}"
             raise InputError(what, remedy="Run an ODD first: adeye run ODD")
-        told = str(campaign.provenance.get("odd_path", ""))
-        path = odd or find_odd(told, repository.location.beside.parent)
+        path = odd or odd_of(campaign.provenance, repository.location.beside.parent)
         if plan is None:
             if not path.is_file():
                 raise InputError(

@@ -94,12 +94,21 @@ def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str,
     return () if formula is None else _written(formula, tuple(sorted(constants.items())))[2]
 
 
+ANY_FAULT = "*"
+"""Stands for every fault among those that a formula names."""
+
+
 def named_faults(formula: str | None, constants: Parameters) -> tuple[str, ...]:
     """List the ids of the faults that a formula names; arguments and errors as above."""
     if formula is None:
         return ()
     names = (name.split(".") for name in _written(formula, tuple(sorted(constants.items())))[1])
-    return tuple(dict.fromkeys(name[1] for name in names if name[0] == "fault" and len(name) > 2))
+    found = (
+        ANY_FAULT if name == ["faulted"] else name[1]
+        for name in names
+        if name == ["faulted"] or (name[0] == "fault" and len(name) > 2)
+    )
+    return tuple(dict.fromkeys(found))
 
 
 def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...]]:

@@ -44,6 +44,7 @@ from adeye.report.verification import (
     verification_of,
 )
 from adeye.spec.concept import Concept, Requirement
+from adeye.spec.load import odd_of
 from adeye.spec.quantity import SI
 from adeye.store.location import option
 from adeye.store.read.bulk import Figures
@@ -131,9 +132,10 @@ class ReportBuilder:
             replays: Most runs to embed.
         """
         provenance = self.campaign.provenance
-        odd_path = str(provenance.get("odd_path", ""))
         # What the files say now has lines; what was stored has none.
-        places = places_of(odd_path, self.odd, self.concept, self.repository.location.beside.parent)
+        near = self.repository.location.beside.parent
+        odd_path = str(odd_of(provenance, near)) if provenance.get("odd_path") else ""
+        places = places_of(odd_path, self.odd, self.concept, near)
         rules = RULES if self.is_read_whole else PLAN_RULES
         checked = check_campaign(self.repository.location, self.campaign.id, rules=rules)
         assert checked is not None

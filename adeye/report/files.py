@@ -12,7 +12,7 @@ from adeye.errors import AdeyeError, InputError
 from adeye.identity import file_digest
 from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
 from adeye.report.credibility import RESULT
-from adeye.spec.load import INPUTS, find_odd, load_odd
+from adeye.spec.load import INPUTS, load_odd, odd_of
 from adeye.store.location import Place, locate
 from adeye.store.repository import Repository
 
@@ -43,10 +43,11 @@ def guarding(
             for path in asked:
                 if path.is_file() and any(_is_input(path, known) for known in inputs):
                     reads(path)
-            for odd in {str(item.get("odd_path", "")) for item in planned} - {""}:
+            near = locate(place).beside.parent
+            for odd in {odd_of(item, near) for item in planned if item.get("odd_path")}:
                 # What cannot be planned any more was read as far as it goes.
                 with contextlib.suppress(OSError, InputError):
-                    for path in load_odd(find_odd(odd, locate(place).beside.parent)).named_files():
+                    for path in load_odd(odd).named_files():
                         reads(path)
             require_unread()
         yield

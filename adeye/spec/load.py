@@ -200,21 +200,35 @@ def load_grid(path: str | Path) -> Loaded[GridSettings]:
     return _load(Path(path), GridSettings)
 
 
-def find_odd(path: str, near: Path | None = None) -> Path:
+def odd_of(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
+    """Find the file of the ODD that a campaign was planned from, see ``find_odd``.
+
+    Args:
+        provenance: Of the campaign; the path is empty if it does not tell.
+        near: Folder of the database.
+    """
+    path, place = (str(provenance.get(name, "")) for name in ("odd_path", "odd_place"))
+    return find_odd(path, near, place) if path else Path()
+
+
+def find_odd(path: str, near: Path | None = None, place: str = "") -> Path:
     """Find the file of an ODD that was named from a folder that nobody remembers.
+
+    Whoever asks may stand in another project that has such a file, too.
 
     Args:
         path: As it was named.
         near: Folder of the database, which often lies beside it.
+        place: Where it was on the machine that named it; another one may not have it.
 
     Returns:
-        Where it leads to a file from the folder of the database or one above: whoever asks may
-        stand in another project that has such a file, too. Else the path as it is, if it does from
-        here; else where it would from the root of the repository.
+        The place, if a file is there; else where the path leads to one from the folder of the
+        database or one above; else the path as it is, if it does from here; else where it would
+        from the root of the repository.
     """
     asked, here = Path(path), (near or Path()).resolve()
     above = () if near is None else (here, *here.parents)
-    tried = (*(folder / asked for folder in above), asked)
+    tried = (Path(place), *(folder / asked for folder in above), asked)
     known = next((item for item in tried if item.is_file()), None)
     if known is None:
         root = repository_of(here)

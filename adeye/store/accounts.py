@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from sqlalchemy import Connection, Table, and_, select
 
 from adeye.errors import InputError
 from adeye.judge.evaluate import read_never_held
-from adeye.judge.requirements import named_faults, nested_antecedents
+from adeye.judge.requirements import ANY_FAULT, named_faults, nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
 from adeye.judge.stl.parser import Parameters
 from adeye.signals import Ints
@@ -42,6 +42,7 @@ from adeye.store.tables import (
     never_held,
     work,
 )
+from adeye.sweep.groups import NO_FAULT
 from adeye.trace import LINK_LENGTH
 from adeye.units import read_quantity
 
@@ -201,16 +202,19 @@ _ABOUT_FAULTS: Final = f"""
         WHERE c.campaign_id = ?),
     same AS (
         SELECT architecture, scenario, happened, MIN(has_fault) AS is_new FROM done
-        GROUP BY architecture, scenario, happened)
-    SELECT c.architecture
-    FROM done c
-    JOIN same s ON s.architecture = c.architecture AND s.scenario = c.scenario
-        AND s.happened = c.happened
-    JOIN campaign_fsr f ON {JUDGED}
-    JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
-    WHERE f.fsr_id = ? AND v.exercised = 1
-    GROUP BY c.architecture HAVING MIN(c.has_fault) = 1 AND MAX(s.is_new) = 0
-    ORDER BY c.architecture
+        GROUP BY architecture, scenario, happened),
+    told AS (
+        SELECT c.architecture, c.scenario, c.happened,
+            CASE WHEN MIN(c.has_fault) = 1 AND MAX(s.is_new) = 0 THEN 1 ELSE 0 END AS is_idle
+        FROM done c
+        JOIN same s ON s.architecture = c.architecture AND s.scenario = c.scenario
+            AND s.happened = c.happened
+        JOIN campaign_fsr f ON {JUDGED}
+        JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
+        WHERE f.fsr_id = ? AND v.exercised = 1
+        GROUP BY c.architecture, c.scenario, c.happened)
+    SELECT architecture, scenario, SUM(is_idle), COUNT(*) FROM told
+    GROUP BY architecture, scenario ORDER BY architecture, scenario
 """  # noqa: S608 - JUDGED is a constant of this package
 
 Done = tuple[str, int, int, str, str, str, int]
@@ -275,16 +279,37 @@ def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, l
     """Make the rows that only a whole campaign tells; none before its last block is done."""
     if not _is_whole(connection, campaign_id):
         return (case_repeat, []), (never_held, [])
-    never = _never_held_rows(connection, campaign_id)
-    return (case_repeat, _repeat_rows(connection, campaign_id, never)), (never_held, never)
+    contents = connection.exec_driver_sql(
+        "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
+        "WHERE c.id = ? ORDER BY f.id",
+        (campaign_id,),
+    ).all()
+    idle = [
+        found
+        for fsr, content in contents
+        for found in _without_effect(connection, campaign_id, fsr, _read(named_faults, content))
+    ]
+    never = [
+        *(_nothing_acted(campaign_id, found) for found in idle if not found.has_effect),
+        *(
+            item
+            for fsr, content in contents
+            for item in _never_held(
+                connection, campaign_id, fsr, _read(nested_antecedents, content)
+            )
+        ),
+    ]
+    return (case_repeat, _repeat_rows(connection, campaign_id, never, idle)), (never_held, never)
 
 
-def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row]) -> list[Row]:
+def _repeat_rows(
+    connection: Connection, campaign_id: str, never: Sequence[Row], idle: Sequence[_Idle]
+) -> list[Row]:
     """Count the runs that repeat a result, by FSR, architecture and scenario.
 
     Two runs of one architecture with equal traces and equal robustness are one result, whatever
     their test cases are called: nothing that was recorded tells them apart, or only when a fault
-    was present that changed nothing.
+    was present that changed nothing. For an FSR about that fault the run without it is none.
     """
     runs: Counter[tuple[Any, ...]] = Counter()
     for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
@@ -303,46 +328,64 @@ def _repeat_rows(connection: Connection, campaign_id: str, never: Sequence[Row])
     for (fsr, architecture, where, kind, *_), count in runs.items():
         if count > 1:
             repeats.setdefault((fsr, architecture, where), [0, 0, 0])[kind] += count - 1
+    for item in idle:
+        for where, results in (*item.results.items(), ("", sum(item.results.values()))):
+            if results:
+                repeats.setdefault((item.fsr, item.architecture, where), [0, 0, 0])[1] += results
     return [
         row(case_repeat, (campaign_id, *place, *counts))
         for place, counts in sorted(repeats.items())
     ]
 
 
-def _never_held_rows(connection: Connection, campaign_id: str) -> list[Row]:
-    """List what no run asked for: nested implications, and effects of the faults that FSRs name."""
-    found = connection.exec_driver_sql(
-        "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
-        "WHERE c.id = ? ORDER BY f.id",
-        (campaign_id,),
-    )
-    rows: list[Row] = []
-    for fsr, content in found.all():
-        rows += _without_effect(connection, campaign_id, fsr, _read(named_faults, content))
-        antecedents = _read(nested_antecedents, content)
-        rows += _never_held(connection, campaign_id, fsr, antecedents)
-    return rows
+class _Idle(NamedTuple):
+    """Results that exercise an FSR about faults, but are as if there were no such faults.
+
+    Attributes:
+        results: How many, by scenario.
+        has_effect: Whether others exercise the FSR.
+    """
+
+    fsr: str
+    architecture: str
+    faults: Sequence[str]
+    results: dict[str, int]
+    has_effect: bool
 
 
 def _without_effect(
     connection: Connection, campaign_id: str, fsr: str, faults: Sequence[str]
-) -> Iterator[Row]:
-    """Say of an FSR that names faults where these changed nothing in any run that exercises it.
+) -> Iterator[_Idle]:
+    """Find, of an FSR that names faults, the results in which these changed nothing.
 
-    Each of those runs is, but for the presence of the faults, one of the same scenario without any
-    of them: what the FSR says about a vehicle with the fault was never asked.
+    Each is, but for the presence of the faults, one of the same scenario without any of them: what
+    the FSR says about a vehicle with the fault was not asked.
     """
     if not faults:
         return
     entry = "'+' || t.fault_entry || '+'"
     has_fault = " OR ".join([f"REPLACE({entry}, ?, '') <> {entry}"] * len(faults))
+    given = tuple(f"+{name}+" for name in faults)
+    if ANY_FAULT in faults:
+        has_fault, given = "t.fault_entry <> ?", (NO_FAULT,)
     found = connection.exec_driver_sql(
         _ABOUT_FAULTS.format(has_fault=f"CASE WHEN {has_fault} THEN 1 ELSE 0 END"),
-        (*(f"+{name}+" for name in faults), campaign_id, fsr),
+        (*given, campaign_id, fsr),
     )
-    told = f"({' or '.join(f'fault.{name}' for name in faults)} changes the run)"
-    for architecture in found.scalars():
-        yield row(never_held, (campaign_id, fsr, architecture, 0, told, 1))
+    for architecture, rows in groupby(found.all(), itemgetter(0)):
+        counts = [(scenario, int(idle), int(every)) for _, scenario, idle, every in rows]
+        results = {scenario: idle for scenario, idle, _ in counts if idle}
+        if results:
+            has_effect = sum(results.values()) < sum(every for _, _, every in counts)
+            yield _Idle(fsr, architecture, faults, results, has_effect)
+
+
+def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
+    names = " or ".join(
+        "a fault" if name == ANY_FAULT else f"fault.{name}" for name in found.faults
+    )
+    told = f"({names} changes the run)"
+    return row(never_held, (campaign_id, found.fsr, found.architecture, 0, told, 1))
 
 
 def _read(

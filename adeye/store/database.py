@@ -122,6 +122,23 @@ class Database:
 
         return persistently(once)
 
+    def reopen(self) -> None:
+        """Go on with what is at the place of the database by now, whatever was open before.
+
+        Code of others may have removed the file, or have closed it and opened another one under
+        its number: what is open would still look as it should.
+
+        Raises:
+            PlatformError: Nothing is there any more.
+        """
+        self.close()
+        path = self.location.path
+        if path is not None and not path.is_file():
+            raise PlatformError(
+                f"database {self.location} is gone: it was removed while it was written. Restore "
+                "it from a copy, or run again."
+            )
+
     def close(self) -> None:
         """Close all connections of this process."""
         self._engine.dispose()

@@ -86,6 +86,10 @@ class Repository(Door):
         """Where the database is."""
         return self._database.location
 
+    def reopen(self) -> None:
+        """Go on with what is at the place of the database by now; see ``Database.reopen``."""
+        self._database.reopen()
+
     def close(self) -> None:
         """Close the connections of this process."""
         self._database.close()

@@ -429,6 +429,30 @@ def test_nested_implication_that_no_run_asks_for_is_never_silent(
 
 
 @pytest.mark.slow
+def test_faults_that_change_nothing_are_not_counted_for_an_fsr_about_several(
+    project: Project,
+) -> None:
+    as_a_fault_that_changes_nothing(project)
+    with project.edited_odd() as odd:
+        odd["faults"].append({**odd["faults"][0], "id": "near", "beyond": "1 m"})
+        odd["scenarios"][0]["faults"] = ["far", "near"]
+        del odd["scenarios"][0]["sweep"]["parameters"]["faults.far.onset.at"]
+    for formula in (
+        "always((rise(fault.far.active) or rise(fault.near.active)) implies not standstill)",
+        "always(rise(faulted) implies not standstill)",
+    ):
+        with project.edited(CONCEPT) as concept:
+            concept["requirements"][0] |= {"formula": formula, "min_exercised": 1}
+        project.run()
+        found = total(project)
+        assert (found.exercised, found.never_held) == (2, ())
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["far"]
+    summary = project.run()
+    assert "(a fault changes the run) never held" in summary.message
+
+
+@pytest.mark.slow
 def test_requirement_about_a_fault_that_changes_nothing_is_not_tested(project: Project) -> None:
     as_a_fault_that_changes_nothing(project)
     with project.edited(CONCEPT) as concept:

@@ -11,7 +11,7 @@ import pytest
 
 from adeye.report.concept import Places, places_of, uri_of
 from adeye.report.model.part import Place
-from adeye.spec.load import OddFiles, find_odd, load_odd, shipped
+from adeye.spec.load import OddFiles, find_odd, load_odd, odd_of, shipped
 
 
 @pytest.fixture
@@ -101,6 +101,11 @@ def test_odd_is_found_from_the_folder_of_the_database(
     (root / "sub" / "odd" / "motorway_chauffeur.yaml").touch()
     assert find_odd("odd/motorway_chauffeur.yaml", root / ".adeye") == found
     assert find_odd("odd/motorway_chauffeur.yaml") == Path("odd/motorway_chauffeur.yaml")
+    # Where it was goes before what looks alike on the way up.
+    there = root / "sub" / "odd" / "motorway_chauffeur.yaml"
+    known = {"odd_path": "odd/motorway_chauffeur.yaml", "odd_place": str(there)}
+    assert odd_of(known, root / ".adeye") == Path("odd/motorway_chauffeur.yaml")
+    assert odd_of({**known, "odd_place": "/gone.yaml"}, root / ".adeye") == found
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("odd/gone.yaml")
     (root / ".git").mkdir()
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("../odd/gone.yaml")

@@ -300,3 +300,21 @@ def test_query_of_a_file_that_is_written_after_all_is_not_believed(
     monkeypatch.setattr(query, "_fetch", late)
     with pytest.raises(PlatformError, match="was written while it was read"):
         run_query(path, "SELECT COUNT(*) FROM run")
+
+
+def test_database_that_was_removed_or_exchanged_while_it_was_open_is_noticed(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "x.db"
+    with Repository.open(path) as repository:
+        repository.campaigns()
+        repository.reopen()
+        content = path.read_bytes()
+        path.unlink()
+        with pytest.raises(PlatformError, match="is gone: it was removed"):
+            repository.reopen()
+        path.touch()
+        repository.reopen()
+        with pytest.raises(PlatformError):
+            repository.campaigns()
+        path.write_bytes(content)

@@ -23,7 +23,7 @@ from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import PROCESS
-from adeye.spec.load import find_odd
+from adeye.spec.load import odd_of
 from adeye.store.evidence.roots import CertificateRecord, Executed
 from adeye.store.records import CampaignInfo, EngineKey, MetricValue, RunRef, StoredRun
 from adeye.store.repository import Repository
@@ -466,8 +466,9 @@ def _planned(repository: Repository, campaign: CampaignInfo, name: str | None) -
             f"campaign {campaign.id[:10]} does not say where its ODD is",
             remedy="Name the ODD's file in place of the campaign.",
         )
-    near = None if is_file else repository.location.beside.parent
-    return planned_as(campaign, find_odd(str(path), near))
+    if is_file:
+        return planned_as(campaign, str(path))
+    return planned_as(campaign, odd_of(campaign.provenance, repository.location.beside.parent))
 
 
 def _recall(

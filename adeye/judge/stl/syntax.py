@@ -218,11 +218,12 @@ def names_in(node: Node) -> tuple[str, ...]:
 
 
 def silence_of(node: Node) -> tuple[str, ...]:
-    """List the channels whose failure a formula notices: it asks for something of their silence.
+    """List the channels whose failure a formula masters: their silence implies something.
 
-    The silence, or an age beyond a bound, has to stand where it makes the formula harder to hold,
-    at whichever row it comes: what it implies, or that it never is. What holds of a silent channel
-    anyway, such as ``always(silent or not silent)``, or once it was not, notices nothing.
+    The silence, or an age beyond a bound, has to stand in what is the condition of an implication,
+    at whichever row it comes: then a run exercises the formula only if the channel was silent in
+    it. A formula that forbids the silence cannot hold of a run that was judged while it lasted.
+    What holds of a silent channel anyway, or once it was not, notices nothing.
     """
     split = (name.split(".") for name in names_in(node))
     channels = dict.fromkeys(
@@ -233,13 +234,17 @@ def silence_of(node: Node) -> tuple[str, ...]:
 
 _Truth: TypeAlias = bool | None
 """None where it is open."""
-_LONGEST_AGE_S: Final = 10.0
-"""A longer bound on an age notices no failure in time [s]. Our choice: as long as a driver is given
-to take over (UN R157, 5.4)."""
 _OF_SILENCE: Final = (["channel", "status"], ["channel", "age"])
 
 
-def _notices(node: Node, channel: str, *, is_asked: bool = True, at_any_row: bool = False) -> bool:
+def _notices(
+    node: Node,
+    channel: str,
+    *,
+    is_asked: bool = True,
+    at_any_row: bool = False,
+    is_condition: bool = False,
+) -> bool:
     """Tell whether a part of a formula can make it fail because a channel is silent.
 
     Args:
@@ -247,26 +252,43 @@ def _notices(node: Node, channel: str, *, is_asked: bool = True, at_any_row: boo
         channel: Id of the channel.
         is_asked: Whether the formula asks for the part; else for its contrary, or for what follows.
         at_any_row: Whether it counts at whichever row the channel is silent.
+        is_condition: Whether something is implied by the part.
     """
     if _while_silent(node, channel) is is_asked:
         return False
     match node:
         case Comparison() | Equality():
-            return at_any_row and _while_silent(node, channel) is not None
+            return is_condition and at_any_row and _while_silent(node, channel) is not None
         case Temporal() | Past():
             at_any_row |= (node.operator in {"always", "historically"}) is is_asked
             # Else one row without silence is enough.
             return at_any_row and _notices(
-                node.operand, channel, is_asked=is_asked, at_any_row=True
+                node.operand,
+                channel,
+                is_asked=is_asked,
+                at_any_row=True,
+                is_condition=is_condition,
             )
         case Connective(operator="implies"):
-            return _notices(node.left, channel, is_asked=not is_asked, at_any_row=True) or _notices(
-                node.right, channel, is_asked=is_asked, at_any_row=at_any_row
+            return _notices(
+                node.left, channel, is_asked=not is_asked, at_any_row=True, is_condition=True
+            ) or _notices(
+                node.right,
+                channel,
+                is_asked=is_asked,
+                at_any_row=at_any_row,
+                is_condition=is_condition,
             )
         case Not() | Edge(operator="fall"):
             is_asked = not is_asked
     return any(
-        _notices(child, channel, is_asked=is_asked, at_any_row=at_any_row)
+        _notices(
+            child,
+            channel,
+            is_asked=is_asked,
+            at_any_row=at_any_row,
+            is_condition=is_condition,
+        )
         for child in children(node)
     )
 
@@ -318,9 +340,7 @@ def _age_while_silent(node: Comparison, channel: str) -> _Truth:
     bound = node.right if is_left else node.left
     # No age is below zero, so that `>= 0` and `< 0` tell nothing apart; `> 0` and `<= 0` do.
     is_strict = is_above is ("=" not in node.operator)
-    if isinstance(bound, Constant) and not (
-        0 < bound.value <= _LONGEST_AGE_S or (bound.value == 0 and is_strict)
-    ):
+    if isinstance(bound, Constant) and not (bound.value > 0 or (bound.value == 0 and is_strict)):
         return None
     return is_above
 

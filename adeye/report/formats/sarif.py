@@ -22,7 +22,7 @@ from adeye.report.concept import uri_of
 from adeye.report.model.part import Place
 from adeye.report.model.report import Architecture, Cell, Fsr, Report, Scenario
 from adeye.report.words import binding_sentence, verdict_word
-from adeye.spec.load import find_odd
+from adeye.spec.load import odd_of
 from adeye.store.read.checking import Checked
 from adeye.store.read.totals import ChannelFailure
 from adeye.version import __version__
@@ -157,8 +157,8 @@ def check_sarif(checked: Checked) -> dict[str, Any]:
     """Write what was found as a SARIF log: every rule that was asked, every finding as an error."""
     path = checked.path
     if path is None and checked.campaign is not None:
-        told = checked.campaign.provenance.get("odd_path")
-        path = find_odd(str(told)) if told else None
+        provenance = checked.campaign.provenance
+        path = odd_of(provenance) if provenance.get("odd_path") else None
     file = None if path is None else SourceLocation(str(path), 1, 1)
     rules = [SarifRule(rule.name, rule.text, rule.remedy) for rule in checked.rules]
     results = [

@@ -576,7 +576,7 @@ _FAILURES: Final = """SELECT architecture, channel, told, mastered, COUNT(*) FRO
 _MASTERED: Final = """CASE WHEN EXISTS (
     SELECT 1 FROM campaign_fsr f
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
-    WHERE {judged} AND v.verdict = 'PASS' AND ({about})) THEN 1 ELSE 0 END"""
+    WHERE {judged} AND v.verdict = 'PASS' AND v.exercised = 1 AND ({about})) THEN 1 ELSE 0 END"""
 
 
 def failed_channels(
@@ -584,7 +584,7 @@ def failed_channels(
 ) -> tuple[tuple[str, str, str, bool, int], ...]:
     """Count the runs in which a channel failed, by architecture, channel and what happened.
 
-    Those in which an FSR about the channel passes are counted apart.
+    Those that exercise an FSR about the channel, which passes, are counted apart.
 
     Few of many runs have such an outcome, so the runs are read as they lie in the file, and only
     for those the cases are looked up. The outcome is that of the channel that failed first; those
