@@ -169,7 +169,7 @@ def _names_in(path: Path, *_state: int) -> frozenset[str]:
             names |= {item.name.partition(".")[0] for item in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
             names.add(node.module.partition(".")[0])
-    return frozenset(names - sys.stdlib_module_names - {"adeye"})
+    return frozenset(names - {"adeye"})
 
 
 def _own(name: str) -> list[File] | None:

@@ -299,6 +299,8 @@ def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> 
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
         module = _execute(name, path, content, digest)
+        # By now it may have said where more of its code is found.
+        digest = code_digest(with_imports(files), is_file=True)
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
     require_executed(name, own_imports(files), before)
     return known if known.name == name else Part(known.obj, name, digest, known.version)

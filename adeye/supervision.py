@@ -64,7 +64,7 @@ class guest:  # noqa: N801 - read as `with guest(name):`
 
     A process that it forked and that would come back from it is ended: it would do everything that
     follows twice. The working folder, which relative paths of the user are meant from, is the same
-    afterwards. What it raises is left to who contains it, or is turned into ``PluginError``.
+    afterwards, and so is how numbers are rounded. What it raises is left to who contains it, or is turned into ``PluginError``.
     """
 
     __slots__ = ("_former", "_kind", "_name", "_pid", "_slot")
@@ -97,6 +97,7 @@ class guest:  # noqa: N801 - read as `with guest(name):`
         if not self._former:
             _inside.discard(self._slot)
             _return_to_folder()
+            _round_as_usual()
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(f"the {self._kind} {self._name} raised {told(error)}") from error
@@ -117,6 +118,23 @@ def _return_to_folder() -> None:
         is_same = False
     if _folder and not is_same:
         os.chdir(_folder)
+
+
+def _usual_rounding() -> Callable[[], object]:
+    """Return what resets rounding and the treatment of tiny numbers (fenv.h), where that is known.
+
+    Libraries change them for a whole thread, so that the same test case would give other bits.
+    """
+    try:
+        reset = ctypes.CDLL("libm.so.6").fesetenv
+    except (OSError, AttributeError):
+        return lambda: None
+    # FE_DFL_ENV of glibc.
+    usual = ctypes.c_void_p(-1)
+    return lambda: reset(usual)
+
+
+_round_as_usual: Final = _usual_rounding()
 
 
 def _number(name: str) -> int:

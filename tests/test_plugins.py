@@ -162,10 +162,10 @@ def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
 ) -> None:
     bare = load_part("./mine.py:Mine", folder)
     assert bare.source_digest == hashlib.sha256((folder / "mine.py").read_bytes()).hexdigest()
-    text = (
-        "import json, numpy\nfrom bought.drive import Mine as Base\n\nclass Mine(Base):\n    pass\n"
+    (folder / "mine.py").write_text(
+        "import json, numpy, profile\n"
+        "from bought.drive import Mine as Base\n\nclass Mine(Base):\n    pass\n"
     )
-    (folder / "mine.py").write_text(text)
     part = load_part("./mine.py:Mine", folder)
     assert part.obj.gain == 1
     labels = [label for label, _ in registry.source_files("./mine.py:Mine", folder)]
@@ -175,6 +175,19 @@ def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
     (folder / "packing.py").write_text("import hypothesis, numpy, yaml\n")
     labels = [label for label, _ in plugin_code.with_imports([("x", folder / "packing.py")])]
     assert labels == ["x", "hypothesis/METADATA"]
+    (folder / "beside").mkdir()
+    (folder / "beside" / "helper_beside.py").write_text("gain = 1")
+    (folder / "finder.py").write_text(
+        "import os, sys\n"
+        "sys.path.insert(0, os.path.join(os.path.dirname(__file__), 'beside'))\n"
+        "from helper_beside import gain\n\nclass Mine:\n    pass\n"
+    )
+    found = load_part("./finder.py:Mine", folder)
+    assert registry.source_digest("./finder.py:Mine", folder) == found.source_digest
+    assert load_part("./finder.py:Mine", folder) == found
+    labels = [label for label, _ in registry.source_files("./finder.py:Mine", folder)]
+    assert labels == ["finder.py", "helper_beside.py"]
+    sys.path.remove(str(folder / "beside"))
     archive = package.parent / "packed.zip"
     with zipfile.ZipFile(archive, "w") as file:
         file.writestr("packed.py", "gain = 1")

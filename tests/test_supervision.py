@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -341,3 +343,12 @@ def test_working_folder_is_what_it_was_before_any_guest_came(
     with guest("part.py:Part"):
         os.chdir("/")
     assert Path.cwd() == tmp_path / "elsewhere"
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="other processors have another word")
+def test_numbers_are_rounded_as_before_any_guest_came() -> None:
+    upwards, library = 0x800, ctypes.CDLL("libm.so.6")
+    with guest("part.py:Part"):
+        assert library.fesetround(upwards) == 0
+        assert library.fegetround() == upwards
+    assert library.fegetround() == 0

@@ -25,7 +25,7 @@ from adeye.campaign.check import (
     same_architectures,
     same_scenarios,
 )
-from adeye.campaign.parts import Parts, load_parts, use_plugin_metrics
+from adeye.campaign.parts import Parts, load_parts, sources, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.errors import InputError, IntegrityError, SpecError, placed
 from adeye.judge.requirements import CheckedRequirement, JudgedPlan, check_requirements
@@ -511,7 +511,9 @@ class CampaignPlan:
             units=self._units(),
             provenance={
                 **provenance(self.path),
-                INPUTS: self.files.inputs(),
+                INPUTS: self.files.inputs(
+                    path for source in sources(self) for path in source.paths()
+                ),
                 FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -86,23 +86,28 @@ class OddFiles:
                     if name and _is(Path.is_file, loaded.path.parent / name):
                         yield loaded.path.parent / name
 
-    def inputs(self) -> dict[str, str]:
+    def inputs(self, more: Iterable[Path] = ()) -> dict[str, str]:
         """Hash the project's files that it was read from, and those that these name.
 
+        Args:
+            more: Others that it depends on, such as the code of plug-ins.
+
         Returns:
-            sha256 by the place relative to the folder that the ODD's folder lies in. What lies
-            elsewhere, such as a shipped scenario, is left out.
+            sha256 by the place relative to the folder that the ODD's folder lies in; of what lies
+            elsewhere, by itself.
         """
         project = self.odd.path.resolve().parent.parent
         loaded: tuple[Loaded[Any], ...]
         loaded = (self.odd, self.concept, *self.scenarios.values(), *self.architectures.values())
         read = (Path(document.path) for item in loaded for document in item.documents)
-        paths = {path.resolve() for path in (*read, *self.named_files())}
-        return {
-            path.relative_to(project).as_posix(): file_digest(path)
-            for path in sorted(paths)
-            if path.is_relative_to(project) and path.is_file()
-        }
+        paths = {path.resolve() for path in (*read, *self.named_files(), *more)}
+        found: dict[str, str] = {}
+        for path in sorted(paths):
+            if path.is_file():
+                digest = file_digest(path)
+                is_own = path.is_relative_to(project)
+                found[path.relative_to(project).as_posix() if is_own else digest] = digest
+        return found
 
 
 def load_odd(path: str | Path) -> OddFiles:
