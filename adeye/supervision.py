@@ -64,7 +64,8 @@ class guest:  # noqa: N801 - read as `with guest(name):`
 
     A process that it forked and that would come back from it is ended: it would do everything that
     follows twice. The working folder, which relative paths of the user are meant from, is the same
-    afterwards, and so is how numbers are rounded. What it raises is left to who contains it, or is turned into ``PluginError``.
+    afterwards, and so is how numbers are rounded. What it raises is left to who contains it, or is
+    turned into ``PluginError``.
     """
 
     __slots__ = ("_former", "_kind", "_name", "_pid", "_slot")
