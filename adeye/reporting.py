@@ -25,7 +25,7 @@ from adeye.report.comparison.compare import compare
 from adeye.report.files import guarding
 from adeye.report.formats import check_exports, render_export
 from adeye.report.formats.json import render_json
-from adeye.report.formats.junit import render_gate, render_junit
+from adeye.report.formats.junit import render_junit
 from adeye.report.gate.baseline import read_baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
@@ -321,7 +321,7 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
             )
             if options.junit is not None:
                 report = _builder(repository, campaign, db).build(lambda _: (), replays=0)
-                write_atomically(render_gate(report, result), options.junit)
+                write_atomically(render_junit(report, result), options.junit)
         if options.is_update and options.baseline is not None:
             return update_baseline(
                 result, options.baseline, accepts_incomplete=options.accepts_incomplete

@@ -26,6 +26,7 @@ from adeye.judge.verdict import Verdict
 from adeye.report.formats.sarif import judged_in
 from adeye.report.model.concept import SafetyGoal
 from adeye.report.model.report import Cell, Fsr, Report
+from adeye.report.templates import environment, xml_of
 from adeye.report.words import binding_sentence, margin_text, printable, verdict_word
 
 # --- The argument of a campaign in the Goal Structuring Notation (GSN): from goals to evidence ----
@@ -279,17 +280,6 @@ _CHARACTER: Final = 6.3
 """Width of a letter of 12 px; a little more than the mean, so that lines fit."""
 _MARGIN: Final = 16.0
 _HEAD: Final = 54.0
-_COLOURS: Final[Mapping[State, tuple[str, str]]] = {
-    "supported": ("#e4f4e8", "#1e7a3c"),
-    "undeveloped": ("#f6f1df", "#8a6d00"),
-    "defeated": ("#fbe4e2", "#b3261e"),
-    "": ("#f2f3f5", "#6b7280"),
-}
-_LEGEND: Final = (
-    "Rectangle: goal. Slanted: strategy. Round ends: evidence. Rounded: context. Oval: assumption. "
-    "\N{CHECK MARK} supported by the evidence, \N{MULTIPLICATION X} defeated by it, "
-    "\N{WHITE DIAMOND} undeveloped: no evidence that decides."
-)
 
 
 @dataclass(slots=True)
@@ -310,34 +300,32 @@ class Box:
 
 def render_svg(argument: Argument) -> str:
     """Draw an argument as one SVG that needs nothing else."""
+    namespace = '<svg xmlns="http://www.w3.org/2000/svg"'
+    return drawing_of(argument).replace("<svg", namespace, 1) + "\n"
+
+
+def drawing_of(argument: Argument, prefix: str = "") -> str:
+    """Draw an argument as an SVG that can stand inside of a page: it names no address.
+
+    Args:
+        argument: What is drawn.
+        prefix: Beginning of its ids, so that none is one of the page.
+    """
     boxes = place_boxes(argument)
-    width = max(box.x + box.width for box in boxes.values()) + _MARGIN
-    height = max(box.y + box.height / 2.0 for box in boxes.values()) + _MARGIN
-    root = ET.Element(
-        "svg",
-        {
-            "xmlns": "http://www.w3.org/2000/svg",
-            "width": f"{width:.0f}",
-            "height": f"{height:.0f}",
-            "viewBox": f"0 0 {width:.0f} {height:.0f}",
-            "font-family": "system-ui, sans-serif",
-            "font-size": "12",
-            "role": "img",
-        },
+    root = xml_of(
+        "argument.svg.j2",
+        argument=argument,
+        boxes=boxes,
+        width=max(box.x + box.width for box in boxes.values()) + _MARGIN,
+        height=max(box.y + box.height / 2.0 for box in boxes.values()) + _MARGIN,
+        signs=SIGNS,
+        margin=_MARGIN,
+        gap=_GAP_X,
+        pad=_PAD,
+        leading=_LINE,
+        prefix=prefix,
     )
-    ET.SubElement(root, "title").text = printable(argument.title)
-    ET.SubElement(root, "rect", {"width": "100%", "height": "100%", "fill": "#ffffff"})
-    _text(root, (_MARGIN, 22.0), printable(argument.title), {"font-size": "15", **_BOLD})
-    _text(root, (_MARGIN, 40.0), _LEGEND, {"fill": "#4b5563"})
-    for edge in argument.edges:
-        _draw_edge(root, boxes[edge.source], boxes[edge.target], edge.relation)
-    for box in boxes.values():
-        _draw_box(root, box)
-    ET.indent(root)
-    return ET.tostring(root, encoding="unicode") + "\n"
-
-
-_BOLD: Final = {"font-weight": "600"}
+    return ET.tostring(root, encoding="unicode")
 
 
 def place_boxes(argument: Argument) -> dict[str, Box]:
@@ -401,93 +389,14 @@ def _box(node: GsnNode, column: int) -> Box:
     return Box(node, (f"\0{title[0]}", *(f"\0{part}" for part in title[1:]), *text), x, WIDTHS[at])
 
 
-def _draw_edge(root: ET.Element, source: Box, target: Box, relation: str) -> None:
-    style = {"fill": "none", "stroke": "#6b7280", "stroke-width": "1.2"}
-    if relation == "in_context_of":
-        if source.x != target.x:
-            # An assumption stands at the left once; the goals that rest on it name it in the JSON.
-            return
-        style |= {"stroke-dasharray": "4 3"}
-        x = source.x + 6.0
-        path = f"M{x:.1f},{source.y:.1f} L{x:.1f},{target.y:.1f}"
-        ET.SubElement(root, "path", {"d": path, **style})
-        return
-    begin, end = source.x + source.width, target.x
-    middle = end - _GAP_X / 2.0
-    path = f"M{begin:.1f},{source.y:.1f} H{middle:.1f} V{target.y:.1f} H{end:.1f}"
-    ET.SubElement(root, "path", {"d": path, **style})
-
-
-def _draw_box(root: ET.Element, box: Box) -> None:
-    fill, stroke = _COLOURS[box.node.state]
-    group = ET.SubElement(root, "g", {"id": box.node.id})
-    ET.SubElement(group, "title").text = printable(box.node.id)
-    style = {"fill": fill, "stroke": stroke, "stroke-width": "1.3"}
-    if box.node.state == "undeveloped":
-        style |= {"stroke-dasharray": "5 3"}
-    top = box.y - box.height / 2.0
-    if box.node.kind == "strategy":
-        x, end, low, slant = box.x, box.x + box.width, box.y + box.height / 2.0, 9.0
-        points = f"{x + slant:.1f},{top:.1f} {end:.1f},{top:.1f} "
-        points += f"{end - slant:.1f},{low:.1f} {x:.1f},{low:.1f}"
-        ET.SubElement(group, "polygon", {"points": points, **style})
-    else:
-        round_ = {"goal": 0.0, "context": 10.0}.get(box.node.kind, box.height / 2.0)
-        place = {
-            "x": f"{box.x:.1f}",
-            "y": f"{top:.1f}",
-            "width": f"{box.width:.1f}",
-            "height": f"{box.height:.1f}",
-            "rx": f"{min(round_, 22.0):.1f}",
-        }
-        ET.SubElement(group, "rect", place | style)
-    inset = 13.0 if box.node.kind in {"strategy", "solution", "assumption"} else _PAD
-    for number, line in enumerate(box.lines):
-        y = top + _PAD + _LINE * number + 11.0
-        bold = _BOLD if line.startswith("\0") else {}
-        _text(group, (box.x + inset, y), line.removeprefix("\0"), {"fill": "#111827", **bold})
-
-
-def _text(parent: ET.Element, at: tuple[float, float], text: str, style: dict[str, str]) -> None:
-    place = {"x": f"{at[0]:.1f}", "y": f"{at[1]:.1f}"}
-    ET.SubElement(parent, "text", place | style).text = text
-
-
 # --- A goal structure as Mermaid text, which code hosts draw in Markdown --------------------------
-
-_SHAPES: Final[Mapping[NodeKind, tuple[str, str]]] = {
-    "goal": ("[", "]"),
-    "strategy": ("[/", "/]"),
-    "solution": ("((", "))"),
-    "context": ("(", ")"),
-    "assumption": ("([", "])"),
-}
-"""Brackets by kind: rectangle, parallelogram, circle, rounded, ellipse."""
-_STYLES: Final = (
-    "classDef supported fill:#e4f4e8,stroke:#1e7a3c,color:#10301b",
-    "classDef undeveloped fill:#f6f1df,stroke:#8a6d00,color:#3a2f00,stroke-dasharray:5 3",
-    "classDef defeated fill:#fbe4e2,stroke:#b3261e,color:#410e0b",
-    "classDef plain fill:#f2f3f5,stroke:#6b7280,color:#1f2937",
-)
 
 
 def render_mermaid(argument: Argument) -> str:
     """Write an argument as a Mermaid flowchart from left to right."""
     names = {node.id: f"n{number}" for number, node in enumerate(argument.nodes)}
-    lines = ["flowchart LR"]
-    lines += [f"  {names[node.id]}{_mermaid_box(node)}" for node in argument.nodes]
-    for edge in argument.edges:
-        arrow = "-->" if edge.relation == "supported_by" else "-.-"
-        lines.append(f"  {names[edge.source]} {arrow} {names[edge.target]}")
-    lines += [f"  {style}" for style in _STYLES]
-    lines += [f"  class {names[node.id]} {node.state or 'plain'}" for node in argument.nodes]
-    return "\n".join(lines) + "\n"
-
-
-def _mermaid_box(node: GsnNode) -> str:
-    begin, end = _SHAPES[node.kind]
-    sign = f"{SIGNS[node.state]} " if node.state else ""
-    return f'{begin}"<b>{sign}{quoted(node.title)}</b><br>{quoted(node.text)}"{end}'
+    template = environment("formats", quoted).get_template("argument.mmd.j2")
+    return template.render(argument=argument, names=names, signs=SIGNS)
 
 
 def quoted(text: str) -> str:

@@ -25,6 +25,7 @@ from adeye.report.page.charts import draw_bars, draw_front, draw_trade
 from adeye.report.page.replay import pack_replay, script_text
 from adeye.report.page.suites import LOSS_HEADS, SENSOR_HEADS, SPEED_HEADS, ZONE_HEADS, suite_views
 from adeye.report.page.views import arrange, filters, goal_structure, ways_of
+from adeye.report.templates import environment
 from adeye.report.words import MEANINGS
 
 if TYPE_CHECKING:
@@ -135,8 +136,15 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
 
 def _filled(template: str, **content: Any) -> str:
     """Return what a template makes of its content."""
-    text: str = environment().get_template(template).render(content)
+    text: str = _pages().get_template(template).render(content)
     return text
+
+
+@cache
+def _pages() -> Environment:
+    made = environment("web")
+    made.globals.update(filters())
+    return made
 
 
 @cache
@@ -170,22 +178,6 @@ def style_policy(style: str) -> str:
 def _source(text: str) -> str:
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     return f"'sha256-{digest}'"
-
-
-@cache
-def environment() -> Environment:
-    """Make the templates' environment: it escapes every text, and knows no missing name."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("adeye.report", "web"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals.update(filters())
-    return environment
 
 
 # --- Sensor suites as an HTML page of their own that needs nothing else: no network, no script ----

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import Any, Final
 
 from adeye.judge.verdict import WORST_FIRST, Verdict
 from adeye.report.claims import Claim, Claims, Refusal, refusals_of
-from adeye.report.formats.gsn import argument_of, render_svg
+from adeye.report.formats.gsn import argument_of, drawing_of
 from adeye.report.formats.matrix import By, TraceGroup, grouped, matrix_of
 from adeye.report.model.report import Architecture, Cell, Fsr, Report
 from adeye.report.words import (
@@ -349,7 +348,6 @@ def _claim(claim: Claim, end: float) -> ClaimRow:
 
 # --- The traceability matrix both ways and the goal structure, as the page shows them -------------
 
-_NAMESPACE: Final = ' xmlns="http://www.w3.org/2000/svg"'
 _WAYS: Final[tuple[tuple[By, str, tuple[By, ...]], ...]] = (
     ("hazard", "Forwards: what answers a hazardous event", ("goal", "fsr", "element", "scenario")),
     ("element", "Backwards: what an element is there for", ("fsr", "goal", "hazard", "scenario")),
@@ -419,10 +417,4 @@ def goal_structure(report: Report) -> str:
 
     Its ids get a beginning of their own, so that none is one of the page.
     """
-    # Inside of HTML an SVG needs no namespace, and the page names no address.
-    drawing = render_svg(argument_of(report)).replace(_NAMESPACE, "", 1)
-    root = ET.fromstring(drawing)  # noqa: S314 - our own drawing
-    for node in root.iter():
-        if "id" in node.attrib:
-            node.set("id", f"gsn-{node.get('id')}")
-    return ET.tostring(root, encoding="unicode")
+    return drawing_of(argument_of(report), "gsn-")
