@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from adeye.cli.database import _VIEWS
-from adeye.cli.queries import SAVED
+from adeye.cli.queries import SAVED, VIEWS
 from adeye.store import schema
 from adeye.store.read.query import run_query
 from adeye.store.records import ContentRecord
@@ -162,7 +161,7 @@ def test_every_view_and_its_columns_are_described(adeye: Any, mini: Any) -> None
         for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'view'")
     }
     connection.close()
-    assert tables.keys() == views.keys() >= _VIEWS.keys()
+    assert tables.keys() == views.keys() >= VIEWS.keys()
     for name, columns in views.items():
         assert tables[name]["description"]
         assert tables[name]["columns"].keys() <= columns
