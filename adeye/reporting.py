@@ -208,7 +208,7 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
             ref = repository.find_run(run)
             campaign = repository.find_campaign(ref.campaign)
             builder = _builder(repository, campaign, db)
-            pen = _Pen(repository, builder, None)
+            pen = _Pen(repository, builder)
             report = builder.build(pen.draw, replays=0)
             drawn = pen.draw([ReplayRequest(ref, "asked for")])
         write_html(report.model_copy(update={"replays": drawn}), path)
@@ -342,37 +342,33 @@ def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]
     return meant.campaign, text
 
 
+@dataclass(frozen=True)
 class _Pen:
     """Draws runs for a page."""
 
-    def __init__(
-        self,
-        repository: Repository,
-        builder: ReportBuilder,
-        progress: Callable[[Progress], None] | None,
-    ) -> None:
-        self._repository = repository
-        self._builder = builder
-        self._progress = progress or (lambda _: None)
+    repository: Repository
+    builder: ReportBuilder
+    progress: Callable[[Progress], None] | None = None
 
     def draw(self, requests: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
         """Execute runs again and draw them."""
         drawn = []
+        told = self.progress or (lambda _: None)
         for number, request in enumerate(requests):
-            self._progress(Progress("report", number, len(requests), 0))
-            drawn.append(self._drawn(request, rerun(self._repository, request.run)))
-        self._progress(Progress("report", len(requests), len(requests), 0))
+            told(Progress("report", number, len(requests), 0))
+            drawn.append(self._drawn(request, rerun(self.repository, request.run)))
+        told(Progress("report", len(requests), len(requests), 0))
         return tuple(drawn)
 
     def _drawn(self, request: ReplayRequest, done: Execution) -> Replay:
-        builder = self._builder
+        builder = self.builder
         records = self._verdicts(done)
         stored = {item.fsr_id: item for item in records}
         parameters = named_values(dict(done.case.parameters), builder.odd, done.run.scenario)
         return replay_of(
             done.trace,
             0,
-            run_id=done.run.result_digest,
+            run=done.run.result_digest,
             architecture=done.run.architecture,
             fault=done.case.fault_entry,
             parameters=list(map(Label.of, parameters)),

@@ -14,15 +14,6 @@ from numpy.typing import NDArray
 
 from adeye.errors import UsageError
 from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.parameters import (
-    EDITIONS,
-    GROUPS,
-    MODELS,
-    VARIANTS,
-    named,
-    parameters_of,
-    vector,
-)
 from adeye.kernel.reference_drivers.reactions import must_be_avoided
 from adeye.kernel.reference_drivers.scenes import SCRATCH_SIZE, drive_scenes
 from adeye.spec.document import require_plain
@@ -106,7 +97,7 @@ class Question:
     """Which drivers are asked, and how."""
 
     scene: str = "cut_in"
-    models: tuple[str, ...] = tuple(MODELS)
+    models: tuple[str, ...] = tuple(columns.MODELS)
     edition: str = "r157-01"
     variant: tuple[str, ...] = ()
     step: float = 0.01
@@ -120,12 +111,12 @@ def check_question(question: Question) -> None:
         UsageError: With the value, what is allowed and what to do.
     """
     _known("scene", [question.scene], KINDS)
-    _known("model", question.models, MODELS)
-    _known("edition", [question.edition], EDITIONS)
-    _known("variant", question.variant, [*VARIANTS, *GROUPS])
+    _known("model", question.models, columns.MODELS)
+    _known("edition", [question.edition], columns.EDITIONS)
+    _known("variant", question.variant, [*columns.VARIANTS, *columns.GROUPS])
     _known("integrator", [question.integrator], INTEGRATORS)
     if not question.models:
-        raise UsageError("no model is named", remedy=f"Name some of {', '.join(MODELS)}.")
+        raise UsageError("no model is named", remedy=f"Name some of {', '.join(columns.MODELS)}.")
     if not 0.001 <= question.step <= 0.1:
         raise UsageError(
             f"the step of {question.step:g} s is not allowed",
@@ -285,8 +276,8 @@ def drive(
     Returns:
         Shape (N, RESULT_SIZE).
     """
-    parameters = vector(parameters_of(model, question.edition, question.variant))
-    names = named(question.variant)
+    parameters = columns.vector(columns.parameters_of(model, question.edition, question.variant))
+    names = columns.named(question.variant)
     ends = model == "cc" and "jrc-ttc-end" in names
     results = np.empty((len(scenes), columns.RESULT_SIZE))
 
@@ -295,7 +286,7 @@ def drive(
         drive_scenes(
             scenes[part],
             KINDS[question.scene],
-            MODELS[model],
+            columns.MODELS[model],
             parameters,
             question.step,
             INTEGRATORS[question.integrator],
@@ -315,5 +306,5 @@ def drive(
 
 def obligations(scenes: Floats, edition: str) -> Floats:
     """Tell for which cut-ins paragraph 5.2.5.2 forbids a contact: 1 or 0, shape (N,)."""
-    rules = EDITIONS[edition]
+    rules = columns.EDITIONS[edition]
     return np.array([must_be_avoided(row, rules.delay, rules.braking, 0.3) for row in scenes])

@@ -13,7 +13,9 @@ from adeye.cli.output import (
     emit,
     emit_fields,
     emit_json,
+    emit_line,
     emit_table,
+    fields_of,
     plain,
     short,
     talk,
@@ -101,7 +103,7 @@ def _print_certificate(found: Certificate) -> None:
     )
     if len(found.findings) > SHOWN:
         emit(f"{len(found.findings) - SHOWN:,} more; --json lists them.")
-    emit(clean(f"\nNOT CERTIFIED: {_cause(found)}"))
+    emit_line(f"\nNOT CERTIFIED: {_cause(found)}")
 
 
 def _row(item: Finding, conditions: int) -> list[object]:
@@ -200,18 +202,11 @@ def _keep(result: SelfTestResult, db: str | None) -> None:
     wrote(write_result(result, locate(db).beside.parent))
 
 
+_MASTER: Final = ("name", "group", "wrong", "finder")
+
+
 def _list(masters: Sequence[Master], *, json: bool) -> None:
-    rows = [
-        {
-            "name": item.name,
-            "group": item.group,
-            "wrong": item.wrong,
-            "finder": item.finder,
-            "exit_code": item.exit_code,
-            "words": item.words,
-        }
-        for item in masters
-    ]
+    rows = [fields_of(item, *_MASTER, "exit_code", "words") for item in masters]
     if json:
         emit_json("selftest-masters", {"masters": rows})
         return
@@ -225,10 +220,7 @@ def _list(masters: Sequence[Master], *, json: bool) -> None:
 def _rows(examined: Sequence[Examined]) -> list[dict[str, Any]]:
     return [
         {
-            "name": item.master.name,
-            "group": item.master.group,
-            "wrong": item.master.wrong,
-            "finder": item.master.finder,
+            **fields_of(item.master, *_MASTER),
             "is_detected": item.is_detected,
             "exit_code": item.seen.exit_code,
             "text": item.seen.text,

@@ -14,11 +14,14 @@ from adeye.cli.output import (
     emit,
     emit_document,
     emit_json,
+    emit_line,
     emit_table,
     listed,
     short,
     wrote,
 )
+from adeye.errors import UsageError, suggest
+from adeye.report.words import MINUS, counted, number, quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,15 +97,13 @@ def print_comparison(comparison: Comparison) -> None:
     """Print a comparison: the overview first, then what differs, then sensors."""
     _print_overview(comparison)
     for statement in comparison.statements:
-        emit(clean(statement))
+        emit_line(statement)
     for pair in comparison.pairs:
         _print_pair(comparison, pair)
     _print_sensors(comparison)
 
 
 def _print_overview(comparison: Comparison) -> None:
-    from adeye.report.words import counted, number
-
     headers = [
         "Architecture", "Sensors", "Cost", "Mandatory FSRs", "Failing cases", "Undecided",
         "Worst margin", "No takeover", "Choice", "Not met",
@@ -130,27 +131,21 @@ def _print_overview(comparison: Comparison) -> None:
     else:
         emit("No architecture meets every mandatory FSR.")
     for text in comparison.left_out:
-        emit(clean(f"Objective left out: {text}."))
+        emit_line(f"Objective left out: {text}.")
     _print_unexecuted(comparison)
 
 
 def _print_unexecuted(comparison: Comparison) -> None:
     """Name what no count is about."""
-    from adeye.report.words import counted
-
     for item in comparison.by_cost:
         if item.unexecuted:
-            emit(
-                clean(f"Not executed of {item.id}: {listed(one.text for one in item.unexecuted)}.")
-            )
+            emit_line(f"Not executed of {item.id}: {listed(one.text for one in item.unexecuted)}.")
     for item in comparison.by_cost:
         if item.left_out:
-            emit(
-                clean(
-                    f"Left out of {item.id} above: {counted(item.left_out)} of "
-                    f"{counted(item.cases + item.left_out)} shared test cases, because not all "
-                    "architectures have executed them."
-                )
+            emit_line(
+                f"Left out of {item.id} above: {counted(item.left_out)} of "
+                f"{counted(item.cases + item.left_out)} shared test cases, because not all "
+                "architectures have executed them."
             )
 
 
@@ -162,7 +157,6 @@ def place_text(item: Candidate) -> str:
 
 
 def _print_pair(comparison: Comparison, pair: Pair) -> None:
-    from adeye.report.words import counted
 
     found = [
         item
@@ -173,29 +167,24 @@ def _print_pair(comparison: Comparison, pair: Pair) -> None:
     shown = [item for item in found if item.is_different]
     still = [item for item in found if item.kind == _ALL and not item.is_different]
     emit("")
-    emit(
-        clean(
-            f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs executed, "
-            f"{counted(pair.incomplete)} not; without a partner {counted(pair.only_a)} of A "
-            f"and {counted(pair.only_b)} of B."
-        )
+    emit_line(
+        f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs executed, "
+        f"{counted(pair.incomplete)} not; without a partner {counted(pair.only_a)} of A "
+        f"and {counted(pair.only_b)} of B."
     )
     if pair.not_comparable:
-        emit(clean(f"Not applicable to one of them: {listed(pair.not_comparable)}."))
+        emit_line(f"Not applicable to one of them: {listed(pair.not_comparable)}.")
     if shown:
         _print_differences(shown)
     same = [item.fsr for item in still if not item.undecided]
     if same:
-        emit(clean(f"No difference at all: {listed(same)}."))
+        emit_line(f"No difference at all: {listed(same)}.")
     unknown = [f"{item.fsr} ({counted(item.undecided)})" for item in still if item.undecided]
     if unknown:
-        emit(
-            clean(f"No difference in what is decided, but pairs are undecided: {listed(unknown)}.")
-        )
+        emit_line(f"No difference in what is decided, but pairs are undecided: {listed(unknown)}.")
 
 
 def _print_differences(shown: Sequence[Difference]) -> None:
-    from adeye.report.words import counted, quantity
 
     has_inference = any(item.inference is not None for item in shown)
     headers = [
@@ -248,8 +237,6 @@ def percent(share: float) -> str:
     >>> percent(0.125), percent(0.0)
     ('+12.5 %', '0 %')
     """
-    from adeye.report.words import MINUS
-
     if share == 0.0:
         return "0 %"
     return f"{MINUS if share < 0.0 else '+'}{100.0 * abs(share):.1f} %"
@@ -265,7 +252,6 @@ def p_text(p: float) -> str:
 
 
 def _print_sensors(comparison: Comparison) -> None:
-    from adeye.report.words import counted, quantity
 
     if comparison.contributions:
         headers = ["Sensor", "With", "Without", "Cost", "Pairs", "Rescued", "Harmed"]
@@ -326,7 +312,6 @@ def matrix(
         adeye matrix --by scenario
         adeye matrix 3 --csv > matrix.csv
     """
-    from adeye.errors import UsageError, suggest
     from adeye.report.formats.matrix import BY, grouped, matrix_of, render_csv
     from adeye.reporting import read_report
 

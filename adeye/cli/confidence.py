@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adeye.cli.options import Db, Json, complete_campaigns, option
-from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, plain, short
+from adeye.cli.output import NONE, emit, emit_json, emit_line, emit_table, plain, short
+from adeye.judge.verdict import ExitCode
+from adeye.report.words import counted, number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,7 +53,6 @@ def confidence(
     """
     from typing import cast
 
-    from adeye.judge.verdict import ExitCode
     from adeye.report.claims import ClaimOptions, Method
     from adeye.reporting import claim
 
@@ -68,7 +69,6 @@ def confidence(
 def print_claims(claims: Claims) -> None:
     """Print the bounds of each architecture, then what cannot be said, then the conditions."""
     from adeye.report.claims import refusals_of
-    from adeye.report.words import counted
 
     percent = f"{100.0 * claims.level:g} %"
     for architecture in dict.fromkeys(item.architecture for item in claims.claims):
@@ -79,12 +79,10 @@ def print_claims(claims: Claims) -> None:
             _print_said(architecture, said, percent, claims.target)
     for refusal in refusals_of(claims):
         places = ", ".join(refusal.scenarios) or "all scenarios"
-        emit(
-            clean(f"No statement about {places} ({counted(refusal.count)} of FSR × architecture):")
-        )
-        emit(clean(f"  {refusal.reason}."))
+        emit_line(f"No statement about {places} ({counted(refusal.count)} of FSR × architecture):")
+        emit_line(f"  {refusal.reason}.")
         if not refusal.is_all:
-            emit(clean(f"  {', '.join(refusal.fsrs)}"))
+            emit_line(f"  {', '.join(refusal.fsrs)}")
     if not claims.claims:
         emit("No FSR is judged on any test case of the campaign.")
     if claims.conditions:
@@ -92,15 +90,14 @@ def print_claims(claims: Claims) -> None:
         for name in dict.fromkeys(
             item.scenario for item in claims.claims if item.scenario and not item.refusal
         ):
-            emit(clean(f"{name}: {claims.populations[name]}."))
+            emit_line(f"{name}: {claims.populations[name]}.")
         for text in claims.conditions:
-            emit(clean(text))
+            emit_line(text)
 
 
 def _print_said(
     architecture: str, said: Sequence[Claim], percent: str, target: float | None
 ) -> None:
-    from adeye.report.words import counted, number
 
     headers = ["FSR", "Scenario", "Points", "Exercised", "Failing", "Undecided", "Share"]
     headers += [f"Interval {percent}", f"At most ({percent})", "Per hour"]

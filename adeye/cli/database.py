@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -16,39 +15,20 @@ from adeye.cli.output import (
     emit_document,
     emit_fields,
     emit_json,
+    emit_line,
     emit_table,
+    fields_of,
+    plain,
     talk,
     wrote,
 )
+from adeye.errors import UsageError
+from adeye.outputs import guarded, write_atomically
 
 if TYPE_CHECKING:
     from adeye.store.evidence.roots import Root
 
 # --- ``db metadata``: what datasette needs to show a database: titles, units, saved queries -------
-
-
-_VIEWS: Final = {
-    "v_architecture_pairs": "two architectures in the same situation with the same fault",
-    "v_campaigns": "one row a campaign; recency is 1 for the one that was planned last",
-    "v_case_counts": "planned test cases and results by scenario, architecture, side of the ODD",
-    "v_check": "one row a finding of 'adeye check'",
-    "v_coverage": "test cases planned, done and exercising an FSR, by fault entry",
-    "v_element_causes": "what an element can fail by",
-    "v_faults": "one row a run with a fault that 'adeye faults' looked at: class and times",
-    "v_forks": "one row a fork of a run: who acts from when on, what that told",
-    "v_fsr_causes": "what the elements that an FSR is allocated to can fail by",
-    "v_fsr_goals": "goals of an FSR, with its time budgets",
-    "v_fsr_status": "one row an FSR, architecture and scenario: runs by verdict, folded verdict",
-    "v_gate": "one row a mandatory FSR and architecture: the folded verdict behind the exit code",
-    "v_goal_asil": "the highest ASIL that a safety goal calls for, 0 for QM to 4 for D",
-    "v_goal_events": "hazardous events of a safety goal",
-    "v_hazard_asil": "the ASIL that follows from the classes of a hazardous event",
-    "v_preventability": "one row a run and the drive of a reference driver in its situation",
-    "v_runs": "one row a run: parameters and verdicts in JSON, outcome, metrics",
-    "v_timeline": "one row an event of a run",
-    "v_uncertainty": "what half the step changes, and the numeric uncertainty that follows",
-    "v_verdicts": "one row a run and FSR; NOT_RUN where there is no result",
-}
 
 
 def metadata(
@@ -66,8 +46,6 @@ def metadata(
     Examples:
         adeye db metadata -o metadata.json
     """
-    from adeye.outputs import write_atomically
-
     text = json.dumps(document(db), indent=1, ensure_ascii=False)
     if output is None:
         emit_document(text)
@@ -83,8 +61,7 @@ def document(db: str | None) -> dict[str, Any]:
         InputError: There is no such database, or it is on a server.
         PlatformError: It cannot be read.
     """
-    from adeye.cli.queries import SAVED
-    from adeye.errors import UsageError
+    from adeye.cli.queries import SAVED, VIEWS
     from adeye.store.location import locate
     from adeye.store.read.query import run_query
     from adeye.store.views import PREFIX
@@ -101,7 +78,7 @@ def document(db: str | None) -> dict[str, Any]:
         # The name is that of a view of ours, or one that somebody made: it is quoted either way.
         quoted = '"' + view.replace('"', '""') + '"'
         columns = run_query(db, f"SELECT * FROM {quoted} LIMIT 0").columns  # noqa: S608
-        text = _VIEWS.get(view, "")
+        text = VIEWS.get(view, "")
         if not text and view.startswith(PREFIX):
             text = "v_runs of one scenario, with one typed column for each parameter"
         if not text and view.startswith("v_check_"):
@@ -161,9 +138,12 @@ def upgrade(db: Db = None, json: Json = False) -> None:
     if json:
         emit_json("db-upgrade", {"path": str(locate(db)), "before": before, "after": after})
     elif before == after:
-        emit(clean(f"{locate(db)}: schema {after} already"))
+        emit_line(f"{locate(db)}: schema {after} already")
     else:
-        emit(clean(f"{locate(db)}: schema {before or 'none'} → {after}"))
+        emit_line(f"{locate(db)}: schema {before or 'none'} → {after}")
+
+
+_CAMPAIGN: Final = ("number", "id", "odd", "planned", "state", "created_at")
 
 
 def info(db: Db = None, json: Json = False) -> None:
@@ -191,19 +171,14 @@ def info(db: Db = None, json: Json = False) -> None:
                 "rows": found.rows,
                 "campaigns": [
                     {
-                        "number": item.number,
-                        "id": item.id,
-                        "odd": item.odd,
-                        "planned": item.planned,
-                        "state": item.state,
-                        "created_at": item.created_at,
+                        **fields_of(item, *_CAMPAIGN),
                         "root": root_of(roots[item.id]),
-                        "provenance": dict(item.provenance),
-                        "sessions": [asdict(one) for one in sessions[item.id]],
+                        "provenance": item.provenance,
+                        "sessions": sessions[item.id],
                     }
                     for item in campaigns
                 ],
-                "withdrawn": [asdict(item) for item in withdrawn],
+                "withdrawn": withdrawn,
             },
         )
         return
@@ -213,7 +188,7 @@ def info(db: Db = None, json: Json = False) -> None:
     emit_table(("Table", "Rows"), list(found.rows.items()), right=("Rows",))
     rows = [
         [
-            *(item.number, item.id[:10], item.odd, item.planned, item.state, item.created_at),
+            *(fields_of(item, *_CAMPAIGN) | {"id": item.id[:10]}).values(),
             (root_of(roots[item.id]) or "-")[:16],
         ]
         for item in campaigns
@@ -252,7 +227,7 @@ def verify(db: Db = None, json: Json = False) -> None:
         emit_json("db-verify", {"rows": rows, "findings": findings})
     else:
         for finding in findings:
-            emit(clean(finding))
+            emit_line(finding)
         if not findings:
             emit(f"Intact: {rows} rows are as they were written.")
     if left:
@@ -291,7 +266,7 @@ def prove(
         chosen = repository.find_campaign(campaign)
         proof = repository.evidence.prove(run, chosen.id)
     if json:
-        emit_json("db-prove", asdict(proof))
+        emit_json("db-prove", plain(proof))
         return
     emit_fields(
         {
@@ -332,7 +307,7 @@ def withdraw(
     if json:
         emit_json("db-withdraw", {"run": found.result_digest, "is_new": is_new})
     elif is_new:
-        emit(clean(f"{found.result_digest[:12]}: withdrawn by {author}: {reason}"))
+        emit_line(f"{found.result_digest[:12]}: withdrawn by {author}: {reason}")
     else:
         emit(f"{found.result_digest[:12]}: withdrawn already")
 
@@ -373,11 +348,9 @@ def merge(
             found = repository.merge(origin)
         merged.append(found)
         if not json:
-            emit(
-                clean(
-                    f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
-                    f"{found.runs:,}, blocks done by it {found.blocks:,}"
-                )
+            emit_line(
+                f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
+                f"{found.runs:,}, blocks done by it {found.blocks:,}"
             )
         if found.traces:
             talk(
@@ -387,7 +360,7 @@ def merge(
                 )
             )
     if json:
-        emit_json("db-merge", {"into": str(place), "sources": [asdict(item) for item in merged]})
+        emit_json("db-merge", {"into": str(place), "sources": merged})
 
 
 def copy(
@@ -422,9 +395,9 @@ def copy(
         found = copy_campaigns(repository, campaigns, to)
     place = str(locate(to))
     if json:
-        emit_json("db-copy", {"to": place, **asdict(found)})
+        emit_json("db-copy", {"to": place, **plain(found)})
     else:
-        emit(clean(f"{place}: campaigns {len(found.campaigns):,}, runs {found.runs:,}"))
+        emit_line(f"{place}: campaigns {len(found.campaigns):,}, runs {found.runs:,}")
 
 
 def grant(
@@ -444,7 +417,6 @@ def grant(
     Examples:
         adeye db grant alice --db postgresql://admin@db.example/adeye
     """
-    from adeye.errors import UsageError
     from adeye.store.location import locate
     from adeye.store.read.query import READER
     from adeye.store.read.query import grant as grant_reading
@@ -501,7 +473,6 @@ def write(
         adeye manifest write --file report.html
         adeye manifest write -o out/manifest.json --file out/report.html --sign signing.pem
     """
-    from adeye.outputs import guarded, write_atomically
     from adeye.report.formats.manifest import fingerprint, make_manifest
     from adeye.report.formats.manifest import sign as signed
     from adeye.store.repository import Repository
@@ -522,9 +493,9 @@ def write(
         shown = {"campaign": chosen.id, "manifest": str(output), "signature": told}
         emit_json("manifest-write", {**shown, "sha256": fingerprint(content)})
         return
-    emit(clean(f"{output}: sha256 {fingerprint(content)}"))
+    emit_line(f"{output}: sha256 {fingerprint(content)}")
     if signature is not None:
-        emit(clean(f"{signature_path}: signed"))
+        emit_line(f"{signature_path}: signed")
 
 
 def verify_manifest(
@@ -551,7 +522,6 @@ def verify_manifest(
     """
     from contextlib import ExitStack
 
-    from adeye.errors import UsageError
     from adeye.report.formats.manifest import differing, fingerprint, read_manifest, require_signed
     from adeye.store.repository import Repository
 
@@ -573,10 +543,10 @@ def verify_manifest(
         emit_json("manifest-verify", {**told, "sha256": fingerprint(content), "findings": found})
     else:
         for line in found:
-            emit(clean(line))
+            emit_line(line)
         if not found:
             by = "unsigned" if signer is None else f"signed with key {signer[:16]}"
-            emit(clean(f"{manifest}: everything is as it says, {by}."))
+            emit_line(f"{manifest}: everything is as it says, {by}.")
     if found:
         talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
         raise typer.Exit(_INTEGRITY)
@@ -601,7 +571,7 @@ def keygen(
     """
     from adeye.report.formats.manifest import write_keys
 
-    emit(clean(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}"))
+    emit_line(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}")
 
 
 add(manifest_app, write)

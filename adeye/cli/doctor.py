@@ -17,6 +17,8 @@ import typer
 
 from adeye.cli.options import Db, Json
 from adeye.cli.output import clean, emit, emit_json, emit_table, short, talk
+from adeye.errors import AdeyeError
+from adeye.version import __version__
 
 # --- ``doctor``: is everything there, and what is proven about the product ------------------------
 
@@ -95,8 +97,6 @@ def check_versions() -> list[Check]:
     """Look up the versions of adeye, Python and every library that it needs."""
     from importlib.metadata import PackageNotFoundError, version
 
-    from adeye.version import __version__
-
     checks = [
         Check("adeye", True, __version__),
         Check("python", True, f"{platform.python_version()} ({sys.executable})"),
@@ -111,7 +111,6 @@ def check_versions() -> list[Check]:
 
 def check_database(db: str | None) -> Check:
     """Open the database and compare its schema with the one that this release needs."""
-    from adeye.errors import AdeyeError
     from adeye.store import schema
     from adeye.store.location import locate
 
@@ -143,11 +142,9 @@ def check_compiled_code() -> Check:
 
 def check_self_test(db: str | None) -> Check:
     """Look up whether this version was seen to detect the known-bad masters."""
-    from adeye.errors import AdeyeError
     from adeye.report.credibility import NOT_RUN, read_result
     from adeye.simulate.engine import NUMERICS_VERSION
     from adeye.store.location import locate
-    from adeye.version import __version__
 
     try:
         folder = locate(db).beside.parent

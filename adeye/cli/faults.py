@@ -5,7 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Final
 
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId, option
-from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_table, plain, short, width
+from adeye.cli.output import (
+    clean,
+    emit,
+    emit_fields,
+    emit_json,
+    emit_table,
+    fields_of,
+    plain,
+    short,
+    width,
+)
 from adeye.cli.progress import watching
 
 if TYPE_CHECKING:
@@ -212,12 +222,8 @@ def document(found: Injection) -> dict[str, object]:
     """Give an injection with what is derived from its times."""
     return {
         **plain(found),
-        "fdti_s": found.times.fdti_s,
-        "frti_s": found.times.frti_s,
-        "fhti_s": found.times.fhti_s,
-        "emergency_operation_s": found.times.emergency_operation_s,
-        "ftti_s": found.ftti_s,
-        "margin_s": found.margin_s,
+        **fields_of(found.times, "fdti_s", "frti_s", "fhti_s", "emergency_operation_s"),
+        **fields_of(found, "ftti_s", "margin_s"),
     }
 
 

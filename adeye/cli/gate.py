@@ -20,7 +20,21 @@ from adeye.cli.options import (
     option,
     sizes_of,
 )
-from adeye.cli.output import clean, emit, emit_json, emit_table, short, talk, wrote
+from adeye.cli.output import (
+    clean,
+    emit,
+    emit_json,
+    emit_line,
+    emit_table,
+    fields_of,
+    plain,
+    short,
+    talk,
+    wrote,
+)
+from adeye.errors import InputError, UsageError
+from adeye.outputs import write_atomically
+from adeye.report.words import counted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +81,6 @@ def gate(
         adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05
         adeye gate --baseline reports/baselines/motorway_chauffeur.json --update
     """
-    from adeye.errors import UsageError
     from adeye.report.gate.changes import Tolerances
     from adeye.reporting import GateOptions, gate_campaign
 
@@ -100,15 +113,12 @@ def gate(
 def print_gate(result: GateResult) -> None:
     """Print what was found, what decides first, and the answer."""
     from adeye.report.gate.baseline import deciding
-    from adeye.report.words import counted
 
     against = f" against {result.baseline}" if result.baseline else ""
     state = result.state
-    emit(
-        clean(
-            f"Campaign {result.number} of {state.odd} ({short(result.campaign)}), "
-            f"{counted(state.planned)} test cases{against}."
-        )
+    emit_line(
+        f"Campaign {result.number} of {state.odd} ({short(result.campaign)}), "
+        f"{counted(state.planned)} test cases{against}."
     )
     decides = deciding(result.findings)
     others = [item for item in result.findings if item not in decides]
@@ -116,16 +126,16 @@ def print_gate(result: GateResult) -> None:
     _print_findings("Does not decide:", others)
     if result.baseline and not result.changes and not result.is_written:
         emit("Nothing differs from the baseline.")
-    emit(clean(result.message))
+    emit_line(result.message)
 
 
 def _print_findings(title: str, findings: Sequence[Finding]) -> None:
     if findings:
         emit(title)
     for item in findings:
-        emit(clean(f"  {item}"))
+        emit_line(f"  {item}")
         if item.runs:
-            emit(clean(f"    adeye show {short(item.runs[0])}"))
+            emit_line(f"    adeye show {short(item.runs[0])}")
 
 
 def _gate_document(result: GateResult) -> dict[str, object]:
@@ -188,7 +198,6 @@ def stale(
     """
     from adeye.campaign.plan import make_plan
     from adeye.campaign.stale import find_stale
-    from adeye.errors import InputError
     from adeye.spec.load import odd_of
     from adeye.store.repository import Repository
 
@@ -214,31 +223,16 @@ def stale(
         _print_stale(found, path, db)
 
 
+_STALE: Final = ("cause", "subject", "text", "evidence", "runs", "fsrs", "architectures")
+
+
 def _stale_document(found: Staleness) -> dict[str, object]:
     return {
-        "campaign": found.campaign,
-        "number": found.number,
-        "odd": found.odd,
-        "evidence": found.evidence,
-        "counts": found.counts,
-        "stale": [
-            {
-                "cause": item.cause,
-                "subject": item.subject,
-                "text": item.text,
-                "evidence": item.evidence,
-                "runs": item.runs,
-                "fsrs": list(item.fsrs),
-                "architectures": list(item.architectures),
-            }
-            for item in found.stale
-        ],
+        **fields_of(found, "campaign", "number", "odd", "evidence", "counts"),
+        "stale": [fields_of(item, *_STALE) for item in found.stale],
         "now": {
             "evidence": found.planned,
-            "there": found.there,
-            "to_judge": found.to_judge,
-            "to_replay": found.to_replay,
-            "to_execute": found.to_execute,
+            **fields_of(found, "there", "to_judge", "to_replay", "to_execute"),
         },
     }
 
@@ -271,7 +265,7 @@ def _print_stale(found: Staleness, odd: Path, db: str | None) -> None:
     emit(f"\nThe files ask for {found.planned:,} verdicts; {found.there:,} are there.")
     for count, what, command in needs:
         if count:
-            emit(clean(f"{count:,} {'run' if count == 1 else 'runs'} {what}: {command}"))
+            emit_line(f"{count:,} {'run' if count == 1 else 'runs'} {what}: {command}")
 
 
 # --- ``check``: whether concept, plan and evidence fit together -----------------------------------
@@ -337,7 +331,6 @@ def _is_file(subject: str) -> bool:
 def _write_sarif(checked: Checked, path: Path) -> None:
     from json import dumps
 
-    from adeye.outputs import write_atomically
     from adeye.report.formats.sarif import check_sarif
 
     write_atomically((dumps(check_sarif(checked), indent=1) + "\n").encode(), path)
@@ -355,7 +348,7 @@ def _print_check(checked: Checked) -> None:
         findings_word = "1 finding" if count == 1 else f"{count} findings"
         emit(f"\n{clean(what)}: {findings_word} by {broken} of {len(checked.rules)} rules.")
     else:
-        emit(clean(f"{what}: no findings by {len(checked.rules)} rules."))
+        emit_line(f"{what}: no findings by {len(checked.rules)} rules.")
 
 
 def _evidence(checked: Checked) -> str:
@@ -380,15 +373,5 @@ def _check_document(checked: Checked) -> dict[str, object]:
             {"id": rule.name, "view": rule.view or None, "text": rule.text, "remedy": rule.remedy}
             for rule in checked.rules
         ],
-        "findings": [
-            {
-                "rule": item.rule,
-                "part": item.part,
-                "id": item.id,
-                "detail": item.detail,
-                "where": item.where,
-                "remedy": remedies[item.rule],
-            }
-            for item in checked.findings
-        ],
+        "findings": [{**plain(item), "remedy": remedies[item.rule]} for item in checked.findings],
     }

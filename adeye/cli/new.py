@@ -14,6 +14,7 @@ import typer
 
 from adeye.cli.options import add, option
 from adeye.cli.output import clean, emit, wrote
+from adeye.errors import UsageError
 
 # --- ``new channel|sensor|metric``: write a working example to start from -------------------------
 
@@ -83,8 +84,6 @@ def write_example(kind: str, name: str, folder: Path) -> Path:
     Raises:
         UsageError: The name is no identifier, or the file exists.
     """
-    from adeye.errors import UsageError
-
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):
         raise UsageError(
             f"{name!r} cannot name a {kind}",
@@ -217,8 +216,6 @@ def write_project(folder: Path) -> list[Path]:
     Raises:
         UsageError: One of the files exists.
     """
-    from adeye.errors import UsageError
-
     contents = {folder / name: text for name, text in project_files().items()}
     existing = [str(path) for path in contents if path.exists()]
     if existing:

@@ -207,6 +207,11 @@ def emit(text: str) -> None:
     _write(results(), text)
 
 
+def emit_line(text: object) -> None:
+    """Write one line of a result, made harmless."""
+    emit(clean(text))
+
+
 def emit_document(text: str) -> None:
     """Write what programs read, JSON or CSV: UTF-8 whatever the encoding of the terminal is."""
     _write(results(), text, is_utf8=True)
@@ -280,6 +285,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, str | int | bool) else str(value)
+
+
+def fields_of(record: object, *names: str) -> dict[str, Any]:
+    """Return these fields of a record."""
+    return {name: getattr(record, name) for name in names}
 
 
 def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

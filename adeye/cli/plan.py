@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option
-from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, short, talk
+from adeye.cli.output import (
+    NONE,
+    clean,
+    emit,
+    emit_json,
+    emit_line,
+    emit_table,
+    listed,
+    short,
+    talk,
+)
+from adeye.errors import UsageError, suggest
 
 if TYPE_CHECKING:
     from adeye.analysis.dependence import ChannelPair, Dependencies, Kind, Shared
@@ -59,7 +70,7 @@ def plan(
     counts = _shared(planned)
     if any(counts.values()):
         told = listed(f"{name} {count}" for name, count in counts.items() if count)
-        emit(clean(f"Shared by channels (adeye dependencies): {told}"))
+        emit_line(f"Shared by channels (adeye dependencies): {told}")
 
 
 def _print_factors(planned: CampaignPlan) -> None:
@@ -91,7 +102,7 @@ def _print_factors(planned: CampaignPlan) -> None:
     emit_table(headers, rows, right=headers[2:], sections=ends)
     emit("")
     for line in _fault_entries(factors):
-        emit(clean(line))
+        emit_line(line)
 
 
 def _fault_entries(factors: Sequence[Factor]) -> list[str]:
@@ -153,7 +164,7 @@ def _print_designs(planned: CampaignPlan) -> None:
     if lines:
         emit("")
     for line in lines:
-        emit(clean(line))
+        emit_line(line)
 
 
 def _levels(levels: Sequence[object]) -> str:
@@ -321,13 +332,11 @@ def coverage(
 
 def _print_coverage(found: CoverageTable) -> None:
     if found.campaign is None:
-        emit(clean(f"ODD {found.odd}: {found.counted} of {found.planned} planned test cases count"))
+        emit_line(f"ODD {found.odd}: {found.counted} of {found.planned} planned test cases count")
     else:
-        emit(
-            clean(
-                f"Campaign {short(found.campaign)} of {found.odd}: {found.counted} of "
-                f"{found.planned} test cases count"
-            )
+        emit_line(
+            f"Campaign {short(found.campaign)} of {found.odd}: {found.counted} of "
+            f"{found.planned} test cases count"
         )
     for count, why in (
         (found.without_result, "without a result"),
@@ -412,7 +421,6 @@ def dependencies(
         adeye dependencies odd/motorway_chauffeur.yaml
         adeye dependencies odd/motorway_chauffeur.yaml --architecture camera_radar --json
     """
-    from adeye.errors import UsageError, suggest
     from adeye.spec.load import load_odd
 
     files = load_odd(odd)

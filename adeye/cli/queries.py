@@ -38,11 +38,16 @@ class SavedQuery:
 _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
 
+def _read(name: str) -> str:
+    return (resources.files("adeye.cli") / name).read_text("utf-8")
+
+
 def _saved() -> dict[str, SavedQuery]:
-    text = (resources.files("adeye.cli") / "queries.yaml").read_text("utf-8")
-    written = yaml.safe_load(Template(text).substitute(latest=_LATEST))
+    written = yaml.safe_load(Template(_read("queries.yaml")).substitute(latest=_LATEST))
     return {name: SavedQuery(name, **fields) for name, fields in written.items()}
 
 
 SAVED: Final = _saved()
 """Saved queries by name; each is about the latest campaign, but for ``campaigns``."""
+VIEWS: Final[dict[str, str]] = yaml.safe_load(_read("views.yaml"))
+"""What each view is about, by its name."""

@@ -33,6 +33,8 @@ from adeye.cli.output import (
     talk,
     wrote,
 )
+from adeye.errors import UsageError, suggest
+from adeye.outputs import replacing, write_atomically
 
 if TYPE_CHECKING:
     from adeye.report.formats.tables import Written
@@ -115,8 +117,6 @@ def _wanted(chosen: Format | None, output: Path | None) -> Format:
     Raises:
         UsageError: The file does not tell, promises another form, or there is none for Parquet.
     """
-    from adeye.errors import UsageError
-
     if output is None:
         if chosen is Format.parquet:
             raise UsageError("parquet is not for the screen", remedy="Name a file: -o FILE.parquet")
@@ -148,7 +148,6 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
         UsageError: It is one word, and no saved query, or it does not ask about a campaign.
     """
     from adeye.cli.queries import SAVED
-    from adeye.errors import UsageError, suggest
 
     if sql == "-":
         statement = sys.stdin.read()
@@ -183,7 +182,6 @@ def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
 
 def _list(wanted: Format, output: Path | None) -> None:
     from adeye.cli.queries import SAVED
-    from adeye.errors import UsageError
 
     if output is not None:
         raise UsageError("the list of saved queries is not written to a file", remedy="Name one.")
@@ -222,7 +220,6 @@ def _document(result: QueryResult) -> dict[str, Any]:
 
 def _save(result: QueryResult, wanted: Format, output: Path) -> None:
     """Write rows to a file, as a whole or not at all."""
-    from adeye.outputs import replacing, write_atomically
     from adeye.report.formats.tables import open_table, typed_columns
 
     if wanted is Format.json:

@@ -35,7 +35,9 @@ from adeye.cli.output import (
     clean,
     emit,
     emit_json,
+    emit_line,
     emit_table,
+    fields_of,
     short,
     talk,
     verdict_cell,
@@ -43,8 +45,9 @@ from adeye.cli.output import (
     wrote,
 )
 from adeye.cli.progress import asking, duration, reporting
-from adeye.errors import ASKED_TO_END
-from adeye.judge.verdict import WORST_FIRST
+from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
+from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
+from adeye.report.words import quantity
 
 if TYPE_CHECKING:
     from adeye.campaign.executor_names import NamedExecutor
@@ -71,8 +74,6 @@ def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
 
 def margin_text(line: VerdictLine) -> str:
     """Write the margin of the worst run with its unit."""
-    from adeye.report.words import quantity
-
     if line.margin is None or not math.isfinite(line.margin):
         return NONE
     return quantity(line.margin, line.unit or "1", signed=True)
@@ -163,11 +164,7 @@ def rejudged_text(summary: CampaignSummary) -> str:
 def document(summary: CampaignSummary) -> dict[str, object]:
     """Describe a campaign as JSON."""
     return {
-        "campaign": summary.campaign,
-        "planned": summary.planned,
-        "executed": summary.executed,
-        "judged": summary.judged,
-        "reused": summary.reused,
+        **fields_of(summary, "campaign", "planned", "executed", "judged", "reused"),
         **({"executed_by_others": summary.elsewhere} if summary.elsewhere else {}),
         **({"twins": summary.twins} if summary.twins else {}),
         "selected": summary.planned if summary.selected is None else summary.selected,
@@ -177,9 +174,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
-        "contacts": dict(summary.contacts),
-        "channel_failures": summary.channel_failures,
-        "never_began": summary.never_began,
+        **fields_of(summary, "contacts", "channel_failures", "never_began"),
         "verdicts": ordered(summary.verdicts),
     }
 
@@ -413,7 +408,6 @@ def parallel(
 
 
 def _wanted(traces: str) -> Wanted:
-    from adeye.errors import UsageError, suggest
 
     for name in ("none", "failures", "all"):
         if traces == name:
@@ -455,9 +449,6 @@ def _execute(
 
 def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, quiet: bool) -> int:
     """Write the reports; a failure to do so takes its place among the reasons of the exit code."""
-    from adeye.errors import AdeyeError
-    from adeye.judge.verdict import ExitCode, exit_code
-
     if not any(files.values()):
         return int(summary.exit_code)
     try:
@@ -625,4 +616,4 @@ def warmup(
     if json:
         emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
     else:
-        emit(clean(f"Compiled in {duration(taken)}, kept in {cache_directory()}"))
+        emit_line(f"Compiled in {duration(taken)}, kept in {cache_directory()}")

@@ -19,9 +19,9 @@ from adeye.cli.output import (
     listed,
     talk,
 )
+from adeye.errors import InputError, InputErrors, SpecError, UsageError, suggest
 
 if TYPE_CHECKING:
-    from adeye.errors import InputError
     from adeye.spec.load import Loaded
     from adeye.spec.scenario import Event, LogicalScenario, Parameter
 
@@ -70,7 +70,6 @@ def show_scenario(
     Examples:
         adeye scenario show cut_in
     """
-    from adeye.errors import UsageError, suggest
     from adeye.spec.load import catalogue_files, catalogue_folder, load_scenario
 
     known = catalogue_files(catalogue)
@@ -103,8 +102,6 @@ def lint(
         adeye scenario lint scenarios_db
         adeye scenario lint my_cut_in.yaml
     """
-    from adeye.errors import InputErrors
-
     paths = [path for given in files for path in _scenarios_of(given)]
     findings: list[InputError] = []
     for path in paths:
@@ -121,7 +118,6 @@ def lint(
 
 
 def _scenarios_of(path: Path) -> Iterable[Path]:
-    from adeye.errors import UsageError
 
     if not path.is_dir():
         return [path]
@@ -133,7 +129,6 @@ def _scenarios_of(path: Path) -> Iterable[Path]:
 
 def _findings(path: Path) -> Iterator[InputError]:
     from adeye.campaign.check import check_defaults
-    from adeye.errors import InputError, SpecError
     from adeye.simulate.world.check import check_purpose, check_scenario
     from adeye.spec.load import load_scenario
 

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from adeye.cli.options import Json, named_page, option
-from adeye.cli.output import NONE, clean, emit, emit_json, emit_table, listed, wrote
+from adeye.cli.output import NONE, emit, emit_json, emit_line, emit_table, listed, wrote
+from adeye.errors import SpecError, UsageError
 from adeye.report.words import KMH, forward_text, left_speed, metres, percent, speed_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from adeye.analysis.suite.conditions import Condition
     from adeye.analysis.suite.geometry import Zone
-    from adeye.analysis.suite.records import BlindSpot, Removal, SpeedRange, Suite, ZoneCoverage
+    from adeye.analysis.suite.records import BlindSpot, Removal, Suite, ZoneCoverage
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
 
@@ -47,7 +49,6 @@ def print_suites(suites: Sequence[Suite]) -> None:
     _speeds(suites)
     _slack(suites)
     _coverage(suites)
-    _coverage_by_condition(suites)
     _blind(suites)
     _bearings(suites)
     _removals(suites)
@@ -77,22 +78,32 @@ def _names(suites: Sequence[Suite]) -> list[str]:
     return [condition.id for condition in suites[0].conditions]
 
 
+def _by_suite(
+    suites: Sequence[Suite],
+    heads: Sequence[str],
+    rows: Iterable[tuple[Sequence[str], Callable[[Suite], str]]],
+    title: str,
+) -> None:
+    """Print a table with a column for each suite: what it says beside the first cells of a row."""
+    names = [suite.architecture for suite in suites]
+    cells = [[*first, *map(said, suites)] for first, said in rows]
+    emit_table((*heads, *names), cells, title=title, right=names)
+
+
 def _speeds(suites: Sequence[Suite]) -> None:
+    from adeye.analysis.suite.records import matching
+
     rows: list[list[object]] = []
     ends: list[int] = []
     odd_speed = suites[0].odd_speed_mps
-    for condition in suites[0].conditions:
-        shown = condition.id
+    for condition in _names(suites):
+        shown = condition
         for case in dict.fromkeys(item.case for item in suites[0].speeds):
-            found = [_speed_at(suite, condition.id, case) for suite in suites]
-            rows.append(
-                [shown, case.replace("_", " "), *(speed_text(one, odd_speed) for one in found)]
-            )
+            found = [next(matching(item.speeds, condition=condition, case=case)) for item in suites]
+            said = (speed_text(one, odd_speed) for one in found)
+            rows.append([shown, case.replace("_", " "), *said])
             shown = ""
-        forward = [
-            next(item for item in suite.forward if item.condition == condition.id)
-            for suite in suites
-        ]
+        forward = (next(matching(suite.forward, condition=condition)) for suite in suites)
         rows.append(["", "UN R157 range", *map(forward_text, forward)])
         ends.append(len(rows) - 1)
     title = "Highest speed [km/h] that range allows, and by which sensor"
@@ -102,23 +113,18 @@ def _speeds(suites: Sequence[Suite]) -> None:
     emit_table(headers, rows, title=title, sections=ends)
 
 
-def _speed_at(suite: Suite, condition: str, case: str) -> SpeedRange:
-    return next(item for item in suite.speeds if item.condition == condition and item.case == case)
-
-
 def _slack(suites: Sequence[Suite]) -> None:
+    from adeye.analysis.suite.records import matching
+
     speeds = sorted({item.speed_mps for item in suites[0].slacks})
     rows: list[list[object]] = []
     ends: list[int] = []
     for suite in suites:
-        for number, condition in enumerate(suite.conditions):
-            values = {
-                item.speed_mps: item.slack_m
-                for item in suite.slacks
-                if item.condition == condition.id and item.case == _STOPPED
-            }
+        for number, condition in enumerate(_names(suites)):
+            found = matching(suite.slacks, condition=condition, case=_STOPPED)
+            values = {item.speed_mps: item.slack_m for item in found}
             name = suite.architecture if number == 0 else ""
-            rows.append([name, condition.id, *(metres(values[speed]) for speed in speeds)])
+            rows.append([name, condition, *(metres(values[speed]) for speed in speeds)])
         ends.append(len(rows) - 1)
     headers = [f"{speed * KMH:.0f}" for speed in speeds]
     emit_table(
@@ -131,100 +137,80 @@ def _slack(suites: Sequence[Suite]) -> None:
 
 
 def _coverage(suites: Sequence[Suite]) -> None:
-    reference = _names(suites)[0]
-    rows = [
-        [zone.id, zone.target, *(_shares(_cover(suite, zone, reference)) for suite in suites)]
-        for zone in suites[0].zones
-    ]
-    emit_table(
-        ("Zone", "For a", *(suite.architecture for suite in suites)),
-        rows,
-        title=f"Coverage in {reference}: % of the zone seen by 1/2/3 sensors | by 2 kinds",
-        right=[suite.architecture for suite in suites],
-    )
+    from adeye.analysis.suite.records import matching
 
-
-def _cover(suite: Suite, zone: Zone, condition: str) -> ZoneCoverage:
-    key = (zone.id, zone.target, condition)
-    return next(item for item in suite.coverage if (item.zone, item.target, item.condition) == key)
-
-
-def _shares(item: ZoneCoverage) -> str:
-    counts = (item.seen_by_1, item.seen_by_2, item.seen_by_3)
-    return f"{'/'.join(map(percent, counts))} | {percent(item.seen_by_2_kinds)}"
-
-
-def _coverage_by_condition(suites: Sequence[Suite]) -> None:
     names = _names(suites)
-    rows = [
-        [
-            zone.id,
-            *(
-                "/".join(percent(_cover(suite, zone, name).seen_by_1) for name in names)
-                for suite in suites
-            ),
-        ]
-        for zone in suites[0].zones
-    ]
-    emit_table(
-        ("Zone", *(suite.architecture for suite in suites)),
-        rows,
-        title=f"Coverage by any sensor in {'/'.join(names)} [%]",
-        right=[suite.architecture for suite in suites],
+
+    def seen(zone: Zone, condition: str, suite: Suite) -> ZoneCoverage:
+        place = {"zone": zone.id, "target": zone.target, "condition": condition}
+        return next(matching(suite.coverage, **place))
+
+    def shares(zone: Zone, suite: Suite) -> str:
+        item = seen(zone, names[0], suite)
+        counts = (item.seen_by_1, item.seen_by_2, item.seen_by_3)
+        return f"{'/'.join(map(percent, counts))} | {percent(item.seen_by_2_kinds)}"
+
+    def by_condition(zone: Zone, suite: Suite) -> str:
+        return "/".join(percent(seen(zone, name, suite).seen_by_1) for name in names)
+
+    zones = suites[0].zones
+    _by_suite(
+        suites,
+        ("Zone", "For a"),
+        [((zone.id, zone.target), partial(shares, zone)) for zone in zones],
+        f"Coverage in {names[0]}: % of the zone seen by 1/2/3 sensors | by 2 kinds",
+    )
+    _by_suite(
+        suites,
+        ("Zone",),
+        [((zone.id,), partial(by_condition, zone)) for zone in zones],
+        f"Coverage by any sensor in {'/'.join(names)} [%]",
     )
 
 
 def _blind(suites: Sequence[Suite]) -> None:
-    reference = suites[0].conditions[0].id
-    rows = []
-    for zone in suites[0].zones:
-        spots = [
-            [
-                item
-                for item in suite.blind_spots
-                if (item.zone, item.target, item.condition) == (zone.id, zone.target, reference)
-            ]
-            for suite in suites
-        ]
-        if any(spots):
-            rows.append([zone.id, *map(_spot, spots)])
-    if not rows:
+    from adeye.analysis.suite.records import matching
+
+    reference = _names(suites)[0]
+
+    def spots(zone: Zone, suite: Suite) -> Iterator[BlindSpot]:
+        place = {"zone": zone.id, "target": zone.target, "condition": reference}
+        return matching(suite.blind_spots, **place)
+
+    def said(zone: Zone, suite: Suite) -> str:
+        spot = next(spots(zone, suite), None)
+        if spot is None:
+            return NONE
+        return f"{spot.area_m2:.1f} m², {spot.circle_m:.1f} m, {spot.hides or 'nobody'}"
+
+    zones = [zone for zone in suites[0].zones if any(any(spots(zone, item)) for item in suites)]
+    if not zones:
         emit("\nNo blind spot in any zone.")
         return
-    emit_table(
-        ("Zone", *(suite.architecture for suite in suites)),
-        rows,
-        title=f"Blind spots in {reference}: area, largest circle, largest road user hidden whole",
-        right=[suite.architecture for suite in suites],
+    _by_suite(
+        suites,
+        ("Zone",),
+        [((zone.id,), partial(said, zone)) for zone in zones],
+        f"Blind spots in {reference}: area, largest circle, largest road user hidden whole",
     )
 
 
-def _spot(found: Sequence[BlindSpot]) -> str:
-    if not found:
-        return NONE
-    spot = found[0]
-    return f"{spot.area_m2:.1f} m², {spot.circle_m:.1f} m, {spot.hides or 'nobody'}"
-
-
 def _bearings(suites: Sequence[Suite]) -> None:
-    reference = suites[0].conditions[0].id
-    rows = []
-    for degrees, name in _DIRECTIONS.items():
-        cells = []
-        for suite in suites:
-            found = next(
-                item
-                for item in suite.bearings
-                if item.condition == reference and round(math.degrees(item.bearing_rad)) == degrees
-            )
-            blind = NONE if found.blind_from_m is None else f"{found.blind_from_m:.1f}"
-            cells.append(f"{blind} / {found.seen_until_m:.1f}")
-        rows.append([name, *cells])
-    emit_table(
-        ("Direction", *(suite.architecture for suite in suites)),
-        rows,
-        title=f"Nearest blind / farthest seen place [m] from the body in {reference}, for a car",
-        right=[suite.architecture for suite in suites],
+    from adeye.analysis.suite.records import matching
+
+    reference = _names(suites)[0]
+
+    def said(degrees: int, suite: Suite) -> str:
+        bearings = matching(suite.bearings, condition=reference)
+        found = next(item for item in bearings if round(math.degrees(item.bearing_rad)) == degrees)
+        blind = NONE if found.blind_from_m is None else f"{found.blind_from_m:.1f}"
+        return f"{blind} / {found.seen_until_m:.1f}"
+
+    _by_suite(
+        suites,
+        ("Direction",),
+        [((name,), partial(said, degrees)) for degrees, name in _DIRECTIONS.items()],
+        f"Nearest blind / farthest seen place [m] from the body in {reference}, for a car",
     )
 
 
@@ -268,9 +254,9 @@ def _footnotes(suites: Sequence[Suite]) -> None:
         for item in suite.not_analysed:
             left_out.setdefault(item.why, []).append(f"{suite.architecture}.{item.id}")
     for why, names in left_out.items():
-        emit(clean(f"Not analysed ({why}): {listed(names)}."))
+        emit_line(f"Not analysed ({why}): {listed(names)}.")
     for note in dict.fromkeys(note for suite in suites for note in suite.notes):
-        emit(clean(f"- {note}"))
+        emit_line(f"- {note}")
 
 
 # --- ``sensors``: what the suites of architectures see and how fast that lets the ego go ----------
@@ -301,7 +287,6 @@ def sensors(
     """
     from adeye.analysis.suite.analyse import analyse
     from adeye.analysis.suite.conditions import DEFAULTS, conditions_of
-    from adeye.errors import UsageError
     from adeye.spec.load import load_architecture, load_odd
 
     files = load_odd(odd) if odd is not None else None
@@ -329,7 +314,6 @@ def sensors(
 
 
 def _distinct(loaded: Sequence[Loaded[Architecture]]) -> Sequence[Loaded[Architecture]]:
-    from adeye.errors import SpecError
 
     known: dict[str, Loaded[Architecture]] = {}
     for item in loaded:

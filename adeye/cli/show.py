@@ -10,6 +10,8 @@ import typer
 from adeye.cli.options import Db, Json, RunId, named, named_page, option
 from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
 from adeye.errors import UsageError
+from adeye.outputs import write_atomically
+from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,10 +125,8 @@ def _grid_saver(
 ) -> Callable[[Trace], None]:
     """Give what saves the grid map of a trace; everything that was given is checked before."""
     from adeye.judge.grid import TRUTH, grid_map
-    from adeye.outputs import write_atomically
     from adeye.spec.grid import ADEYE_COSTS, GridSettings
     from adeye.spec.load import load_grid
-    from adeye.units import Dimension, parse_quantity
 
     if dump is None:
         raise UsageError("--grid needs --dump", remedy="Give --grid TIME --dump FILE.")

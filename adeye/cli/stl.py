@@ -11,6 +11,7 @@ import typer
 from adeye.cli.options import Json, named, option, write_rows
 from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
 from adeye.errors import UsageError
+from adeye.judge.verdict import Verdict, exit_of_verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -56,7 +57,6 @@ def stl(  # noqa: PLR0917 - options
             tau=0.5s --json
     """
     from adeye.judge.stl.table import Reading, judge_table, read_table
-    from adeye.judge.verdict import exit_of_verdict
 
     declared = _pairs("--words", words)
     reading = Reading(
@@ -112,8 +112,6 @@ def _shown(found: JudgedTable) -> dict[str, object]:
 
 def _gap(item: Judgement) -> float | None:
     """Give value less threshold; None where nothing was tried, so that nothing was kept either."""
-    from adeye.judge.verdict import Verdict
-
     return None if item.verdict is Verdict.VACUOUS else item.margin
 
 

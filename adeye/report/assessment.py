@@ -10,15 +10,7 @@ import numpy as np
 
 from adeye.judge.preventability import Comparison, tabulate_cells
 from adeye.kernel.stops import CONTACT, SCALE
-from adeye.report.model.assessment import (
-    Assessment,
-    AvoidableRun,
-    CellTally,
-    Preventability,
-    SafeStop,
-    SafeStops,
-    StopPlace,
-)
+from adeye.report.model import assessment as model
 from adeye.report.timing import by_fault, timing_of
 from adeye.signals import Bools, Floats
 from adeye.spec.concept import Concept
@@ -36,7 +28,7 @@ def preventability_of(
     found: Sequence[Comparison],
     counts: tuple[int, int],
     commands: tuple[str, Callable[[str], str]],
-) -> Preventability:
+) -> model.Preventability:
     """Return what is known of the conflicts of a campaign.
 
     Args:
@@ -48,24 +40,24 @@ def preventability_of(
     findings = [item for item in found if item.cell == "only_model"]
     findings.sort(key=lambda item: (-(item.impact_speed_mps or 0.0), item.run, item.model))
     executed, open_contacts = counts
-    return Preventability(
+    return model.Preventability(
         executed=executed,
         compared=len({item.run for item in found}),
         open_contacts=open_contacts,
         tallies=tuple(_tallies(found)),
         findings=len(findings),
         listed=tuple(
-            AvoidableRun.of(item, command=replay(item.run), drive_command=replay(item.drive))
+            model.AvoidableRun.of(item, command=replay(item.run), drive_command=replay(item.drive))
             for item in findings[:LISTED]
         ),
         command=complete,
     )
 
 
-def _tallies(found: Sequence[Comparison]) -> Iterator[CellTally]:
+def _tallies(found: Sequence[Comparison]) -> Iterator[model.CellTally]:
     for edition in sorted({item.edition for item in found}):
         for row in tabulate_cells(item for item in found if item.edition == edition):
-            yield CellTally.of(row, edition=edition, counts=dict(row.counts))
+            yield model.CellTally.of(row, edition=edition, counts=dict(row.counts))
 
 
 # --- What a report says about safe stops: asked for, reached, how soon, and where the ego stands --
@@ -73,7 +65,7 @@ def _tallies(found: Sequence[Comparison]) -> Iterator[CellTally]:
 
 def safe_stops_of(
     figures: Figures, run_of: Callable[[int], str], replay: Callable[[str], str]
-) -> SafeStops:
+) -> model.SafeStops:
     """Count the safe stops of a campaign from the metrics of its runs.
 
     A safe stop counts as asked for where another channel than the default took over: that channel
@@ -87,7 +79,7 @@ def safe_stops_of(
     rows = [row for row in _rows(figures, run_of, replay) if row.asked + row.unknown]
     order = ["FAIL", "INCONCLUSIVE", "PASS", "VACUOUS"]
     rows.sort(key=lambda row: order.index(row.verdict.value))
-    return SafeStops(
+    return model.SafeStops(
         runs=len(figures),
         asked=sum(row.asked for row in rows),
         unknown=sum(row.unknown for row in rows),
@@ -97,7 +89,7 @@ def safe_stops_of(
 
 def _rows(
     figures: Figures, run_of: Callable[[int], str], replay: Callable[[str], str]
-) -> Iterator[SafeStop]:
+) -> Iterator[model.SafeStop]:
     for key, chosen in by_fault(figures):
         yield _row(key, figures.where(chosen), run_of, replay)
 
@@ -107,7 +99,7 @@ def _row(
     own: Figures,
     run_of: Callable[[int], str],
     replay: Callable[[str], str],
-) -> SafeStop:
+) -> model.SafeStop:
     """Count the safe stops of one scenario, fault entry and architecture."""
     takeovers, rating = own.metrics["takeovers"], own.metrics["stop_rating"]
     asked = takeovers >= 1.0
@@ -119,7 +111,7 @@ def _row(
     # Who touched something is not in a better place than that.
     rated = np.where(touched, CONTACT, rating)[touched | stands]
     places = Counter(np.rint(rated).astype(np.int64).tolist())
-    return SafeStop(
+    return model.SafeStop(
         scenario=scenario,
         fault_entry=fault,
         architecture=architecture,
@@ -133,7 +125,7 @@ def _row(
         from_fault_s=_most(own.metrics["fault_to_safe_state_s"], stands),
         deceleration_mps2=_most(own.metrics["max_deceleration_mps2"], asked),
         places=tuple(
-            StopPlace(rating=at, place=SCALE[at], runs=places[at])
+            model.StopPlace(rating=at, place=SCALE[at], runs=places[at])
             for at in sorted(places, reverse=True)
         ),
         regret=_most(own.metrics["stop_regret"], stands),
@@ -168,7 +160,7 @@ def assessment_of(
     concept: Concept,
     figures: Figures,
     commands: tuple[Callable[[str], str], Callable[[str], str]],
-) -> Assessment:
+) -> model.Assessment:
     """Put together preventability, timing and safe stops.
 
     Args:
@@ -182,7 +174,7 @@ def assessment_of(
     known, short = repository.hindsight, campaign.id[:10]
     budgeted = [item.id for item in concept.requirements if item.fdti or item.frti]
     exercised = known.exercised(campaign.id, budgeted)
-    return Assessment(
+    return model.Assessment(
         preventability=preventability_of(
             known.benchmarks.comparisons(campaign.id),
             (len(figures), known.benchmarks.open_contacts(campaign.id)),

@@ -12,22 +12,10 @@ from typing import Any
 import numpy as np
 
 from adeye.judge.verdict import Outcome, Verdict
+from adeye.report import concept as sections
 from adeye.report.assessment import assessment_of
 from adeye.report.claims import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.comparison.compare import overview
-from adeye.report.concept import (
-    CampaignContent,
-    architectures_of,
-    attributes_of,
-    concept_of,
-    dependencies_of,
-    factors_of,
-    findings_of,
-    fsr_of,
-    places_of,
-    scenarios_of,
-    suites_of,
-)
 from adeye.report.credibility import determinism, read_result
 from adeye.report.evidence import evidence_of, step_statements
 from adeye.report.faults import fault_evidence
@@ -135,15 +123,15 @@ class ReportBuilder:
         # What the files say now has lines; what was stored has none.
         near = self.repository.location.beside.parent
         odd_path = str(odd_of(provenance, near)) if provenance.get("odd_path") else ""
-        places = places_of(odd_path, self.odd, self.concept, near)
+        places = sections.places_of(odd_path, self.odd, self.concept, near)
         rules = RULES if self.is_read_whole else PLAN_RULES
         checked = check_campaign(self.repository.location, self.campaign.id, rules=rules)
         assert checked is not None
-        content = CampaignContent(
+        content = sections.CampaignContent(
             self.campaign, self.concept, self.odd, places, checked.fsr_digests
         )
         cells = tuple(self._cells())
-        factors = tuple(factors_of(content))
+        factors = tuple(sections.factors_of(content))
         code, message = gate_code(self.repository, self.campaign)
         worst = self._worst_cases()
         progress = self.repository.progress(self.campaign.id)
@@ -174,10 +162,10 @@ class ReportBuilder:
             channel_failures=channel_failures(self.repository, self.campaign),
             command=self._command(f"adeye run {provenance.get('odd_path', self.campaign.odd)}"),
             where=places.odd,
-            architectures=tuple(architectures_of(content)),
-            scenarios=tuple(scenarios_of(content)),
+            architectures=tuple(sections.architectures_of(content)),
+            scenarios=tuple(sections.scenarios_of(content)),
             factors=factors,
-            fsrs=tuple(fsr_of(content, item) for item in self.concept.requirements),
+            fsrs=tuple(sections.fsr_of(content, item) for item in self.concept.requirements),
             cells=cells,
             comparison=overview(self.repository, self.campaign, self.odd),
             worst_cases=worst,
@@ -191,13 +179,13 @@ class ReportBuilder:
                 self.figures,
                 (self._command, self.replay_command),
             ),
-            **concept_of(content, cells),
+            **sections.concept_of(content, cells),
             integrity_rules=len(rules),
-            findings=tuple(findings_of(checked.violations)),
-            odd_attributes=tuple(attributes_of(content)),
+            findings=tuple(sections.findings_of(checked.violations)),
+            odd_attributes=tuple(sections.attributes_of(content)),
             realisations=tuple(realisations_of(factors, designs_of(self.odd), self.figures)),
-            dependencies=tuple(dependencies_of(content)),
-            suites=tuple(suites_of(content)),
+            dependencies=tuple(sections.dependencies_of(content)),
+            suites=tuple(sections.suites_of(content)),
             self_test=read_result(self.repository.location.beside.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
             **evidence_of(self.repository, self.campaign, self.odd, self._command),

@@ -10,26 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import resources
 from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
+import yaml
 from pydantic import Field
 
 from adeye.errors import UsageError
+from adeye.judge import statistics
 from adeye.judge.evaluate import VACUOUS, VERDICTS
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, Groups, number_rows, severities
-from adeye.judge.statistics import (
-    Interval,
-    Stratum,
-    clopper_pearson,
-    jeffreys,
-    runs_without_failure,
-    scaled_bounds,
-    stratified_bound,
-    stratified_estimate,
-    upper_bound,
-    wilson,
-)
 from adeye.report.comparison.records import Range, Share
 from adeye.report.model.part import Count, Id, Part
 from adeye.signals import Ints
@@ -45,32 +36,21 @@ METHODS: Final[tuple[Method, ...]] = get_args(Method)
 WEIGHT_FACTOR: Final = 3.0
 """How far an exposure is varied: it is known to its order of magnitude at best."""
 
-_INTERVALS: Final[dict[Method, Callable[[int, int, float], Interval]]] = {
-    "clopper-pearson": clopper_pearson,
-    "wilson": wilson,
-    "jeffreys": jeffreys,
+_INTERVALS: Final[dict[Method, Callable[[int, int, float], statistics.Interval]]] = {
+    "clopper-pearson": statistics.clopper_pearson,
+    "wilson": statistics.wilson,
+    "jeffreys": statistics.jeffreys,
 }
-_CONDITIONS: Final = (
-    "Every bound is conditional on this ODD model, this version of the tool and these "
-    "architectures: a statement about simulated situations, not about the road.",
-    "The unit is the drawn point; it fails if any of its runs, with its faults and replicates, "
-    "does. Points that are undecided or lack a run count as failed in every upper bound. Points "
-    "that hold with equal traces are one result, and count once.",
-    "The bound of a scenario is about situations in which the precondition of the FSR holds.",
-    "The number of points stands in the ODD and was fixed before the first run. Adding points "
-    "after a look at the verdicts makes a bound too small.",
+
+
+_TEXTS: Final[dict[str, Any]] = yaml.safe_load(
+    (resources.files("adeye.report") / "statements.yaml").read_text("utf-8")
 )
-_WEIGHTED: Final = (
-    "By exposure: over all situations of these scenarios, held where the precondition does not "
-    "hold, weighted by exposures, which are assumptions: {exposures}. The range is that of the "
-    "bound with one exposure divided or multiplied by 3."
-)
-_SINGLE: Final = "Each bound holds by itself, not all of them at once (`--joint` makes them do so)."
-_JOINT: Final = (
-    "All {count} bounds hold at once with the level that is stated: each has its part of the error "
-    "(Bonferroni)."
-)
-_JEFFREYS: Final = "Bayesian intervals: beta distribution (1/2, 1/2) before the runs (Jeffreys)."
+SHARED: Final[str] = _TEXTS["shared"]
+SAMPLE: Final[str] = _TEXTS["sample"]
+GRID: Final[str] = _TEXTS["grid"]
+REPORTED_SAMPLE: Final[str] = _TEXTS["reported_sample"]
+REPORTED_GRID: Final[str] = _TEXTS["reported_grid"]
 
 
 class Claim(Part):
@@ -277,17 +257,18 @@ class _Claimer:
     def _conditions(self, found: Sequence[Claim], bounds: int) -> tuple[str, ...]:
         if all(item.refusal for item in found):
             return ()
-        texts = list(_CONDITIONS)
+        texts = list(_TEXTS["conditions"])
         if any(not item.scenario and not item.refusal for item in found):
             exposures = ", ".join(
                 f"{name} {3600.0 * value:.4g} /h"
                 for name, value in self._exposures.items()
                 if value is not None
             )
-            texts.append(_WEIGHTED.format(exposures=exposures))
-        texts.append(_JOINT.format(count=bounds) if self._options.is_joint else _SINGLE)
+            texts.append(_TEXTS["weighted"].format(exposures=exposures))
+        said = _TEXTS["joint" if self._options.is_joint else "single"]
+        texts.append(said.format(count=bounds))
         if self._options.method == "jeffreys":
-            texts.append(_JEFFREYS)
+            texts.append(_TEXTS["jeffreys"])
         return tuple(texts)
 
     def _counts(self, fsr: str, architecture: str, scenario: str) -> _Counts:
@@ -369,10 +350,10 @@ class _Claimer:
                     low=interval(counts.failing, counts.drawn, level).low,
                     high=interval(counts.worst, counts.exercised, level).high,
                 ),
-                "upper": upper_bound(counts.worst, counts.exercised, level),
+                "upper": statistics.upper_bound(counts.worst, counts.exercised, level),
                 "needed": None
                 if options.target is None
-                else runs_without_failure(options.target, level),
+                else statistics.runs_without_failure(options.target, level),
             }
         )
 
@@ -401,14 +382,21 @@ class _Claimer:
         rate = math.fsum(rates)
         weights = [item / rate for item in rates]
         parts = list(zip(weights, different.values(), strict=True))
-        seen = [Stratum(weight, item.failing, item.points) for weight, item in parts]
-        worst = [Stratum(weight, item.worst, item.points - item.repeated) for weight, item in parts]
-        upper = stratified_bound(worst, level)
+        seen = [statistics.Stratum(weight, item.failing, item.points) for weight, item in parts]
+        worst = [
+            statistics.Stratum(weight, item.worst, item.points - item.repeated)
+            for weight, item in parts
+        ]
+        upper = statistics.stratified_bound(worst, level)
         varied = [upper]
-        varied += [bound for pair in scaled_bounds(worst, level, WEIGHT_FACTOR) for bound in pair]
+        varied += [
+            bound
+            for pair in statistics.scaled_bounds(worst, level, WEIGHT_FACTOR)
+            for bound in pair
+        ]
         return base.model_copy(
             update={
-                "share": stratified_estimate(seen).share,
+                "share": statistics.stratified_estimate(seen).share,
                 "upper": upper,
                 "upper_varied": Range(low=min(varied), high=max(varied)),
                 "rate_per_h": 3600.0 * rate * upper,
@@ -475,39 +463,6 @@ RANDOM: Final = "random"
 DECLARED: Final = "random, declared"
 """The same with a declared distribution of at least one axis."""
 
-SHARED: Final = (
-    "Every count is over test cases that the compared architectures share and that were executed "
-    "for all of them: the same situation, fault entry and replicate, with the same random numbers. "
-    "What was not executed is listed and counted nowhere. VACUOUS never counts as PASS. What is "
-    "undecided is listed apart; the front counts it as if it had failed."
-)
-SAMPLE: Final = (
-    "{scenarios}: points drawn uniformly between the ends of each axis. Intervals and p-values are "
-    "about that distribution, this simulation and these architectures. The drawn point is the "
-    "unit and fails if any of its runs does; one that is undecided or lacks a run counts against a "
-    "difference. p-values are adjusted for their number (Holm), intervals are not."
-)
-GRID: Final = (
-    "{scenarios}: chosen points, not a random sample. Counts, worst cases and differences are "
-    "about these test cases only; there is no interval and no p-value."
-)
-REPORTED_SAMPLE: Final = (
-    "{scenarios}: points drawn uniformly between the ends of each axis, a random sample of that "
-    "distribution and of no other: how often such situations occur on the road is not in it, so a "
-    "share of failing test cases is no probability of failure on the road."
-)
-UNIFORM: Final = "drawn uniformly between the ends of each axis"
-STATED: Final = (
-    "drawn from the declared distribution of each axis (uniform between its ends where there is "
-    "none), given the relations of the sweep"
-)
-"""What is said in place of ``UNIFORM`` where a distribution is declared."""
-
-REPORTED_GRID: Final = (
-    "{scenarios}: a designed set of points, not a random sample: it gives coverage, worst cases "
-    "and boundaries, and no probability of failure."
-)
-
 
 def designs_of(odd: Mapping[str, Any]) -> dict[str, str]:
     """Return the design of every scenario by its id in the ODD.
@@ -550,7 +505,7 @@ def spoken_of(
     Returns:
         One statement for each kind of design that occurs.
     """
-    stated = drawn.replace(UNIFORM, STATED)
+    stated = drawn.replace(_TEXTS["uniform"], _TEXTS["stated"])
     names: dict[str, list[str]] = {drawn: [], stated: [], fixed: []}
     for name in scenarios:
         text = {RANDOM: drawn, DECLARED: stated}.get(designs[name], fixed)

@@ -22,16 +22,7 @@ from adeye.analysis.suite.conditions import conditions_of
 from adeye.analysis.suite.records import Suite
 from adeye.errors import InputError
 from adeye.judge.verdict import Verdict
-from adeye.report.model.concept import (
-    Assumption,
-    Decomposition,
-    DependentFailure,
-    Element,
-    Hazard,
-    IntegrityFinding,
-    SafetyGoal,
-    Waiver,
-)
+from adeye.report.model import concept as model
 from adeye.report.model.part import Label, Place
 from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Scenario
 from adeye.spec import architecture
@@ -297,7 +288,7 @@ def concept_of(content: CampaignContent, cells: Sequence[Cell]) -> dict[str, Any
 
     return {
         "hazards": tuple(
-            Hazard.of(
+            model.Hazard.of(
                 event,
                 text=f"{event.malfunction} ({event.situation})",
                 exposure_method=event.exposure_method or "",
@@ -305,7 +296,7 @@ def concept_of(content: CampaignContent, cells: Sequence[Cell]) -> dict[str, Any
             for event in concept.hazardous_events
         ),
         "goals": tuple(
-            SafetyGoal.of(
+            model.SafetyGoal.of(
                 goal,
                 asil=concept.goal_asil(goal.id),
                 hazards=goal.hazardous_events,
@@ -315,10 +306,10 @@ def concept_of(content: CampaignContent, cells: Sequence[Cell]) -> dict[str, Any
         ),
         "elements": _elements(content),
         "assumptions": tuple(
-            Assumption.of(item, **until) for item, until in dated(concept.assumptions)
+            model.Assumption.of(item, **until) for item, until in dated(concept.assumptions)
         ),
         "waivers": tuple(
-            Waiver.of(
+            model.Waiver.of(
                 item,
                 fsr=item.requirement,
                 expires=item.expires.isoformat(),
@@ -328,11 +319,12 @@ def concept_of(content: CampaignContent, cells: Sequence[Cell]) -> dict[str, Any
             for item in concept.waivers
         ),
         "decompositions": tuple(
-            Decomposition.of(item, fsr=item.requirement, scheme=scheme(concept, item))
+            model.Decomposition.of(item, fsr=item.requirement, scheme=scheme(concept, item))
             for item in concept.decompositions
         ),
         "dependent_failures": tuple(
-            DependentFailure.of(item, **until) for item, until in dated(concept.dependent_failures)
+            model.DependentFailure.of(item, **until)
+            for item, until in dated(concept.dependent_failures)
         ),
     }
 
@@ -348,7 +340,7 @@ def _missing(cells: Sequence[Cell], fsr: str) -> int:
     )
 
 
-def _elements(content: CampaignContent) -> tuple[Element, ...]:
+def _elements(content: CampaignContent) -> tuple[model.Element, ...]:
     """List the elements and the parts that realise them."""
     realised: dict[str, list[str]] = defaultdict(list)
     for name, part_of in content.odd["architectures"].items():
@@ -358,7 +350,7 @@ def _elements(content: CampaignContent) -> tuple[Element, ...]:
             if part.get("realises"):
                 realised[part["realises"]].append(f"{name}.{key}")
     return tuple(
-        Element.of(element, realised_by=tuple(realised[element.id]))
+        model.Element.of(element, realised_by=tuple(realised[element.id]))
         for element in content.concept.elements
     )
 
@@ -368,9 +360,9 @@ def today() -> date:
     return datetime.now(UTC).date()
 
 
-def findings_of(violations: Iterable[Violation]) -> Iterator[IntegrityFinding]:
+def findings_of(violations: Iterable[Violation]) -> Iterator[model.IntegrityFinding]:
     """Return what breaks an integrity rule, and what to do about it."""
     rules = {rule.name: rule for rule in RULES}
     for item in violations:
         rule = rules[item.rule]
-        yield IntegrityFinding.of(item, text=rule.text, remedy=rule.remedy)
+        yield model.IntegrityFinding.of(item, text=rule.text, remedy=rule.remedy)

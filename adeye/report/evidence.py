@@ -11,15 +11,7 @@ from typing import Any, Final, cast
 
 from adeye.judge.uncertainty import Difference
 from adeye.report.claims import claims_of
-from adeye.report.model.evidence import (
-    AttributeCoverage,
-    BinCoverage,
-    Exclusion,
-    OddCoverage,
-    StepLine,
-    StepUncertainty,
-    UncoveredPair,
-)
+from adeye.report.model import evidence as model
 from adeye.store.read.bulk import coverage_of_runs, declared_attributes, executed_runs
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
@@ -64,7 +56,7 @@ def evidence_of(
 
 def odd_coverage_of(
     repository: Repository, campaign: CampaignInfo, odd: Mapping[str, Any], command: str
-) -> OddCoverage:
+) -> model.OddCoverage:
     """Count what a campaign covers of its ODD, attribute by attribute and in pairs.
 
     Args:
@@ -75,7 +67,7 @@ def odd_coverage_of(
     """
     exclusions = tuple(exclusions_of(odd))
     if campaign.planned > MAX_COUNTED:
-        return OddCoverage(
+        return model.OddCoverage(
             planned=campaign.planned,
             counted=0,
             exclusions=exclusions,
@@ -87,14 +79,14 @@ def odd_coverage_of(
     bins = bins_of(*declared_attributes(odd))
     pairs = [item for item in found.combinations if len(item.attributes) == 2]
     uncovered = [
-        UncoveredPair(
+        model.UncoveredPair(
             attributes=cast("tuple[str, str]", item.attributes),
             bins=cast("tuple[str, str]", labels),
         )
         for item in pairs
         for labels in item.uncovered
     ]
-    return OddCoverage(
+    return model.OddCoverage(
         planned=runs.planned,
         counted=found.situations,
         without_result=runs.without_result,
@@ -102,7 +94,7 @@ def odd_coverage_of(
         outside_odd=runs.outside_odd,
         in_no_bin=found.outside,
         attributes=tuple(
-            AttributeCoverage(
+            model.AttributeCoverage(
                 attribute=item.attributes[0], bins=tuple(_bins(item, bins[item.attributes[0]]))
             )
             for item in found.combinations
@@ -117,30 +109,32 @@ def odd_coverage_of(
     )
 
 
-def _bins(found: Combination, bins: Sequence[Bin]) -> Iterator[BinCoverage]:
+def _bins(found: Combination, bins: Sequence[Bin]) -> Iterator[model.BinCoverage]:
     """Put the bins of one attribute back into their order."""
     counts = {labels[0]: count for labels, count in found.counts}
     impossible = {labels[0] for labels in found.impossible}
     for item in bins:
         if item.label in counts:
-            yield BinCoverage(label=item.label, state="covered", test_cases=counts[item.label])
+            yield model.BinCoverage(
+                label=item.label, state="covered", test_cases=counts[item.label]
+            )
         elif item.label in impossible:
-            yield BinCoverage(label=item.label, state="impossible", test_cases=0)
+            yield model.BinCoverage(label=item.label, state="impossible", test_cases=0)
         else:
-            yield BinCoverage(label=item.label, state="uncovered", test_cases=0)
+            yield model.BinCoverage(label=item.label, state="uncovered", test_cases=0)
 
 
-def exclusions_of(odd: Mapping[str, Any]) -> Iterator[Exclusion]:
+def exclusions_of(odd: Mapping[str, Any]) -> Iterator[model.Exclusion]:
     """List what relations of a sweep leave out, as they stand in the ODD's own file."""
     for use in odd["scenarios"]:
         relations = tuple(str(text) for text in use["sweep"]["where"])
         if relations:
-            yield Exclusion(scenario=use.get("as") or use["use"], relations=relations)
+            yield model.Exclusion(scenario=use.get("as") or use["use"], relations=relations)
 
 
 def step_uncertainty_of(
     odd: Mapping[str, Any], records: Sequence[UncertaintyRecord], command: str
-) -> StepUncertainty:
+) -> model.StepUncertainty:
     """Return what halving the step changes, margins first.
 
     Args:
@@ -150,7 +144,7 @@ def step_uncertainty_of(
     """
     asked = odd.get("uncertainty")
     lines = [
-        StepLine.of(
+        model.StepLine.of(
             item.difference,
             scenario=item.scenario,
             architecture=item.architecture,
@@ -158,7 +152,7 @@ def step_uncertainty_of(
         )
         for item in records
     ]
-    return StepUncertainty(
+    return model.StepUncertainty(
         step_s=float(odd["step"]),
         situations=None if asked is None else int(asked["situations"]),
         lines=tuple(sorted(lines, key=lambda line: line.kind != "fsr")),

@@ -19,17 +19,7 @@ from adeye.judge.preventability import TAKEOVER_CLASSES, TakeoverClass
 from adeye.judge.statistics import median_low, poisson_rate
 from adeye.judge.timeline import Injection, count_injections, grouped, worst_of
 from adeye.report.claims import designs_of, is_sample
-from adeye.report.model.assessment import (
-    Calm,
-    FaultEvidence,
-    FaultGroup,
-    Rate,
-    TakeoverRun,
-    Takeovers,
-    TradeCurve,
-    TradePoint,
-    WorstInjection,
-)
+from adeye.report.model import assessment as model
 from adeye.report.model.part import Command
 from adeye.signals import Bools
 from adeye.store.read.bulk import Figures
@@ -45,7 +35,7 @@ _OF_A_CHANNEL: Final = re.compile(r"architecture\.channels\.[^.]+\.parameters\..
 _HOUR_S: Final = 3600.0
 
 
-def rate_of(figures: Figures, chosen: Bools, *, sampled: bool) -> Rate:
+def rate_of(figures: Figures, chosen: Bools, *, sampled: bool) -> model.Rate:
     """Count the trips of some runs.
 
     Args:
@@ -60,7 +50,7 @@ def rate_of(figures: Figures, chosen: Bools, *, sampled: bool) -> Rate:
     runs = int(counted.sum())
     is_driven = hours > 0.0
     found = poisson_rate(events, hours, CONFIDENCE) if is_driven and sampled else None
-    return Rate(
+    return model.Rate(
         runs=runs,
         hours=max(0.0, hours),
         trips=events,
@@ -79,7 +69,9 @@ def debounce_axes(figures: Figures) -> list[str]:
     )
 
 
-def trade_curves(figures: Figures, odd: Mapping[str, Any], axis: str) -> tuple[TradeCurve, ...]:
+def trade_curves(
+    figures: Figures, odd: Mapping[str, Any], axis: str
+) -> tuple[model.TradeCurve, ...]:
     """Hold trips against detection for each value of an axis, by architecture.
 
     Args:
@@ -101,7 +93,7 @@ def trade_curves(figures: Figures, odd: Mapping[str, Any], axis: str) -> tuple[T
         values = own.points[axis]
         levels = sorted((values.words[at], at) for at in np.unique(values.codes).tolist())
         curves.append(
-            TradeCurve(
+            model.TradeCurve(
                 axis=axis,
                 architecture=architecture,
                 scenarios=tuple(scenarios),
@@ -136,11 +128,11 @@ def _order(value: float | str) -> tuple[bool, float, str]:
     return isinstance(size, str), 0.0 if isinstance(size, str) else size, str(value)
 
 
-def _point(own: Figures, value: str, *, sampled: bool) -> TradePoint:
+def _point(own: Figures, value: str, *, sampled: bool) -> model.TradePoint:
     is_faulty = np.array([own.fault_entry[at] != NO_FAULT for at in range(len(own))], dtype=bool)
     fdti = own.metrics["fault_detection_time_s"][is_faulty]
     known = fdti[np.isfinite(fdti)]
-    return TradePoint(
+    return model.TradePoint(
         value=value,
         calm=rate_of(own, ~is_faulty, sampled=sampled),
         faulty=int(is_faulty.sum()),
@@ -152,7 +144,7 @@ def _point(own: Figures, value: str, *, sampled: bool) -> TradePoint:
 
 def trades_by(
     db: str | Path | None, campaign: str | None, axis: str
-) -> tuple[str, tuple[TradeCurve, ...]]:
+) -> tuple[str, tuple[model.TradeCurve, ...]]:
     """Read the trade of an axis from a database.
 
     Args:
@@ -199,7 +191,7 @@ def fault_evidence(
     odd: Mapping[str, Any],
     found: tuple[Sequence[Injection], Sequence[TakeoverLine]],
     commands: tuple[Callable[[str], str], Callable[[str], str]],
-) -> FaultEvidence:
+) -> model.FaultEvidence:
     """Put together what is known of the faults of a campaign.
 
     Args:
@@ -213,7 +205,7 @@ def fault_evidence(
     designs = designs_of(odd)
     fault = figures.fault_entry
     is_faulty = np.array([word != NO_FAULT for word in fault.words], dtype=np.bool_)[fault.codes]
-    return FaultEvidence(
+    return model.FaultEvidence(
         with_fault=int(is_faulty.sum()),
         measured=len(injections),
         executed=len(figures),
@@ -239,14 +231,14 @@ def fault_evidence(
 
 def _group(
     group: Sequence[Injection], replay: Callable[[str], str], *, sampled: bool
-) -> FaultGroup:
+) -> model.FaultGroup:
     count, worst = count_injections(group, is_sample=sampled), worst_of(group)
-    return FaultGroup.of(
+    return model.FaultGroup.of(
         count,
         counts=dict(count.counts),
         low=None if count.coverage is None else count.coverage.low,
         high=None if count.coverage is None else count.coverage.high,
-        worst=WorstInjection.of(
+        worst=model.WorstInjection.of(
             worst,
             fdti_s=worst.times.fdti_s,
             frti_s=worst.times.frti_s,
@@ -256,18 +248,18 @@ def _group(
     )
 
 
-def _takeovers(lines: Sequence[TakeoverLine], replay: Callable[[str], str]) -> Takeovers:
+def _takeovers(lines: Sequence[TakeoverLine], replay: Callable[[str], str]) -> model.Takeovers:
     counted = Counter(line.class_ for line in lines)
     wrong = sorted(
         (line for line in lines if line.class_ in _WRONG),
         key=lambda line: (_WRONG.index(line.class_), line.run),
     )
-    return Takeovers(
+    return model.Takeovers(
         counts={name: counted[name] for name in TAKEOVER_CLASSES},
         avoidable=sum(line.class_ == "missed" and line.fork_violation_s is None for line in lines),
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         listed=tuple(
-            TakeoverRun.of(line, command=replay(line.run)) for line in wrong[:MOST_LISTED]
+            model.TakeoverRun.of(line, command=replay(line.run)) for line in wrong[:MOST_LISTED]
         ),
     )
 
@@ -278,7 +270,7 @@ def _calm(
     architecture: str,
     designs: Mapping[str, str],
     lines: Sequence[TakeoverLine],
-) -> Calm:
+) -> model.Calm:
     own = figures.where(chosen)
     scenarios = {own.scenario[at] for at in range(len(own))} if len(own) else set()
     share, hours = own.metrics["nominal_availability"], own.duration_s
@@ -290,7 +282,7 @@ def _calm(
         and line.fault_entry == NO_FAULT
         and line.takeover_s is not None
     ]
-    return Calm(
+    return model.Calm(
         architecture=architecture,
         rate=rate_of(
             own,

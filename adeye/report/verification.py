@@ -125,8 +125,7 @@ ORDER: Final[tuple[PointKind, ...]] = (
 
 def open_points_of(report: Report) -> tuple[OpenPoint, ...]:
     """List the open points of a report: what the gate hangs on first, then by kind."""
-    found = [*_verdicts(report), *_failures(report), *_findings(report)]
-    found += [*_waivers(report), *_assumptions(report)]
+    found = [*_verdicts(report), *_others(report)]
     return tuple(sorted(found, key=lambda item: (not item.decides, ORDER.index(item.kind))))
 
 
@@ -170,45 +169,31 @@ def _verdict(fsr: Fsr, architecture: Architecture, cell: Cell | None, command: s
     )
 
 
-def _failures(report: Report) -> Iterator[OpenPoint]:
-    for item in report.channel_failures:
+def _others(report: Report) -> Iterator[OpenPoint]:
+    """List failures of channels, findings, waivers and assumptions."""
+    for failure in report.channel_failures:
         yield OpenPoint(
             kind="channel_failure",
-            subject=item.channel,
-            architecture=item.architecture,
-            text=str(item),
-            decides=item.refused > 0,
+            subject=failure.channel,
+            architecture=failure.architecture,
+            text=str(failure),
+            decides=failure.refused > 0,
             command=report.command,
         )
-
-
-def _findings(report: Report) -> Iterator[OpenPoint]:
     for item in report.findings:
         text = f"{item.text} {item.detail}"
         yield OpenPoint(kind="finding", subject=item.id, text=text, command="adeye check")
-
-
-def _waivers(report: Report) -> Iterator[OpenPoint]:
-    for item in report.waivers:
-        state = "expired on" if item.is_expired else "valid until"
-        text = f"{item.reason} ({item.author}, {state} {item.expires}, {item.runs:,} runs)"
-        yield OpenPoint(kind="waiver", subject=item.fsr, text=text)
-
-
-def _assumptions(report: Report) -> Iterator[OpenPoint]:
-    resting = {
-        item.id: [fsr.id for fsr in report.fsrs if item.id in fsr.assumptions]
-        for item in report.assumptions
-    }
-    for item in report.assumptions:
-        state = "expired on" if item.is_expired else "valid until"
-        text = f"{item.text.strip()} ({item.owner}, {state} {item.valid_until})"
-        if resting[item.id]:
-            text += f" {', '.join(resting[item.id])} rest on it."
-        yield OpenPoint(kind="assumption", subject=item.id, text=text)
-
-
-# --- Verdicts and events of the database as a report has them -------------------------------------
+    state = {True: "expired on", False: "valid until"}
+    for waiver in report.waivers:
+        until = f"{state[waiver.is_expired]} {waiver.expires}"
+        text = f"{waiver.reason} ({waiver.author}, {until}, {waiver.runs:,} runs)"
+        yield OpenPoint(kind="waiver", subject=waiver.fsr, text=text)
+    for part in report.assumptions:
+        until = f"{state[part.is_expired]} {part.valid_until}"
+        text = f"{part.text.strip()} ({part.owner}, {until})"
+        if resting := [fsr.id for fsr in report.fsrs if part.id in fsr.assumptions]:
+            text += f" {', '.join(resting)} rest on it."
+        yield OpenPoint(kind="assumption", subject=part.id, text=text)
 
 
 def margin_of(record: VerdictRecord) -> Margin | None:

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.database import _VIEWS
-from adeye.cli.queries import SAVED
+from adeye.cli.queries import SAVED, VIEWS
 from adeye.store import schema
 from adeye.store.read.query import run_query
 from adeye.store.records import ContentRecord
@@ -150,7 +149,7 @@ def test_every_view_and_its_columns_are_described(adeye: Any, mini: Any) -> None
         name: {row[1] for row in rows(mini.db, f"PRAGMA table_info({name})")}
         for (name,) in rows(mini.db, "SELECT name FROM sqlite_master WHERE type = 'view'")
     }
-    assert tables.keys() == views.keys() >= _VIEWS.keys()
+    assert tables.keys() == views.keys() >= VIEWS.keys()
     for name, columns in views.items():
         assert tables[name]["description"]
         assert tables[name]["columns"].keys() <= columns

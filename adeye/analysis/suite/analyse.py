@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import resources
 from itertools import product
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+import yaml
 
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
 from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
@@ -48,62 +50,41 @@ AHEAD = ("front_near", "front_mid", "front_far")
 """Zones of the lane ahead."""
 
 
-@dataclass(frozen=True)
-class Parts:
-    """What a suite achieves sensor by sensor, so that parts can be left out.
-
-    Attributes:
-        conditions: Weather, light and grip.
-        look: The zones' cells.
-        sensors: Ids, in the order of the rows of ``seen``.
-        seen: (S, K) which sensor detects a car where, by condition.
-        chain_sensors: The sensor of each chain.
-        supported: Speeds that each chain supports, by condition and case.
-    """
-
-    conditions: tuple[Condition, ...]
-    look: Look
-    sensors: tuple[str, ...]
-    seen: Mapping[str, Bools]
-    chain_sensors: tuple[str, ...]
-    supported: Mapping[tuple[str, str], Sequence[Bools]]
-
-
-def without(parts: Parts, what: str, kind: str, lost: Collection[str]) -> Removal:
+def without(bench: _Bench, what: str, kind: str, lost: Collection[str]) -> Removal:
     """Say what is left without some sensors.
 
     Args:
-        parts: The suite.
+        bench: The suite.
         what: Name of what fails; empty for nothing.
         kind: ``sensor``, ``element`` or ``resource``.
         lost: Sensors that go with it.
     """
-    rows = [row for row, name in enumerate(parts.sensors) if name not in lost]
-    look = parts.look
+    rows = [row for row, name in enumerate(bench.eyes) if name not in lost]
+    look = bench.look
     total = sum(cells.area for cells in look.cells)
     ahead = [number for number, zone in enumerate(look.zones) if zone.id in AHEAD]
     front_total = sum(look.cells[number].area for number in ahead)
     front_seen, seen = {}, {}
     highest: dict[str, float | None] = {}
     least: dict[str, float | None] = {}
-    for condition in parts.conditions:
-        left = anybody(parts.seen[condition.id][rows])
+    for condition in bench.conditions:
+        left = anybody(bench.seen[condition.id, "car"][rows])
         front = sum(
             float(look.of_zone(number, left).sum()) * look.cells[number].cell for number in ahead
         )
         front_seen[condition.id] = front / front_total
         seen[condition.id] = look.area(left) / total
-        speeds = [_highest(parts, condition.id, case.id, lost) for case in CASES]
+        speeds = [_highest(bench, condition.id, case.id, lost) for case in CASES]
         highest[condition.id] = speeds[0]
         least[condition.id] = min((speed or 0.0 for speed in speeds), default=0.0) or None
     return Removal(what, kind, tuple(lost), front_seen, seen, highest, least)
 
 
-def _highest(parts: Parts, condition: str, case: str, lost: Collection[str]) -> float | None:
+def _highest(bench: _Bench, condition: str, case: str, lost: Collection[str]) -> float | None:
     left = [
         ok
-        for sensor, ok in zip(parts.chain_sensors, parts.supported[condition, case], strict=True)
-        if sensor not in lost
+        for path, ok in zip(bench.paths, bench.supported[condition, case], strict=True)
+        if path.chain.sensor not in lost
     ]
     run = last_run(np.any(left, axis=0)) if left else None
     return None if run is None else float(SPEEDS[run[1]])
@@ -162,29 +143,10 @@ def _left(item: Removal) -> tuple[float, float]:
 
 # --- Analyse the suite of an architecture: coverage, blind spots, range slack, loss of parts ------
 
-NOTES: Final = (
-    "Each target stands alone: what other traffic, buildings, curves and crests hide is left out.",
-    "A target counts as seen where its middle lies in range and field of view, without noise, "
-    "missed detections and false alarms.",
-    "Patches of a camera and the loss of radar signal at the edge of view are left out.",
-    "The ego's own body hides what lies behind it; in the simulation it hides nothing.",
-    "Below a speed in brackets there is a gap: a pedestrian who crosses comes at a wider bearing "
-    "the slower the ego is, and then from outside the field of view.",
-    "Waits are the longest ones, and hits of several sensors on one track are not added up, so "
-    "speeds err on the slow side.",
+_NOTES: Final[dict[str, Any]] = yaml.safe_load(
+    (resources.files("adeye.analysis.suite") / "notes.yaml").read_text("utf-8")
 )
-"""What the analysis leaves out."""
-
-_LOW_SUN: Final = (
-    "A low sun stands straight ahead. A camera counts with the range that is left where it looks "
-    "nearest to the sun; that an object before the sun shades the lens is left out."
-)
-_NO_SUN: Final = "A low sun is left out: no ODD that limits the sun's elevation is given."
-
-_RADAR_AHEAD: Final = (
-    "A physical radar counts with the range that it has straight ahead, where it detects half of "
-    "the time; what its antenna loses towards the edges and the echo of rain are left out."
-)
+NOTES: Final[tuple[str, ...]] = tuple(_NOTES["always"])
 
 
 def analyse(
@@ -203,9 +165,9 @@ def analyse(
         resources: What each element of the concept shares with others.
     """
     bench = _Bench(architecture, tuple(conditions))
-    whole = without(bench.parts, "", "sensor", ())
+    whole = without(bench, "", "sensor", ())
     removals = tuple(
-        without(bench.parts, what, kind, lost)
+        without(bench, what, kind, lost)
         for what, kind, lost in groups_of(architecture, list(bench.eyes), resources or {})
     )
     vehicle = architecture.vehicle
@@ -313,18 +275,6 @@ class _Bench:
             for case in CASES
         }
 
-    @cached_property
-    def parts(self) -> Parts:
-        """The suite with parts to take away."""
-        return Parts(
-            conditions=self.conditions,
-            look=self.look,
-            sensors=tuple(self.eyes),
-            seen={condition.id: self.seen[condition.id, "car"] for condition in self.conditions},
-            chain_sensors=tuple(path.chain.sensor for path in self.paths),
-            supported=self.supported,
-        )
-
     def sensors(self) -> Iterator[SuiteSensor]:
         """Describe the sensors that look around."""
         for name, reaches in self.eyes.items():
@@ -393,10 +343,10 @@ class _Bench:
         """Say what is left out or assumed."""
         yield from NOTES
         has_sun = any(item.sun_elevation_rad is not None for item in self.conditions)
-        yield _LOW_SUN if has_sun else _NO_SUN
+        yield _NOTES["low_sun" if has_sun else "no_sun"]
         sensors = self.architecture.sensors
         if any(model_name(sensors[name]) == "radar/physical" for name in self.eyes):
-            yield _RADAR_AHEAD
+            yield _NOTES["radar_ahead"]
         assumed = sorted({path.chain.channel for path in self.paths if path.chain.is_assumed})
         if assumed:
             yield (

@@ -7,27 +7,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
 
-from adeye.kernel.detection_range import (
-    contrast_range,
-    cross_section_range,
-    focal_length,
-    headlamp_share,
-    pixel_range,
-    sure_beams,
-)
+from adeye.kernel import detection_range
 from adeye.kernel.elementary import atan, atan2, cos, sin, sin_cos, tan
-from adeye.simulate.world.weather import (
-    SUN_ILLUMINANCE,
-    camera_range,
-    contrast_behind_veil,
-    glare_contrast,
-    lidar_range,
-    light_extinction,
-    light_share,
-    radar_rain_extinction,
-    range_in_extinction,
-    sun_cosine,
-)
+from adeye.simulate.world import weather
 from adeye.spec.sensors import model_name
 
 if TYPE_CHECKING:
@@ -388,13 +370,13 @@ def reach_of(sensor: Sensor, target: Target, condition: Condition) -> Reach | No
 
 def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
     spec = cast("Camera", sensor)
-    share = light_share(spec.night_range, condition.illuminance)
+    share = weather.light_share(spec.night_range, condition.illuminance)
     if share <= 0.0:
         return NOTHING
     if condition.sun_elevation_rad is not None:
         cosine = _toward_sun(spec, condition.sun_elevation_rad)
-        share *= glare_contrast(cosine, condition.illuminance)
-    far = camera_range(spec.range, condition.rain_mps, condition.visibility_m, share)
+        share *= weather.glare_contrast(cosine, condition.illuminance)
+    far = weather.camera_range(spec.range, condition.rain_mps, condition.visibility_m, share)
     return Reach(0.0, far)
 
 
@@ -402,7 +384,7 @@ def _toward_sun(spec: Camera | PhysicalCamera, elevation: float) -> float:
     """Cosine of the angle from a sun straight ahead to the nearest level line of sight in view."""
     yaw = abs(atan2(sin(spec.mount.yaw), cos(spec.mount.yaw)))
     aside = max(0.0, yaw - 0.5 * spec.field_of_view)
-    return float(sun_cosine(cos(aside), sin(aside), elevation, 0.0))
+    return float(weather.sun_cosine(cos(aside), sin(aside), elevation, 0.0))
 
 
 def _behind_lens(spec: PhysicalCamera, condition: Condition) -> float:
@@ -410,10 +392,12 @@ def _behind_lens(spec: PhysicalCamera, condition: Condition) -> float:
     elevation = condition.sun_elevation_rad
     if elevation is None:
         return float(spec.transmission)
-    ahead = sun_cosine(cos(spec.mount.yaw), sin(spec.mount.yaw), elevation, 0.0)
+    ahead = weather.sun_cosine(cos(spec.mount.yaw), sin(spec.mount.yaw), elevation, 0.0)
     facing = cos(spec.mount.pitch) * ahead - sin(spec.mount.pitch) * sin(elevation)
     cosine = _toward_sun(spec, elevation)
-    veiled = contrast_behind_veil(SUN_ILLUMINANCE * facing, cosine, condition.illuminance)
+    veiled = weather.contrast_behind_veil(
+        weather.SUN_ILLUMINANCE * facing, cosine, condition.illuminance
+    )
     return float(spec.transmission * veiled)
 
 
@@ -424,15 +408,15 @@ def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Re
     """
     spec = cast("PhysicalCamera", sensor)
     rows = float(spec.min_pixel_height)
-    focal = focal_length(spec.columns, spec.field_of_view)
-    tall = pixel_range(target.height_m, focal, rows)
-    extinction = light_extinction(condition.rain_mps, condition.visibility_m)
-    clear = contrast_range(
+    focal = detection_range.focal_length(spec.columns, spec.field_of_view)
+    tall = detection_range.pixel_range(target.height_m, focal, rows)
+    extinction = weather.light_extinction(condition.rain_mps, condition.visibility_m)
+    clear = detection_range.contrast_range(
         target.contrast * _behind_lens(spec, condition),
         spec.contrast_threshold,
         extinction,
         condition.illuminance,
-        spec.headlamps * headlamp_share(cos(spec.mount.yaw)),
+        spec.headlamps * detection_range.headlamp_share(cos(spec.mount.yaw)),
     )
     return _longest_stretch(
         min(tall, clear),
@@ -477,14 +461,14 @@ def _physical_radar(sensor: Sensor, target: Target, condition: Condition) -> Rea
     """
     spec = cast("PhysicalRadar", sensor)
     reference = spec.reference_cross_section
-    clear = cross_section_range(spec.range, target.cross_section_m2, reference)
-    extinction = radar_rain_extinction(condition.rain_mps)
-    return Reach(0.0, range_in_extinction(clear, 0.5 * extinction))
+    clear = detection_range.cross_section_range(spec.range, target.cross_section_m2, reference)
+    extinction = weather.radar_rain_extinction(condition.rain_mps)
+    return Reach(0.0, weather.range_in_extinction(clear, 0.5 * extinction))
 
 
 def _lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
     spec = cast("Lidar | PhysicalLidar", sensor)
-    far = lidar_range(
+    far = weather.lidar_range(
         spec.range,
         target.reflectivity,
         spec.reference_reflectivity,
@@ -509,7 +493,7 @@ def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Rea
 def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
     """Count the returns that a target gives at a distance, as far as the mean loss leaves them."""
     spacing = spec.field_of_view / spec.beams
-    beams = min(float(spec.beams), sure_beams(target.width_m, distance, spacing))
+    beams = min(float(spec.beams), detection_range.sure_beams(target.width_m, distance, spacing))
     layers = 0
     for layer in range(spec.layers):
         part = layer / (spec.layers - 1) - 0.5 if spec.layers > 1 else 0.0

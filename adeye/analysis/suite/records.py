@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 from adeye.analysis.suite.conditions import Condition
 from adeye.analysis.suite.geometry import Zone
+
+Record = TypeVar("Record")
+
+
+def matching(records: Iterable[Record], **values: object) -> Iterator[Record]:
+    """Yield the records that have these values."""
+    asked = values.items()
+    return (item for item in records if all(getattr(item, name) == value for name, value in asked))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -14,16 +13,7 @@ from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, severities
 from adeye.judge.statistics import median_low
 from adeye.judge.verdict import Verdict
-from adeye.report.comparison.records import (
-    OBJECTIVES,
-    Candidate,
-    Contribution,
-    Cost,
-    Objective,
-    Sighting,
-    Unexecuted,
-    Unmet,
-)
+from adeye.report.comparison import records
 from adeye.signals import Ints
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
@@ -34,7 +24,7 @@ from adeye.store.repository import Repository
 # --- What an architecture consists of: its cost, its sensors, what it has beyond another ----------
 
 
-def cost_of(content: Mapping[str, Any]) -> Cost | None:
+def cost_of(content: Mapping[str, Any]) -> records.Cost | None:
     """Add up what an architecture costs.
 
     Its own ``cost`` is the total where it covers that of the parts, and the rest is what has no
@@ -57,7 +47,7 @@ def cost_of(content: Mapping[str, Any]) -> Cost | None:
     }
     declared = float(content["cost"])
     total = max(declared, sum(parts.values()))
-    return Cost(total=total, declared=declared, parts=parts) if total > 0.0 else None
+    return records.Cost(total=total, declared=declared, parts=parts) if total > 0.0 else None
 
 
 def measuring(content: Mapping[str, Any]) -> list[str]:
@@ -100,48 +90,6 @@ def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None
 # --- What each compared architecture costs and achieves, and which of them are worth choosing -----
 
 _NO_FAULT: Final = "none"
-
-
-@dataclass(frozen=True)
-class Judged:
-    """The candidates with their place among each other.
-
-    Attributes:
-        candidates: In the order given.
-        objectives: Those that could be used.
-        left_out: Those that could not, and why.
-        cheapest: Ids of the cheapest for which every mandatory FSR passes.
-    """
-
-    candidates: tuple[Candidate, ...]
-    objectives: tuple[Objective, ...]
-    left_out: tuple[str, ...]
-    cheapest: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Figures:
-    """What is known of one candidate."""
-
-    cost: Cost | None
-    unmet: tuple[Unmet, ...]
-    cases: int
-    failing: int
-    undecided: int
-    worst: tuple[float, str, str] | None
-    has_unknown_margin: bool
-    availability: float | None
-    fault_free: int
-
-    def value(self, objective: str) -> float | None:
-        """Return the value of an objective, None if it is not known."""
-        if objective == "failures":
-            return float(self.failing + self.undecided)
-        if objective == "availability":
-            return self.availability
-        if objective == "cost":
-            return None if self.cost is None else self.cost.total
-        return None if self.worst is None or self.has_unknown_margin else self.worst[0]
 
 
 class Candidates:
@@ -188,94 +136,111 @@ class Candidates:
         ]
         """Mandatory FSRs that are applicable to all."""
 
-    def judge(self, objectives: Sequence[str], epsilon: Mapping[str, float]) -> Judged:
+    def judge(self, objectives: Sequence[str], epsilon: Mapping[str, float]) -> dict[str, Any]:
         """Measure the candidates and find the front.
 
         Args:
             objectives: Names of ``OBJECTIVES``, the first decides between equals.
             epsilon: Difference that does not count, by objective.
+
+        Returns:
+            What a comparison says of them: the candidates in the order given, the objectives that
+            could be used, those that could not and why, and the cheapest.
         """
-        figures = {name: self._figures(name) for name in self._names}
-        used: list[Objective] = []
+        measured = {name: self._measured(name) for name in self._names}
+        used: list[records.Objective] = []
         left_out: list[str] = []
-        has_evidence = all(item.cases for item in figures.values())
+        has_evidence = all(item.cases for item in measured.values())
         if not has_evidence:
             # A front of costs alone would be an advice that nothing supports.
             left_out.append("all of them, because no test case was executed for every architecture")
+        values: dict[str, dict[str, float]] = {name: {} for name in self._names}
         for objective in objectives if has_evidence else ():
-            unknown = [name for name, item in figures.items() if item.value(objective) is None]
-            if unknown:
+            found = {name: self._value(item, objective) for name, item in measured.items()}
+            known = {name: value for name, value in found.items() if value is not None}
+            if len(known) < len(found):
+                unknown = [name for name in found if name not in known]
                 left_out.append(f"{objective}: not known for {', '.join(unknown)}")
-            else:
-                better = OBJECTIVES[objective]
-                used.append(
-                    Objective.model_validate(
-                        {"name": objective, "better": better, "epsilon": epsilon.get(objective, 0)}
-                    )
+                continue
+            better = records.OBJECTIVES[objective]
+            used.append(
+                records.Objective.model_validate(
+                    {"name": objective, "better": better, "epsilon": epsilon.get(objective, 0)}
                 )
-        values = {
-            name: {item.name: item_value(figure, item.name) for item in used}
-            for name, figure in figures.items()
-        }
+            )
+            for name, value in known.items():
+                values[name][objective] = value
         dominators = pareto.dominators(
             {name: tuple(found.values()) for name, found in values.items()},
             [pareto.Objective(item.name, item.better, item.epsilon) for item in used],
         )
         candidates = tuple(
-            self._candidate(name, figures[name], values[name], dominators[name] if used else None)
-            for name in self._names
+            item.model_copy(
+                update={
+                    "values": values[name],
+                    "is_on_front": bool(used) and dominators[name] is None,
+                    "dominated_by": dominators[name] if used else None,
+                }
+            )
+            for name, item in measured.items()
         )
-        return Judged(candidates, tuple(used), tuple(left_out), _cheapest(candidates))
+        return {
+            "candidates": candidates,
+            "objectives": tuple(used),
+            "left_out": tuple(left_out),
+            "cheapest": _cheapest(candidates),
+        }
 
-    def _candidate(
-        self, name: str, figure: _Figures, values: dict[str, float], dominator: str | None
-    ) -> Candidate:
-        worst = figure.worst or (None, "", "")
-        return Candidate.of(
-            figure,
-            id=name,
-            title=self._contents[name]["title"],
-            is_gate=name in self._campaign.gate,
-            sensors=suite_of(self._contents[name]),
-            mandatory=sum(item.architecture == name for item in self._gate),
-            left_out=len(self._shared[name]) - figure.cases,
-            unexecuted=tuple(self._unexecuted(name)),
-            worst_margin=worst[0],
-            worst_fsr=worst[1],
-            worst_run=worst[2],
-            values=values,
-            is_on_front=bool(values) and dominator is None,
-            dominated_by=dominator,
-        )
+    def _value(self, item: records.Candidate, objective: str) -> float | None:
+        """Return the value of an objective, None if it is not known."""
+        if objective == "failures":
+            return float(item.failing + item.undecided)
+        if objective == "availability":
+            return item.availability
+        if objective == "cost":
+            return None if item.cost is None else item.cost.total
+        return None if self._lacks_margin(item.id) else item.worst_margin
 
-    def _figures(self, name: str) -> _Figures:
+    def _measured(self, name: str) -> records.Candidate:
+        """Measure one candidate; its place among the others is not known yet."""
         rows = self._rows[name]
         compared = self._compared
-        columns = self._columns()
-        severity = severities(compared.verdict[np.ix_(rows, columns)]).max(axis=1, initial=HELD)
+        severity = severities(compared.verdict[self._judged(name)]).max(axis=1, initial=HELD)
         is_free = np.array([word == _NO_FAULT for word in compared.fault_entry.words])
         free = rows[is_free[compared.fault_entry.codes[rows]]]
         default = self._contents[name]["switch"]["default"]
         own = compared.channels.index(default) if default in compared.channels else None
         foreign = compared.acting[free] & ~(0 if own is None else 1 << own)
-        worst, is_unknown = self._worst(rows, columns)
-        return _Figures(
+        margin, fsr, run = self._worst(name)
+        return records.Candidate(
+            id=name,
+            title=self._contents[name]["title"],
+            is_gate=name in self._campaign.gate,
             cost=cost_of(self._contents[name]),
+            sensors=suite_of(self._contents[name]),
+            mandatory=sum(item.architecture == name for item in self._gate),
             unmet=tuple(
-                Unmet(fsr=item.fsr, verdict=item.verdict, failing=self._failing(item.fsr, rows))
+                records.Unmet(
+                    fsr=item.fsr, verdict=item.verdict, failing=self._failing(item.fsr, rows)
+                )
                 for item in self._gate
                 if item.architecture == name and item.verdict is not Verdict.PASS
             ),
             cases=len(rows),
+            left_out=len(self._shared[name]) - len(rows),
+            unexecuted=tuple(self._unexecuted(name)),
             failing=int((severity == FAILED).sum()),
             undecided=int((severity == UNDECIDED).sum()),
-            worst=worst,
-            has_unknown_margin=is_unknown,
+            worst_margin=margin,
+            worst_fsr=fsr,
+            worst_run=run,
             availability=float((foreign == 0).mean()) if len(free) else None,
             fault_free=len(free),
+            values={},
+            is_on_front=False,
         )
 
-    def _unexecuted(self, name: str) -> Iterator[Unexecuted]:
+    def _unexecuted(self, name: str) -> Iterator[records.Unexecuted]:
         """Count the planned test cases of an architecture without a result, by scenario."""
         compared = self._compared
         rows = self._matching.rows(name)
@@ -283,7 +248,7 @@ class Candidates:
             is_done = compared.is_done[rows[compared.scenario.codes[rows] == code]]
             if not is_done.all():
                 missing = int((~is_done).sum())
-                yield Unexecuted(scenario=scenario, planned=len(is_done), missing=missing)
+                yield records.Unexecuted(scenario=scenario, planned=len(is_done), missing=missing)
 
     def _failing(self, fsr: str, rows: Ints) -> dict[str, int]:
         """Count the test cases that fail an FSR, by scenario in the order of the ODD."""
@@ -297,24 +262,31 @@ class Candidates:
         """Return the columns of the mandatory FSRs that are applicable to all."""
         return np.array([self._compared.fsrs.index(fsr) for fsr in self.fsrs], dtype=np.int64)
 
-    def _worst(self, rows: Ints, columns: Ints) -> tuple[tuple[float, str, str] | None, bool]:
-        """Find the least robustness, its FSR and run, and whether a FAIL has none."""
-        compared = self._compared
-        verdict = compared.verdict[np.ix_(rows, columns)]
-        robustness = compared.robustness[np.ix_(rows, columns)]
-        counted = np.isin(verdict, (PASS, FAIL, INCONCLUSIVE))
-        is_unknown = bool(((verdict == FAIL) & ~np.isfinite(robustness)).any())
+    def _judged(self, name: str) -> tuple[Ints, ...]:
+        """Return the places of the cases of an architecture and of the FSRs that all have."""
+        return np.ix_(self._rows[name], self._columns())
+
+    def _lacks_margin(self, name: str) -> bool:
+        """Return whether a FAIL of an architecture has no robustness."""
+        at, compared = self._judged(name), self._compared
+        return bool(((compared.verdict[at] == FAIL) & ~np.isfinite(compared.robustness[at])).any())
+
+    def _worst(self, name: str) -> tuple[float | None, str, str]:
+        """Return the least robustness of an architecture, its FSR and its run."""
+        at, compared = self._judged(name), self._compared
+        robustness = compared.robustness[at]
+        counted = np.isin(compared.verdict[at], (PASS, FAIL, INCONCLUSIVE))
         known = np.where(counted & np.isfinite(robustness), robustness, np.inf)
         if not known.size or not np.isfinite(known.min()):
-            return None, is_unknown
+            return None, "", ""
+        results = [compared.result[row] for row in self._rows[name].tolist()]
         ties = zip(*(part.tolist() for part in np.nonzero(known == known.min())), strict=True)
-        row, column = min(ties, key=lambda at: (compared.result[int(rows[at[0]])], at[1]))
-        value = float(known[row, column])
-        return (value, self.fsrs[column], compared.result[int(rows[row])]), is_unknown
+        row, column = min(ties, key=lambda at: (results[at[0]], at[1]))
+        return float(known[row, column]), self.fsrs[column], results[row]
 
     # Sensors
 
-    def contributions(self) -> tuple[Contribution, ...]:
+    def contributions(self) -> tuple[records.Contribution, ...]:
         """Find architectures that equal another but for one sensor, and what that sensor adds."""
         parts = {
             name: Architecture.model_validate(self._contents[name], context=SI).executable()
@@ -328,7 +300,7 @@ class Candidates:
                     found.append(self._contribution(sensor, more, less))
         return tuple(found)
 
-    def _contribution(self, sensor: str, more: str, less: str) -> Contribution:
+    def _contribution(self, sensor: str, more: str, less: str) -> records.Contribution:
         columns = self._columns()
         rows = self._matching.pairs(more, less)
         is_done = self._compared.is_done[rows[0]] & self._compared.is_done[rows[1]]
@@ -338,7 +310,7 @@ class Candidates:
             )
             for own in rows
         )
-        return Contribution(
+        return records.Contribution(
             sensor=sensor,
             with_it=more,
             without_it=less,
@@ -348,11 +320,11 @@ class Candidates:
             harmed=int(((with_it == FAILED) & (without_it == HELD)).sum()),
         )
 
-    def sightings(self) -> tuple[Sighting, ...]:
+    def sightings(self) -> tuple[records.Sighting, ...]:
         """Count which sensor is the first to detect the object that matters."""
         return tuple(item for name in self._names for item in self._sightings(name))
 
-    def _sightings(self, name: str) -> list[Sighting]:
+    def _sightings(self, name: str) -> list[records.Sighting]:
         compared = self._compared
         rows = self._rows[name]
         rows = rows[compared.has_object[rows]]
@@ -372,7 +344,7 @@ class Candidates:
             is_first = has_seen & (own < others) & np.isfinite(others)
             leads = others[is_first] - own[is_first]
             found.append(
-                Sighting(
+                records.Sighting(
                     architecture=name,
                     sensor=sensor,
                     runs=len(rows),
@@ -386,14 +358,7 @@ class Candidates:
         return found
 
 
-def item_value(figure: _Figures, objective: str) -> float:
-    """Return the value of an objective that is known."""
-    value = figure.value(objective)
-    assert value is not None
-    return value
-
-
-def _cheapest(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+def _cheapest(candidates: Sequence[records.Candidate]) -> tuple[str, ...]:
     """Name the cheapest for which every mandatory FSR passes; nobody if a price is missing."""
     good = [item for item in candidates if item.mandatory > 0 and not item.unmet]
     if not good or any(item.cost is None for item in good):

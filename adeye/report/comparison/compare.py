@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Final
 
@@ -14,17 +15,9 @@ from adeye.judge.evaluate import FAIL, PASS, VERDICTS
 from adeye.judge.pairing import counts_of, verdict_table
 from adeye.judge.statistics import RESOLUTION, median_low
 from adeye.report.claims import SHARED, designs_of, is_sample, spoken_of
+from adeye.report.comparison import records
 from adeye.report.comparison.candidates import Candidates, Matching
 from adeye.report.comparison.inference import MarginBootstrap, Matched, PointCounts, Units, infer
-from adeye.report.comparison.records import (
-    ClusterKind,
-    CompareOptions,
-    Comparison,
-    Difference,
-    Inference,
-    MarginDifference,
-    Pair,
-)
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.read.bulk import Compared
 from adeye.store.records import CampaignInfo
@@ -34,8 +27,8 @@ _WORDS: Final = (*map(str, VERDICTS), "NOT_RUN")
 
 
 def compare(
-    repository: Repository, campaign: CampaignInfo, options: CompareOptions | None = None
-) -> Comparison:
+    repository: Repository, campaign: CampaignInfo, options: records.CompareOptions | None = None
+) -> records.Comparison:
     """Compare architectures of a campaign.
 
     Args:
@@ -47,7 +40,7 @@ def compare(
         UsageError: An architecture is unknown, there are fewer than two, or two share no test
             case.
     """
-    options = options or CompareOptions()
+    options = options or records.CompareOptions()
     odd: Mapping[str, Any] = repository.content("odd", campaign.odd_digest)
     names = options.chosen(list(odd["architectures"]))
     options.check()
@@ -57,7 +50,7 @@ def compare(
 
 def overview(
     repository: Repository, campaign: CampaignInfo, odd: Mapping[str, Any]
-) -> Comparison | None:
+) -> records.Comparison | None:
     """Compare all architectures as far as a report shows it: no differences by scenario.
 
     Args:
@@ -73,7 +66,7 @@ def overview(
     if len(names) < 2:
         return None
     try:
-        found = compare(repository, campaign, CompareOptions(baseline=baseline))
+        found = compare(repository, campaign, records.CompareOptions(baseline=baseline))
     except UsageError:
         # Each may be made for scenarios or faults of its own; then there is nothing to say.
         return None
@@ -83,91 +76,83 @@ def overview(
 
 @dataclass(frozen=True)
 class _Cluster:
-    kind: ClusterKind
+    kind: records.ClusterKind
     name: str
     scenarios: tuple[int, ...]
 
 
+@dataclass(frozen=True)
 class _Comparer:
-    def __init__(
-        self,
-        repository: Repository,
-        campaign: CampaignInfo,
-        odd: Mapping[str, Any],
-        names: Sequence[str],
-        options: CompareOptions,
-        compared: Compared,
-    ) -> None:
-        self._repository = repository
-        self._campaign = campaign
-        self._odd = odd
-        self._names = names
-        self._options = options
-        self._compared = compared
-        self._designs = designs_of(odd)
-        self._matching = Matching(compared)
+    repository: Repository
+    campaign: CampaignInfo
+    odd: Mapping[str, Any]
+    names: Sequence[str]
+    options: records.CompareOptions
+    compared: Compared
 
-    def compare(self) -> Comparison:
-        options, compared = self._options, self._compared
-        others = [name for name in self._names if name != options.baseline]
+    @cached_property
+    def designs(self) -> dict[str, str]:
+        return designs_of(self.odd)
+
+    @cached_property
+    def matching(self) -> Matching:
+        return Matching(self.compared)
+
+    def compare(self) -> records.Comparison:
+        options, compared = self.options, self.compared
+        others = [name for name in self.names if name != options.baseline]
         chosen = (
-            list(combinations(self._names, 2))
+            list(combinations(self.names, 2))
             if options.baseline is None
             else [(options.baseline, name) for name in others]
         )
         pairs = [self._matched(a, b) for a, b in chosen]
-        candidates = Candidates(
-            self._repository, self._campaign, self._odd, self._names, self._matching
-        )
-        judged = candidates.judge(options.objectives, options.epsilon)
-        return Comparison(
-            campaign=self._campaign.id,
-            odd=self._campaign.odd,
-            title=self._campaign.title,
+        candidates = Candidates(self.repository, self.campaign, self.odd, self.names, self.matching)
+        return records.Comparison(
+            campaign=self.campaign.id,
+            odd=self.campaign.odd,
+            title=self.campaign.title,
             baseline=options.baseline,
             confidence=options.confidence,
             designs={
                 name: design
-                for name, design in self._designs.items()
+                for name, design in self.designs.items()
                 if name in compared.scenario.words
             },
-            statements=(SHARED, *spoken_of(self._designs, compared.scenario.words)),
-            objectives=judged.objectives,
-            left_out=judged.left_out,
-            candidates=judged.candidates,
+            statements=(SHARED, *spoken_of(self.designs, compared.scenario.words)),
+            **candidates.judge(options.objectives, options.epsilon),
             fsrs=tuple(candidates.fsrs),
             pairs=tuple(self._pair(pair) for pair in pairs),
             differences=tuple(self._differences(pairs)),
             contributions=candidates.contributions(),
             sightings=candidates.sightings(),
-            cheapest=judged.cheapest,
         )
 
     # Pairs
 
     def _matched(self, a: str, b: str) -> Matched:
-        rows_a, rows_b = self._matching.pairs(a, b)
+        rows_a, rows_b = self.matching.pairs(a, b)
         if not len(rows_a):
             raise UsageError(
-                f"{a} and {b} share no test case in campaign {self._campaign.id[:10]}",
+                f"{a} and {b} share no test case in campaign {self.campaign.id[:10]}",
                 remedy="Compare architectures that meet the same scenarios, faults and points.",
             )
-        done = self._compared.is_done[rows_a] & self._compared.is_done[rows_b]
-        change, units, is_normalised = _change(self._compared, rows_a, rows_b)
+        done = self.compared.is_done[rows_a] & self.compared.is_done[rows_b]
+        change, units, is_normalised = _change(self.compared, rows_a, rows_b)
         return Matched(a, b, rows_a, rows_b, done, change, units, is_normalised)
 
-    def _pair(self, pair: Matched) -> Pair:
-        compared = self._compared
+    def _pair(self, pair: Matched) -> records.Pair:
+        compared = self.compared
         verdict_a, verdict_b = compared.verdict[pair.rows_a], compared.verdict[pair.rows_b]
         # An FSR may be asked for outside the ODD only, and then is judged on neither.
         alone = ((verdict_a >= 0).any(axis=0)) != ((verdict_b >= 0).any(axis=0))
-        return Pair(
+        return records.Pair(
             a=pair.a,
             b=pair.b,
             pairs=int(pair.is_done.sum()),
             incomplete=int((~pair.is_done).sum()),
-            only_a=len(self._matching.rows(pair.a)) - len(np.unique(pair.rows_a)),
-            only_b=len(self._matching.rows(pair.b)) - len(np.unique(pair.rows_b)),
+            only_a=len(self.matching.rows(pair.a)) - len(np.unique(pair.rows_a)),
+            only_b=len(self.matching.rows(pair.b)) - len(np.unique(pair.rows_b)),
             not_comparable=tuple(
                 name for name, is_alone in zip(compared.fsrs, alone, strict=True) if is_alone
             ),
@@ -176,13 +161,13 @@ class _Comparer:
     # Differences
 
     def _clusters(self) -> list[_Cluster]:
-        words = self._compared.scenario.words
+        words = self.compared.scenario.words
         clusters = [_Cluster("all", "", tuple(range(len(words))))]
         if len(words) > 1:
             clusters += [_Cluster("scenario", name, (code,)) for code, name in enumerate(words)]
         categories: dict[str, list[int]] = {}
         for code, name in enumerate(words):
-            tag = self._odd["scenarios"][name]["tags"].get("iso34502") or ""
+            tag = self.odd["scenarios"][name]["tags"].get("iso34502") or ""
             categories.setdefault(tag.partition("/")[0].strip(), []).append(code)
         if len(categories) > 1:
             clusters += [
@@ -191,35 +176,35 @@ class _Comparer:
             ]
         return clusters
 
-    def _differences(self, pairs: Sequence[Matched]) -> list[Difference]:
-        bootstrap = MarginBootstrap(self._compared, pairs, self._designs)
-        found: list[Difference] = []
+    def _differences(self, pairs: Sequence[Matched]) -> list[records.Difference]:
+        bootstrap = MarginBootstrap(self.compared, pairs, self.designs)
+        found: list[records.Difference] = []
         for cluster in self._clusters():
-            made: list[Difference] = []
+            made: list[records.Difference] = []
             counts: list[PointCounts] = []
-            words = self._compared.scenario.words
-            is_drawn = all(is_sample(self._designs[words[code]]) for code in cluster.scenarios)
+            words = self.compared.scenario.words
+            is_drawn = all(is_sample(self.designs[words[code]]) for code in cluster.scenarios)
             for number, pair in enumerate(pairs):
-                planned = np.isin(self._compared.scenario.codes[pair.rows_a], cluster.scenarios)
+                planned = np.isin(self.compared.scenario.codes[pair.rows_a], cluster.scenarios)
                 inside = planned & pair.is_done
                 is_complete = bool((inside == planned).all())
-                units = Units.of(self._compared, pair) if is_drawn else None
-                for fsr in range(len(self._compared.fsrs)):
+                units = Units.of(self.compared, pair) if is_drawn else None
+                for fsr in range(len(self.compared.fsrs)):
                     item = self._difference(pair, cluster, inside, fsr)
                     if item is None:
                         continue
                     if units is not None:
                         counts.append(units.counts(cluster.scenarios, fsr))
                         interval = bootstrap.interval(
-                            cluster.scenarios, number, fsr, self._options.confidence
+                            cluster.scenarios, number, fsr, self.options.confidence
                         )
                         if item.margin is not None and item.undecided == 0 and is_complete:
                             margin = item.margin.model_copy(update={"interval": interval})
                             item = item.model_copy(update={"margin": margin})
                     made.append(item)
-            inferred: Sequence[Inference | None] = [None] * len(made)
+            inferred: Sequence[records.Inference | None] = [None] * len(made)
             if counts:
-                inferred = infer(counts, self._options.confidence)
+                inferred = infer(counts, self.options.confidence)
             found += [
                 item.model_copy(update={"inference": said})
                 for item, said in zip(made, inferred, strict=True)
@@ -228,16 +213,16 @@ class _Comparer:
 
     def _difference(
         self, pair: Matched, cluster: _Cluster, inside: Bools, fsr: int
-    ) -> Difference | None:
+    ) -> records.Difference | None:
         """Compare one FSR; None if it is judged on no pair."""
-        compared = self._compared
+        compared = self.compared
         a = compared.verdict[pair.rows_a[inside], fsr]
         b = compared.verdict[pair.rows_b[inside], fsr]
         table = verdict_table(a, b)
         counts = counts_of(table)
         if counts.pairs == 0:
             return None
-        return Difference.of(
+        return records.Difference.of(
             counts,
             inference=None,
             fsr=compared.fsrs[fsr],
@@ -255,16 +240,16 @@ class _Comparer:
             margin=self._margin(pair, inside, fsr),
         )
 
-    def _margin(self, pair: Matched, inside: Bools, fsr: int) -> MarginDifference | None:
+    def _margin(self, pair: Matched, inside: Bools, fsr: int) -> records.MarginDifference | None:
         change = pair.change[inside, fsr]
         places = np.flatnonzero(np.isfinite(change))
         if not len(places):
             return None
         values = change[places]
-        result = self._compared.result
+        result = self.compared.result
         ties = np.flatnonzero(inside)[places[values == values.min()]].tolist()
         worst = min(ties, key=lambda at: result[int(pair.rows_b[at])])
-        return MarginDifference(
+        return records.MarginDifference(
             unit=pair.units[fsr],
             is_normalised=pair.is_normalised[fsr],
             pairs=len(values),

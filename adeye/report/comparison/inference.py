@@ -13,16 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from adeye.judge import statistics
 from adeye.judge.pairing import Groups, severities
-from adeye.judge.statistics import (
-    MIN_UNITS,
-    RESOLUTION,
-    bca,
-    holm,
-    mcnemar_p,
-    paired_difference,
-    resampled_sums,
-)
 from adeye.report.claims import is_sample
 from adeye.report.comparison.records import Inference, Range
 from adeye.signals import Bools, Floats, Ints
@@ -126,19 +118,19 @@ class PointCounts:
     def p(self) -> float:
         """McNemar's p if all that is undecided spoke for the side with fewer failures."""
         if self.only_a >= self.only_b:
-            return mcnemar_p(self.only_a, min(self.only_a, self.most_b))
-        return mcnemar_p(min(self.only_b, self.most_a), self.only_b)
+            return statistics.mcnemar_p(self.only_a, min(self.only_a, self.most_b))
+        return statistics.mcnemar_p(min(self.only_b, self.most_a), self.only_b)
 
     def range(self, confidence: float) -> Range:
         """Interval that holds whatever the undecided points are."""
-        low = paired_difference(
+        low = statistics.paired_difference(
             self.both + self.open_failed,
             self.most_a,
             self.only_b,
             self.neither + self.held_open,
             confidence,
         )
-        high = paired_difference(
+        high = statistics.paired_difference(
             self.both + self.failed_open,
             self.only_a,
             self.most_b,
@@ -159,7 +151,7 @@ def infer(counts: Sequence[PointCounts], confidence: float) -> list[Inference | 
         One for each entry; None where no point is judged.
     """
     tested = [item for item in counts if item.units > 0]
-    adjusted = iter(holm([item.p for item in tested]))
+    adjusted = iter(statistics.holm([item.p for item in tested]))
     return [
         Inference(
             units=item.units,
@@ -201,7 +193,7 @@ class MarginBootstrap:
                 filled = np.where(known, values, 0.0)
                 partial = ~known.all(axis=0) & known.any(axis=0)
                 both = np.concatenate([filled, known[:, partial].astype(np.float64)], axis=1)
-                sums = resampled_sums(both, name)
+                sums = statistics.resampled_sums(both, name)
                 counts = np.where(known.all(axis=0), float(len(values)), 0.0)
                 counts = np.broadcast_to(counts, (len(sums), len(counts))).copy()
                 counts[:, partial] = sums[:, values.shape[1] :]
@@ -220,7 +212,9 @@ class MarginBootstrap:
                 rows = np.searchsorted(points, groups.keys)
                 columns = slice(number * self._width, (number + 1) * self._width)
                 values[rows, columns] = groups.mean(pair.change[own])
-        return np.asarray(np.round(values / RESOLUTION) * RESOLUTION, dtype=np.float64)
+        return np.asarray(
+            np.round(values / statistics.RESOLUTION) * statistics.RESOLUTION, dtype=np.float64
+        )
 
     def interval(
         self, scenarios: Sequence[int], pair: int, fsr: int, confidence: float
@@ -230,7 +224,7 @@ class MarginBootstrap:
         values = [self._values[code][:, column] for code in scenarios]
         values = [item[np.isfinite(item)] for item in values]
         units = sum(map(len, values))
-        if units < MIN_UNITS:
+        if units < statistics.MIN_UNITS:
             return None
         counts = np.sum([self._counts[code][:, column] for code in scenarios], axis=0)
         if not counts.min() > 0.0:
@@ -238,5 +232,5 @@ class MarginBootstrap:
         sums = np.sum([self._sums[code][:, column] for code in scenarios], axis=0)
         observed = float(np.sum([item.sum() for item in values])) / units
         influence = np.concatenate([item - item.mean() for item in values if len(item)])
-        found = bca(observed, sums / counts, influence, confidence)
+        found = statistics.bca(observed, sums / counts, influence, confidence)
         return Range(low=found.low, high=found.high)

@@ -10,21 +10,15 @@ from pathlib import Path
 from typing import Final
 
 from adeye.errors import UsageError
-from adeye.report.formats.gsn import (
-    Argument,
-    argument_of,
-    render_gsn_json,
-    render_mermaid,
-    render_svg,
-)
+from adeye.report.formats import gsn
 from adeye.report.formats.reqif import render_reqif
 from adeye.report.formats.sarif import render_sarif
 from adeye.report.model.report import Report
 
-GSN_FORMS: Final[Mapping[str, Callable[[Argument], str]]] = {
-    ".json": render_gsn_json,
-    ".mmd": render_mermaid,
-    ".svg": render_svg,
+GSN_FORMS: Final[Mapping[str, Callable[[gsn.Argument], str]]] = {
+    ".json": gsn.render_gsn_json,
+    ".mmd": gsn.render_mermaid,
+    ".svg": gsn.render_svg,
 }
 """Forms of a goal structure by the end of the file's name."""
 _WRITERS: Final[Mapping[str, Callable[[Report], bytes]]] = {
@@ -54,5 +48,5 @@ def check_exports(exports: Mapping[str, Path]) -> None:
 def render_export(report: Report, form: str, path: Path) -> bytes:
     """Write a report in a form: ``sarif``, ``reqif`` or ``gsn``, the last by the file's name."""
     if form == "gsn":
-        return GSN_FORMS[path.suffix](argument_of(report)).encode()
+        return GSN_FORMS[path.suffix](gsn.argument_of(report)).encode()
     return _WRITERS[form](report)

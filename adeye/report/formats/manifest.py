@@ -270,9 +270,9 @@ def sign(content: bytes, key: Path) -> bytes:
         InputError: The file is not such a key.
         PlatformError: The extra is not installed.
     """
-    library = _library()
-    private = _loaded(key, lambda text: library.load_pem_private_key(text, password=None))
-    if not isinstance(private, library.Ed25519PrivateKey):
+    _, files, ed25519 = _library()
+    private = _loaded(key, lambda text: files.load_pem_private_key(text, password=None))
+    if not isinstance(private, ed25519.Ed25519PrivateKey):
         raise InputError(f"{key}: is no private Ed25519 key", remedy=_KEYS_HELP)
     envelope = {
         "payloadType": PAYLOAD_TYPE,
@@ -303,15 +303,15 @@ def require_signed(content: bytes, signature: Path, key: Path) -> str:
         IntegrityError: The content is not what was signed, or another key signed it.
         PlatformError: The extra is not installed.
     """
-    library = _library()
-    public = _loaded(key, library.load_pem_public_key)
-    if not isinstance(public, library.Ed25519PublicKey):
+    (wrong, _), files, ed25519 = _library()
+    public = _loaded(key, files.load_pem_public_key)
+    if not isinstance(public, ed25519.Ed25519PublicKey):
         raise InputError(f"{key}: is no public Ed25519 key", remedy=_KEYS_HELP)
     key_id = _key_id(public)
     for signed in _signatures(signature):
         try:
             public.verify(signed, encoded(content))
-        except library.InvalidSignature:
+        except wrong:
             continue
         return key_id
     raise IntegrityError(
@@ -345,13 +345,11 @@ def write_keys(private: Path, public: Path) -> str:
         InputError: A file is there already.
         PlatformError: They cannot be written, or the extra is not installed.
     """
-    library = _library()
-    made = library.Ed25519PrivateKey.generate()
-    secret = made.private_bytes(
-        library.Encoding.PEM, library.PrivateFormat.PKCS8, library.NoEncryption()
-    )
+    _, files, ed25519 = _library()
+    made = ed25519.Ed25519PrivateKey.generate()
+    secret = made.private_bytes(files.Encoding.PEM, files.PrivateFormat.PKCS8, files.NoEncryption())
     open_part = made.public_key().public_bytes(
-        library.Encoding.PEM, library.PublicFormat.SubjectPublicKeyInfo
+        files.Encoding.PEM, files.PublicFormat.SubjectPublicKeyInfo
     )
     for path, content, mode in ((private, secret, 0o600), (public, open_part, 0o644)):
         try:
@@ -376,7 +374,7 @@ def _key_id(public: Any) -> str:
 def _loaded(path: Path, load: Any) -> Any:
     try:
         return load(_read(path))
-    except (ValueError, TypeError, _library().UnsupportedAlgorithm) as error:
+    except (ValueError, TypeError, _library()[0][1]) as error:
         # The message of the library may quote the key.
         raise InputError(
             f"{path}: is no key in PEM, or has a password", remedy=_KEYS_HELP
@@ -397,26 +395,12 @@ def _read(path: Path) -> bytes:
     return content
 
 
-class _Library:
-    """What is used of ``cryptography``."""
-
-    def __init__(self) -> None:
+def _library() -> tuple[Any, Any, Any]:
+    """Return what is used of ``cryptography``: its exceptions, keys in files, and Ed25519."""
+    try:
         from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
         from cryptography.hazmat.primitives import serialization
         from cryptography.hazmat.primitives.asymmetric import ed25519
-
-        self.InvalidSignature, self.UnsupportedAlgorithm = InvalidSignature, UnsupportedAlgorithm
-        self.Ed25519PrivateKey = ed25519.Ed25519PrivateKey
-        self.Ed25519PublicKey = ed25519.Ed25519PublicKey
-        self.load_pem_private_key = serialization.load_pem_private_key
-        self.load_pem_public_key = serialization.load_pem_public_key
-        self.Encoding, self.NoEncryption = serialization.Encoding, serialization.NoEncryption
-        self.PrivateFormat = serialization.PrivateFormat
-        self.PublicFormat = serialization.PublicFormat
-
-
-def _library() -> Any:
-    try:
-        return _Library()
     except ImportError as error:
         raise PlatformError("signatures need adeye[sign]: pip install 'adeye[sign]'") from error
+    return (InvalidSignature, UnsupportedAlgorithm), serialization, ed25519

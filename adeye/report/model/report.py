@@ -6,6 +6,7 @@ a PASS over a failed run, a number that belongs to nothing.
 
 from collections.abc import Hashable, Iterable
 from functools import cached_property
+from itertools import chain
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -16,20 +17,8 @@ from adeye.judge.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_f
 from adeye.report.claims import Claims
 from adeye.report.comparison.records import Comparison
 from adeye.report.credibility import SelfTestResult
+from adeye.report.model import concept as safety
 from adeye.report.model.assessment import Assessment, FaultEvidence
-from adeye.report.model.concept import (
-    Assumption,
-    Decomposition,
-    DependentFailure,
-    Element,
-    Hazard,
-    IntegrityFinding,
-    OpenPoint,
-    Realisation,
-    SafetyGoal,
-    VerificationRow,
-    Waiver,
-)
 from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
 from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place
 from adeye.report.page.replay import Replay
@@ -252,11 +241,11 @@ class Report(Part):
     """What reference drivers avoid, timing, safe stops; None if it was not asked for."""
     impact: Impact | None = None
     """What changed since a baseline; None without one."""
-    verification: tuple[VerificationRow, ...] = ()
+    verification: tuple[safety.VerificationRow, ...] = ()
     """Every FSR for every architecture, from goal to evidence."""
-    open_points: tuple[OpenPoint, ...] = ()
+    open_points: tuple[safety.OpenPoint, ...] = ()
     """What is not shown, and what it rests on; the gate's first."""
-    realisations: tuple[Realisation, ...] = ()
+    realisations: tuple[safety.Realisation, ...] = ()
     confidence: Claims | None = None
     """Bounds of the probability of a violation, or why there is none."""
     confidence_command: str = ""
@@ -265,16 +254,16 @@ class Report(Part):
     step_uncertainty: StepUncertainty | None = None
     odd_attributes: tuple[Label, ...] = ()
     """Bounds of the ODD, as it states them."""
-    hazards: tuple[Hazard, ...] = ()
-    goals: tuple[SafetyGoal, ...] = ()
-    elements: tuple[Element, ...] = ()
-    assumptions: tuple[Assumption, ...] = ()
-    waivers: tuple[Waiver, ...] = ()
-    decompositions: tuple[Decomposition, ...] = ()
-    dependent_failures: tuple[DependentFailure, ...] = ()
+    hazards: tuple[safety.Hazard, ...] = ()
+    goals: tuple[safety.SafetyGoal, ...] = ()
+    elements: tuple[safety.Element, ...] = ()
+    assumptions: tuple[safety.Assumption, ...] = ()
+    waivers: tuple[safety.Waiver, ...] = ()
+    decompositions: tuple[safety.Decomposition, ...] = ()
+    dependent_failures: tuple[safety.DependentFailure, ...] = ()
     integrity_rules: Count = 0
     """How many integrity rules were asked; 0 for none."""
-    findings: tuple[IntegrityFinding, ...] = ()
+    findings: tuple[safety.IntegrityFinding, ...] = ()
     """What breaks them."""
     dependencies: tuple[Dependencies, ...] = ()
     """What the channels of each architecture share, read from the files."""
@@ -292,25 +281,20 @@ class Report(Part):
         scenarios = _unique("scenarios", (item.id for item in self.scenarios))
         _unique("cells", ((cell.fsr, cell.architecture, cell.scenario) for cell in self.cells))
         suites = _unique("suites", (suite.architecture for suite in self.suites))
-        _known("an architecture", sorted(map(str, suites)), architectures)
         _unique("replays", (replay.run for replay in self.replays))
-        _known("an FSR", [cell.fsr for cell in self.cells], fsrs)
-        _known("an FSR", [case.fsr for case in self.worst_cases], fsrs)
-        _known("an architecture", [cell.architecture for cell in self.cells], architectures)
         failing = [item.architecture for item in self.channel_failures]
-        _known("an architecture", [*failing, *self.contacts], architectures)
-        _known("a scenario", [cell.scenario for cell in self.cells if cell.scenario], scenarios)
-        _known("a scenario", [axis.scenario for axis in self.dead_axes], scenarios)
-        for places in (self.worst_cases, self.metrics, self.replays):
-            _known("an architecture", [place.architecture for place in places], architectures)
-            _known("a scenario", [place.scenario for place in places], scenarios)
+        _known("an architecture", [*suites, *failing, *self.contacts], architectures)
         claims = () if self.confidence is None else self.confidence.claims
         lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
-        _known("an FSR", [claim.fsr for claim in claims], fsrs)
-        _known("an architecture", [item.architecture for item in claims], architectures)
-        _known("an architecture", [item.architecture for item in lines], architectures)
-        _known("a scenario", [item.scenario for item in claims if item.scenario], scenarios)
-        _known("a scenario", [item.scenario for item in lines], scenarios)
+        parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays)
+        for field, what, known in (
+            ("fsr", "an FSR", fsrs),
+            ("architecture", "an architecture", architectures),
+            ("scenario", "a scenario", scenarios),
+        ):
+            # Whatever is about all scenarios names none.
+            named = (getattr(item, field, None) for item in chain(*parts, claims, lines))
+            _known(what, filter(None, named), known)
         return self
 
     @model_validator(mode="after")

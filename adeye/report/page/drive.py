@@ -9,35 +9,15 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye import signals as columns
 from adeye.judge.grid import OBJECTS, TRUTH, GridMap, grid_at
 from adeye.judge.metrics import METRICS
 from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position, right_edge
-from adeye.report.model.part import Label, RunVerdict
 from adeye.report.page import replay as drawn
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_STEERING,
-    EGO_X,
-    EGO_Y,
-    OBJECT_CLASSES,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_S,
-    REASON_LABELS,
-    REFUGE_LENGTH,
-    REFUGE_S,
-    REFUGE_TAPER,
-    STATUS_LABELS,
-)
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.concept import Requirement
 from adeye.spec.grid import GridSettings, rating_costs
@@ -250,65 +230,33 @@ VIEW = 150.0
 """How much road is drawn before and behind what the ego drives [m]."""
 
 
-def replay_of(  # noqa: PLR0913 - what a page says about a run is this much
-    trace: Trace,
-    run: int,
-    *,
-    run_id: str,
-    architecture: str,
-    fault: str,
-    parameters: Sequence[Label],
-    outcome: Outcome,
-    verdicts: Sequence[RunVerdict],
-    events: Sequence[drawn.Event],
-    signals: Sequence[drawn.SignalPlot],
-    why: str,
-    command: str,
-) -> drawn.Replay:
+def replay_of(trace: Trace, row: int, **said: Any) -> drawn.Replay:
     """Draw a run.
 
     Args:
         trace: The batch that it is in.
-        run: Its row in the batch.
-        run_id: Digest of its result.
-        architecture: Id.
-        fault: Its fault entry.
-        parameters: Swept values for people.
-        outcome: What happened to it.
-        verdicts: One per FSR.
-        events: In order of time.
-        signals: Plots, one value per tick.
-        why: Why it was selected.
-        command: Reproduces it.
+        row: Of the run in the batch.
+        said: What the replay says of it that no trace has: its architecture, why it is shown, …
     """
     layout = trace.layout
-    rows = int(trace.length[run])
+    rows = int(trace.length[row])
     held = np.minimum(np.arange(rows), max(rows - 2, 0))
     return drawn.Replay(
-        run=run_id,
+        **said,
         scenario=layout.scenario,
-        architecture=architecture,
-        fault=fault,
-        parameters=tuple(parameters),
-        outcome=outcome,
-        verdicts=tuple(verdicts),
-        why=why,
-        command=command,
-        trace_digest=trace.digests()[run],
+        trace_digest=trace.digests()[row],
         step_s=layout.context.step,
-        horizon_s=float(trace.time[trace.horizon_row[run]]),
-        road=_road(trace, run, rows),
-        ego=_ego(trace, run, rows),
-        actors=_actors(trace, run, rows),
-        boxes=_boxes(trace, run),
-        sensors=_sensors(trace, run, held),
-        channels=_channels(trace, run, held),
-        grid=grid_of(trace, run, held),
-        faults=_faults(trace, run, held),
-        authority=tuple(int(value) for value in trace["authority"][run, held]),
-        reason=tuple(REASON_LABELS[int(value)] for value in trace["reason"][run, held]),
-        events=tuple(events),
-        signals=tuple(signals),
+        horizon_s=float(trace.time[trace.horizon_row[row]]),
+        road=_road(trace, row, rows),
+        ego=_ego(trace, row, rows),
+        actors=_actors(trace, row, rows),
+        boxes=_boxes(trace, row),
+        sensors=_sensors(trace, row, held),
+        channels=_channels(trace, row, held),
+        grid=grid_of(trace, row, held),
+        faults=_faults(trace, row, held),
+        authority=tuple(int(value) for value in trace["authority"][row, held]),
+        reason=tuple(columns.REASON_LABELS[int(value)] for value in trace["reason"][row, held]),
     )
 
 
@@ -326,7 +274,7 @@ def _gaps(values: Any, places: int = PLACES) -> drawn.Gaps:
 def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
     road = trace.layout.context.road
     segments = road.segments[run]
-    s = trace["ego_place"][run, :rows, PLACE_S]
+    s = trace["ego_place"][run, :rows, columns.PLACE_S]
     start, end = float(s.min()) - VIEW, float(s.max()) + VIEW
     curved = bool(np.any(segments[:, 4] != 0.0))
     pieces = max(1, math.ceil((end - start) / BOUNDARY_STEP)) if curved else 1
@@ -359,10 +307,15 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
 
 def _with_corners(stations: NDArray[np.float64], refuges: NDArray[np.float64]) -> Any:
     """Add the corners of parking bays and rest areas (R, 5) to the stations of a line."""
-    first = refuges[:, REFUGE_S] - refuges[:, REFUGE_TAPER]
-    last = refuges[:, REFUGE_S] + refuges[:, REFUGE_LENGTH]
+    first = refuges[:, columns.REFUGE_S] - refuges[:, columns.REFUGE_TAPER]
+    last = refuges[:, columns.REFUGE_S] + refuges[:, columns.REFUGE_LENGTH]
     # A corner without a taper is a step: a place just outside, and one just inside.
-    corners = [first - _STEP, refuges[:, REFUGE_S], last, last + refuges[:, REFUGE_TAPER] + _STEP]
+    corners = [
+        first - _STEP,
+        refuges[:, columns.REFUGE_S],
+        last,
+        last + refuges[:, columns.REFUGE_TAPER] + _STEP,
+    ]
     inside = np.concatenate(corners)
     inside = inside[(inside > stations[0]) & (inside < stations[-1])]
     return np.unique(np.concatenate([stations, inside]))
@@ -375,12 +328,12 @@ def _ego(trace: Trace, run: int, rows: int) -> drawn.EgoMotion:
         length_m=float(length),
         width_m=float(width),
         wheelbase_m=trace.layout.architecture.vehicle.wheelbase,
-        x_m=_floats(state[:, EGO_X]),
-        y_m=_floats(state[:, EGO_Y]),
-        heading_rad=_floats(state[:, EGO_HEADING], ANGLES),
-        speed_mps=_floats(state[:, EGO_SPEED]),
-        acceleration_mps2=_floats(state[:, EGO_ACCELERATION]),
-        steering_angle_rad=_floats(state[:, EGO_STEERING], ANGLES),
+        x_m=_floats(state[:, columns.EGO_X]),
+        y_m=_floats(state[:, columns.EGO_Y]),
+        heading_rad=_floats(state[:, columns.EGO_HEADING], ANGLES),
+        speed_mps=_floats(state[:, columns.EGO_SPEED]),
+        acceleration_mps2=_floats(state[:, columns.EGO_ACCELERATION]),
+        steering_angle_rad=_floats(state[:, columns.EGO_STEERING], ANGLES),
     )
 
 
@@ -393,13 +346,13 @@ def _actors(trace: Trace, run: int, rows: int) -> tuple[drawn.ActorMotion, ...]:
         made.append(
             drawn.ActorMotion(
                 id=context.object_ids[index],
-                kind=OBJECT_CLASSES[int(context.object_classes[index])],
+                kind=columns.OBJECT_CLASSES[int(context.object_classes[index])],
                 length_m=float(length),
                 width_m=float(width),
-                x_m=_floats(state[:, OBJECT_X]),
-                y_m=_floats(state[:, OBJECT_Y]),
-                heading_rad=_floats(state[:, OBJECT_HEADING], ANGLES),
-                speed_mps=_floats(state[:, OBJECT_SPEED]),
+                x_m=_floats(state[:, columns.OBJECT_X]),
+                y_m=_floats(state[:, columns.OBJECT_Y]),
+                heading_rad=_floats(state[:, columns.OBJECT_HEADING], ANGLES),
+                speed_mps=_floats(state[:, columns.OBJECT_SPEED]),
             )
         )
     return tuple(made)
@@ -414,12 +367,12 @@ def _boxes(trace: Trace, run: int) -> tuple[drawn.StaticBox, ...]:
         made.append(
             drawn.StaticBox(
                 id=context.object_ids[index],
-                kind=OBJECT_CLASSES[int(context.object_classes[index])],
+                kind=columns.OBJECT_CLASSES[int(context.object_classes[index])],
                 length_m=float(length),
                 width_m=float(width),
-                x_m=float(state[OBJECT_X]),
-                y_m=float(state[OBJECT_Y]),
-                heading_rad=float(state[OBJECT_HEADING]),
+                x_m=float(state[columns.OBJECT_X]),
+                y_m=float(state[columns.OBJECT_Y]),
+                heading_rad=float(state[columns.OBJECT_HEADING]),
             )
         )
     return tuple(made)
@@ -478,7 +431,7 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[drawn.ChannelView, ...
                 acceleration_mps2=_gaps(trace["acceleration"][run, held, index]),
                 steering_angle_rad=_gaps(trace["steering_angle"][run, held, index], ANGLES),
                 status=tuple(
-                    STATUS_LABELS[int(value)] for value in trace["status"][run, held, index]
+                    columns.STATUS_LABELS[int(value)] for value in trace["status"][run, held, index]
                 ),
                 tracks=tuple(
                     tuple(tuple(track) for track in row[mask].tolist())

@@ -23,7 +23,7 @@ from adeye.report.credibility import NOT_RUN
 from adeye.report.model.report import Report
 from adeye.report.page.charts import draw_bars, draw_front, draw_trade
 from adeye.report.page.replay import pack_replay, script_text
-from adeye.report.page.suites import LOSS_HEADS, SENSOR_HEADS, SPEED_HEADS, ZONE_HEADS, suite_views
+from adeye.report.page.suites import suite_views
 from adeye.report.page.views import arrange, filters, goal_structure, ways_of
 from adeye.report.templates import environment
 from adeye.report.words import MEANINGS
@@ -112,7 +112,6 @@ def _fill(report: Report, packed: tuple[str, ...]) -> str:
         report=report,
         page=page,
         views=suite_views(report.suites),
-        speed_heads=SPEED_HEADS,
         kind_words=WORDS,
         ways=ways_of(report),
         gsn=goal_structure(report),
@@ -196,10 +195,6 @@ def render_suites(suites: Sequence[Suite], *, title: str = "") -> str:
         title=title,
         views=suite_views(suites, every=True),
         notes=list(dict.fromkeys(note for suite in suites for note in suite.notes)),
-        speed_heads=SPEED_HEADS,
-        zone_heads=ZONE_HEADS,
-        loss_heads=LOSS_HEADS,
-        sensor_heads=SENSOR_HEADS,
         # The template takes the style as it is: it is our own.
         style=style,
         policy=style_policy(style),

@@ -8,21 +8,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from adeye.analysis.suite.records import matching
 from adeye.judge.verdict import WORST_FIRST, Verdict
+from adeye.report import words
 from adeye.report.claims import Claim, Claims, Refusal, refusals_of
 from adeye.report.formats.gsn import argument_of, drawing_of
 from adeye.report.formats.matrix import By, TraceGroup, grouped, matrix_of
 from adeye.report.model.report import Architecture, Cell, Fsr, Report
-from adeye.report.words import (
-    SYMBOLS,
-    binding_sentence,
-    counted,
-    margin_text,
-    number,
-    quantity,
-    unit_text,
-    verdict_word,
-)
 
 # --- What the page shows, in the order in which it shows it: worst first --------------------------
 
@@ -91,7 +83,7 @@ class Page:
 def badge(verdict: Verdict | None) -> Badge:
     """Return the sign, word and style class of a verdict; None is "not applicable"."""
     style = "NOT_APPLICABLE" if verdict is None else verdict.value
-    return Badge(verdict_word(verdict), SYMBOLS[verdict], style)
+    return Badge(words.verdict_word(verdict), words.SYMBOLS[verdict], style)
 
 
 def arrange(report: Report) -> Page:
@@ -122,13 +114,20 @@ def filters() -> dict[str, Any]:
     """Functions that the template calls."""
     return {
         "badge": badge,
-        "binding": binding_sentence,
-        "margin": margin_text,
-        "counted": counted,
+        "binding": words.binding_sentence,
+        "margin": words.margin_text,
+        "counted": words.counted,
         "claims_page": arrange_claims,
-        "number": number,
-        "quantity": quantity,
-        "unit": unit_text,
+        "number": words.number,
+        "quantity": words.quantity,
+        "unit": words.unit_text,
+        "degrees": math.degrees,
+        "matching": matching,
+        "forward_text": words.forward_text,
+        "left_speed": words.left_speed,
+        "metres": words.metres,
+        "percent": words.percent,
+        "speed_text": words.speed_text,
     }
 
 
@@ -156,11 +155,11 @@ def _matrix_cell(
     verdict = Verdict.NOT_RUN if cell is None and is_judged else None
     mark = badge(verdict if cell is None else cell.verdict)
     if cell is None and not is_judged:
-        mark = Badge("not judged here", SYMBOLS[None], "NOT_APPLICABLE")
+        mark = Badge("not judged here", words.SYMBOLS[None], "NOT_APPLICABLE")
     place = "all scenarios" if scenario is None else scenario
     hint = f"{fsr.id}, {architecture.id}, {place}: {mark.word}"
     if cell is not None and cell.binding is not None:
-        hint += f"\n{binding_sentence(cell.binding)}"
+        hint += f"\n{words.binding_sentence(cell.binding)}"
     if cell is not None:
         hint += f"\n{cell.command}"
     return MatrixCell(
@@ -169,7 +168,7 @@ def _matrix_cell(
         scenario=scenario or "",
         badge=mark,
         # Beside any other verdict a margin would read as if it meant something.
-        margin=margin_text(cell)
+        margin=words.margin_text(cell)
         if cell is not None and cell.verdict in {Verdict.PASS, Verdict.FAIL}
         else "",
         exercised="" if cell is None else cell.exercised_text.replace(" of ", "/"),
@@ -186,17 +185,18 @@ def _detail(
         lines.append(("Runs", "no result is recorded here"))
     else:
         counts = [
-            f"{counted(runs)} {verdict_word(verdict)}" for verdict, runs in cell.counts.items()
+            f"{words.counted(runs)} {words.verdict_word(verdict)}"
+            for verdict, runs in cell.counts.items()
         ]
-        lines.append(("Runs", f"{counted(cell.runs)}: " + (", ".join(counts) or "none")))
+        lines.append(("Runs", f"{words.counted(cell.runs)}: " + (", ".join(counts) or "none")))
         lines.append(("Exercised", cell.exercised_text))
         if cell.margin is not None:
-            text = quantity(cell.margin.value, cell.margin.unit, signed=True)
+            text = words.quantity(cell.margin.value, cell.margin.unit, signed=True)
             if cell.margin.robustness is not None:
-                text += f" (robustness {number(cell.margin.robustness, signed=True)})"
+                text += f" (robustness {words.number(cell.margin.robustness, signed=True)})"
             lines.append(("Worst margin", text))
         if cell.binding is not None:
-            lines.append(("Binding predicate", binding_sentence(cell.binding)))
+            lines.append(("Binding predicate", words.binding_sentence(cell.binding)))
         if cell.worst_run is not None:
             lines.append(("Worst run", cell.worst_run))
         if cell.note:
@@ -220,7 +220,7 @@ def _card(report: Report, architecture: Architecture) -> ArchitectureCard:
     worst = min((cell for cell in cells if cell is not None), key=_robustness, default=None)
     text = ""
     if worst is not None and _robustness(worst) < _NO_MARGIN:
-        text = f"{worst.fsr} {margin_text(worst) or verdict_word(worst.verdict)}"
+        text = f"{worst.fsr} {words.margin_text(worst) or words.verdict_word(worst.verdict)}"
     cost = "" if architecture.cost is None else f"{architecture.cost:,g}"
     verdict = report.verdict_of(architecture.id)
     return ArchitectureCard(architecture, badge(verdict), counts, text, cost)
@@ -235,9 +235,6 @@ class ClaimRow:
 
     Attributes:
         claim: As it was made.
-        share: Failing share, in words; empty where there is none.
-        interval: Two-sided interval, in words.
-        upper: One-sided bound, in words.
         dot: Where the share lies on the axis [%]; None without one.
         low: Where the interval begins on the axis [%]; None without one.
         high: Where it ends [%].
@@ -245,9 +242,6 @@ class ClaimRow:
     """
 
     claim: Claim
-    share: str
-    interval: str
-    upper: str
     dot: float | None
     low: float | None
     high: float | None
@@ -290,7 +284,7 @@ def arrange_claims(claims: Claims) -> ConfidencePage:
     return ConfidencePage(
         rows=tuple(_claim(item, end) for item in said),
         percent=f"{100.0 * claims.level:g} %",
-        end=number(end),
+        end=words.number(end),
         has_rates=any(item.rate_per_h is not None for item in said),
         refusals=refusals_of(claims),
         populations=tuple((name, claims.populations[name]) for name in scenarios),
@@ -330,15 +324,9 @@ def _claim(claim: Claim, end: float) -> ClaimRow:
     def at(value: float | None) -> float | None:
         return None if value is None else round(100.0 * value / end, 2)
 
-    interval, varied = claim.interval, claim.upper_varied
-    upper = "" if claim.upper is None else number(claim.upper)
-    if varied is not None:
-        upper += f" ({number(varied.low)} to {number(varied.high)})"
+    interval = claim.interval
     return ClaimRow(
         claim=claim,
-        share="" if claim.share is None else number(claim.share),
-        interval="" if interval is None else f"{number(interval.low)} to {number(interval.high)}",
-        upper=upper,
         dot=at(claim.share),
         low=None if interval is None else at(interval.low),
         high=None if interval is None else at(interval.high),

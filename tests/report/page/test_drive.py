@@ -36,7 +36,7 @@ def drawn(trace: Trace, run: int = 0) -> Replay:
     return drive.replay_of(
         trace,
         run,
-        run_id="ab" * 32,
+        run="ab" * 32,
         architecture="camera_radar",
         fault="none",
         parameters=(),

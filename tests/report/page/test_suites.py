@@ -10,8 +10,8 @@ from lxml import html as lxml_html
 
 from adeye.analysis.suite.analyse import analyse
 from adeye.analysis.suite.records import Suite
-from adeye.report.page import suites
 from adeye.report.page.html import render_suites, write_suites
+from adeye.report.page.suites import suite_views
 from tests.analysis.suite.rigs import BUMPER, all_around, architecture, radar
 from tests.report.browser import Browser
 
@@ -35,52 +35,65 @@ def suite(**options: Any) -> Suite:
     return analyse(architecture(sensors), **options)
 
 
-def view(**options: Any) -> suites.SuiteView:
-    return suites.suite_views([suite(**options)])[0]
+def tables(found: Suite) -> dict[str, list[list[str]]]:
+    """Read the tables of the page of a suite, head first, by their label."""
+    tree = lxml_html.document_fromstring(render_suites([found]))
+    return {
+        table.get("aria-label"): [
+            [cell.text_content() for cell in row.xpath("th | td")] for row in table.iter("tr")
+        ]
+        for table in tree.iter("table")
+    }
 
 
 def test_rows_are_as_long_as_their_heads() -> None:
-    found = view()
-    tables = [
-        (suites.SPEED_HEADS, found.speeds),
-        (suites.LOSS_HEADS, found.losses),
-        (suites.SENSOR_HEADS, found.sensors),
-        (found.slack_heads, found.slacks),
-        *((suites.ZONE_HEADS, rows) for _, rows in found.zones),
-    ]
-    for heads, rows in tables:
+    found = tables(suite())
+    assert len(found) == 5
+    for heads, *rows in found.values():
         assert rows
         assert {len(row) for row in rows} == {len(heads)}
 
 
 def test_every_condition_has_its_row_and_the_reference_its_drawing() -> None:
-    found = view()
-    assert [row[0] for row in found.speeds] == ["dry_day", "rain", "night"]
-    assert [picture.condition for picture in found.pictures] == ["dry_day"]
-    # The worst condition is drawn beside it on request.
-    found = suites.suite_views([analyse(architecture({"camera": CAMERA}))], every=True)[0]
-    assert [picture.condition for picture in found.pictures] == ["dry_day", "night"]
-    assert [name for name, _ in found.zones] == ["dry_day", "night"]
-    assert suites.suite_views([]) == ()
+    found = suite()
+    assert [row[0] for row in tables(found)["Highest speed"][1:]] == ["dry_day", "rain", "night"]
+    (view,) = suite_views([found])
+    assert [item.id for item in view.ends[: len(view.pictures)]] == ["dry_day"]
+
+
+def test_worst_condition_is_drawn_beside_the_reference_on_request() -> None:
+    alone = analyse(architecture({"camera": CAMERA}))
+    (view,) = suite_views([alone], every=True)
+    assert [item.id for item in view.ends] == ["dry_day", "night"]
+    assert len(view.pictures) == 2
+    assert {"Zones in dry_day", "Zones in night"} <= tables(alone).keys()
 
 
 def test_sensors_that_were_left_out_stand_below_the_others() -> None:
-    rows = view().sensors
+    rows = tables(suite())["Sensors"][1:]
     assert [row[0] for row in rows] == ["camera", "eye", "truth"]
     assert rows[-1][2] == "not analysed: no devices"
 
 
-def test_critical_sensor_is_named_in_every_condition_or_that_there_is_none() -> None:
-    assert {row[-1].partition("(")[2] for row in view().speeds} == {"eye)"}
-    assert any(row[0] == "eye, critical" for row in view().losses)
+def test_critical_sensor_is_named_in_every_condition() -> None:
+    found = tables(suite())
+    assert {row[-1].partition("(")[2] for row in found["Highest speed"][1:]} == {"eye)"}
+    assert any(row[0] == "eye, critical" for row in found["Loss of parts"])
+
+
+def test_suite_without_a_critical_sensor_says_so() -> None:
     twins = analyse(architecture({"one": all_around(), "other": all_around()}))
-    assert {row[-1] for row in suites.suite_views([twins])[0].speeds} == {"\N{EN DASH}"}
+    assert {row[-1] for row in tables(twins)["Highest speed"][1:]} == {"\N{EN DASH}"}
+
+
+def test_no_suites_are_no_views() -> None:
+    assert suite_views([]) == ()
 
 
 def test_element_of_several_sensors_is_a_row_of_its_own() -> None:
     pair = {"one": radar(realises="radars"), "other": radar(range=50.0, realises="radars")}
-    rows = suites.suite_views([analyse(architecture(pair))])[0].losses
-    assert ("element radars", "one, other") in {row[:2] for row in rows}
+    rows = tables(analyse(architecture(pair)))["Loss of parts"]
+    assert ["element radars", "one, other"] in [row[:2] for row in rows]
 
 
 def test_range_of_a_sensor_with_a_blind_zone_has_two_ends() -> None:
@@ -90,7 +103,7 @@ def test_range_of_a_sensor_with_a_blind_zone_has_two_ends() -> None:
     }  # fmt: skip
     blind = {**CAMERA, "kind": "lidar", "fidelity": "physical", "range": 80.0, "drop_out": 1.0}
     blind.pop("night_range")
-    rows = suites.suite_views([analyse(architecture({"near": near, "poor": blind}))])[0].sensors
+    rows = tables(analyse(architecture({"near": near, "poor": blind})))["Sensors"][1:]
     assert [row[3] for row in rows] == ["0.2 to 5.0 m", "none"]
 
 
