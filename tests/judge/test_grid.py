@@ -1,3 +1,5 @@
+"""The map around the ego at one row: layers, numbers of cells, and views of channels."""
+
 from __future__ import annotations
 
 import io

@@ -1,3 +1,5 @@
+"""Where a run stands, the best that was in reach at its fault, and what is regretted."""
+
 from collections.abc import Callable
 from dataclasses import replace
 

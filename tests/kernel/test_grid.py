@@ -1,3 +1,5 @@
+"""Cells around the ego: what bodies occupy, when they come, and what the ground is."""
+
 from __future__ import annotations
 
 import math

@@ -1,3 +1,5 @@
+"""Profiles of speed, paths to the side, and what is predicted of one object."""
+
 from __future__ import annotations
 
 import math

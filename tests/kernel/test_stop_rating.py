@@ -1,3 +1,5 @@
+"""Ratings of places to stop at: lanes, shoulders, curves, refuges and verges."""
+
 import math
 
 import numpy as np

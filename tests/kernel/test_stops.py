@@ -1,3 +1,5 @@
+"""The library of stops: their ways, their limits, and how their ends are rated."""
+
 import math
 from itertools import pairwise
 

@@ -1,3 +1,5 @@
+"""Settings of the grid as users write them."""
+
 from pathlib import Path
 from typing import Any
 

@@ -1,3 +1,5 @@
+"""Sensors as users write them: what a model does not have, and what can never detect."""
+
 from typing import Any
 
 import pytest
