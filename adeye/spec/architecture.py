@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final, Self
+from typing import TYPE_CHECKING, Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.errors import suggest
 from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
-from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.document import Problem, finds, repeated
 from adeye.spec.plausible import FileRecord, Limits
 from adeye.spec.quantity import Angle, AngularRate, ById, Identifier, Number, Record, Text
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
@@ -57,35 +57,31 @@ class Architecture(FileRecord):
     switch: Switch
     cost: Annotated[Number, Field(ge=0.0)] = 0.0
 
-    @model_validator(mode="after")
-    def _links_exist(self) -> Self:
+    @finds
+    def _links_exist(self) -> Iterator[Problem]:
         known = [
             *self.sensors,
             *(f"channels.{name}" for name in self.channels),
             "switch",
             *(f"{HEALTH}{name}" for name in self.sensors),
         ]
-        found: list[tuple[Loc, str]] = []
         for name, channel in self.channels.items():
             for at, link in enumerate(channel.links):
                 loc = ("channels", name, "links", at)
                 if link not in known:
                     text = f"channel {name!r} links {link!r}, which is none of {', '.join(known)}"
                     near = suggest(link, known)
-                    found.append((loc, f"{text}. {near}" if near.endswith("?") else text))
+                    yield loc, f"{text}. {near}" if near.endswith("?") else text
                 elif at in repeated(channel.links):
-                    found.append((loc, f"channel {name!r} links {link!r} twice"))
+                    yield loc, f"channel {name!r} links {link!r} twice"
             if isinstance(channel, SafetyChannel):
-                found += _unlinked(name, channel, self.sensors, self.channels)
+                yield from _unlinked(name, channel, self.sensors, self.channels)
             if isinstance(channel, ReferenceChannel):
-                found += _untrue(name, channel, self.sensors)
+                yield from _untrue(name, channel, self.sensors)
         for at, name in enumerate(self.switch.priority):
             if name not in self.channels:
                 text = f"{name!r} is no channel of this architecture: {', '.join(self.channels)}"
-                found.append((("switch", "priority", at), text))
-        if found:
-            raise misplaced(found)
-        return self
+                yield ("switch", "priority", at), text
 
     def own_limits(self) -> Limits:
         """The wheels stand below the body, and a sensor on it or near it."""
@@ -115,7 +111,7 @@ class Architecture(FileRecord):
 
 def _untrue(
     name: str, channel: ReferenceChannel, sensors: Mapping[str, Sensor]
-) -> Iterator[tuple[Loc, str]]:
+) -> Iterator[Problem]:
     """Find what keeps a reference driver from seeing the scene as it is at each of its ticks."""
     linked = [sensors[link] for link in channel.links if link in sensors]
     fits = [
@@ -136,7 +132,7 @@ def _untrue(
 
 def _unlinked(
     name: str, channel: SafetyChannel, sensors: Collection[str], channels: Collection[str]
-) -> Iterator[tuple[Loc, str]]:
+) -> Iterator[Problem]:
     """Find what the monitors of a channel watch although nothing of it is linked to the channel."""
     supervisor = channel.parameters.supervisor
     for monitor, spec in ({} if supervisor is None else supervisor.monitors).items():

@@ -7,17 +7,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self, get_args
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, get_args
 
 from pydantic import (
     Field,
     StringConstraints,
-    model_validator,
 )
 
 from adeye.errors import SourceLocation, SpecError, suggest
-from adeye.spec.document import misplaced
+from adeye.spec.document import Problem, finds
 from adeye.spec.quantity import (
     Duration,
     GrownRecord,
@@ -206,15 +205,14 @@ class TrackingParameters(Record):
     """How long a confirmed track lives without a detection [s]."""
     gate: PositiveLength = 4.0
 
-    @model_validator(mode="after")
-    def _window_has_room(self) -> Self:
+    @finds
+    def _window_has_room(self) -> Iterator[Problem]:
         if 0 < self.confirm_window < self.confirm_hits:
             text = (
                 f"{self.confirm_hits} detections never come in {self.confirm_window} samples; "
                 "at least as many samples are needed, or 0 for any number"
             )
-            raise misplaced([(("confirm_window",), text)])
-        return self
+            yield ("confirm_window",), text
 
 
 class NominalParameters(TrackingParameters):
@@ -382,20 +380,13 @@ class SafetyParameters(GrownRecord):
     """Monitors of its own choice, with counters and levels, instead of the built-in four; then
     ``staleness``, ``confirm``, ``heal``, ``danger_threshold`` and ``max_command`` are not read."""
 
-    @model_validator(mode="after")
-    def _has_stops_to_ask_for(self) -> Self:
+    @finds
+    def _has_stops_to_ask_for(self) -> Iterator[Problem]:
         if self.supervisor is not None and self.stop != "planned":
-            found = [
-                (
-                    ("supervisor", "monitors", name, "kind"),
-                    f"{name!r} asks for the last safe stop, which takes stop: planned",
-                )
-                for name, monitor in self.supervisor.monitors.items()
-                if monitor.kind == "last_safe_stop"
-            ]
-            if found:
-                raise misplaced(found)
-        return self
+            for name, monitor in self.supervisor.monitors.items():
+                if monitor.kind == "last_safe_stop":
+                    text = f"{name!r} asks for the last safe stop, which takes stop: planned"
+                    yield ("supervisor", "monitors", name, "kind"), text
 
 
 class NominalChannel(_Channel):
@@ -429,11 +420,11 @@ class SafetyChannel(_Channel):
             for name, monitor in supervisor.monitors.items()
         ]
 
-    @model_validator(mode="after")
-    def _rates_fit(self) -> Self:
+    @finds
+    def _rates_fit(self) -> Iterator[Problem]:
         supervisor = self.parameters.supervisor
         if supervisor is None:
-            return self
+            return
         count = self.rate / supervisor.rate
         if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
             low = max(1, math.floor(count))
@@ -443,8 +434,7 @@ class SafetyChannel(_Channel):
                 f"{supervisor.rate:g} Hz does not divide the channel's {self.rate:g} Hz; the "
                 f"nearest that do are {nearest}"
             )
-            raise misplaced([(("parameters", "supervisor", "rate"), text)])
-        return self
+            yield ("parameters", "supervisor", "rate"), text
 
 
 class TrajectoryChannel(_Channel):

@@ -32,7 +32,7 @@ from pydantic import (
 )
 
 from adeye.errors import UnitError, suggest
-from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.document import Loc, Problem, finds, misplaced, repeated
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
     IDENTIFIER,
@@ -228,7 +228,7 @@ def causes(elements: Iterable[Element]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def unprovided(elements: Iterable[Element]) -> Iterator[tuple[Loc, str]]:
+def unprovided(elements: Iterable[Element]) -> Iterator[Problem]:
     """Find what is consumed and provided by nobody.
 
     Args:
@@ -250,8 +250,6 @@ def unprovided(elements: Iterable[Element]) -> Iterator[tuple[Loc, str]]:
 
 
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
-
-Problem = tuple[Loc, str]
 
 
 class Decomposition(Record):
@@ -477,13 +475,12 @@ class SafetyGoal(GrownRecord):
     """Emergency operation tolerance time interval [s]."""
     eotti_rationale: Text | None = None
 
-    @model_validator(mode="after")
-    def _emergency_operation_is_whole(self) -> Self:
+    @finds
+    def _emergency_operation_is_whole(self) -> Iterator[Problem]:
         given = [self.emergency_operation, self.eotti, self.eotti_rationale]
         if any(item is None for item in given) and any(item is not None for item in given):
-            msg = "give emergency_operation, eotti and eotti_rationale together, or none of them"
-            raise ValueError(msg)
-        return self
+            text = "give emergency_operation, eotti and eotti_rationale together, or none of them"
+            yield (), text
 
 
 Limit = Annotated[
@@ -563,11 +560,10 @@ class MetricBound(GrownRecord):
             made._written = text
         return made
 
-    @model_validator(mode="after")
-    def _one_bound(self) -> Self:
+    @finds
+    def _one_bound(self) -> Iterator[Problem]:
         if (self.at_least is None) == (self.at_most is None):
-            raise ValueError("give either at_least or at_most")
-        return self
+            yield (), "give either at_least or at_most"
 
 
 class Requirement(GrownRecord):
@@ -612,28 +608,24 @@ class Requirement(GrownRecord):
     assumptions: Many[Reference] = ()
     """What it holds under only."""
 
-    @model_validator(mode="after")
-    def _one_measure(self) -> Self:
+    @finds
+    def _one_measure(self) -> Iterator[Problem]:
         if (self.formula is None) == (self.bound is None):
-            raise ValueError("give either a formula or a bound")
-        return self
+            yield (), "give either a formula or a bound"
 
-    @model_validator(mode="after")
-    def _bound_names_parameters(self) -> Self:
+    @finds
+    def _bound_names_parameters(self) -> Iterator[Problem]:
         if self.bound is None:
-            return self
+            return
         side, name = self.bound.side, self.bound.limit
         if isinstance(name, str) and name not in self.parameters:
             text = f"there is no parameter {name!r}. {suggest(name, self.parameters)}".rstrip()
-            raise misplaced([(("bound", side), text)])
-        unused = [
-            (("parameters", item), f"the bound does not name {item!r}. Remove it or name it")
-            for item in self.parameters
-            if item != name
-        ]
-        if unused:
-            raise misplaced(unused)
-        return self
+            yield ("bound", side), text
+            return
+        for item in self.parameters:
+            if item != name:
+                text = f"the bound does not name {item!r}. Remove it or name it"
+                yield ("parameters", item), text
 
     @property
     def constants(self) -> dict[str, tuple[float, tuple[int, int, int]]]:
@@ -694,35 +686,33 @@ class Concept(FileRecord):
     decompositions: Many[Decomposition] = ()
     dependent_failures: Many[DependentFailure] = ()
 
-    @model_validator(mode="after")
-    def _references_resolve(self) -> Self:
+    @finds
+    def _references_resolve(self) -> Iterator[Problem]:
         ids = {
             part: [item.id for item in getattr(self, part)]
             for part in ("hazardous_events", "safety_goals", "elements", "requirements")
         }
-        found: list[tuple[Loc, str]] = []
         for part, names in ids.items():
-            found += [
-                ((part, at, "id"), f"{names[at]!r} is defined twice") for at in repeated(names)
-            ]
+            for at in repeated(names):
+                yield (part, at, "id"), f"{names[at]!r} is defined twice"
         for at, goal in enumerate(self.safety_goals):
             loc: Loc = ("safety_goals", at, "hazardous_events")
-            found += _unknown(loc, goal.hazardous_events, ids["hazardous_events"])
+            yield from _unknown(loc, goal.hazardous_events, ids["hazardous_events"])
         for at, item in enumerate(self.requirements):
-            found += _unknown(("requirements", at, "goals"), item.goals, ids["safety_goals"])
-            found += _unknown(("requirements", at, "allocation"), item.allocation, ids["elements"])
             assumed = [assumption.id for assumption in self.assumptions]
-            found += _unknown(("requirements", at, "assumptions"), item.assumptions, assumed)
+            for key, named, known in (
+                ("goals", item.goals, ids["safety_goals"]),
+                ("allocation", item.allocation, ids["elements"]),
+                ("assumptions", item.assumptions, assumed),
+            ):
+                yield from _unknown(("requirements", at, key), named, known)
         for at, waiver in enumerate(self.waivers):
             if waiver.requirement not in ids["requirements"]:
                 text = f"there is no requirement {waiver.requirement!r}. "
                 text += suggest(waiver.requirement, ids["requirements"])
-                found.append((("waivers", at, "requirement"), text))
-        found += unprovided(self.elements)
-        found += reference_problems(self)
-        if found:
-            raise misplaced(found)
-        return self
+                yield ("waivers", at, "requirement"), text
+        yield from unprovided(self.elements)
+        yield from reference_problems(self)
 
     def goal_asil(self, goal_id: str) -> Asil:
         """Highest ASIL of the hazardous events behind a safety goal (QM where none has one)."""
@@ -731,7 +721,7 @@ class Concept(FileRecord):
         return max((asil or "QM" for asil in asils), key=ASIL_ORDER.index)
 
 
-def _unknown(loc: Loc, names: Sequence[str], known: Sequence[str]) -> Iterator[tuple[Loc, str]]:
+def _unknown(loc: Loc, names: Sequence[str], known: Sequence[str]) -> Iterator[Problem]:
     for at, name in enumerate(names):
         if name not in known:
             yield (*loc, at), f"{name!r} is none of {', '.join(known) or 'nothing'}"

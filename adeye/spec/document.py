@@ -14,12 +14,12 @@ import stat
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, model_validator
 from pydantic.errors import PydanticInvalidForJsonSchema
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
@@ -30,7 +30,7 @@ from adeye.spec.quantity import PATTERNS
 from adeye.units import format_quantity, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 # --- What pydantic finds wrong with a document, as errors with file, line and column --------------
 
@@ -38,6 +38,8 @@ MAX_LISTED: Final = 100
 """Most problems of one document that are listed; the rest is counted."""
 
 Loc = tuple[str | int, ...]
+Problem = tuple[Loc, str]
+"""Where a part of a record is, and what is wrong with it."""
 Model = TypeVar("Model", bound=BaseModel)
 
 _KEY: Final = "[key]"
@@ -703,7 +705,7 @@ def _yaml_error(error: yaml.YAMLError, text: str, path: str) -> SpecError:
 # --- Say where inside a record a reference or value is wrong, so that its line can be shown -------
 
 
-def misplaced(found: Sequence[tuple[Loc, str]]) -> ValidationError:
+def misplaced(found: Sequence[Problem]) -> ValidationError:
     """Make the error that a record's validator raises about some of its parts.
 
     Args:
@@ -720,6 +722,22 @@ def misplaced(found: Sequence[tuple[Loc, str]]) -> ValidationError:
         for loc, text in found
     ]
     return ValidationError.from_exception_data("record", details)
+
+
+def finds(check: Callable[[Any], Iterable[Problem]]) -> Any:
+    """Make the validator of a record from a method that lists what is wrong with its parts.
+
+    Args:
+        check: Gives location within the record and message of each; see ``misplaced``.
+    """
+
+    @wraps(check)
+    def validated(record: Any) -> Any:
+        if found := list(check(record)):
+            raise misplaced(found)
+        return record
+
+    return model_validator(mode="after")(validated)
 
 
 def repeated(names: Sequence[str]) -> list[int]:

@@ -11,13 +11,12 @@ from typing import (
     ClassVar,
     Final,
     Literal,
-    Self,
     TypeAlias,
     Union,
     get_args,
 )
 
-from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter, model_validator
+from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -27,7 +26,7 @@ from adeye.spec import sensor_faults as sensor_bodies
 from adeye.spec import sensor_faults as sensor_signals
 from adeye.spec import sensor_faults as sensor_timing
 from adeye.spec.architecture import HEALTH
-from adeye.spec.document import misplaced
+from adeye.spec.document import Problem, finds
 from adeye.spec.fault_base import Fault as Fault
 from adeye.spec.fault_base import Lag
 from adeye.spec.fault_base import Onset as Onset
@@ -63,13 +62,12 @@ class _OfActuators(Fault):
     fits = ("actuators",)
     actuators: ClassVar[tuple[str, ...]] = ()
 
-    @model_validator(mode="after")
-    def _actuator_can_have_it(self) -> Self:
+    @finds
+    def _actuator_can_have_it(self) -> Iterator[Problem]:
         if self.target_id not in self.actuators:
             known = " or ".join(f"actuators.{name}" for name in self.actuators)
             text = f"{self.model} is a fault of {known}, and {self.target} is not one of them"
-            raise misplaced([(("target",), text)])
-        return self
+            yield ("target",), text
 
 
 class Loss(_OfActuators):
@@ -112,16 +110,14 @@ class RateLimit(Fault):
     jerk: Annotated[Jerk, Field(ge=0.0)] | None = None
     """Of drive and brake [m/s³]."""
 
-    @model_validator(mode="after")
-    def _rate_of_its_actuator(self) -> Self:
+    @finds
+    def _rate_of_its_actuator(self) -> Iterator[Problem]:
         wanted, other = ("jerk", "steering_rate")
         if self.target_id == "steering":
             wanted, other = other, wanted
         if getattr(self, wanted) is None or getattr(self, other) is not None:
             name = other if getattr(self, other) is not None else "model"
-            text = f"the rate of {self.target} is {wanted}; give it alone"
-            raise misplaced([((name,), text)])
-        return self
+            yield (name,), f"the rate of {self.target} is {wanted}; give it alone"
 
     @property
     def rate(self) -> float:
@@ -140,12 +136,11 @@ class Friction(Fault):
     factor: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
     """Of the friction coefficient of the road."""
 
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
+    @finds
+    def _one_of_both(self) -> Iterator[Problem]:
         if (self.value is None) == (self.factor is None):
             name = "model" if self.value is None else "factor"
-            raise misplaced([((name,), "give one of value and factor")])
-        return self
+            yield (name,), "give one of value and factor"
 
 
 # --- Faults of channels: of the command that they give, of what is linked to them, and inside
@@ -169,12 +164,11 @@ class Crash(Fault):
     silences = True
     model: Literal["crash"]
 
-    @model_validator(mode="after")
-    def _does_not_come_back(self) -> Self:
+    @finds
+    def _does_not_come_back(self) -> Iterator[Problem]:
         if self.duration is not None:
             text = "what has crashed does not come back; leave it out, or take the model silent"
-            raise misplaced([(("duration",), text)])
-        return self
+            yield ("duration",), text
 
 
 class Slow(Fault):
@@ -190,11 +184,10 @@ class Slow(Fault):
 class _OnCommand(Fault):
     """Something is done to acceleration, steering angle or both."""
 
-    @model_validator(mode="after")
-    def _does_something(self) -> Self:
+    @finds
+    def _does_something(self) -> Iterator[Problem]:
         if not {"acceleration", "steering_angle"} & self.model_fields_set:
-            raise misplaced([(("model",), "give acceleration, steering_angle or both")])
-        return self
+            yield ("model",), "give acceleration, steering_angle or both"
 
 
 class Bias(_OnCommand):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Final, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Final, Literal
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, StringConstraints
 
-from adeye.spec.document import Loc, misplaced
+from adeye.spec.document import Problem, finds
 from adeye.spec.quantity import TARGET, Condition, Duration, Identifier, Many, Record
 
 # --- What every fault has: its target, its onset, and for how long and how often it is there ------
@@ -28,14 +29,12 @@ class Onset(Record):
         | None
     ) = None
 
-    @model_validator(mode="after")
-    def _one_onset(self) -> Self:
+    @finds
+    def _one_onset(self) -> Iterator[Problem]:
         if sum(part is not None for part in (self.at, self.when, self.between)) != 1:
-            raise ValueError("give one of at, when and between")
-        if self.between is not None and self.between[0] > self.between[1]:
-            text = "the earliest time comes first"
-            raise misplaced([(("between",), text)])
-        return self
+            yield (), "give one of at, when and between"
+        elif self.between is not None and self.between[0] > self.between[1]:
+            yield ("between",), "the earliest time comes first"
 
 
 class Fault(Record):
@@ -65,25 +64,19 @@ class Fault(Record):
     """How often an intermittent fault comes; without it, to the end of the run."""
     text: str = ""
 
-    @model_validator(mode="after")
-    def _model_fits_target(self) -> Self:
+    @finds
+    def _model_fits_target(self) -> Iterator[Problem]:
         if self.port not in self.fits:
             fits = " or ".join(self.fits)
-            msg = f"{self.model} is a fault of {fits}, and {self.target} is not one of them"
-            raise ValueError(msg)
-        return self
+            yield (), f"{self.model} is a fault of {fits}, and {self.target} is not one of them"
 
-    @model_validator(mode="after")
-    def _comes_again_after_it_went(self) -> Self:
-        found: list[tuple[Loc, str]] = []
+    @finds
+    def _comes_again_after_it_went(self) -> Iterator[Problem]:
         if self.every is None:
             if self.times is not None:
-                found.append((("times",), "says how often a fault comes again; give every, too"))
+                yield ("times",), "says how often a fault comes again; give every, too"
         elif self.duration is None or self.duration >= self.every:
-            found.append((("every",), "give a duration that is shorter, or it never goes"))
-        if found:
-            raise misplaced(found)
-        return self
+            yield ("every",), "give a duration that is shorter, or it never goes"
 
     @property
     def port(self) -> str:

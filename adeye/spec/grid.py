@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.kernel.stops import CONTACT, RULE_NAMES
-from adeye.spec.document import misplaced
+from adeye.spec.document import Problem, finds
 from adeye.spec.quantity import Duration, Length, Many, Number, Record
 
 if TYPE_CHECKING:
@@ -39,14 +40,13 @@ class CellRule(Record):
     set: Cost | None = None
     add: Cost | None = None
 
-    @model_validator(mode="after")
-    def _does_one_thing(self) -> Self:
-        if (self.set is None) == (self.add is None):
-            raise misplaced([((), "a rule has either `set` or `add`")])
+    @finds
+    def _does_one_thing(self) -> Iterator[Problem]:
         low, high = self.limits
-        if not low < high:
-            raise misplaced([(("above",), f"no value is above {low:g} and up to {high:g}")])
-        return self
+        if (self.set is None) == (self.add is None):
+            yield (), "a rule has either `set` or `add`"
+        elif not low < high:
+            yield ("above",), f"no value is above {low:g} and up to {high:g}"
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -68,13 +68,12 @@ class CellCosts(Record):
     blocked: Cost
     """Number from which a cell counts as blocked."""
 
-    @model_validator(mode="after")
-    def _places_are_known(self) -> Self:
-        for name in self.places:
-            if name not in RULE_NAMES:
-                text = f"{name!r} is no kind of place; allowed: {', '.join(RULE_NAMES)}"
-                raise misplaced([(("places", name), text)])
-        return self
+    @finds
+    def _places_are_known(self) -> Iterator[Problem]:
+        unknown = next((name for name in self.places if name not in RULE_NAMES), None)
+        if unknown is not None:
+            text = f"{unknown!r} is no kind of place; allowed: {', '.join(RULE_NAMES)}"
+            yield ("places", unknown), text
 
     def table(self) -> list[float]:
         """List the number of each kind of place, in the order of ``RULE_NAMES``."""
@@ -133,12 +132,11 @@ class GridSettings(Record):
     costs: CellCosts | None = None
     """None for the ratings of the architecture's own safety channel."""
 
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
+    @finds
+    def _fits(self) -> Iterator[Problem]:
         cells = math.ceil((self.ahead + self.behind) / self.cell) * math.ceil(
             self.width / self.cell
         )
         if cells > MAX_CELLS:
             text = f"the window has {cells} cells of this size, and at most {MAX_CELLS} are allowed"
-            raise misplaced([(("cell",), text)])
-        return self
+            yield ("cell",), text

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.errors import suggest
-from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.fault import AnyFault
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
@@ -50,22 +50,17 @@ class CoverageBins(SparseRecord):
     actors: Annotated[Many[ActorKind], Field(min_length=1)] | None = None
     """Kinds, each a bin; a situation has those of all its actors."""
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    @finds
+    def _ascending(self) -> Iterator[Problem]:
         kinds = self.actors or ()
-        found: list[tuple[Loc, str]] = [
-            (("actors", at), f"{kinds[at]!r} occurs twice") for at in repeated(kinds)
-        ]
+        for at in repeated(kinds):
+            yield ("actors", at), f"{kinds[at]!r} occurs twice"
+        text = "edges of bins must ascend, and this is not above the one before"
         for name in type(self).model_fields:
             edges = () if name == "actors" else getattr(self, name) or ()
-            found += [
-                ((name, at + 1), "edges of bins must ascend, and this is not above the one before")
-                for at in range(len(edges) - 1)
-                if not edges[at] < edges[at + 1]
-            ]
-        if found:
-            raise misplaced(found)
-        return self
+            for at in range(len(edges) - 1):
+                if not edges[at] < edges[at + 1]:
+                    yield (name, at + 1), text
 
 
 # --- What a sweep declares about how a quantity is distributed ------------------------------------
@@ -114,21 +109,18 @@ class Distribution(SparseRecord):
         """Which one it is."""
         return next(name for name in KINDS if getattr(self, name) is not None)
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
+    @finds
+    def _one_kind(self) -> Iterator[Problem]:
         given = [name for name in KINDS if getattr(self, name) is not None]
-        if len(given) != 1:
-            msg = f"give exactly one of {', '.join(KINDS)}, not {', '.join(given) or 'none'}"
-            raise ValueError(msg)
-        if (self.empirical is None) != (self.column is None):
-            raise ValueError("empirical and column go together")
-        if self.unit is not None and self.empirical is None:
-            raise misplaced([(("unit",), "unit belongs to empirical")])
         total = sum(self.choice.values()) if self.choice is not None else 1.0
-        if abs(total - 1.0) > WEIGHT_SLACK:
-            text = f"the weights sum up to {total:.10g}, not to 1"
-            raise misplaced([(("choice",), text)])
-        return self
+        if len(given) != 1:
+            yield (), f"give exactly one of {', '.join(KINDS)}, not {', '.join(given) or 'none'}"
+        elif (self.empirical is None) != (self.column is None):
+            yield (), "empirical and column go together"
+        elif self.unit is not None and self.empirical is None:
+            yield ("unit",), "unit belongs to empirical"
+        elif abs(total - 1.0) > WEIGHT_SLACK:
+            yield ("choice",), f"the weights sum up to {total:.10g}, not to 1"
 
 
 KINDS: Final = ("uniform", "normal", "lognormal", "empirical", "choice")
@@ -144,11 +136,10 @@ class LaneLimits(Record):
     min: Annotated[int, Field(ge=1)] = 1
     max: Annotated[int, Field(ge=1)] = 8
 
-    @model_validator(mode="after")
-    def _not_empty(self) -> Self:
+    @finds
+    def _not_empty(self) -> Iterator[Problem]:
         if self.min > self.max:
-            raise ValueError(f"from {self.min} to {self.max} lanes is empty")
-        return self
+            yield (), f"from {self.min} to {self.max} lanes is empty"
 
 
 class Scenery(Record):
@@ -250,30 +241,28 @@ class Sweep(GrownRecord):
     """Of ``t_wise``: how many axes at a time have all feasible combinations of their levels."""
     where: Many[Condition] = ()
 
-    @model_validator(mode="after")
-    def _fits_design(self) -> Self:
+    @finds
+    def _fits_design(self) -> Iterator[Problem]:
         for designs, key, given in (
             (("list",), "points", bool(self.points)),
             (SAMPLED, "samples", self.samples is not None),
             (("t_wise",), "strength", self.strength is not None),
         ):
             if self.design in designs and not given:
-                raise ValueError(f"design: {self.design} needs {key}")
+                yield (), f"design: {self.design} needs {key}"
+                return
             if self.design not in designs and given:
                 wanted = " or ".join(designs)
                 verb = "belong" if key.endswith("s") else "belongs"
-                msg = f"{key} {verb} to design: {wanted}, and this is design: {self.design}"
-                raise ValueError(msg)
+                yield (), f"{key} {verb} to design: {wanted}, and this is design: {self.design}"
+                return
         if self.design == "list" and self.parameters:
-            raise ValueError("design: list takes points, no parameters")
-        if self.design not in SAMPLED:
+            yield (), "design: list takes points, no parameters"
+        elif self.design not in SAMPLED:
             text = f"a distribution belongs to design: {', '.join(SAMPLED)}, not {self.design}"
-            declared = [
-                name for name, axis in self.parameters.items() if isinstance(axis, Distribution)
-            ]
-            if declared:
-                raise misplaced([(("parameters", name), text) for name in declared])
-        return self
+            for name, axis in self.parameters.items():
+                if isinstance(axis, Distribution):
+                    yield ("parameters", name), text
 
 
 FaultEntry = Identifier | Annotated[Many[Identifier], Field(min_length=2)]
@@ -348,31 +337,26 @@ class Odd(FileRecord):
     coverage: CoverageBins | None = None
     """Bins of attributes for ``adeye coverage``; they change no test case."""
 
-    @model_validator(mode="after")
-    def _names_resolve(self) -> Self:
+    @finds
+    def _names_resolve(self) -> Iterator[Problem]:
         names = [use.name for use in self.scenarios]
         faults = [fault.id for fault in self.faults]
-        found: list[tuple[Loc, str]] = []
         for at in repeated(names):
             text = f"scenario {names[at]!r} occurs twice. Give one of them another id with `as:`"
-            found.append((("scenarios", at, "use"), text))
-        found += [
-            (("faults", at, "id"), f"fault {faults[at]!r} occurs twice") for at in repeated(faults)
-        ]
+            yield ("scenarios", at, "use"), text
+        for at in repeated(faults):
+            yield ("faults", at, "id"), f"fault {faults[at]!r} occurs twice"
         for at in repeated(self.plugins):
-            found.append((("plugins", at), f"{self.plugins[at]!r} is listed twice. Remove one"))
+            yield ("plugins", at), f"{self.plugins[at]!r} is listed twice. Remove one"
         for at, name in enumerate(faults):
             if name == "none":
-                text = "'none' is the fault-free entry and cannot name a fault"
-                found.append((("faults", at, "id"), text))
+                yield ("faults", at, "id"), "'none' is the fault-free entry and cannot name a fault"
         for at, use in enumerate(self.scenarios):
-            found += [(("scenarios", at, *loc), text) for loc, text in _entries(use, faults)]
-        if found:
-            raise misplaced(found)
-        return self
+            for loc, text in _entries(use, faults):
+                yield ("scenarios", at, *loc), text
 
 
-def _entries(use: ScenarioUse, faults: list[str]) -> Iterator[tuple[Loc, str]]:
+def _entries(use: ScenarioUse, faults: list[str]) -> Iterator[Problem]:
     """Find what is wrong with the fault entries of a scenario."""
     for number, entry in enumerate(use.faults or ()):
         loc: Loc = ("faults", number)

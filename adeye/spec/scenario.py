@@ -6,13 +6,13 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from adeye.errors import InputError
-from adeye.spec.document import Loc, misplaced
+from adeye.spec.document import Loc, Problem, finds, misplaced
 from adeye.spec.expression import parse
 from adeye.spec.plausible import FileRecord
 from adeye.spec.quantity import (
@@ -51,26 +51,24 @@ class Parameter(Record):
     range: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
     text: str = ""
 
-    @model_validator(mode="after")
-    def _default_in_range(self) -> Self:
+    @finds
+    def _default_in_range(self) -> Iterator[Problem]:
         default, dimension = _quantity(self.default, ("default",))
         if self.range is None:
-            return self
+            return
         ends: list[float] = []
         for at, text in enumerate(self.range):
             end, found = _quantity(text, ("range", at))
             if found.exponents != dimension.exponents:
                 what = f"{text!r} is {found.label}, the default {self.default!r} is "
-                raise misplaced([(("range", at), what + dimension.label)])
+                yield ("range", at), what + dimension.label
+                return
             ends.append(end)
+        low, high = self.range
         if not ends[0] <= ends[1]:
-            low, high = self.range
-            raise misplaced([(("range",), f"the range from {low} to {high} is empty")])
-        if not ends[0] <= default <= ends[1]:
-            low, high = self.range
-            what = f"{self.default} is outside the range [{low}, {high}]"
-            raise misplaced([(("default",), what)])
-        return self
+            yield ("range",), f"the range from {low} to {high} is empty"
+        elif not ends[0] <= default <= ends[1]:
+            yield ("default",), f"{self.default} is outside the range [{low}, {high}]"
 
 
 def _quantity(text: Value, loc: Loc) -> tuple[float, Dimension]:
@@ -124,12 +122,10 @@ class Road(GrownRecord):
     0; bays lie in it."""
     bays: ById[Bay] = {}
 
-    @model_validator(mode="after")
-    def _radius_fits_kind(self) -> Self:
+    @finds
+    def _radius_fits_kind(self) -> Iterator[Problem]:
         if (self.radius is None) != (self.kind == "straight"):
-            msg = f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
-            raise ValueError(msg)
-        return self
+            yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
 
 
 class StaticObject(Record):
@@ -209,15 +205,14 @@ class Start(GrownRecord):
     """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
     beside lanes, shoulder, bay and verge."""
 
-    @model_validator(mode="after")
-    def _one_place(self) -> Self:
+    @finds
+    def _one_place(self) -> Iterator[Problem]:
         if (self.s is None) == (self.ahead_of is None):
-            raise ValueError("give either s or ahead_of with gap")
-        if (self.ahead_of is None) != (self.gap is None):
-            raise ValueError("ahead_of and gap go together")
-        if self.lane is None and self.offset is None:
-            raise ValueError("give a lane, or an offset from the right edge of the road")
-        return self
+            yield (), "give either s or ahead_of with gap"
+        elif (self.ahead_of is None) != (self.gap is None):
+            yield (), "ahead_of and gap go together"
+        elif self.lane is None and self.offset is None:
+            yield (), "give a lane, or an offset from the right edge of the road"
 
 
 class Idm(Record):
@@ -247,11 +242,10 @@ class LaneChange(Record):
     """Greatest lateral speed of the manoeuvre [m/s]."""
     shape: Literal["sinusoidal", "linear"] = "sinusoidal"
 
-    @model_validator(mode="after")
-    def _one_target(self) -> Self:
+    @finds
+    def _one_target(self) -> Iterator[Problem]:
         if (self.to_lane is None) == (self.by is None):
-            raise ValueError("give either to_lane or by")
-        return self
+            yield (), "give either to_lane or by"
 
 
 class SpeedChange(GrownRecord):
@@ -301,12 +295,11 @@ class Event(GrownRecord):
     """It need not begin in a run; of an event that is neither optional nor under ``realised``,
     ``adeye scenario lint`` asks for one of both."""
 
-    @model_validator(mode="after")
-    def _one_action(self) -> Self:
+    @finds
+    def _one_action(self) -> Iterator[Problem]:
         actions = [self.lane_change, self.speed, self.stop, self.cross]
         if sum(action is not None for action in actions) != 1:
-            raise ValueError("an event has exactly one of lane_change, speed, stop, cross")
-        return self
+            yield (), "an event has exactly one of lane_change, speed, stop, cross"
 
     @property
     def action(self) -> LaneChange | SpeedChange | Stop | Cross:

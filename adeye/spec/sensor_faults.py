@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema
 
@@ -28,7 +28,7 @@ from adeye.signals import (
     IMU_YAW_RATE,
     ObjectClass,
 )
-from adeye.spec.document import Loc
+from adeye.spec.document import Problem
 from adeye.spec.fault_base import Fault
 from adeye.spec.quantity import Angle, Duration, Length, Many, Number, Speed, quantity_reader
 from adeye.spec.sensors import PhysicalCamera, model_name
@@ -62,30 +62,6 @@ def delivered(sensor: SensorRecord) -> tuple[str, ...]:
     """Return what a sensor delivers, and ``range`` if its reach is a parameter of it."""
     found = DELIVERS.get(model_name(sensor), _OF_PLUGINS)
     return (*found, "range") if hasattr(sensor, "range") else found
-
-
-SignalName = Literal[
-    "x",
-    "y",
-    "range",
-    "bearing",
-    "range_rate",
-    "length",
-    "width",
-    "ego_x",
-    "ego_y",
-    "ego_heading",
-    "ego_speed",
-    "ego_acceleration",
-    "ego_yaw_rate",
-    "position_x",
-    "position_y",
-    "velocity_x",
-    "velocity_y",
-    "acceleration_x",
-    "acceleration_y",
-    "yaw_rate",
-]
 
 
 class Signal(NamedTuple):
@@ -131,6 +107,11 @@ SIGNALS: Final[dict[str, Signal]] = {
 """By name. x and y are in the vehicle frame, range and bearing about the sensor's place; what
 begins with ``ego`` is of an ego estimate and, as positions and velocities are, in the map."""
 
+if TYPE_CHECKING:
+    SignalName = str
+else:
+    SignalName = Literal[tuple(SIGNALS)]
+
 
 def has_signal(name: str, sensor: SensorRecord) -> bool:
     """Tell whether a sensor measures a signal."""
@@ -148,7 +129,7 @@ class SensorFault(Fault):
     fits = ("sensors",)
     needs: ClassVar[tuple[str, ...]] = ()
 
-    def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
         """Say what of the fault has no meaning for a sensor: where, and why.
 
         Args:
@@ -164,7 +145,7 @@ class SensorFault(Fault):
 
 def signals_of(sensor: SensorRecord) -> list[str]:
     """List the signals that a sensor measures."""
-    return [name for name in get_args(SignalName) if has_signal(name, sensor)]
+    return [name for name in SIGNALS if has_signal(name, sensor)]
 
 
 # --- Faults of the list of objects that a sensor reports ------------------------------------------
@@ -198,7 +179,7 @@ class Miss(_OfSome):
     left: Bearing = math.pi
     """... on to the left, up to this one."""
 
-    def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
         """Say that a sensor does not measure bearings, if there is a sector."""
         found = super().misfits(sensor)
         is_sector = (self.right, self.left) != (-math.pi, math.pi)
@@ -303,7 +284,7 @@ class _OfPixels(SensorFault):
     columns: Pixel
     rows: Pixel
 
-    def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
         """Say that a sensor has no such pixels."""
         found = super().misfits(sensor)
         if isinstance(sensor, PhysicalCamera):
@@ -374,7 +355,7 @@ class SignalFault(SensorFault):
         names = type(self).model_fields.keys() & {"size", "value"}
         return dict.fromkeys(sorted(names), dimension)
 
-    def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
         """Say that a sensor does not measure the signal."""
         known = signals_of(sensor)
         if self.signal in known:
@@ -463,7 +444,7 @@ class Jump(SensorFault):
     y: Length = 0.0
     heading: Angle = 0.0
 
-    def misfits(self, sensor: SensorRecord) -> list[tuple[Loc, str]]:
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
         """Say that a sensor does not measure where the ego is, or not its heading."""
         found = super().misfits(sensor)
         if not found and self.heading != 0.0 and "ego estimates" not in delivered(sensor):

@@ -7,12 +7,12 @@ the device makes (pixels, returns, signal strength) and detects objects in that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints, model_validator
+from pydantic import BeforeValidator, Field, StringConstraints
 
-from adeye.spec.document import Loc, misplaced
+from adeye.spec.document import Problem, finds
 from adeye.spec.quantity import (
     PLUGIN,
     Acceleration,
@@ -161,19 +161,16 @@ class PhysicalCamera(SensorRecord):
     """Intensity of the ego's headlamps straight ahead [cd]; they are always on."""
     patches: ById[Patch] = {}
 
-    @model_validator(mode="after")
-    def _fits_the_image(self) -> Self:
+    @finds
+    def _fits_the_image(self) -> Iterator[Problem]:
         if self.min_pixel_height > self.rows:
             text = f"an object never fills {self.min_pixel_height} of {self.rows} rows"
-            raise misplaced([(("min_pixel_height",), text)])
-        outside: list[tuple[Loc, str]] = [
-            (("patches", name), f"it lies outside of the image of {self.columns} x {self.rows}")
-            for name, patch in self.patches.items()
-            if patch.column >= self.columns or patch.row >= self.rows
-        ]
-        if outside:
-            raise misplaced(outside)
-        return self
+            yield ("min_pixel_height",), text
+            return
+        text = f"it lies outside of the image of {self.columns} x {self.rows}"
+        for name, patch in self.patches.items():
+            if patch.column >= self.columns or patch.row >= self.rows:
+                yield ("patches", name), text
 
 
 LOWEST_LIDAR: Final = 0.2
@@ -206,25 +203,23 @@ class PhysicalLidar(SensorRecord):
     min_points: Annotated[int, Field(ge=1, le=1000)] = 2
     """Least returns of an object."""
 
-    @model_validator(mode="after")
-    def _can_make_an_object(self) -> Self:
+    @finds
+    def _can_make_an_object(self) -> Iterator[Problem]:
         if self.min_points > self.beams * self.layers:
             text = f"{self.beams} beams in {self.layers} layers never give {self.min_points} points"
-            raise misplaced([(("min_points",), text)])
-        if self.layers > 1 and self.vertical_field_of_view <= 0.0:
+            yield ("min_points",), text
+        elif self.layers > 1 and self.vertical_field_of_view <= 0.0:
             text = f"{self.layers} layers need an angle between the lowest and the highest"
-            raise misplaced([(("vertical_field_of_view",), text)])
-        return self
+            yield ("vertical_field_of_view",), text
 
-    @model_validator(mode="after")
-    def _is_above_the_ground(self) -> Self:
+    @finds
+    def _is_above_the_ground(self) -> Iterator[Problem]:
         if self.mount.z < LOWEST_LIDAR:
-            msg = (
+            text = (
                 f"mount.z is {self.mount.z:g} m, but a lidar stands at least {LOWEST_LIDAR:g} m "
                 "above the ground: what it sees below is taken for the ground"
             )
-            raise ValueError(msg)
-        return self
+            yield (), text
 
 
 MOST_CLUTTER: Final = 50.0
@@ -266,8 +261,8 @@ class PhysicalRadar(SensorRecord):
         rates: float = 2.0 * self.max_range_rate / self.range_rate_resolution
         return max(1.0, ranges) * max(1.0, rates)
 
-    @model_validator(mode="after")
-    def _false_alarms_are_few(self) -> Self:
+    @finds
+    def _false_alarms_are_few(self) -> Iterator[Problem]:
         alarms = self.false_alarm_rate * self.cells
         if alarms > MOST_CLUTTER:
             text = (
@@ -275,8 +270,7 @@ class PhysicalRadar(SensorRecord):
                 f"false alarms a sample, at most {MOST_CLUTTER:.0f} are allowed; lower it or make "
                 "the cells of range and range rate larger"
             )
-            raise misplaced([(("false_alarm_rate",), text)])
-        return self
+            yield ("false_alarm_rate",), text
 
 
 class Ultrasonic(SensorRecord):
@@ -292,12 +286,10 @@ class Ultrasonic(SensorRecord):
     cross_talk: bool = False
     """Whether it also hears the echoes of the other ultrasonic sensors that fire with it."""
 
-    @model_validator(mode="after")
-    def _hears_beyond_its_blind_zone(self) -> Self:
+    @finds
+    def _hears_beyond_its_blind_zone(self) -> Iterator[Problem]:
         if self.blind_zone >= self.range:
-            text = f"nothing is left of the range of {self.range:g} m"
-            raise misplaced([(("blind_zone",), text)])
-        return self
+            yield ("blind_zone",), f"nothing is left of the range of {self.range:g} m"
 
 
 class Outage(Record):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Final, Literal, Self, get_args
+from typing import Annotated, Final, Literal, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
-from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.document import Problem, finds, repeated
 from adeye.spec.quantity import (
     Acceleration,
     AngularRate,
@@ -184,16 +185,16 @@ class OddExit(_Monitor):
     """From the right edge of the lanes to the left [m]."""
     to_d: Length | None = None
 
-    @model_validator(mode="after")
-    def _asks_something(self) -> Self:
+    @finds
+    def _asks_something(self) -> Iterator[Problem]:
         limits = ("max_speed", "from_s", "to_s", "from_d", "to_d")
         if all(getattr(self, name) is None for name in limits):
-            raise misplaced([(("kind",), f"asks nothing: give one of {', '.join(limits)}")])
+            yield ("kind",), f"asks nothing: give one of {', '.join(limits)}"
         for first, last in (("from_s", "to_s"), ("from_d", "to_d")):
             low, high = getattr(self, first), getattr(self, last)
             if low is not None and high is not None and not low < high:
-                raise misplaced([((last,), f"must be more than {first}, which is {low:g} m")])
-        return self
+                yield (last,), f"must be more than {first}, which is {low:g} m"
+                return
 
 
 class LastSafeStop(_Monitor):
@@ -217,17 +218,8 @@ Monitor = Annotated[
     Field(discriminator="kind"),
 ]
 
-KINDS: Final = (
-    *("channel_silent", "channel_implausible", "channel_stuck", "sensor_silent"),
-    *(
-        "off_road",
-        "lane_departure",
-        "object_danger",
-        "critical_area",
-        "rss_danger",
-        "odd_exit",
-        "last_safe_stop",
-    ),
+KINDS: Final[tuple[str, ...]] = tuple(
+    get_args(record.model_fields["kind"].annotation)[0] for record in get_args(get_args(Monitor)[0])
 )
 """Kinds of monitors; kernels know them by their place here."""
 
@@ -262,31 +254,25 @@ class Supervisor(Record):
         own = self.monitors[name].counter.model_dump(exclude_none=True)
         return self.counter.model_copy(update=own)
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
-        found: list[tuple[Loc, str]] = []
+    @finds
+    def _is_consistent(self) -> Iterator[Problem]:
         if not self.counter.fault > self.counter.heal:
-            found.append((("counter", "fault"), _ends(self.counter)))
+            yield ("counter", "fault"), _ends(self.counter)
         for name, monitor in self.monitors.items():
             if name in MANOEUVRE_MONITORS:
                 text = f"{name!r} tells the manoeuvre; give the monitor another name"
-                found.append((("monitors", name), text))
+                yield ("monitors", name), text
             counter = self.counter_of(name)
             # What is wrong for all is said once.
             if monitor.counter != OwnCounter() and not counter.fault > counter.heal:
-                found.append((("monitors", name, "counter"), _ends(counter)))
+                yield ("monitors", name, "counter"), _ends(counter)
             watches = getattr(monitor, "watches", ())
-            found += [
-                (("monitors", name, "watches", at), f"{name!r} watches {watches[at]!r} twice")
-                for at in repeated(watches)
-            ]
+            for at in repeated(watches):
+                yield ("monitors", name, "watches", at), f"{name!r} watches {watches[at]!r} twice"
         for (low, mild), (high, harder) in pairwise(self.manoeuvres.items()):
             if MANOEUVRES.index(harder) < MANOEUVRES.index(mild):
                 text = f"level {high} asks for {harder!r}, which is milder than {mild!r} of {low}"
-                found.append((("manoeuvres", high), text))
-        if found:
-            raise misplaced(found)
-        return self
+                yield ("manoeuvres", high), text
 
 
 def _ends(counter: Counter) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field, model_serializer, model_validator
+from pydantic import Field, model_serializer
 
-from adeye.spec.document import Loc, misplaced, repeated
+from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.quantity import Acceleration, AngularRate, Duration, Identifier, Jerk, Many, Record
 from adeye.spec.sensors import NonNegativeAngle, NonNegativeDuration
 
@@ -108,54 +108,38 @@ class Switch(Record):
     bumpless: Bumpless | None = None
     """Limits of the acting command's rates after a handover; without it, it jumps."""
 
-    @model_validator(mode="after")
-    def _keys_fit_policy(self) -> Self:
+    @finds
+    def _keys_fit_policy(self) -> Iterator[Problem]:
         known = KEYS[self.policy]
-        found: list[tuple[Loc, str]] = [
-            ((key,), f"{key} is no key of the policy {self.policy}; its keys are {_listed(known)}")
-            for key in sorted(self.model_fields_set - known)
-        ]
-        found += [
-            (("policy",), f"{self.policy} needs {key}")
-            for key in NEEDED.get(self.policy, ())
-            if getattr(self, key) is None
-        ]
-        if found:
-            raise misplaced(found)
-        return self
+        listed = ", ".join(key for key in Switch.model_fields if key in known)
+        for key in sorted(self.model_fields_set - known):
+            yield (key,), f"{key} is no key of the policy {self.policy}; its keys are {listed}"
+        for key in NEEDED.get(self.policy, ()):
+            if getattr(self, key) is None:
+                yield ("policy",), f"{self.policy} needs {key}"
 
-    @model_validator(mode="after")
-    def _channels_are_listed(self) -> Self:
-        found: list[tuple[Loc, str]] = [
-            (("priority", at), f"channel {self.priority[at]!r} occurs twice")
-            for at in repeated(self.priority)
-        ]
+    @finds
+    def _channels_are_listed(self) -> Iterator[Problem]:
+        for at in repeated(self.priority):
+            yield ("priority", at), f"channel {self.priority[at]!r} occurs twice"
         listed = ", ".join(self.priority)
         named: list[tuple[Loc, str | None]] = [
             (("default",), self.default),
             (("without_majority",), self.without_majority),
             *((("voters", at), name) for at, name in enumerate(self.voters or ())),
         ]
-        found += [
-            (loc, f"{name!r} is not in priority: {listed}")
-            for loc, name in named
-            if name is not None and name not in self.priority
-        ]
-        if found:
-            raise misplaced(found)
-        return self
+        for loc, name in named:
+            if name is not None and name not in self.priority:
+                yield loc, f"{name!r} is not in priority: {listed}"
 
-    @model_validator(mode="after")
-    def _a_majority_is_one(self) -> Self:
+    @finds
+    def _a_majority_is_one(self) -> Iterator[Problem]:
         if self.voters is None:
-            return self
-        found: list[tuple[Loc, str]] = [
-            (("voters", at), f"channel {self.voters[at]!r} occurs twice")
-            for at in repeated(self.voters)
-        ]
+            return
+        for at in repeated(self.voters):
+            yield ("voters", at), f"channel {self.voters[at]!r} occurs twice"
         if self.default not in self.voters:
-            text = f"the default {self.default!r} must be one of the voters"
-            found.append((("voters",), text))
+            yield ("voters",), f"the default {self.default!r} must be one of the voters"
         count = len(self.voters)
         if self.quorum is not None and not count // 2 < self.quorum <= count:
             text = (
@@ -164,10 +148,7 @@ class Switch(Record):
                 if self.quorum <= count
                 else f"there are only {count} voters; give {count // 2 + 1} to {count}"
             )
-            found.append((("quorum",), text))
-        if found:
-            raise misplaced(found)
-        return self
+            yield ("quorum",), text
 
     @model_serializer(mode="wrap")
     def _serialised(self, write: Callable[[Self], dict[str, Any]]) -> dict[str, Any]:
@@ -187,7 +168,3 @@ class Switch(Record):
         if self.voters is None:
             return 0
         return len(self.voters) // 2 + 1 if self.quorum is None else self.quorum
-
-
-def _listed(keys: frozenset[str]) -> str:
-    return ", ".join(key for key in Switch.model_fields if key in keys)
