@@ -28,6 +28,8 @@ from adeye.store.records import (
 Block = TypeVar("Block", bound="MetricBlock | VerdictBlock | EventBlock | ExtremeBlock | RunBlock")
 OfRuns = TypeVar("OfRuns", "EventBlock", "ExtremeBlock")
 
+_NUMBERS: Final = ("robustness_low", "robustness_high", "margin", "time_s", "value", "threshold")
+_TEXTS: Final = ("fsr_id", "fsr_digest", "unit", "signal", "predicate", "actor", "detail")
 _VALUE: Final = STATUSES.index("value")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
 
@@ -153,33 +155,14 @@ class VerdictBlock:
         """Put the verdicts on some runs into columns."""
         pairs = [(run, record) for run, items in enumerate(records) for record in items]
         found = [record for _, record in pairs]
-
-        def number(value: float | None) -> float:
-            return np.nan if value is None else value
-
-        numbers = [
-            (
-                number(item.robustness_low),
-                number(item.robustness_high),
-                number(item.margin),
-                number(item.time_s),
-                number(item.value),
-                number(item.threshold),
-            )
-            for item in found
-        ]
+        # Of None becomes NaN.
+        numbers = [[getattr(item, name) for name in _NUMBERS] for item in found]
         return cls(
-            np.array([run for run, _ in pairs], dtype=np.int64),
-            Texts.of([item.fsr_id for item in found]),
-            Texts.of([item.fsr_digest for item in found]),
-            np.array([VERDICTS.index(item.verdict) for item in found], dtype=np.int8),
-            np.array([item.is_exercised for item in found], dtype=np.bool_),
-            np.array(numbers, dtype=np.float64).reshape(-1, 6),
-            Texts.of([item.unit for item in found]),
-            Texts.of([item.signal for item in found]),
-            Texts.of([item.predicate for item in found]),
-            Texts.of([item.actor for item in found]),
-            Texts.of([item.detail for item in found]),
+            run=np.array([run for run, _ in pairs], dtype=np.int64),
+            verdict=np.array([VERDICTS.index(item.verdict) for item in found], dtype=np.int8),
+            exercised=np.array([item.is_exercised for item in found], dtype=np.bool_),
+            numbers=np.array(numbers, dtype=np.float64).reshape(-1, len(_NUMBERS)),
+            **{name: Texts.of([getattr(item, name) for item in found]) for name in _TEXTS},
         )
 
 

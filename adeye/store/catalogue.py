@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, Final
 
-from sqlalchemy import Connection, Table, exists, select
+from sqlalchemy import Connection, Integer, Table, exists, select
 from sqlalchemy.exc import DBAPIError
 
 from adeye.store.postgres import FUNCTIONS, SCHEMA
@@ -71,6 +72,25 @@ def column_names(connection: Connection, table: str) -> list[str]:
     """List the columns of a table in their order."""
     found = connection.exec_driver_sql(_COLUMNS[connection.dialect.name], (table,))
     return [str(name) for name in found.scalars()]
+
+
+def rows_among(
+    connection: Connection, table: Table, columns: str, key: str, values: Iterable[str | int]
+) -> Iterable[Any]:
+    """Read columns of the rows of a table that have one of some values in a column."""
+    value = "CAST(value AS INTEGER)" if isinstance(table.columns[key].type, Integer) else "value"
+    return connection.exec_driver_sql(
+        f"SELECT {columns} FROM {table.name} "  # noqa: S608 - own names
+        f"WHERE {key} IN (SELECT {value} FROM json_each(?))",
+        (json.dumps(list(values)),),
+    )
+
+
+def rows_of_runs(
+    connection: Connection, table: Table, columns: str, numbers: Iterable[int]
+) -> Iterable[Any]:
+    """Read the number of the run, and columns, of the rows of a table that some runs have."""
+    return rows_among(connection, table, f"run_number, {columns}", "run_number", numbers)
 
 
 def size_bytes(connection: Connection) -> int:

@@ -10,7 +10,8 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Final, TypeVar
+from functools import wraps
+from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
 from sqlalchemy import Connection, Engine
 
@@ -28,6 +29,7 @@ _LONGEST_PAUSE_S: Final = 2.0
 _TOLD_FROM_S: Final = 0.5
 """Pause from which on it is told that a connection is tried again [s]."""
 
+Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
@@ -133,6 +135,54 @@ class Database:
             return self._engine.connect()
         with waiting_for(f"the server of database {self.location} to answer"):
             return self._engine.connect()
+
+
+class Door:
+    """What reads and changes an open database of the current schema, a transaction a method."""
+
+    def __init__(self, database: Database) -> None:
+        """Use a database."""
+        self._database = database
+
+
+def reading(
+    ask: Callable[Concatenate[Connection, Arguments], Result],
+) -> Callable[Concatenate[Door, Arguments], Result]:
+    """Make a method that asks in a transaction of its own."""
+
+    @wraps(ask)
+    def method(own: Door, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
+        with own._database.read() as connection:
+            return ask(connection, *values, **named)
+
+    return method
+
+
+def writing(
+    change: Callable[Concatenate[Connection, Arguments], Result],
+) -> Callable[Concatenate[Door, Arguments], Result]:
+    """Make a method that changes something in a transaction of its own, alone."""
+
+    @wraps(change)
+    def method(own: Door, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
+        with own._database.write() as connection:
+            return change(connection, *values, **named)
+
+    return method
+
+
+def sharing(
+    change: Callable[Concatenate[Connection, Arguments], Result],
+) -> Callable[Concatenate[Door, Arguments], Result]:
+    """Make a method that changes something of the queue, which others may do at the same time."""
+
+    @wraps(change)
+    def method(own: Door, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
+        return own._database.change(
+            lambda connection: change(connection, *values, **named), shared=True
+        )
+
+    return method
 
 
 def persistently(action: Callable[[], Result]) -> Result:

@@ -12,7 +12,6 @@ are there exactly when the rows are.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -20,10 +19,11 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, Integer, Table
+from sqlalchemy import Connection, Table
 
 from adeye.signals import Ints
 from adeye.store import tables
+from adeye.store.catalogue import rows_among
 from adeye.store.encoding import Row, driver_insert, hash_words, next_number, row, row_hashes
 from adeye.store.tables import LEDGER, RECOUNTED, SEALED
 
@@ -95,11 +95,8 @@ def _sealed_name(name: str, key: str) -> str | None:
 
 def row_name(table: Table, values: Row) -> str:
     """Name a row by its key, digests by their beginnings."""
-    places = key_places(table)
-    return " ".join(
-        text[:_SHORT] if len(text) in (32, 64) else text
-        for text in (str(values[place]) for place in places)
-    )
+    texts = (str(values[place]) for place in key_places(table))
+    return " ".join(text[:_SHORT] if len(text) in (32, 64) else text for text in texts)
 
 
 @cache
@@ -273,30 +270,28 @@ def insert_rows(
         note(connection, table, batch)
 
 
+def add_row(
+    connection: Connection, table: Table, *values: Any, ignore_existing: bool = False
+) -> None:
+    """Insert one row, given by its values without the hash."""
+    insert_rows(connection, table, [row(table, values)], ignore_existing=ignore_existing)
+
+
+def add_numbered(connection: Connection, table: Table, *values: Any) -> None:
+    """Insert one row under the next number of its table."""
+    add_row(connection, table, next_number(connection, table.name), *values)
+
+
 def _new(connection: Connection, table: Table, rows: list[Row]) -> list[Row]:
     """Choose the rows whose key is not there, each key once."""
     places = key_places(table)
     found: dict[Any, Row] = {}
     for item in rows:
         found.setdefault(tuple(item[place] for place in places), item)
-    for key in _known(connection, table, [item[places[0]] for item in found.values()]):
-        found.pop(key, None)
+    key = table.primary_key.columns.keys()
+    first = sorted({item[places[0]] for item in found.values()})
+    for start in range(0, len(first), _CHUNK):
+        part = [item if isinstance(item, str) else int(item) for item in first[start:][:_CHUNK]]
+        for known in rows_among(connection, table, ", ".join(key), key[0], part):
+            found.pop(tuple(known), None)
     return list(found.values())
-
-
-def _known(connection: Connection, table: Table, first: list[Any]) -> Iterable[tuple[Any, ...]]:
-    """Read the keys that are there, of rows whose key begins with one of some values."""
-    columns = list(table.primary_key.columns)
-    names = ", ".join(column.name for column in columns)
-    value = "CAST(value AS INTEGER)" if isinstance(columns[0].type, Integer) else "value"
-    wanted = sorted(set(first))
-    for start in range(0, len(wanted), _CHUNK):
-        part = [
-            item if isinstance(item, str) else int(item) for item in wanted[start : start + _CHUNK]
-        ]
-        found = connection.exec_driver_sql(
-            f"SELECT {names} FROM {table.name} "  # noqa: S608 - own names
-            f"WHERE {columns[0].name} IN (SELECT {value} FROM json_each(?))",
-            (json.dumps(part),),
-        )
-        yield from map(tuple, found)

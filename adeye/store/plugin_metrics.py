@@ -7,7 +7,6 @@ add them to a result later.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
@@ -103,8 +102,11 @@ def record_plugin_metrics(
         by_number: dict[int, tuple[str, Row]] = {}
         for result, new in zip(results, made, strict=True):
             by_number.setdefault(new[0], (result, new))
-        existing = _existing(connection, table, list(by_number))
-        for number, hashed in existing.items():
+        known = {
+            item.run_number: item.row_hash
+            for item in catalog.rows_of_runs(connection, table, "row_hash", by_number)
+        }
+        for number, hashed in known.items():
             result, new = by_number[number]
             if new[-1] != hashed and result not in differing:
                 raise IntegrityError(
@@ -114,7 +116,7 @@ def record_plugin_metrics(
         insert_rows(
             connection,
             table,
-            [new for number, (_, new) in by_number.items() if number not in existing],
+            [new for number, (_, new) in by_number.items() if number not in known],
         )
 
 
@@ -177,12 +179,3 @@ def _create(connection: Connection, table: Table) -> None:
         table.create(connection)
         for statement in insert_only_ddl(table.name, connection.dialect.name):
             connection.exec_driver_sql(statement)
-
-
-def _existing(connection: Connection, table: Table, numbers: Sequence[int]) -> dict[int, str]:
-    found = connection.exec_driver_sql(
-        f"SELECT run_number, row_hash FROM {table.name} "  # noqa: S608 - a name of this package
-        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-        (json.dumps(numbers),),
-    )
-    return {item.run_number: item.row_hash for item in found}

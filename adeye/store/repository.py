@@ -17,21 +17,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from functools import wraps
 from pathlib import Path
-from typing import Concatenate, ParamSpec, Self, TypeVar
-
-from sqlalchemy import Connection
+from typing import Self
 
 from adeye.judge.verdict import Verdict
 from adeye.store import schema
 from adeye.store.block import JudgedBlock, PlannedCases, RunBlock
-from adeye.store.database import Database, create_parent
+from adeye.store.database import Database, Door, create_parent, reading, sharing, writing
 from adeye.store.evidence import verification
 from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.owner import Owner
-from adeye.store.read import campaigns as reading
+from adeye.store.read import campaigns as stored
 from adeye.store.read.bulk import read_compared, read_figures
 from adeye.store.read.checking import unbegun_events
 from adeye.store.read.rejudging import Again
@@ -51,59 +48,12 @@ from adeye.store.write.merge import Copied, Merged, Origin
 from adeye.store.write.queue import Queue
 from adeye.store.write.studies import Hindsight
 
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
-
 DEFAULT_LEASE_S = 60.0
 DEFAULT_BLOCK_SIZE = 64
 
 
-def _reading(
-    ask: Callable[Concatenate[Connection, Arguments], Result],
-) -> Callable[Concatenate[Repository, Arguments], Result]:
-    """Make a method that asks in a transaction of its own."""
-
-    @wraps(ask)
-    def method(own: Repository, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        with own._database.read() as connection:
-            return ask(connection, *values, **named)
-
-    return method
-
-
-def _writing(
-    change: Callable[Concatenate[Connection, Arguments], Result],
-) -> Callable[Concatenate[Repository, Arguments], Result]:
-    """Make a method that changes something in a transaction of its own, alone."""
-
-    @wraps(change)
-    def method(own: Repository, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        with own._database.write() as connection:
-            return change(connection, *values, **named)
-
-    return method
-
-
-def _shared(
-    change: Callable[Concatenate[Connection, Arguments], Result],
-) -> Callable[Concatenate[Repository, Arguments], Result]:
-    """Make a method that changes something of the queue, which others may do at the same time."""
-
-    @wraps(change)
-    def method(own: Repository, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        return own._database.change(
-            lambda connection: change(connection, *values, **named), shared=True
-        )
-
-    return method
-
-
-class Repository:
+class Repository(Door):
     """Plans, results and verdicts in one database; see the module for the contract."""
-
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema; see ``open``."""
-        self._database = database
 
     @classmethod
     def open(cls, place: Place = None, *, create: bool = True) -> Self:
@@ -150,8 +100,8 @@ class Repository:
 
     # Plans
 
-    save_content = _writing(content.save_content)
-    save_concept = _writing(content.save_concept)
+    save_content = writing(content.save_content)
+    save_concept = writing(content.save_concept)
 
     def plan_campaign(
         self,
@@ -223,10 +173,10 @@ class Repository:
             shared=True,
         )
 
-    renew_lease = _shared(leasing.renew_lease)
-    release_block = _shared(leasing.release_block)
-    fail_block = _shared(leasing.fail_block)
-    quarantine_block = _shared(leasing.quarantine_block)
+    renew_lease = sharing(leasing.renew_lease)
+    release_block = sharing(leasing.release_block)
+    fail_block = sharing(leasing.fail_block)
+    quarantine_block = sharing(leasing.quarantine_block)
 
     def complete_block(
         self,
@@ -252,7 +202,7 @@ class Repository:
             lambda connection: leasing.complete_block(connection, block, runs, verdicts)
         )
 
-    work_state = _reading(reading.work_state)
+    work_state = reading(stored.work_state)
 
     # Judging again
 
@@ -275,23 +225,23 @@ class Repository:
 
     # Reading
 
-    campaigns = _reading(reading.campaigns)
-    latest_campaign = _reading(reading.latest_campaign)
-    find_campaign = _reading(reading.find_campaign)
-    progress = _reading(reading.progress)
-    fsr_status = _reading(reading.fsr_status)
-    gate = _reading(reading.gate)
-    never_held = _reading(reading.never_held)
-    failed_channels = _reading(reading.failed_channels)
-    contacts = _reading(reading.contacts)
-    unbegun_events = _reading(unbegun_events)
-    find_run = _reading(reading.find_run)
-    run_row = _reading(reading.run_row)
-    test_case_row = _reading(reading.test_case_row)
-    content = _reading(reading.content)
-    results = _reading(reading.results)
-    figures = _reading(read_figures)
-    compared = _reading(read_compared)
+    campaigns = reading(stored.campaigns)
+    latest_campaign = reading(stored.latest_campaign)
+    find_campaign = reading(stored.find_campaign)
+    progress = reading(stored.progress)
+    fsr_status = reading(stored.fsr_status)
+    gate = reading(stored.gate)
+    never_held = reading(stored.never_held)
+    failed_channels = reading(stored.failed_channels)
+    contacts = reading(stored.contacts)
+    unbegun_events = reading(unbegun_events)
+    find_run = reading(stored.find_run)
+    run_row = reading(stored.run_row)
+    test_case_row = reading(stored.test_case_row)
+    content = reading(stored.content)
+    results = reading(stored.results)
+    figures = reading(read_figures)
+    compared = reading(read_compared)
 
     def worst_runs(
         self,
@@ -305,7 +255,7 @@ class Repository:
     ) -> tuple[tuple[RunRef, VerdictRecord], ...]:
         """Return the runs with the least robustness for an FSR, failed ones first."""
         with self._database.read() as connection:
-            return reading.worst_runs(
+            return stored.worst_runs(
                 connection,
                 campaign,
                 fsr,
@@ -330,4 +280,4 @@ class Repository:
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:
-            return reading.info(connection, self.location)
+            return stored.info(connection, self.location)

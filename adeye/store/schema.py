@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
 
 from sqlalchemy import Connection, Dialect
@@ -22,29 +21,6 @@ from adeye.store.views import view_ddl
 # --- Triggers that keep results from being changed or deleted, per dialect ------------------------
 
 
-def _sqlite(table: str) -> tuple[str, ...]:
-    return tuple(
-        f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table}\n"
-        f"BEGIN SELECT RAISE(ABORT, '{table} is insert-only'); END"
-        for action in ("UPDATE", "DELETE")
-    )
-
-
-def _postgresql(table: str) -> tuple[str, ...]:
-    # Cut as the server would cut it, so that a trigger is found by its name.
-    return tuple(
-        f"CREATE TRIGGER {f'{table}_no_{action.lower()}'[:LONGEST_NAME]} "
-        f"BEFORE {action} ON {table}\n"
-        f"FOR EACH {each} EXECUTE FUNCTION insert_only()"
-        for action, each in (("UPDATE", "ROW"), ("DELETE", "ROW"), ("TRUNCATE", "STATEMENT"))
-    )
-
-
-_DIALECTS: Final[Mapping[str, Callable[[str], tuple[str, ...]]]] = MappingProxyType(
-    {"sqlite": _sqlite, "postgresql": _postgresql}
-)
-
-
 def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
     """Write the statements that create every trigger.
 
@@ -58,7 +34,19 @@ def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
 
 def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
     """Write the statements that make one table insert-only; its name is an identifier."""
-    return _DIALECTS[dialect](table)
+    if dialect == "sqlite":
+        return tuple(
+            f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table}\n"
+            f"BEGIN SELECT RAISE(ABORT, '{table} is insert-only'); END"
+            for action in ("UPDATE", "DELETE")
+        )
+    # Cut as the server would cut it, so that a trigger is found by its name.
+    return tuple(
+        f"CREATE TRIGGER {f'{table}_no_{action.lower()}'[:LONGEST_NAME]} "
+        f"BEFORE {action} ON {table}\n"
+        f"FOR EACH {each} EXECUTE FUNCTION insert_only()"
+        for action, each in (("UPDATE", "ROW"), ("DELETE", "ROW"), ("TRUNCATE", "STATEMENT"))
+    )
 
 
 # --- The version of a database: create, upgrade, and refuse what this version cannot read ---------

@@ -559,7 +559,13 @@ odd = _content("odd")
 scenario = _content("scenario")
 architecture = _content("architecture")
 concept = _content("concept")
-
+CONTENT: Final = {
+    "odd": odd,
+    "scenario": scenario,
+    "architecture": architecture,
+    "concept": concept,
+}
+"""What users wrote, by its kind."""
 test_case = insert_only(
     "test_case",
     digest_column("digest", key=True),

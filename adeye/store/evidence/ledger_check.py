@@ -6,7 +6,6 @@ agree, the third is named. Rows of other tables are listed in the ledger with th
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import numpy as np
 from sqlalchemy import Connection, Table
 
 from adeye.store import ledger, tables
+from adeye.store.catalogue import rows_among
 from adeye.store.encoding import Row, chunked, stored_rows
 from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
 from adeye.store.plugin_metrics import plugin_tables
@@ -288,9 +288,5 @@ def _judged(
 
 
 def _digests(connection: Connection, numbers: set[int]) -> dict[int, str]:
-    found = connection.exec_driver_sql(
-        "SELECT number, result_digest FROM run "
-        "WHERE number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-        (json.dumps(sorted(numbers)),),
-    )
+    found = rows_among(connection, tables.run, "number, result_digest", "number", numbers)
     return {int(item[0]): str(item[1]) for item in found}

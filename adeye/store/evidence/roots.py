@@ -32,17 +32,15 @@ from adeye.identity import digest, file_digest
 from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
 from adeye.store.cases import JUDGED
-from adeye.store.database import Database
+from adeye.store.database import Door, reading
 from adeye.store.encoding import (
     hashed_names,
     json_text,
-    next_number,
-    row,
     row_hashes,
     stored_words,
     utc_text,
 )
-from adeye.store.ledger import MODULUS, hash_sum, insert_rows
+from adeye.store.ledger import MODULUS, add_numbered, add_row, hash_sum
 from adeye.store.read.campaigns import executed_once, find_run, run_ref
 from adeye.store.records import Finding, RunRef, of_row
 
@@ -294,13 +292,8 @@ def save_root(connection: Connection, root: Root) -> None:
         IntegrityError: Another one is there.
     """
     require_root(connection, root)
-    values = (root.campaign, root.leaves, root.root)
-    insert_rows(
-        connection,
-        tables.campaign_root,
-        [row(tables.campaign_root, values)],
-        ignore_existing=True,
-    )
+    values = root.campaign, root.leaves, root.root
+    add_row(connection, tables.campaign_root, *values, ignore_existing=True)
 
 
 def proof_of(connection: Connection, campaign: str, ordinal: int) -> tuple[bytes, Proof, bytes]:
@@ -454,12 +447,38 @@ class RunProof:
     root: str
 
 
-class Evidence:
+def prove(connection: Connection, run: str, campaign: str) -> RunProof:
+    """Prove that a run is evidence of a campaign.
+
+    Args:
+        connection: In a transaction.
+        run: Beginning of its result digest, or its ordinal.
+        campaign: Id of the campaign.
+
+    Raises:
+        InputError: There is no such run in the campaign, or it was withdrawn.
+    """
+    found = find_run(connection, run, campaign)
+    withdrawn = "SELECT 1 FROM withdrawal WHERE result_digest = ?"
+    if connection.exec_driver_sql(withdrawn, (found.result_digest,)).first():
+        raise InputError(
+            f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
+            remedy="See 'adeye db info' for who did so, and prove another run.",
+        )
+    leaf, proof, root = proof_of(connection, campaign, found.ordinal)
+    path = tuple(item.hex() for item in proof.path)
+    digest = found.result_digest
+    return RunProof(campaign, digest, found.ordinal, proof.leaves, leaf.hex(), path, root.hex())
+
+
+class Evidence(Door):
     """Reads and keeps what vouches for results, each method in one transaction."""
 
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
+    root = reading(stored_root)
+    require_root = reading(require_root)
+    computed_root = reading(computed_root)
+    prove = reading(prove)
+    sums = reading(campaign_sums)
 
     def record_root(self, campaign: str) -> Root | None:
         """Compute and save the root of a campaign once it is complete; None before.
@@ -476,72 +495,13 @@ class Evidence:
             save_root(connection, found)
         return found
 
-    def root(self, campaign: str) -> Root | None:
-        """Read the root of a campaign; None if it was never complete."""
-        with self._database.read() as connection:
-            return stored_root(connection, campaign)
-
-    def require_root(self, root: Root) -> None:
-        """Refuse a computed root that is not the one that was saved.
-
-        Raises:
-            IntegrityError: It is another one.
-        """
-        with self._database.read() as connection:
-            require_root(connection, root)
-
-    def computed_root(self, campaign: str) -> Root:
-        """Compute the root from the rows as they are now, also of an incomplete campaign.
-
-        Raises:
-            IntegrityError: A row of it is damaged.
-        """
-        with self._database.read() as connection:
-            return computed_root(connection, campaign)
-
-    def prove(self, run: str, campaign: str) -> RunProof:
-        """Prove that a run is evidence of a campaign.
-
-        Args:
-            run: Beginning of its result digest, or its ordinal.
-            campaign: Id of the campaign.
-
-        Raises:
-            InputError: There is no such run in the campaign, or it was withdrawn.
-        """
-        with self._database.read() as connection:
-            found = find_run(connection, run, campaign)
-            if connection.exec_driver_sql(
-                "SELECT 1 FROM withdrawal WHERE result_digest = ?", (found.result_digest,)
-            ).first():
-                raise InputError(
-                    f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
-                    remedy="See 'adeye db info' for who did so, and prove another run.",
-                )
-            leaf, proof, root = proof_of(connection, campaign, found.ordinal)
-        path = tuple(item.hex() for item in proof.path)
-        return RunProof(
-            campaign,
-            found.result_digest,
-            found.ordinal,
-            proof.leaves,
-            leaf.hex(),
-            path,
-            root.hex(),
-        )
-
-    def sums(self, campaign: str) -> dict[str, tuple[int, str]]:
-        """Count the rows of a campaign by table and sum their hashes, see ``campaign_sums``."""
-        with self._database.read() as connection:
-            return campaign_sums(connection, campaign)
-
     def add_session(self, campaign: str, provenance: Mapping[str, Any]) -> None:
         """Note that a command begins to work on a campaign."""
-        table = tables.session
         packages = provenance.get("packages", {})
         with self._database.write() as connection:
-            values = (
-                next_number(connection, table.name),
+            add_numbered(
+                connection,
+                tables.session,
                 campaign,
                 utc_text(None),
                 str(provenance.get("who", "")),
@@ -551,7 +511,6 @@ class Evidence:
                 str(provenance.get("cpu", {}).get("name", "")),
                 json_text(dict(provenance)),
             )
-            insert_rows(connection, table, [row(table, values)])
 
     def sessions(self, campaign: str) -> tuple[Session, ...]:
         """List the commands that worked on a campaign, the first first."""
@@ -612,14 +571,8 @@ class Evidence:
             known = select(table.c.number).where(table.c.result_digest == result_digest)
             if connection.execute(known).first() is not None:
                 return False
-            values = (
-                next_number(connection, table.name),
-                result_digest,
-                utc_text(None),
-                author.strip(),
-                reason.strip(),
-            )
-            insert_rows(connection, table, [row(table, values)])
+            values = result_digest, utc_text(None), author.strip(), reason.strip()
+            add_numbered(connection, table, *values)
             return True
 
     def withdrawals(self, campaign: str | None = None) -> tuple[Withdrawal, ...]:
@@ -687,12 +640,8 @@ class CertificateRecord:
     at: str = ""
 
 
-class Certificates:
+class Certificates(Door):
     """Reads and keeps certificates, each method in one transaction."""
-
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
 
     def executed(self, campaign: str) -> list[Executed]:
         """List the executed runs of a campaign, each once, in the order of the plan."""
@@ -705,19 +654,15 @@ class Certificates:
 
     def save(self, found: CertificateRecord) -> None:
         """Keep a certificate; earlier ones stay."""
-        table = tables.certificate
         with self._database.write() as connection:
-            values = [
-                next_number(connection, "certificate"),
-                found.campaign,
-                utc_text(None),
-                found.tool,
-                found.class_,
+            add_numbered(
+                connection,
+                tables.certificate,
+                *(found.campaign, utc_text(None), found.tool, found.class_),
                 *(found.executed, found.asked, found.sampled, found.machine_dependent),
                 json_text(list(found.conditions)),
                 json_text(list(found.findings)),
-            ]
-            insert_rows(connection, table, [row(table, values)])
+            )
 
     def of(self, campaign: str) -> tuple[CertificateRecord, ...]:
         """Give the certificates of a campaign, the newest first."""

@@ -18,7 +18,7 @@ from contextlib import suppress
 from typing import Any, Final, Protocol
 
 import numpy as np
-from sqlalchemy import Connection, Table, func, select, text
+from sqlalchemy import Connection, Table, select, text
 from sqlalchemy.exc import DBAPIError, MultipleResultsFound, NoResultFound
 
 from adeye.errors import AdeyeError, IntegrityError
@@ -117,6 +117,12 @@ def close(repository: Verified, raised: object) -> None:
 # --- Check that the database still holds what was written to it -----------------------------------
 
 _CHUNK = 1000
+_UNPLANNED: Final = """SELECT result_digest FROM run r
+WHERE NOT EXISTS (SELECT 1 FROM campaign_case c WHERE c.result_digest = r.result_digest)
+    AND NOT EXISTS (SELECT 1 FROM fork f WHERE f.result_digest = r.result_digest)
+    AND NOT EXISTS (SELECT 1 FROM half_step h WHERE h.result_digest = r.result_digest)
+    AND NOT EXISTS (SELECT 1 FROM benchmark b WHERE b.drive_digest = r.result_digest)
+ORDER BY result_digest"""
 
 
 def verify(connection: Connection) -> Iterator[Finding]:
@@ -333,26 +339,9 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
 
 
 def _unplanned(connection: Connection) -> Iterator[Finding]:
-    case, fork = tables.campaign_case, tables.fork
-    half, drive = tables.half_step, tables.benchmark
-    extra = connection.execute(
-        select(tables.run.c.result_digest)
-        .outerjoin(case, case.c.result_digest == tables.run.c.result_digest)
-        .outerjoin(fork, fork.c.result_digest == tables.run.c.result_digest)
-        .outerjoin(half, half.c.result_digest == tables.run.c.result_digest)
-        .outerjoin(drive, drive.c.drive_digest == tables.run.c.result_digest)
-        .where(
-            case.c.campaign_id.is_(None),
-            fork.c.result_digest.is_(None),
-            half.c.result_digest.is_(None),
-            drive.c.drive_digest.is_(None),
-        )
-        .order_by(tables.run.c.result_digest)
-    )
-    for digest in extra.scalars().all():
-        yield Finding(
-            "run", digest, "belongs to no campaign and is no fork, twin or reference drive"
-        )
+    problem = "belongs to no campaign and is no fork, twin or reference drive"
+    for digest in connection.exec_driver_sql(_UNPLANNED).scalars().all():
+        yield Finding("run", digest, problem)
 
 
 def _plans(connection: Connection) -> Iterator[Finding]:
@@ -369,9 +358,7 @@ def _plans(connection: Connection) -> Iterator[Finding]:
         )
         for *names, inside_odd, point in selected:
             identity.add((*names, int(inside_odd), point))
-        fsrs = connection.execute(
-            tables.campaign_fsr.select().where(tables.campaign_fsr.c.campaign_id == campaign.id)
-        ).all()
+        fsrs = stored_rows(connection, tables.campaign_fsr, "campaign_id = ?", (campaign.id,))
         if (identity.campaign_id, identity.count) != (campaign.id, campaign.planned):
             yield Finding("campaign_case", campaign.id, "cases are not those that were planned")
         if judging_hash(fsrs) != campaign.judging_hash:
@@ -456,11 +443,11 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:
     """Compare counts of what was planned, of what is in blocks, and of what is there."""
-    work = tables.work
-    plan = tables.campaign.select().where(tables.campaign.c.id == campaign)
-    planned = connection.execute(plan).one().planned
-    blocks = select(func.coalesce(func.sum(work.c.to_ordinal - work.c.from_ordinal), 0))
-    covered = connection.execute(blocks.where(work.c.campaign_id == campaign)).scalar_one()
+    planned, covered = connection.exec_driver_sql(
+        "SELECT planned, (SELECT COALESCE(SUM(to_ordinal - from_ordinal), 0) FROM work "
+        "WHERE campaign_id = c.id) FROM campaign c WHERE id = ?",
+        (campaign,),
+    ).one()
     found = progress(connection, campaign)
     if found.planned != planned:
         problem = f"{found.planned} of {planned} planned cases are there"

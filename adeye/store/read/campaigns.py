@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from operator import itemgetter
@@ -18,6 +18,7 @@ from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import schema, tables
 from adeye.store.cases import JUDGED
+from adeye.store.encoding import stored_rows
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
@@ -47,9 +48,7 @@ from adeye.trace import split_links
 
 def find_fork(connection: Connection, result_digest: str) -> ForkRecord | None:
     """Say what a run is a fork of; None if it is none."""
-    table = tables.fork
-    found = connection.execute(table.select().where(table.c.result_digest == result_digest)).first()
-    return None if found is None else _fork(found)
+    return _fork(connection, "result_digest", result_digest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,26 +86,25 @@ def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
 
     All forks of one test case have the same authority from the same tick.
     """
-    table = tables.fork
-    found = connection.execute(
-        table.select()
-        .where(table.c.test_case_digest == test_case)
-        .order_by(table.c.result_digest)
-        .limit(1)
+    return _fork(connection, "test_case_digest", test_case)
+
+
+def _fork(connection: Connection, column: str, digest: str) -> ForkRecord | None:
+    found = connection.exec_driver_sql(
+        "SELECT result_digest, test_case_digest, origin_digest, from_tick, authority "  # noqa: S608 - own names
+        f"FROM fork WHERE {column} = ? ORDER BY result_digest LIMIT 1",
+        (digest,),
     ).first()
-    return None if found is None else _fork(found)
-
-
-def _fork(found: Row[Any]) -> ForkRecord:
-    case, origin = found.test_case_digest, found.origin_digest
-    return of_row(ForkRecord, found._mapping, test_case=case, origin=origin)
+    return None if found is None else ForkRecord(*found)
 
 
 def find_half_step(connection: Connection, result_digest: str) -> tuple[str, str] | None:
     """Give test case and run with the whole step of a twin; None if it is none."""
-    table = tables.half_step
-    found = connection.execute(table.select().where(table.c.result_digest == result_digest)).first()
-    return None if found is None else (found.test_case_digest, found.origin_digest)
+    found = connection.exec_driver_sql(
+        "SELECT test_case_digest, origin_digest FROM half_step WHERE result_digest = ?",
+        (result_digest,),
+    ).first()
+    return None if found is None else (found[0], found[1])
 
 
 def work_state(connection: Connection, campaign_id: str) -> WorkState:
@@ -117,12 +115,7 @@ def work_state(connection: Connection, campaign_id: str) -> WorkState:
         "pending" if block.state == "leased" and is_abandoned(block, now) else block.state
         for block in blocks
     )
-    return WorkState(
-        pending=counted["pending"],
-        leased=counted["leased"],
-        done=counted["done"],
-        quarantined=counted["quarantined"],
-    )
+    return WorkState(**{state: counted[state] for state in tables.WORK_STATES})
 
 
 # --- Read campaigns, summaries, runs and test cases -----------------------------------------------
@@ -135,9 +128,7 @@ _CHUNK: Final = 1000
 
 def campaigns(connection: Connection) -> tuple[CampaignInfo, ...]:
     """List campaigns, the newest first."""
-    table = tables.campaign
-    found = connection.execute(table.select().order_by(table.c.number.desc())).all()
-    return tuple(_campaign(connection, item) for item in found)
+    return tuple(_campaigns(connection))
 
 
 def latest_id(connection: Connection, odd: str | None = None) -> str | None:
@@ -151,12 +142,7 @@ def latest_id(connection: Connection, odd: str | None = None) -> str | None:
 
 def latest_campaign(connection: Connection, odd: str | None = None) -> CampaignInfo | None:
     """Return the campaign that was planned last, of one ODD if its id is given."""
-    table, latest = tables.campaign, latest_id(connection, odd)
-    if latest is None:
-        return None
-    return _campaign(
-        connection, connection.execute(table.select().where(table.c.id == latest)).one()
-    )
+    return next(_campaigns(connection, id=latest_id(connection, odd)), None)
 
 
 def find_campaign(connection: Connection, name: str | None = None) -> CampaignInfo:
@@ -170,27 +156,21 @@ def find_campaign(connection: Connection, name: str | None = None) -> CampaignIn
         if latest is None:
             raise UsageError("the database has no campaign", remedy="Run an ODD first.")
         return latest
-    table = tables.campaign
     if name.isascii() and name.isdigit() and len(name) < 10:
-        numbered = connection.execute(table.select().where(table.c.number == int(name))).first()
-        if numbered is not None:
-            return _campaign(connection, numbered)
+        for numbered in _campaigns(connection, number=int(name)):
+            return numbered
     try:
-        ids = _starting_with(connection, (table.c.id,), name, "campaign")
+        found = _starting_with(connection, (tables.campaign.c.id,), name, "campaign")
     except InputError as error:
         remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
         raise InputError(error.message, remedy=remedy) from error
-    found = connection.execute(table.select().where(table.c.id == ids)).one()
-    return _campaign(connection, found)
+    return next(_campaigns(connection, id=found))
 
 
 def _known_campaigns(connection: Connection) -> str:
     """Name the newest campaigns by number, id and ODD."""
-    table = tables.campaign
-    found = connection.execute(
-        select(table.c.number, table.c.id, table.c.odd_id)
-        .order_by(table.c.number.desc())
-        .limit(_LISTED + 1)
+    found = connection.exec_driver_sql(
+        "SELECT number, id, odd_id FROM campaign ORDER BY number DESC LIMIT ?", (_LISTED + 1,)
     ).all()
     if not found:
         return "The database has no campaign; run an ODD first."
@@ -198,16 +178,19 @@ def _known_campaigns(connection: Connection) -> str:
     return f"There are: {listed}{', …' if len(found) > _LISTED else ''}."
 
 
-def _campaign(connection: Connection, item: Row[Any]) -> CampaignInfo:
-    return of_row(
-        CampaignInfo,
-        item._mapping,
-        odd=item.odd_id,
-        gate=tuple(json.loads(item.gate)),
-        factors=json.loads(item.factors),
-        provenance=json.loads(item.provenance),
-        work=work_state(connection, item.id),
-    )
+def _campaigns(connection: Connection, **only: Any) -> Iterator[CampaignInfo]:
+    """Read the campaigns that have some values, the newest first."""
+    query = tables.campaign.select().filter_by(**only).order_by(tables.campaign.c.number.desc())
+    for item in connection.execute(query).all():
+        yield of_row(
+            CampaignInfo,
+            item._mapping,
+            odd=item.odd_id,
+            gate=tuple(json.loads(item.gate)),
+            factors=json.loads(item.factors),
+            provenance=json.loads(item.provenance),
+            work=work_state(connection, item.id),
+        )
 
 
 def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, what: str) -> str:
@@ -394,13 +377,10 @@ def content(connection: Connection, kind: str, digest: str) -> Any:
     Raises:
         InputError: There is none.
     """
-    table = {
-        "odd": tables.odd,
-        "scenario": tables.scenario,
-        "architecture": tables.architecture,
-        "concept": tables.concept,
-    }[kind]
-    found = connection.execute(select(table.c.content).where(table.c.digest == digest)).scalar()
+    found = connection.exec_driver_sql(
+        f"SELECT content FROM {tables.CONTENT[kind].name} WHERE digest = ?",  # noqa: S608 - own names
+        (digest,),
+    ).scalar()
     if found is None:
         raise InputError(f"{kind} {digest!r}: there is none", remedy="Plan its ODD first.")
     return json.loads(found)
@@ -443,10 +423,11 @@ def never_held(
 ) -> dict[tuple[str, str], tuple[NeverHeld, ...]]:
     """List the nested implications that no run asked for, by FSR and architecture."""
     found: dict[tuple[str, str], tuple[NeverHeld, ...]] = {}
-    query = tables.never_held.select().where(tables.never_held.c.campaign_id == campaign_id)
-    for item in connection.execute(query.order_by(*tables.never_held.primary_key.columns)):
-        key = item.fsr_id, item.architecture
-        found[key] = (*found.get(key, ()), NeverHeld(item.antecedent, bool(item.decides)))
+    for _, fsr, architecture, _, antecedent, decides, _ in stored_rows(
+        connection, tables.never_held, "campaign_id = ?", (campaign_id,)
+    ):
+        key = fsr, architecture
+        found[key] = (*found.get(key, ()), NeverHeld(antecedent, bool(decides)))
     return found
 
 

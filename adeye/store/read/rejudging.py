@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
@@ -13,12 +12,12 @@ from typing import Any, Final
 from adeye.store import tables
 from adeye.store.block import JudgedBlock
 from adeye.store.cases import GAPS, JUDGED
-from adeye.store.database import Database
+from adeye.store.catalogue import rows_of_runs
+from adeye.store.database import Door, reading
 from adeye.store.ledger import insert_rows
 from adeye.store.records import Block, EngineKey
 from adeye.store.tables import plain_digests
-from adeye.store.write import results as basis
-from adeye.store.write import results as recording
+from adeye.store.write import results
 from adeye.store.write.queue import is_held
 
 
@@ -97,12 +96,15 @@ _EVIDENCE: Final = f"""
 """  # noqa: S608 - the condition is a constant of this package
 
 
-class Again:
+class Again(Door):
     """Reads and keeps what judging again takes, each method in one transaction."""
 
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
+    bases = reading(results.read_bases)
+    metric = reading(results.read_metric)
+    extremes = reading(results.read_extremes)
+    files = reading(results.read_files)
+    fsr_digests = reading(plain_digests)
+    numbers = reading(results.numbers_of)
 
     def gaps(self, campaign: str) -> list[Gap]:
         """List the results of a campaign that lack verdicts, in the order of the plan."""
@@ -118,35 +120,11 @@ class Again:
                 missing[names[1]][fsr] = None
         return [Gap(*(*found[result], tuple(missing[result]))) for result in found]
 
-    def bases(
-        self, numbers: Sequence[int], version: int
-    ) -> dict[int, tuple[bool, str | None, Mapping[str, str]]]:
-        """Read whether contact ended runs, why they are invalid, and the uids of their metrics."""
-        with self._database.read() as connection:
-            uids = basis.read_uids(connection)
-            found = basis.read_bases(connection, numbers, version)
-        return {number: (item[0], item[1], uids[item[2]]) for number, item in found.items()}
-
-    def metric(self, numbers: Sequence[int], name: str) -> dict[int, tuple[Any, ...]]:
-        """Read value, status, time and actor of a metric, by number of the run."""
-        with self._database.read() as connection:
-            return basis.read_metric(connection, numbers, name)
-
-    def extremes(self, numbers: Sequence[int], measure: str, version: int) -> dict[int, Any]:
-        """Read the samples that decide formulas of one comparison, by number of the run."""
-        with self._database.read() as connection:
-            return basis.read_extremes(connection, numbers, measure, version)
-
-    def files(self, numbers: Sequence[int]) -> list[tuple[int, str, int]]:
-        """Read where traces are kept: number of the run, name of the file, place in it."""
-        with self._database.read() as connection:
-            return basis.read_files(connection, numbers)
-
     def evidence(self, campaign: str) -> Iterator[StoredEvidence]:
         """Read the runs of a campaign that were judged, in the order of the plan."""
         with self._database.read() as connection:
             found = connection.exec_driver_sql(
-                _EVIDENCE, (campaign,), execution_options={"yield_per": basis.CHUNK}
+                _EVIDENCE, (campaign,), execution_options={"yield_per": results.CHUNK}
             )
             for _, items in groupby(found, key=itemgetter(0)):
                 rows = list(items)
@@ -155,30 +133,11 @@ class Again:
                 told: Any = (*names, engine, tuple(row[-1] for row in rows))
                 yield StoredEvidence(*told)
 
-    def fsr_digests(self, campaign: str) -> dict[str, str]:
-        """Read what the FSRs of a campaign are judged by, by id, numeric uncertainty apart."""
-        with self._database.read() as connection:
-            return plain_digests(connection, campaign)
-
-    def numbers(self, results: Sequence[str]) -> dict[str, int]:
-        """Give the numbers of those of some results that are there."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT result_digest, number FROM run "
-                "WHERE result_digest IN (SELECT value FROM json_each(?))",
-                (json.dumps(list(results)),),
-            )
-            return {item[0]: item[1] for item in found}
-
     def judged(self, numbers: Sequence[int]) -> dict[int, set[str]]:
         """Read the digests of the FSRs that runs were judged on."""
         judged: dict[int, set[str]] = defaultdict(set)
         with self._database.read() as connection:
-            for number, digest in connection.exec_driver_sql(
-                "SELECT run_number, fsr_digest FROM verdict "
-                "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-                (json.dumps(list(numbers)),),
-            ):
+            for number, digest in rows_of_runs(connection, tables.verdict, "fsr_digest", numbers):
                 judged[number].add(digest)
         return dict(judged)
 
@@ -193,9 +152,9 @@ class Again:
         """
         with self._database.write() as connection:
             if judged.trace_digests:
-                recording.require_same_traces(connection, judged)
-            basis.record_basis(connection, judged.result_digests, judged.basis)
-            return recording.record_verdicts(connection, judged)
+                results.require_same_traces(connection, judged)
+            results.record_basis(connection, judged.result_digests, judged.basis)
+            return results.record_verdicts(connection, judged)
 
     def tally(self, block: Block) -> None:
         """Count, in a block that is not done, the FSRs that all of its cases are judged on.
@@ -206,10 +165,10 @@ class Again:
         with self._database.write() as connection:
             if not is_held(connection, block):
                 return
-            known = recording.tallied(connection, block.id)
+            known = results.tallied(connection, block.id)
             rows = [
                 item
-                for item in recording.tally_rows(connection, block.id)
+                for item in results.tally_rows(connection, block.id)
                 if item[2] not in missing and (item[2], item[4], item[5]) not in known
             ]
             insert_rows(connection, tables.tally, rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from sqlalchemy import Connection, Table
@@ -15,17 +15,12 @@ from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import response_time
 from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement, scheme
 from adeye.store import tables
-from adeye.store.encoding import Row, json_text, row
-from adeye.store.ledger import insert_rows
+from adeye.store.encoding import json_text, row
+from adeye.store.ledger import add_row, insert_rows
 from adeye.store.records import ContentRecord
 
-CONTENT_TABLES: Final = {
-    "odd": tables.odd,
-    "scenario": tables.scenario,
-    "architecture": tables.architecture,
-    "concept": tables.concept,
-}
-
+Told = Callable[[Any], Mapping[str, Any]]
+"""Gives the columns that a part of a concept has otherwise than under the name of the column."""
 
 FOLDER: Final = "plugin_folder"
 """Key that older releases stored beside an architecture's own; it tells where its file was."""
@@ -58,10 +53,8 @@ def executable_digest(kind: str, text: str) -> str:
 
 def save_content(connection: Connection, kind: str, record: ContentRecord) -> str:
     """Save one piece of content unless it is there; return its digest."""
-    table = CONTENT_TABLES[kind]
-    text = canonical_json(record.content).decode()
-    values = (record.digest, record.id, record.version, text)
-    insert_rows(connection, table, [row(table, values)], ignore_existing=True)
+    values = (record.digest, record.id, record.version, canonical_json(record.content).decode())
+    add_row(connection, tables.CONTENT[kind], *values, ignore_existing=True)
     return record.digest
 
 
@@ -73,99 +66,73 @@ def concept_record(concept: Concept) -> ContentRecord:
 def save_concept(connection: Connection, concept: Concept) -> str:
     """Save a concept and its parts unless they are there; return its digest."""
     key = save_content(connection, "concept", concept_record(concept))
-    budgets = {item.id: _response(item) for item in concept.requirements}
-    parts: list[tuple[Table, list[Row]]] = [
-        (tables.hazardous_event, _parts(tables.hazardous_event, key, concept.hazardous_events)),
-        (
-            tables.safety_goal,
-            _parts(
-                tables.safety_goal,
-                key,
-                concept.safety_goals,
-                lambda item: {"asil": concept.goal_asil(item.id), "ftti_s": item.ftti},
-            ),
-        ),
-        (
-            tables.fsr,
-            _parts(tables.fsr, key, concept.requirements, more=lambda item: budgets[item.id]),
-        ),
-        (tables.element, _parts(tables.element, key, concept.elements)),
-        (tables.assumption, _parts(tables.assumption, key, concept.assumptions, _valid_until)),
-        (
-            tables.allocation,
-            [
-                row(tables.allocation, (key, item.id, element))
-                for item in concept.requirements
-                for element in dict.fromkeys(item.allocation)
-            ],
-        ),
-        (
-            tables.element_relation,
-            [
-                row(tables.element_relation, (key, item.id, kind, name))
-                for item in concept.elements
-                for kind, name in item.relations
-            ],
-        ),
-        (
-            tables.decomposition,
-            _parts(
-                tables.decomposition,
-                key,
-                concept.decompositions,
-                lambda item: {"id": item.requirement, "scheme": scheme(concept, item)},
-            ),
-        ),
-        (
-            tables.decomposition_child,
-            [
-                row(tables.decomposition_child, (key, item.requirement, child))
-                for item in concept.decompositions
-                for child in item.into
-            ],
-        ),
-        (
-            tables.dependent_failure,
-            _parts(tables.dependent_failure, key, concept.dependent_failures, _valid_until),
-        ),
-    ]
-    for table, rows in parts:
+
+    def save(table: Table, found: Iterable[Sequence[Any]]) -> None:
+        rows = [row(table, (key, *values)) for values in found]
         insert_rows(connection, table, rows, ignore_existing=True)
+
+    def save_parts(table: Table, items: Iterable[Any], told: Told = _nothing) -> None:
+        save(table, (_values(table, item, told(item)) for item in items))
+
+    save_parts(tables.hazardous_event, concept.hazardous_events)
+    save_parts(
+        tables.safety_goal,
+        concept.safety_goals,
+        lambda item: {"asil": concept.goal_asil(item.id), "ftti_s": item.ftti},
+    )
+    save_parts(tables.fsr, concept.requirements, _with_response)
+    save_parts(tables.element, concept.elements)
+    save_parts(tables.assumption, concept.assumptions, _valid_until)
+    requirements, decompositions = concept.requirements, concept.decompositions
+    save(
+        tables.allocation,
+        ((item.id, name) for item in requirements for name in dict.fromkeys(item.allocation)),
+    )
+    save(
+        tables.element_relation,
+        ((item.id, *relation) for item in concept.elements for relation in item.relations),
+    )
+    save_parts(
+        tables.decomposition,
+        decompositions,
+        lambda item: {"id": item.requirement, "scheme": scheme(concept, item)},
+    )
+    save(
+        tables.decomposition_child,
+        ((item.requirement, child) for item in decompositions for child in item.into),
+    )
+    save_parts(tables.dependent_failure, concept.dependent_failures, _valid_until)
     return key
 
 
-def _parts(
-    table: Table,
-    key: str,
-    items: Iterable[Any],
-    told: Callable[[Any], Mapping[str, Any]] = lambda _: {},
-    more: Callable[[Any], Mapping[str, Any]] = lambda _: {},
-) -> list[Row]:
-    """Make the rows of a table of parts.
+def _nothing(_: object) -> Mapping[str, Any]:
+    return {}
+
+
+def _values(table: Table, item: Any, told: Mapping[str, Any]) -> list[Any]:
+    """List the columns of a part between the concept and the hash.
 
     Args:
         table: Its columns are called as what the parts have.
-        key: Digest of the concept.
-        items: The parts.
-        told: Gives the columns that a part has otherwise.
-        more: Gives what is written into the content beside the part.
+        item: The part.
+        told: The columns that it has otherwise.
     """
-    rows = []
-    for item in items:
-        content = json_text({**item.model_dump(mode="json"), **more(item)})
-        values = {"concept_digest": key, "content": content, **told(item)}
-        names = table.columns.keys()[:-1]
-        found = [values[name] if name in values else getattr(item, name) for name in names]
-        rows.append(row(table, found))
-    return rows
+    values = {"content": json_text(item.model_dump(mode="json")), **told}
+    names = table.columns.keys()[1:-1]
+    return [values[name] if name in values else getattr(item, name) for name in names]
 
 
 def _valid_until(item: Assumption | DependentFailure) -> dict[str, str]:
     return {"valid_until": item.valid_until.isoformat()}
 
 
+def _with_response(item: Requirement) -> dict[str, str]:
+    """Return the content with the time that the formula leaves to respond [s], for the rules."""
+    return {"content": json_text({**item.model_dump(mode="json"), **_response(item)})}
+
+
 def _response(item: Requirement) -> dict[str, float | str]:
-    """Give the time that the formula leaves to respond [s], for the rules; nothing for none."""
+    """Return the time that the formula leaves to respond [s]; nothing for none."""
     try:
         formula = parse_formula(item.formula or "", None, item.constants)
     except ExpressionError:

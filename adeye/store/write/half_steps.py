@@ -20,11 +20,11 @@ from adeye.judge.uncertainty import Difference, NumericUncertainty, uncertain_de
 from adeye.store import tables
 from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED, count_open
-from adeye.store.database import Database
+from adeye.store.database import Door, reading, writing
 from adeye.store.encoding import json_text, row
 from adeye.store.ledger import insert_rows
 from adeye.store.records import RunRef, StoredRun, VerdictRecord, of_row, verdict_record
-from adeye.store.write.results import changed_case, record_judged_runs, record_verdicts
+from adeye.store.write.results import changed_case, numbers_of, record_judged_runs, record_verdicts
 
 _PART: Final = 2_048
 """Cases that are judged together."""
@@ -79,132 +79,6 @@ class UncertaintyRecord:
     difference: Difference
     fsr_digest: str = ""
     judged_digest: str = ""
-
-
-class HalfSteps:
-    """Reads and keeps twins and what they told, each method in one transaction."""
-
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
-
-    def known(self, results: Sequence[str]) -> frozenset[str]:
-        """Tell which results are there."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT result_digest FROM run "
-                "WHERE result_digest IN (SELECT value FROM json_each(?))",
-                (json.dumps(list(results)),),
-            )
-            return frozenset(found.scalars())
-
-    def judged(self, results: Sequence[str]) -> frozenset[tuple[str, str]]:
-        """Tell on which FSRs results were judged: pairs of result digest and FSR digest."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT r.result_digest, v.fsr_digest FROM run r "
-                "JOIN verdict v ON v.run_number = r.number "
-                "WHERE r.result_digest IN (SELECT value FROM json_each(?))",
-                (json.dumps(list(results)),),
-            )
-            return frozenset((item[0], item[1]) for item in found)
-
-    def save_runs(self, block: RunBlock) -> None:
-        """Save planned runs that are executed before their block is.
-
-        Raises:
-            IntegrityError: A result or verdict contradicts one that exists.
-        """
-        with self._database.write() as connection:
-            record_judged_runs(connection, block)
-
-    def save_twins(self, twins: Sequence[HalfStepRecord], block: RunBlock) -> None:
-        """Save twins with their test cases, results and verdicts; known ones stay.
-
-        Args:
-            twins: What each is the twin of.
-            block: Their results, in the same order.
-
-        Raises:
-            IntegrityError: A result or verdict contradicts one that exists.
-            ValueError: The results are not those of the twins.
-        """
-        if block.result_digests != tuple(twin.result_digest for twin in twins):
-            msg = "the results are not those of the twins"
-            raise ValueError(msg)
-        table = tables.half_step
-        with self._database.write() as connection:
-            cases = [
-                changed_case(
-                    connection, twin.origin_case, digest=twin.test_case, step_s=twin.step_s
-                )
-                for twin in twins
-            ]
-            insert_rows(connection, tables.test_case, cases, ignore_existing=True)
-            record_judged_runs(connection, block)
-            rows = [row(table, (twin.result_digest, twin.test_case, twin.origin)) for twin in twins]
-            insert_rows(connection, table, rows, ignore_existing=True)
-
-    def save_uncertainty(self, campaign: str, found: Sequence[UncertaintyRecord]) -> None:
-        """Keep what halving the step changed.
-
-        Raises:
-            IntegrityError: Something else was found before.
-        """
-        rows = [_uncertainty_row(campaign, item) for item in found]
-        with self._database.write() as connection:
-            hashes = connection.exec_driver_sql(
-                "SELECT row_hash FROM uncertainty WHERE campaign_id = ?", (campaign,)
-            )
-            known = set(hashes.scalars())
-            if known and known != {item[-1] for item in rows}:
-                raise IntegrityError(
-                    f"campaign {campaign[:12]}: halving the step changed something else before. "
-                    "A result of the sample is not what it was; `adeye db verify` looks for it."
-                )
-            if not known:
-                insert_rows(connection, tables.uncertainty, rows)
-
-    def judge(self, campaign: str) -> None:
-        """Judge with it every result that is there and was judged without it."""
-        first, planned = 0, self._planned(campaign)
-        while first < planned:
-            # Part by part, so that no transaction is long; asked again it goes on.
-            with self._database.write() as connection:
-                judge_with_uncertainty(connection, campaign, first, first + _PART)
-            first += _PART
-
-    def uncertainty(self, campaign: str) -> tuple[UncertaintyRecord, ...]:
-        """Give what halving the step changed; empty if the campaign did not ask."""
-        with self._database.read() as connection:
-            return _read_uncertainty(connection, campaign)
-
-    def judged_with(self, run: RunRef, stored: StoredRun) -> dict[str, NumericUncertainty]:
-        """Give the numeric uncertainty that a run was judged with, by FSR.
-
-        Forks and twins are judged without any.
-        """
-        with self._database.read() as connection:
-            found = _numeric(connection, run.campaign)
-        judged = {verdict.fsr_digest for verdict in stored.verdicts}
-        return {
-            fsr: item
-            for (scenario, architecture, fsr), item in found.items()
-            if (scenario, architecture) == (run.scenario, run.architecture)
-            and item.digest in judged
-        }
-
-    def count_open(self, campaign: str) -> tuple[int, int]:
-        """Count the cases without a result, and those with a result that lack a verdict."""
-        with self._database.read() as connection:
-            return count_open(connection, campaign)
-
-    def _planned(self, campaign: str) -> int:
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT planned FROM campaign WHERE id = ?", (campaign,)
-            )
-            return int(found.scalar_one())
 
 
 def judge_with_uncertainty(connection: Connection, campaign: str, first: int, end: int) -> int:
@@ -262,7 +136,8 @@ def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
     )
 
 
-def _read_uncertainty(connection: Connection, campaign: str) -> tuple[UncertaintyRecord, ...]:
+def read_uncertainty(connection: Connection, campaign: str) -> tuple[UncertaintyRecord, ...]:
+    """Return what halving the step changed; empty if the campaign did not ask."""
     found = connection.exec_driver_sql(
         "SELECT * FROM uncertainty WHERE campaign_id = ? "
         "ORDER BY scenario, architecture, kind, name, unit",
@@ -295,3 +170,96 @@ def _numeric(
         if value is not None:
             units[unit] = value
     return {key[:3]: NumericUncertainty(key[3], units) for key, units in least.items()}
+
+
+class HalfSteps(Door):
+    """Reads and keeps twins and what they told, each method in one transaction."""
+
+    known = reading(numbers_of)
+    save_runs = writing(record_judged_runs)
+    uncertainty = reading(read_uncertainty)
+    count_open = reading(count_open)
+
+    def judged(self, results: Sequence[str]) -> frozenset[tuple[str, str]]:
+        """Tell on which FSRs results were judged: pairs of result digest and FSR digest."""
+        with self._database.read() as connection:
+            found = connection.exec_driver_sql(
+                "SELECT r.result_digest, v.fsr_digest FROM run r "
+                "JOIN verdict v ON v.run_number = r.number "
+                "WHERE r.result_digest IN (SELECT value FROM json_each(?))",
+                (json.dumps(list(results)),),
+            )
+            return frozenset((item[0], item[1]) for item in found)
+
+    def save_twins(self, twins: Sequence[HalfStepRecord], block: RunBlock) -> None:
+        """Save twins with their test cases, results and verdicts; known ones stay.
+
+        Args:
+            twins: What each is the twin of.
+            block: Their results, in the same order.
+
+        Raises:
+            IntegrityError: A result or verdict contradicts one that exists.
+            ValueError: The results are not those of the twins.
+        """
+        if block.result_digests != tuple(twin.result_digest for twin in twins):
+            msg = "the results are not those of the twins"
+            raise ValueError(msg)
+        table = tables.half_step
+        with self._database.write() as connection:
+            cases = [
+                changed_case(
+                    connection, twin.origin_case, digest=twin.test_case, step_s=twin.step_s
+                )
+                for twin in twins
+            ]
+            insert_rows(connection, tables.test_case, cases, ignore_existing=True)
+            record_judged_runs(connection, block)
+            rows = [row(table, (twin.result_digest, twin.test_case, twin.origin)) for twin in twins]
+            insert_rows(connection, table, rows, ignore_existing=True)
+
+    def save_uncertainty(self, campaign: str, found: Sequence[UncertaintyRecord]) -> None:
+        """Keep what halving the step changed.
+
+        Raises:
+            IntegrityError: Something else was found before.
+        """
+        rows = [_uncertainty_row(campaign, item) for item in found]
+        with self._database.write() as connection:
+            hashes = connection.exec_driver_sql(
+                "SELECT row_hash FROM uncertainty WHERE campaign_id = ?", (campaign,)
+            )
+            known = set(hashes.scalars())
+            if known and known != {item[-1] for item in rows}:
+                raise IntegrityError(
+                    f"campaign {campaign[:12]}: halving the step changed something else before. "
+                    "A result of the sample is not what it was; `adeye db verify` looks for it."
+                )
+            if not known:
+                insert_rows(connection, tables.uncertainty, rows)
+
+    def judge(self, campaign: str) -> None:
+        """Judge with it every result that is there and was judged without it."""
+        with self._database.read() as connection:
+            planned = connection.exec_driver_sql(
+                "SELECT planned FROM campaign WHERE id = ?", (campaign,)
+            ).scalar_one()
+        for first in range(0, planned, _PART):
+            # Part by part, so that no transaction is long; asked again it goes on.
+            with self._database.write() as connection:
+                judge_with_uncertainty(connection, campaign, first, first + _PART)
+
+    def judged_with(self, run: RunRef, stored: StoredRun) -> dict[str, NumericUncertainty]:
+        """Give the numeric uncertainty that a run was judged with, by FSR.
+
+        Forks and twins are judged without any.
+        """
+        with self._database.read() as connection:
+            found = _numeric(connection, run.campaign)
+        judged = {verdict.fsr_digest for verdict in stored.verdicts}
+        return {
+            fsr: item
+            for (scenario, architecture, fsr), item in found.items()
+            if (scenario, architecture) == (run.scenario, run.architecture)
+            and item.digest in judged
+        }

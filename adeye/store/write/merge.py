@@ -23,11 +23,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
-from sqlalchemy import Connection, Integer, Row, Table, select
+from sqlalchemy import Connection, Row, Table, select
 
 from adeye.errors import InputError, IntegrityError
 from adeye.store import tables
-from adeye.store.catalogue import is_server, table_names
+from adeye.store.catalogue import is_server, rows_among, table_names
 from adeye.store.database import Database
 from adeye.store.encoding import chunked, next_number, row, stored_rows
 from adeye.store.evidence.roots import campaign_sums
@@ -39,7 +39,7 @@ from adeye.store.read.campaigns import latest_id
 from adeye.store.schema import opened, require_current
 from adeye.store.tables import LEDGER, kept_trace, metadata
 from adeye.store.views import ensure_scenario_views
-from adeye.store.write.content import CONTENT_TABLES, executable_digest
+from adeye.store.write.content import executable_digest
 from adeye.store.write.planning import save_use
 from adeye.store.write.queue import close_blocks
 
@@ -306,23 +306,24 @@ class _Merge:
 
     def _copy_runs(self) -> None:
         """Add results under new numbers; one that is here must have the same trace."""
-        table = tables.run
+        table, names = tables.run, tables.run.columns.keys()
         number = next_number(self._into)
         for chunk in chunked(stored_rows(self._source, table)):
-            known = self._known(table, chunk, key="result_digest")
+            known = self._known(table, chunk, [names.index("result_digest")])
             fresh: list[tuple[Any, ...]] = []
             for values in chunk:
-                item = dict(zip(table.columns.keys(), values, strict=True))
-                here = known.get(item["result_digest"])
-                if here is None:
+                item = dict(zip(names, values, strict=True))
+                stored = known.get((item["result_digest"],))
+                if stored is None:
                     self._numbers[values[0]] = number
                     fresh.append((number, *values[1:]))
                     number += 1
                     continue
-                self._numbers[values[0]] = here.number
-                if here.result_hash == item["result_hash"]:
+                self._numbers[values[0]] = stored[0]
+                here = dict(zip(names, stored, strict=True))
+                if here["result_hash"] == item["result_hash"]:
                     continue
-                if not (here.machine_dependent or item["machine_dependent"]):
+                if not (here["machine_dependent"] or item["machine_dependent"]):
                     raise self._contradiction(table, item["result_digest"], "result_hash")
                 # Of a result that depends on the machine the first execution stays.
                 self._differing.add(values[0])
@@ -350,7 +351,7 @@ class _Merge:
         free = {*_FIRST_STAYS.get(table.name, ()), "row_hash"}
         compared = [place for place, name in enumerate(names) if name not in free]
         for chunk in chunked(rows):
-            known = self._known_rows(table, chunk, key)
+            known = self._known(table, chunk, key)
             fresh = []
             for values in chunk:
                 here = known.get(tuple(values[place] for place in key))
@@ -373,8 +374,8 @@ class _Merge:
         if (here, there) not in self._alike:
             kind = _EXECUTED[name]
             texts = [here, there]
-            if kind in CONTENT_TABLES:
-                table = CONTENT_TABLES[kind]
+            if kind in tables.CONTENT:
+                table = tables.CONTENT[kind]
                 texts = [
                     on.execute(select(table.c.content).where(table.c.digest == value)).scalar_one()
                     for on, value in ((self._into, here), (self._source, there))
@@ -386,28 +387,14 @@ class _Merge:
             self._alike[here, there] = one == other
         return self._alike[here, there]
 
-    def _known(self, table: Table, chunk: Sequence[Any], key: str) -> dict[Any, Row[Any]]:
-        place = table.columns.keys().index(key)
-        column = table.columns[key]
-        found = self._here(table, column, [values[place] for values in chunk])
-        return {getattr(item, key): item for item in found}
-
-    def _known_rows(
+    def _known(
         self, table: Table, chunk: Sequence[Any], key: Sequence[int]
     ) -> dict[tuple[Any, ...], tuple[Any, ...]]:
-        first = table.columns[table.columns.keys()[key[0]]]
-        found = self._here(table, first, sorted({values[key[0]] for values in chunk}))
+        """Read the rows of the database whose key begins like one of some rows, by their key."""
+        names = table.columns.keys()
+        first = sorted({values[key[0]] for values in chunk})
+        found = rows_among(self._into, table, ", ".join(names), names[key[0]], first)
         return {tuple(item[place] for place in key): tuple(item) for item in found}
-
-    def _here(self, table: Table, column: Any, values: Sequence[Any]) -> Iterable[Row[Any]]:
-        """Read the rows of the database that have one of some values in a column."""
-        names = ", ".join(table.columns.keys())
-        value = "CAST(value AS INTEGER)" if isinstance(column.type, Integer) else "value"
-        return self._into.exec_driver_sql(
-            f"SELECT {names} FROM {table.name} "  # noqa: S608 - names of this package
-            f"WHERE {column.name} IN (SELECT {value} FROM json_each(?))",
-            (json.dumps(list(values)),),
-        ).all()
 
     def _insert(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
         for chunk in chunked(rows):

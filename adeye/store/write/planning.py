@@ -17,7 +17,6 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from itertools import repeat
 from operator import itemgetter
 from typing import Any, Final, TextIO
@@ -35,20 +34,25 @@ from adeye.store.encoding import (
     is_worth_rebuilding,
     json_text,
     large_cache,
-    next_number,
     rebuilt_indexes,
     row,
     rows_of_columns,
     size_of,
     utc_text,
 )
-from adeye.store.ledger import insert_rows
+from adeye.store.ledger import add_numbered, insert_rows
 from adeye.store.read.campaigns import latest_id
 from adeye.store.records import CampaignFsr, CampaignRecord, Plan
 from adeye.store.write.content import concept_record, save_concept, save_content
 from adeye.store.write.results import write_tallies
 
 # --- What a campaign selects: its identity, and its cases on their way to the database ------------
+
+
+Columns = tuple[list[str], list[str], str, str, list[int], list[str]]
+"""Consecutive cases that share scenario and architecture: digests of test cases, and of the results
+that these must have, scenario, architecture, whether each lies inside the ODD, 1 or 0, and points.
+"""
 
 
 class SelectionHash:
@@ -61,10 +65,16 @@ class SelectionHash:
 
     def add(self, values: Iterable[Any]) -> None:
         """Add a case: digests of test case and result, scenario, architecture, inside, point."""
-        self.add_all([map(str, values)])
+        self._add([map(str, values)])
 
-    def add_all(self, cases: Iterable[Iterable[str]]) -> None:
-        """Add cases in the order of their ordinals, each as for ``add``."""
+    def add_columns(self, columns: Columns) -> None:
+        """Add cases in the order of their ordinals, by columns of what ``add`` takes."""
+        test_cases, results, scenario, architecture, inside, points = columns
+        names = repeat(scenario), repeat(architecture)
+        # The names have no end.
+        self._add(zip(test_cases, results, *names, map(str, inside), points, strict=False))
+
+    def _add(self, cases: Iterable[Iterable[str]]) -> None:
         # No text of a database has a NUL, no JSON a line feed.
         lines = list(map("\0".join, cases))
         text = "\n".join(lines) + "\n"
@@ -77,48 +87,16 @@ class SelectionHash:
         return self._hash.hexdigest()[:32]
 
 
-@dataclass(frozen=True)
-class SelectedCases:
-    """Consecutive cases of a selection that share scenario and architecture.
-
-    Attributes:
-        first: Ordinal of the first.
-        scenario: Id of the scenario in the ODD.
-        architecture: Id of the architecture.
-        inside: Whether each lies inside the ODD, 1 or 0.
-        test_cases: Their digests.
-        results: Digests that their results must have.
-        points: Swept values, as JSON.
-    """
-
-    first: int
-    scenario: str
-    architecture: str
-    inside: list[int]
-    test_cases: list[str]
-    results: list[str]
-    points: list[str]
-
-    @classmethod
-    def of(cls, part: PlannedCases, first: int) -> SelectedCases:
-        """Take planned test cases, the first of which has an ordinal."""
-        return cls(
-            first,
-            part.scenario,
-            part.architecture,
-            list(map(int, part.inside_odd)),
-            list(part.test_cases),
-            part.engine.result_digests(part.test_cases),
-            list(part.points),
-        )
-
-    def identities(self) -> Iterable[tuple[str, ...]]:
-        """Give what identifies each of them in the selection."""
-        names = repeat(self.scenario), repeat(self.architecture)
-        # The names have no end.
-        return zip(
-            self.test_cases, self.results, *names, map(str, self.inside), self.points, strict=False
-        )
+def selected(part: PlannedCases) -> Columns:
+    """Return the columns of planned test cases that tell which they are, see ``Columns``."""
+    return (
+        list(part.test_cases),
+        part.engine.result_digests(part.test_cases),
+        part.scenario,
+        part.architecture,
+        list(map(int, part.inside_odd)),
+        list(part.points),
+    )
 
 
 class Selection:
@@ -149,9 +127,10 @@ class Selection:
 
     def add(self, part: PlannedCases) -> None:
         """Add test cases in the order of their ordinals."""
-        selected = SelectedCases.of(part, self.identity.count)
-        self.identity.add_all(selected.identities())
-        for inside, count in Counter(selected.inside).items():
+        columns = selected(part)
+        self._file.write(json.dumps([self.identity.count, *columns]) + "\n")
+        self.identity.add_columns(columns)
+        for inside, count in Counter(columns[4]).items():
             self.counted[part.architecture, part.scenario, bool(inside)] += count
         self.groups.add(part.scenario, part.architecture, part.fault_entry, part.situations)
         alike = (part.structure, *_shape(part.parameters), None, *_shape(part.points))
@@ -159,21 +138,13 @@ class Selection:
             self.ends.append(self.identity.count)
             self._alike = alike
         self.ends[-1] = self.identity.count
-        inside_text = "".join(map(str, selected.inside))
-        self._file.write(
-            json.dumps([selected.first, part.scenario, part.architecture, inside_text])
-        )
-        for column in (selected.test_cases, selected.results, selected.points):
-            self._file.write("\n" + "\0".join(column))
-        self._file.write("\n")
 
-    def parts(self) -> Iterator[SelectedCases]:
-        """Give everything that was added, in its order."""
+    def parts(self) -> Iterator[tuple[range, Columns]]:
+        """Return everything that was added, in its order: ordinals and columns."""
         self._file.seek(0)
-        while line := self._file.readline():
-            first, scenario, architecture, inside = json.loads(line)
-            columns = [self._file.readline().rstrip("\n").split("\0") for _ in range(3)]
-            yield SelectedCases(first, scenario, architecture, list(map(int, inside)), *columns)
+        for line in self._file:
+            first, *columns = json.loads(line)
+            yield range(first, first + len(columns[0])), tuple(columns)
 
 
 def _shape(column: Sequence[str]) -> Iterator[tuple[str, type]]:
@@ -307,7 +278,7 @@ def identify(record: CampaignRecord, cases: Iterable[PlannedCases]) -> str:
     """
     identity = _identity(record)
     for part in cases:
-        identity.add_all(SelectedCases.of(part, identity.count).identities())
+        identity.add_columns(selected(part))
     return identity.campaign_id
 
 
@@ -318,9 +289,7 @@ def _identity(record: CampaignRecord) -> SelectionHash:
 
 def save_use(connection: Connection, campaign_id: str) -> None:
     """Note that a campaign is the latest, although others have a larger number or were used."""
-    table = tables.campaign_use
-    values = next_number(connection, table.name), campaign_id, utc_text(None)
-    insert_rows(connection, table, [row(table, values)])
+    add_numbered(connection, tables.campaign_use, campaign_id, utc_text(None))
 
 
 def _require_all_fsrs(record: CampaignRecord) -> None:
@@ -417,8 +386,9 @@ def save_campaign(
     connection: Connection, campaign_id: str, record: CampaignRecord, planned: int, hashed: str
 ) -> None:
     """Save the row of a campaign; what it refers to is saved."""
-    values = (
-        next_number(connection, "campaign"),
+    add_numbered(
+        connection,
+        tables.campaign,
         campaign_id,
         utc_text(None),
         record.odd.id,
@@ -433,7 +403,6 @@ def save_campaign(
         hashed,
         json_text(dict(record.provenance)),
     )
-    insert_rows(connection, tables.campaign, [row(tables.campaign, values)])
 
 
 def _save_selection(connection: Connection, campaign_id: str, selection: Selection) -> None:
@@ -441,19 +410,9 @@ def _save_selection(connection: Connection, campaign_id: str, selection: Selecti
     with ExitStack() as inserting:
         if is_worth_rebuilding(selection.identity.count, size_of(connection, table)):
             inserting.enter_context(rebuilt_indexes(connection, table))
-        for part in selection.parts():
-            ordinals = range(part.first, part.first + len(part.points))
-            columns = (
-                campaign_id,
-                ordinals,
-                part.test_cases,
-                part.results,
-                part.scenario,
-                part.architecture,
-                part.inside,
-                part.points,
-            )
-            insert_rows(connection, table, rows_of_columns(table, columns))
+        for ordinals, columns in selection.parts():
+            rows = rows_of_columns(table, (campaign_id, ordinals, *columns))
+            insert_rows(connection, table, rows)
 
 
 def fsr_rows(

@@ -22,7 +22,7 @@ from adeye.signals import Bools
 from adeye.store.accounts import account_whole
 from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED, open_cases
-from adeye.store.database import Database
+from adeye.store.database import Door, reading, sharing
 from adeye.store.encoding import utc_text
 from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
 from adeye.store.records import Block
@@ -411,12 +411,11 @@ class NamedCase:
     point: str
 
 
-class Queue:
+class Queue(Door):
     """The blocks of campaigns in one database, each method in one transaction."""
 
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
+    open_elsewhere = reading(open_elsewhere)
+    requeue_quarantined = sharing(requeue_quarantined)
 
     def claim(self, campaign: str, wanted: WantedBlocks, lease_s: float) -> Block | None:
         """Lease the next free block that has a wanted test case; None if there is none.
@@ -432,23 +431,6 @@ class Queue:
         return self._database.change(
             lambda connection: claim_block(connection, owner, lease_s, campaign, wanted),
             shared=True,
-        )
-
-    def open_elsewhere(self, campaign: str, wanted: WantedBlocks, mine: Collection[int]) -> int:
-        """Count the wanted test cases in blocks that are not done, and not with the caller.
-
-        Args:
-            campaign: Id of the campaign.
-            wanted: What is wanted.
-            mine: Numbers of the blocks that the caller holds.
-        """
-        with self._database.read() as connection:
-            return open_elsewhere(connection, campaign, wanted, mine)
-
-    def requeue_quarantined(self, campaign: str) -> int:
-        """Make quarantined blocks pending again; return how many."""
-        return self._database.change(
-            lambda connection: requeue_quarantined(connection, campaign), shared=True
         )
 
     def cases(self, campaign: str) -> Iterator[tuple[int, NamedCase, bool]]:

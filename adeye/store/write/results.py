@@ -12,8 +12,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -29,6 +30,7 @@ from adeye.store import tables
 from adeye.store.accounts import Done, account_block, save_done
 from adeye.store.block import BasisBlock, JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED
+from adeye.store.catalogue import rows_among, rows_of_runs
 from adeye.store.encoding import (
     Column,
     Dictionary,
@@ -43,18 +45,9 @@ from adeye.store.encoding import (
     table_rows,
     utc_text,
 )
-from adeye.store.ledger import insert_rows
+from adeye.store.ledger import add_row, insert_rows
 from adeye.store.plugin_metrics import metric_columns, plugin_tables, record_plugin_metrics
-from adeye.store.tables import (
-    CRITICALITY_IDS,
-    FIRST_METRIC_IDS,
-    TIMING_IDS,
-    basis,
-    extreme,
-    kept_trace,
-    metadata,
-    uid_set,
-)
+from adeye.store.tables import basis, extreme, kept_trace, metadata, uid_set
 from adeye.store.views import WORST_FIRST
 from adeye.trace import LINK_TICKS
 
@@ -79,8 +72,7 @@ def record_basis(
     numbers = run_numbers(connection, result_digests)
     results = Texts.of(result_digests)
     uids = content_digest(dict(block.uids))
-    row_of_set = row(uid_set, (uids, json_text(dict(block.uids))))
-    insert_rows(connection, uid_set, [row_of_set], ignore_existing=True)
+    add_row(connection, uid_set, uids, json_text(dict(block.uids)), ignore_existing=True)
     columns: list[Column] = [
         results,
         np.full(len(numbers), block.version),
@@ -88,7 +80,7 @@ def record_basis(
         block.by_contact,
         block.invalid,
     ]
-    _insert_basis(connection, basis, numbers, columns)
+    _insert(connection, basis, numbers, columns, ignore_existing=True)
     found = block.extremes
     columns = [
         results[found.run],
@@ -99,7 +91,7 @@ def record_basis(
         found.actor,
         found.samples,
     ]
-    _insert_basis(connection, extreme, numbers[found.run], columns)
+    _insert(connection, extreme, numbers[found.run], columns, ignore_existing=True)
     kept = [(run, place) for run, place in enumerate(block.files) if place is not None]
     if kept:
         runs = np.array([run for run, _ in kept])
@@ -108,32 +100,39 @@ def record_basis(
             Texts.of([name for _, (name, _) in kept]),
             np.array([place for _, (_, place) in kept]),
         ]
-        _insert_basis(connection, kept_trace, numbers[runs], columns)
+        _insert(connection, kept_trace, numbers[runs], columns, ignore_existing=True)
 
 
-def _insert_basis(
-    connection: Connection, table: Table, numbers: Ints, columns: list[Column]
+def _insert(
+    connection: Connection,
+    table: Table,
+    numbers: Ints,
+    columns: Sequence[Column],
+    words: Words | None = None,
+    *,
+    ignore_existing: bool = False,
 ) -> None:
-    rows = table_rows([numbers, *columns[1:]], hash_words(columns), table)
-    insert_rows(connection, table, rows, ignore_existing=True)
+    """Insert rows of runs by the numbers of these; the digest of its result is kept with a run."""
+    stored = columns if table is tables.run else columns[1:]
+    words = hash_words(columns) if words is None else words
+    rows = table_rows([numbers, *stored], words, table)
+    insert_rows(connection, table, rows, ignore_existing=ignore_existing)
 
 
 def read_bases(
     connection: Connection, numbers: Sequence[int], version: int
-) -> dict[int, tuple[bool, str | None, str]]:
-    """Read whether contact ended runs, why they are invalid, and their definitions, by number."""
-    found = connection.exec_driver_sql(
-        "SELECT run_number, by_contact, invalid, uid_set_digest FROM basis "
-        "WHERE version = ? AND run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-        (version, json.dumps(list(numbers))),
-    )
-    return {item[0]: (bool(item[1]), item[2], item[3]) for item in found}
-
-
-def read_uids(connection: Connection) -> dict[str, Mapping[str, str]]:
-    """Read the definitions of metrics, by the digest of all of them."""
+) -> dict[int, tuple[bool, str | None, Mapping[str, str]]]:
+    """Read whether contact ended runs, why they are invalid, and the uids of their metrics."""
     found = connection.execute(uid_set.select())
-    return {item.digest: json.loads(item.uids) for item in found}
+    uids = {item.digest: json.loads(item.uids) for item in found}
+    columns = "version, by_contact, invalid, uid_set_digest"
+    return {
+        number: (bool(by_contact), invalid, uids[digest])
+        for number, own, by_contact, invalid, digest in rows_of_runs(
+            connection, basis, columns, numbers
+        )
+        if own == version
+    }
 
 
 def read_metric(
@@ -141,16 +140,11 @@ def read_metric(
 ) -> dict[int, tuple[Any, ...]]:
     """Read value, status, time and actor of a metric, by number of the run."""
     everywhere = (*metadata.sorted_tables, *plugin_tables(connection))
-    tables = [item.name for item in everywhere if f"{name}_status" in item.columns]
+    columns = f"{name}, {name}_status, {name}_time_s, {name}_actor"
     found: dict[int, tuple[Any, ...]] = {}
     twice: set[int] = set()
-    for table in tables:
-        rows = connection.exec_driver_sql(
-            f"SELECT run_number, {name}, {name}_status, {name}_time_s, {name}_actor "  # noqa: S608 - ids of metrics
-            f"FROM {table} WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-            (json.dumps(list(numbers)),),
-        )
-        for number, *values in rows:
+    for table in (item for item in everywhere if f"{name}_status" in item.columns):
+        for number, *values in rows_of_runs(connection, table, columns, numbers):
             if number in found:
                 twice.add(number)
             found[number] = tuple(values)
@@ -172,13 +166,14 @@ def read_extremes(
 
 def read_files(connection: Connection, numbers: Sequence[int]) -> list[tuple[int, str, int]]:
     """Read where traces are kept: number of the run, name of the file, place in it."""
-    found = connection.exec_driver_sql(
-        "SELECT run_number, file, place FROM kept_trace "
-        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?)) "
-        "ORDER BY file, place",
-        (json.dumps(list(numbers)),),
-    )
-    return [(item[0], item[1], item[2]) for item in found]
+    found = rows_of_runs(connection, kept_trace, "file, place", numbers)
+    return sorted(((item[0], item[1], item[2]) for item in found), key=itemgetter(1, 2))
+
+
+def numbers_of(connection: Connection, results: Iterable[str]) -> dict[str, int]:
+    """Give the numbers of those of some results that are there."""
+    found = rows_among(connection, tables.run, "result_digest, number", "result_digest", results)
+    return {item[0]: item[1] for item in found}
 
 
 # --- Write results: runs with metrics and events, verdicts, and the tallies over a block ----------
@@ -348,11 +343,8 @@ def _differs(block: RunBlock, run: int, trace_digest: str, *, is_excused: bool) 
 
 
 def _existing(connection: Connection, digests: Sequence[str]) -> dict[str, tuple[str, int]]:
-    found = connection.exec_driver_sql(
-        "SELECT result_digest, trace_digest, machine_dependent FROM run "
-        "WHERE result_digest IN (SELECT value FROM json_each(?))",
-        (json.dumps(digests),),
-    )
+    columns = "result_digest, trace_digest, machine_dependent"
+    found = rows_among(connection, tables.run, columns, "result_digest", digests)
     return {item[0]: (item[1], item[2]) for item in found}
 
 
@@ -380,10 +372,10 @@ def require_same_traces(connection: Connection, block: JudgedBlock) -> None:
 
 def _insert_runs(connection: Connection, block: RunBlock) -> None:
     results = Texts(np.arange(len(block)), block.results)
-    metrics = metric_columns(results, block.metrics, FIRST_METRIC_IDS)
-    timing = metric_columns(results, block.metrics, TIMING_IDS)
-    criticality = metric_columns(results, block.metrics, CRITICALITY_IDS)
-    metric_words = hash_words(metrics)
+    metrics = {
+        name: metric_columns(results, block.metrics, ids) for name, ids in tables.TABLES.items()
+    }
+    words = {name: hash_words(columns) for name, columns in metrics.items()}
     events = block.events
     event_columns: list[Column] = [
         results[events.run],
@@ -395,29 +387,19 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     ]
     event_words = hash_words(event_columns)
     hashed = _run_columns(block, results)
-    hashes = result_hashes(hash_words(hashed), metric_words, event_words, events.run)
+    hashes = result_hashes(hash_words(hashed), words["metric"], event_words, events.run)
     at = [utc_text(moment) for moment in dict.fromkeys(block.executed_at)]
     moments = {moment: code for code, moment in enumerate(dict.fromkeys(block.executed_at))}
     executed_at = Texts(np.array([moments[item] for item in block.executed_at]), Dictionary(at))
     columns: list[Column] = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
     numbers = next_number(connection) + np.arange(len(block))
-    _insert(connection, tables.run, [numbers, *columns], hash_words(columns))
-    _insert(connection, tables.metric, [numbers, *metrics[1:]], metric_words)
-    _insert(connection, tables.timing, [numbers, *timing[1:]], hash_words(timing))
-    words = hash_words(criticality)
-    _insert(connection, tables.criticality, [numbers, *criticality[1:]], words)
-    _insert(connection, tables.event, [numbers[events.run], *event_columns[1:]], event_words)
+    _insert(connection, tables.run, numbers, columns)
+    for name, measured in metrics.items():
+        _insert(connection, metadata.tables[name], numbers, measured, words[name])
+    _insert(connection, tables.event, numbers[events.run], event_columns, event_words)
     if block.chains:
-        links: list[Column] = [
-            results,
-            np.full(len(block), LINK_TICKS, dtype=np.int64),
-            Texts.unique(block.chains),
-        ]
-        _insert(connection, tables.chain, [numbers, *links[1:]], hash_words(links))
-
-
-def _insert(connection: Connection, table: Table, columns: Sequence[Column], words: Words) -> None:
-    insert_rows(connection, table, table_rows(columns, words, table))
+        ticks = np.full(len(block), LINK_TICKS, dtype=np.int64)
+        _insert(connection, tables.chain, numbers, [results, ticks, Texts.unique(block.chains)])
 
 
 def _run_columns(block: RunBlock, results: Texts) -> list[Column]:
@@ -522,11 +504,7 @@ def _new_verdicts(
         existing: Result digests by the numbers of runs that may have verdicts.
         differing: Results whose second execution may be judged differently.
     """
-    found = connection.exec_driver_sql(
-        "SELECT run_number, fsr_digest, row_hash FROM verdict "
-        "WHERE run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
-        (json.dumps(sorted(existing)),),
-    )
+    found = rows_of_runs(connection, tables.verdict, "fsr_digest, row_hash", existing)
     known = {(item[0], item[1]): item[2] for item in found}
     added: list[Row] = []
     for new in rows:

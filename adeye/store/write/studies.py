@@ -32,12 +32,11 @@ from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
 from adeye.store import tables
 from adeye.store.block import RunBlock
 from adeye.store.cases import JUDGED
-from adeye.store.database import Database
+from adeye.store.database import Door, reading, writing
 from adeye.store.encoding import Row, json_text, row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_rows
-from adeye.store.read import campaigns as summaries
-from adeye.store.read.campaigns import executed_once, run_ref
+from adeye.store.read.campaigns import executed_once, failed_among, run_ref
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
@@ -159,12 +158,8 @@ class DriveRecord:
     drive: str
 
 
-class Benchmarks:
+class Benchmarks(Door):
     """Reads and keeps drives of reference drivers, each method in one transaction."""
-
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
 
     def candidates(self, campaign: str) -> list[Candidate]:
         """List the executed runs of a campaign, each once, in the order of the plan."""
@@ -335,12 +330,11 @@ class TakeoverLine:
     fork_violation_s: float | None
 
 
-class Hindsight:
+class Hindsight(Door):
     """Reads and keeps what was found out about runs, each method in one transaction."""
 
-    def __init__(self, database: Database) -> None:
-        """Use an open database of the current schema."""
-        self._database = database
+    save_forks = writing(save_forks)
+    failed_among = reading(failed_among)
 
     @property
     def half_steps(self) -> HalfSteps:
@@ -374,16 +368,6 @@ class Hindsight:
             found = executed_once(connection, campaign)
         chosen = sorted(found, key=lambda item: str(item.result_digest))[:most]
         return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
-
-    def save_forks(self, forks: Sequence[ForkRecord], runs: RunBlock) -> None:
-        """Save forks with their results and verdicts, in the same order; known ones stay."""
-        with self._database.write() as connection:
-            save_forks(connection, forks, runs)
-
-    def failed_among(self, campaign: str, ordinals: Sequence[int]) -> frozenset[int]:
-        """Return those of a few hundred runs of a campaign that fail an FSR."""
-        with self._database.read() as connection:
-            return summaries.failed_among(connection, campaign, ordinals)
 
     def save_injections(self, found: Sequence[Injection]) -> None:
         """Keep what became of the faults of runs; what is known stays.

@@ -13,7 +13,7 @@ from adeye.spec.concept import Waiver
 from adeye.store.block import PlannedCases
 from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
-from adeye.store.write.planning import SelectedCases, Selection, SelectionHash, block_bounds
+from adeye.store.write.planning import Selection, SelectionHash, block_bounds
 from tests.store.raw import rows
 from tests.store.rows import COLUMNS
 
@@ -297,11 +297,10 @@ def test_cases_come_out_as_they_went_in(example: Any) -> None:
         selection.add(other)
         first, second = selection.parts()
         assert list(selection.parts()) == [first, second]
-    assert (first.first, first.scenario, first.inside) == (0, "cut_in", [1, 0, 1, 0])
-    assert (second.first, second.scenario) == (4, "braking")
-    assert first.points == PAYLOADS
-    assert first.test_cases == one.test_cases
-    assert first.results == example.engine.result_digests(one.test_cases)
+    results = example.engine.result_digests(one.test_cases)
+    columns = (one.test_cases, results, "cut_in", "legacy", [1, 0, 1, 0], PAYLOADS)
+    assert first == (range(4), columns)
+    assert (second[0], second[1][2]) == (range(4, 6), "braking")
 
 
 def test_counts_and_ends_are_those_of_the_cases(example: Any) -> None:
@@ -317,10 +316,10 @@ def test_identity_is_the_same_however_the_cases_come(example: Any) -> None:
     whole = part(example, 4)
     with Selection.begin(begun()) as together:
         together.add(whole)
-        (selected,) = together.parts()
+        ((_, (tests, results, scenario, architecture, inside, points)),) = together.parts()
     alone = begun()
-    for values in selected.identities():
-        alone.add(values)
+    for test, result, side, point in zip(tests, results, inside, points, strict=True):
+        alone.add((test, result, scenario, architecture, side, point))
     assert alone.campaign_id == together.identity.campaign_id
     assert alone.count == 4
 
@@ -340,11 +339,3 @@ def test_values_do_not_run_into_each_other() -> None:
     one.add(["ab", "c", "s", "a", 1, "{}"])
     other.add(["a", "bc", "s", "a", 1, "{}"])
     assert one.campaign_id != other.campaign_id
-
-
-def test_identities_are_in_the_order_of_the_cases() -> None:
-    cases = SelectedCases(7, "s", "a", [1, 0], ["t1", "t2"], ["r1", "r2"], ["{}", "[]"])
-    assert list(cases.identities()) == [
-        ("t1", "r1", "s", "a", "1", "{}"),
-        ("t2", "r2", "s", "a", "0", "[]"),
-    ]
