@@ -39,6 +39,7 @@ from adeye.spec.sensor_faults import SensorFault
 from adeye.sweep.axes import AxisReader, Kind, default_values
 from adeye.sweep.case import content_digest
 from adeye.sweep.expand import Expansion, World
+from adeye.sweep.groups import guilty_path
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
@@ -136,8 +137,12 @@ def check_defaults(scenario: LogicalScenario) -> list[Finding]:
     try:
         check_worlds([World(scenario, default_values(scenario), usual, 1.0, 0)])
     except InputError as error:
-        place = tuple(error.message.split(":")[0].split("."))
-        return [(place, f"with the default values, {error.message}. {error.remedy}".rstrip())]
+        return [
+            (
+                guilty_path(error),
+                f"with the default values, {error.message}. {error.remedy}".rstrip(),
+            )
+        ]
     return []
 
 
@@ -565,7 +570,7 @@ def _check_worlds(expansion: Expansion, section: Section) -> None:
                 raise
             group = section.group
             scenario = expansion.shared(section).scenario
-            path = tuple(error.message.split(":")[0].split("."))
+            path = guilty_path(error)
             place = author(expansion.files, group, scenario, path)
             said = error.message if place is None else f"with the ODD's values, {error.message}"
             where = place or group.scenario.locate(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.plan import CampaignPlan, make_plan
@@ -14,7 +14,6 @@ from adeye.store.read.checking import (
     PLAN_RULES,
     CampaignViolations,
     Checked,
-    CheckFinding,
     Violation,
     check_campaign,
     check_plan,
@@ -29,9 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from adeye.spec.concept import Concept
-    from adeye.spec.document import Loc
-    from adeye.spec.load import OddFiles
+    from adeye.spec.load import Loaded, OddFiles
     from adeye.sweep.expand import Expansion
 
 # --- Check a concept and its evidence: an ODD with what is stored of it, or a stored campaign -----
@@ -59,6 +56,20 @@ _KEYS: Final[Mapping[str, str]] = {
 }
 """Key of what breaks a rule that has to be looked at."""
 
+_LISTS: Final[Mapping[str, tuple[str, str]]] = {
+    "scenario": ("scenarios", "name"),
+    "fault": ("faults", "id"),
+    "hazardous_event": ("hazardous_events", "id"),
+    "safety_goal": ("safety_goals", "id"),
+    "fsr": ("requirements", "id"),
+    "element": ("elements", "id"),
+    "assumption": ("assumptions", "id"),
+    "waiver": ("waivers", "requirement"),
+    "decomposition": ("decompositions", "requirement"),
+    "dependent_failure": ("dependent_failures", "id"),
+}
+"""List of an ODD or a concept that has a kind of part, and what its parts are called by."""
+
 _STALE: Final = "stale_evidence"
 
 
@@ -75,8 +86,7 @@ def check_stored(db: str | Path | None, name: str | None = None) -> Checked | No
     stored = check_campaign(db, name)
     if stored is None:
         return None
-    findings = tuple(_placed(item, None) for item in stored.violations)
-    return Checked(stored.campaign.odd, None, stored.campaign, RULES, findings)
+    return Checked(stored.campaign.odd, None, stored.campaign, RULES, stored.violations)
 
 
 def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
@@ -90,9 +100,6 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
         InputError: A file does not say what it must; the message has its line.
         PlatformError: The database cannot be read.
     """
-    # What is stored is checked without what simulates.
-    from adeye.campaign.plan import make_plan
-
     plan = make_plan(path)
     record = plan.record()
     found = [*check_plan(record, _counted(plan)), *idle_violations(plan.faults, plan.injected)]
@@ -108,7 +115,7 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
         found += _stale(stored, {item.id: item.digest for item in record.fsrs})
     order = [rule.name for rule in RULES]
     found.sort(key=lambda item: order.index(item.rule))
-    findings = tuple(_placed(item, plan.files) for item in found)
+    findings = tuple(replace(item, where=_where(item, plan.files)) for item in found)
     if stored is None:
         return Checked(odd, plan.path, None, PLAN_RULES, findings)
     return Checked(odd, plan.path, stored.campaign, RULES, findings)
@@ -130,41 +137,20 @@ def _stale(stored: CampaignViolations, digests: Mapping[str, str]) -> Iterator[V
             yield Violation(_STALE, "fsr", name, f"{known} campaign {stored.campaign.number}")
 
 
-def _placed(item: Violation, files: OddFiles | None) -> CheckFinding:
-    where = None if files is None else _where(item, files)
-    return CheckFinding(item.rule, item.part, item.id, item.detail, where)
-
-
 def _where(item: Violation, files: OddFiles) -> SourceLocation | None:
     if item.part == "odd":
         return files.odd.locate(("odd",))
-    if item.part == "scenario":
-        names = [use.name for use in files.odd.spec.scenarios]
-        at = names.index(item.id) if item.id in names else None
-        return None if at is None else files.odd.locate(("scenarios", at))
     if item.part == "architecture":
         known = files.architectures.get(item.id)
         return None if known is None else known.locate(("architecture",))
-    if item.part == "fault":
-        at = [fault.id for fault in files.odd.spec.faults].index(item.id)
-        return files.odd.locate(("faults", at, _KEYS[item.rule]))
-    place = _place(item, files.concept.spec)
-    return None if place is None else files.concept.locate((*place, _KEYS.get(item.rule, "id")))
-
-
-def _place(item: Violation, concept: Concept) -> Loc | None:
-    ids = {
-        "hazardous_event": ("hazardous_events", [part.id for part in concept.hazardous_events]),
-        "safety_goal": ("safety_goals", [part.id for part in concept.safety_goals]),
-        "fsr": ("requirements", [part.id for part in concept.requirements]),
-        "element": ("elements", [part.id for part in concept.elements]),
-        "assumption": ("assumptions", [part.id for part in concept.assumptions]),
-        "waiver": ("waivers", [part.requirement for part in concept.waivers]),
-        "decomposition": ("decompositions", [part.requirement for part in concept.decompositions]),
-        "dependent_failure": ("dependent_failures", [p.id for p in concept.dependent_failures]),
-    }
-    key, names = ids[item.part]
-    return (key, names.index(item.id)) if item.id in names else None
+    list_, id_ = _LISTS[item.part]
+    of_odd = item.part in {"scenario", "fault"}
+    loaded: Loaded[Any] = files.odd if of_odd else files.concept
+    names = [getattr(part, id_) for part in getattr(loaded.spec, list_)]
+    if item.id not in names:
+        return None
+    key = () if item.part == "scenario" else (_KEYS.get(item.rule, "id"),)
+    return loaded.locate((list_, names.index(item.id), *key))
 
 
 # --- What the plan of an ODD covers of it, and what the runs of a campaign do ---------------------

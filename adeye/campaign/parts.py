@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.judge.metrics.registry import Measure
     from adeye.judge.series import TraceSeries
-    from adeye.ports import ControlChannel, MetricColumn
+    from adeye.ports import MetricColumn
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
 
@@ -100,10 +100,14 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             plugins.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
     for name, channel in loaded.spec.channels.items():
         if isinstance(channel, PolicyChannel):
-            plugins.append(_policy(loaded, name, channel))
+            where = loaded.locate(("channels", name, "parameters", "policy"))
+            with placed(where, keeps_place=True):
+                plugins.append(load_policy(channel.parameters.policy, folder))
             continue
         if isinstance(channel, ProcessChannel):
-            _check_program(loaded, name, channel)
+            where = loaded.locate(("channels", name, "parameters", "command"))
+            with placed(where, f"channel {name}: "):
+                find_program(channel.parameters.command, folder)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -111,7 +115,8 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
             plugins.append(part)
-            made = _made(loaded, name, part)
+            with placed(loaded.locate(("channels", name, "kind"))):
+                made = plugin_channel(part)
         for monitor in made.monitor_ids:
             if re.fullmatch(IDENTIFIER, str(monitor)) is None:
                 raise SpecError(
@@ -165,23 +170,6 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                 )
             found.add(file.path)
             yield file
-
-
-def _made(loaded: Loaded[Architecture], name: str, part: Part) -> ControlChannel:
-    with placed(loaded.locate(("channels", name, "kind"))):
-        return plugin_channel(part)
-
-
-def _policy(loaded: Loaded[Architecture], name: str, spec: PolicyChannel) -> Part:
-    where = loaded.locate(("channels", name, "parameters", "policy"))
-    with placed(where, keeps_place=True):
-        return load_policy(spec.parameters.policy, loaded.path.parent)
-
-
-def _check_program(loaded: Loaded[Architecture], name: str, spec: ProcessChannel) -> None:
-    where = loaded.locate(("channels", name, "parameters", "command"))
-    with placed(where, f"channel {name}: "):
-        find_program(spec.parameters.command, loaded.path.parent)
 
 
 def _plugin(

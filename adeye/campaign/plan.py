@@ -9,7 +9,7 @@ import getpass
 import platform
 import subprocess
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
 from importlib.metadata import PackageNotFoundError, version
 from itertools import chain, groupby, islice
@@ -46,7 +46,7 @@ from adeye.sweep.case import AuthorityOverride, TestCase, structure_key
 from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
-from adeye.sweep.groups import NO_FAULT, check_rates, check_times
+from adeye.sweep.groups import NO_FAULT, check_clock
 from adeye.units import Dimension
 from adeye.version import __version__
 
@@ -122,10 +122,7 @@ def check_half_step(files: OddFiles) -> None:
     half = files.odd.spec.step / 2.0
     said = f"uncertainty asks for runs with half the step, {half:g} s; "
     with placed(files.odd.locate(("uncertainty",)), said):
-        for architecture in files.architectures.values():
-            check_rates(architecture.spec, half)
-        for scenario in files.scenarios.values():
-            check_times(scenario.spec, half)
+        check_clock(files, half)
 
 
 def judged_with(
@@ -175,14 +172,10 @@ def design_counts(points: Points) -> dict[str, int]:
     """Count what a design looked at for its points, for what may be said about them."""
     if points.drawn is not None:
         return {"drawn": points.drawn, "kept": points.count}
-    tuples = points.tuples
-    if tuples is None:
+    found = points.tuples
+    if found is None:
         return {}
-    return {
-        "strength": tuples.strength,
-        "tuples": tuples.total,
-        "feasible_tuples": tuples.feasible,
-    }
+    return {"strength": found.strength, "tuples": found.total, "feasible_tuples": found.feasible}
 
 
 # --- Where a campaign comes from: tool, packages, machine and processor, git state, who -----------
@@ -293,8 +286,7 @@ class Contents:
 
     def scenario(self, scenario: LogicalScenario) -> ContentRecord:
         """Describe a scenario, overrides applied."""
-        version = scenario.provenance.version
-        return self._of(scenario, scenario.scenario, version)
+        return self._of(scenario, scenario.scenario, scenario.provenance.version)
 
     def architecture(self, architecture: Architecture) -> ContentRecord:
         """Describe an architecture, overrides applied."""
@@ -466,13 +458,9 @@ class CampaignPlan:
     @cached_property
     def engines(self) -> dict[str, EngineKey]:
         """Engine by architecture id."""
+        engine = self.engine
         return {
-            name: EngineKey(
-                self.engine.backend,
-                self.engine.variant,
-                self.engine.numerics_version,
-                parts.digest,
-            )
+            name: EngineKey(engine.backend, engine.variant, engine.numerics_version, parts.digest)
             for name, parts in self.parts.items()
         }
 
@@ -519,14 +507,9 @@ class CampaignPlan:
             gate=self.files.gate,
             factors=[
                 {
-                    "scenario": factor.scenario,
-                    "architecture": factor.architecture,
-                    "raw": factor.raw,
-                    "points": factor.points,
+                    **asdict(factor),
                     "fault_entries": list(factor.fault_entries),
-                    "replicates": factor.replicates,
-                    "test_cases": factor.test_cases,
-                    "axes": axes_text(self.files.odd.spec, factor.scenario),
+                    "axes": axes_text(odd, factor.scenario),
                     **design_counts(self.expansion.points[factor.scenario]),
                 }
                 for factor in self.expansion.factors
@@ -685,11 +668,10 @@ def judged_plan(files: OddFiles, parts: Mapping[str, Parts]) -> JudgedPlan:
 
 def signal_table(plan: CampaignPlan) -> list[SignalRow]:
     """List every signal that an FSR of the ODD may name, and who has it."""
-    judged = judged_plan(plan.files, plan.parts)
     found: dict[str, tuple[SignalType, dict[str, None], dict[str, None]]] = {}
     for scenario in plan.files.scenarios:
         for architecture in plan.files.architectures:
-            for name, kind in judged.dictionary(scenario, architecture).items():
+            for name, kind in plan.judged.dictionary(scenario, architecture).items():
                 _, scenarios, architectures = found.setdefault(name, (kind, {}, {}))
                 scenarios[scenario] = None
                 architectures[architecture] = None

@@ -39,8 +39,6 @@ METRIC, SAMPLES, TRACE, INVALID, VERDICT = "metric", "samples", "trace", "invali
 every FSR, or the verdict without numeric uncertainty."""
 WAYS: Final = (METRIC, SAMPLES, TRACE, INVALID, VERDICT)
 
-_Known = "tuple[bool, str | None, Mapping[str, str]]"
-
 
 @dataclass(frozen=True, slots=True)
 class Rejudged:

@@ -201,12 +201,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
     campaign = repository.find_campaign(run.campaign)
     odd = repository.content("odd", campaign.odd_digest)
     row = repository.test_case_row(run.test_case)
-    case = recreate(
-        row,
-        run.scenario,
-        odd["odd"],
-        inside_odd=run.inside_odd,
-    )
+    case = recreate(row, run.scenario, odd["odd"], inside_odd=run.inside_odd)
     concept = Concept.model_validate(
         repository.content("concept", campaign.concept_digest), context=SI
     )
@@ -378,6 +373,13 @@ def _fork_fields(case: StoredCase) -> dict[str, Any]:
     }
 
 
+_OF_ROW: Final = (
+    *("outcome", "outcome_channel", "outcome_detail", "end_reason", "duration_s"),
+    *("trace_digest", "backend", "variant"),
+)
+"""What a description has of the row of a run, by the same name."""
+
+
 def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     """Say everything that the database holds about a run, JSON-compatible.
 
@@ -421,24 +423,9 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
     wanted |= {fsr: item.digest for fsr, item in judged.items()}
     return described | {
-        "outcome": row["outcome"],
-        "outcome_channel": row["outcome_channel"],
-        "outcome_detail": row["outcome_detail"],
-        "end_reason": row["end_reason"],
-        "duration_s": row["duration_s"],
-        "trace_digest": row["trace_digest"],
-        "backend": row["backend"],
-        "variant": row["variant"],
+        **{name: row[name] for name in _OF_ROW},
         "machine_dependent": bool(row["machine_dependent"]),
-        "metrics": {
-            name: {
-                "value": item.value,
-                "status": item.status,
-                "time_s": item.time_s,
-                "actor": item.actor,
-            }
-            for name, item in stored.metrics.items()
-        },
+        "metrics": {name: asdict(item) for name, item in stored.metrics.items()},
         "verdicts": [
             {
                 "fsr": item.fsr_id,
@@ -496,11 +483,20 @@ def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterat
         items: Recalled runs, or what holds one each.
         recalled_of: Gives the run of an item.
     """
-    groups: dict[object, list[T]] = defaultdict(list)
-    for item in items:
+
+    def structure(item: T) -> object:
         run = recalled_of(item)
         context = (run.run.campaign, run.folder, run.backend, run.variant)
-        groups[structure_key(run.case), context].append(item)
+        return structure_key(run.case), context
+
+    return grouped(items, structure)
+
+
+def grouped(items: Iterable[T], key: Callable[[T], object]) -> Iterator[list[T]]:
+    """Group what has the same key, in groups of ``MOST_TOGETHER`` at most."""
+    groups: dict[object, list[T]] = defaultdict(list)
+    for item in items:
+        groups[key(item)].append(item)
     for group in groups.values():
         for first in range(0, len(group), MOST_TOGETHER):
             yield group[first : first + MOST_TOGETHER]

@@ -137,6 +137,9 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         campaign: Of the same ODD, as a rule.
     """
     now, by_place = _planned(plan)
+    entries: dict[str, set[tuple[str, str]]] = defaultdict(set)
+    for scenario, architecture, fault_entry, _, _ in by_place:
+        entries[scenario].add((architecture, fault_entry))
     requirements = _Requirements(repository, plan, campaign)
     pairs: dict[tuple[str, str], tuple[str, str]] = {}
     withdrawn = {
@@ -148,7 +151,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
     for stored in repository.again.evidence(campaign.id):
         key = stored.scenario, stored.architecture, stored.result
         here = now.get(key)
-        why = None if here is not None else _why(stored, by_place)
+        why = None if here is not None else _why(stored, by_place, entries)
         why = withdrawn.get(stored.result, why)
         for fsr in stored.fsrs:
             evidence += 1
@@ -215,18 +218,16 @@ def _engine_parts(engine: EngineKey) -> dict[str, str]:
 _executed = lru_cache(maxsize=512)(executable_digest)
 
 
-def _why(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> tuple[str, str]:
+def _why(
+    stored: StoredEvidence,
+    places: Mapping[_Place, _Case],
+    entries: Mapping[str, set[tuple[str, str]]],
+) -> tuple[str, str]:
     """Say why a result is no longer asked for."""
-    place = (
-        stored.scenario,
-        stored.architecture,
-        stored.fault_entry,
-        stored.point,
-        stored.replicate,
-    )
-    here = places.get(place)
+    where = (stored.scenario, stored.architecture, stored.fault_entry)
+    here = places.get((*where, stored.point, stored.replicate))
     if here is None:
-        return "not_planned", _gone(stored, places)
+        return "not_planned", _gone(stored, entries)
     parts = {
         "scenario": _executed("scenario", stored.scenario_content),
         "architecture": _executed("architecture", stored.architecture_content),
@@ -251,32 +252,15 @@ def _why(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> tuple[str, s
     return "not_planned", f"scenario {stored.scenario}"
 
 
-def _gone(stored: StoredEvidence, places: Mapping[_Place, _Case]) -> str:
+def _gone(stored: StoredEvidence, entries: Mapping[str, set[tuple[str, str]]]) -> str:
     """Name the first thing of a place in the plan that is not planned any more."""
-    scenarios, architectures = _names(id(places), places)
-    if stored.scenario not in scenarios:
+    if stored.scenario not in entries:
         return f"scenario {stored.scenario} is not used"
-    if stored.architecture not in architectures:
+    if all(stored.architecture != name for of in entries.values() for name, _ in of):
         return f"architecture {stored.architecture} is not compared"
-    if stored.fault_entry not in scenarios[stored.scenario]:
+    if all(stored.fault_entry != entry for _, entry in entries[stored.scenario]):
         return f"fault entry {stored.fault_entry} of scenario {stored.scenario}"
     return f"points of scenario {stored.scenario}"
-
-
-_NAMES: dict[int, tuple[dict[str, set[str]], set[str]]] = {}
-
-
-def _names(key: int, places: Mapping[_Place, _Case]) -> tuple[dict[str, set[str]], set[str]]:
-    """List fault entries by scenario, and architectures, of a plan; once for each plan."""
-    if key not in _NAMES:
-        _NAMES.clear()
-        scenarios: dict[str, set[str]] = defaultdict(set)
-        architectures: set[str] = set()
-        for scenario, architecture, fault_entry, _, _ in places:
-            scenarios[scenario].add(fault_entry)
-            architectures.add(architecture)
-        _NAMES[key] = scenarios, architectures
-    return _NAMES[key]
 
 
 class _Requirements:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from adeye.campaign.stale import Staleness
     from adeye.report.gate.baseline import Finding
     from adeye.report.gate.decide import GateResult
-    from adeye.store.read.checking import Checked, CheckFinding
+    from adeye.store.read.checking import Checked, Violation
 
 # --- ``gate``: judge a stored campaign, alone or against a committed baseline ---------------------
 
@@ -365,7 +365,7 @@ def _evidence(checked: Checked) -> str:
     return f", campaign {checked.campaign.number} ({short(checked.campaign.id)})"
 
 
-def _line(finding: CheckFinding) -> str:
+def _line(finding: Violation) -> str:
     place = f"{finding.where}: " if finding.where is not None else ""
     return f"{place}{finding.id}: {finding.detail}"
 

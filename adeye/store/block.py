@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from functools import cached_property
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Self
 
 import numpy as np
 
@@ -25,34 +25,45 @@ from adeye.store.records import (
 
 # --- What came out of a block of runs, as columns: cheap to send between processes and to store ---
 
-Block = TypeVar("Block", bound="MetricBlock | VerdictBlock | EventBlock | ExtremeBlock | RunBlock")
-OfRuns = TypeVar("OfRuns", "EventBlock", "ExtremeBlock")
-
 _NUMBERS: Final = ("robustness_low", "robustness_high", "margin", "time_s", "value", "threshold")
 _TEXTS: Final = ("fsr_id", "fsr_digest", "unit", "signal", "predicate", "actor", "detail")
 _VALUE: Final = STATUSES.index("value")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
 
 
-def _chosen(block: Block, rows: Any) -> Block:
-    """Choose rows of every column of a block."""
-    columns = {item.name: getattr(block, item.name) for item in fields(block)}
-    chosen: dict[str, Any] = {
-        name: column[rows]
-        for name, column in columns.items()
-        if isinstance(column, np.ndarray | Texts)
-    }
-    return replace(block, **chosen)
+@dataclass(frozen=True)
+class Columns:
+    """Columns of equal length."""
 
-
-def _of_runs(block: OfRuns, runs: Ints) -> OfRuns:
-    """Choose the rows of some runs, each at most once, and number these from 0."""
-    rows = np.flatnonzero(np.isin(block.run, runs))
-    return replace(_chosen(block, rows), run=np.searchsorted(runs, block.run[rows]))
+    def take(self, rows: Any) -> Self:
+        """Choose rows of every column."""
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
+        chosen: dict[str, Any] = {
+            name: column[rows]
+            for name, column in columns.items()
+            if isinstance(column, np.ndarray | Texts)
+        }
+        return replace(self, **chosen)
 
 
 @dataclass(frozen=True)
-class MetricBlock:
+class OfRuns(Columns):
+    """Columns with rows of the runs of a block.
+
+    Attributes:
+        run: (R,) row of the block.
+    """
+
+    run: Ints
+
+    def take_runs(self, runs: Ints) -> Self:
+        """Choose the rows of some runs, each at most once, and number these from 0."""
+        rows = np.flatnonzero(np.isin(self.run, runs))
+        return replace(self.take(rows), run=np.searchsorted(runs, self.run[rows]))
+
+
+@dataclass(frozen=True)
+class MetricBlock(Columns):
     """K metrics of B runs.
 
     Attributes:
@@ -83,10 +94,6 @@ class MetricBlock:
             )
             raise ValueError(msg)
 
-    def take(self, rows: Any) -> MetricBlock:
-        """Choose runs."""
-        return _chosen(self, rows)
-
 
 @dataclass(frozen=True)
 class PluginBlock:
@@ -111,11 +118,10 @@ class PluginBlock:
 
 
 @dataclass(frozen=True)
-class VerdictBlock:
+class VerdictBlock(OfRuns):
     """R verdicts on runs of a block.
 
     Attributes:
-        run: (R,) row of the block.
         fsr_id: Requirements.
         fsr_digest: What was judged.
         verdict: (R,) index into ``judgement.VERDICTS``.
@@ -129,7 +135,6 @@ class VerdictBlock:
         detail: Why, in words.
     """
 
-    run: Ints
     fsr_id: Texts
     fsr_digest: Texts
     verdict: Ints
@@ -140,10 +145,6 @@ class VerdictBlock:
     predicate: Texts
     actor: Texts
     detail: Texts
-
-    def take(self, rows: Any) -> VerdictBlock:
-        """Choose verdicts."""
-        return _chosen(self, rows)
 
     @property
     def failures(self) -> int:
@@ -167,18 +168,16 @@ class VerdictBlock:
 
 
 @dataclass(frozen=True)
-class EventBlock:
+class EventBlock(OfRuns):
     """E events of the runs of a block, run after run, each in order of time.
 
     Attributes:
-        run: (E,) row of the block, ascending.
         time_s: (E,) [s].
         kind: What kinds of events.
         subject: Whom they concern.
         text: One line each.
     """
 
-    run: Ints
     time_s: Floats
     kind: Texts
     subject: Texts
@@ -189,13 +188,9 @@ class EventBlock:
         """(E,) number of the event in its run."""
         return np.arange(len(self.run)) - np.searchsorted(self.run, self.run)
 
-    def take(self, runs: Ints) -> EventBlock:
-        """Choose runs and number them from 0; each at most once, in ascending order."""
-        return _of_runs(self, runs)
-
 
 @dataclass(frozen=True)
-class RunBlock:
+class RunBlock(Columns):
     """The results of B executions, see ``rows.RunRecord`` for what a run has.
 
     Attributes:
@@ -264,21 +259,19 @@ class RunBlock:
         """Identities of the results, as rows refer to them."""
         return Dictionary(self.result_digests, is_clean=True)
 
-    def take(self, runs: Ints) -> RunBlock:
+    def take(self, runs: Ints) -> Self:
         """Choose runs, each at most once, in ascending order."""
         if len(runs) == len(self):
             return self
-        is_kept = np.isin(self.verdicts.run, runs)
-        verdicts = self.verdicts.take(np.flatnonzero(is_kept))
         return replace(
-            _chosen(self, runs),
+            super().take(runs),
             test_cases=tuple(self.test_cases[run] for run in runs),
             trace_digests=tuple(self.trace_digests[run] for run in runs),
             executed_at=tuple(self.executed_at[run] for run in runs),
             chains=tuple(self.chains[run] for run in runs) if self.chains else (),
             metrics=self.metrics.take(runs),
-            verdicts=replace(verdicts, run=np.searchsorted(runs, verdicts.run)),
-            events=self.events.take(runs),
+            verdicts=self.verdicts.take_runs(runs),
+            events=self.events.take_runs(runs),
             plugin_metrics=tuple(item.take(runs) for item in self.plugin_metrics),
             basis=self.basis and self.basis.take(runs),
         )
@@ -363,11 +356,10 @@ class PlannedCases:
 
 
 @dataclass(frozen=True)
-class ExtremeBlock:
+class ExtremeBlock(OfRuns):
     """E sets of samples of the runs of a block.
 
     Attributes:
-        run: (E,) row of the block.
         measure: What decides.
         value: (E,) the extreme, NaN for none.
         time_s: (E,) its time, NaN for none [s].
@@ -375,20 +367,15 @@ class ExtremeBlock:
         samples: The samples as JSON, see ``samples_text``.
     """
 
-    run: Ints
     measure: Texts
     value: Floats
     time_s: Floats
     actor: Texts
     samples: Texts
 
-    def take(self, runs: Ints) -> ExtremeBlock:
-        """Choose runs of the block and number them from 0."""
-        return _of_runs(self, runs)
-
 
 @dataclass(frozen=True)
-class BasisBlock:
+class BasisBlock(Columns):
     """What judging B runs again depends on.
 
     Attributes:
@@ -408,12 +395,10 @@ class BasisBlock:
     extremes: ExtremeBlock
     files: tuple[tuple[str, int] | None, ...] = ()
 
-    def take(self, runs: Ints) -> BasisBlock:
+    def take(self, runs: Ints) -> Self:
         """Choose runs, each at most once, in ascending order."""
         return replace(
-            self,
-            by_contact=self.by_contact[runs],
-            invalid=self.invalid[runs],
-            extremes=self.extremes.take(runs),
+            super().take(runs),
+            extremes=self.extremes.take_runs(runs),
             files=tuple(self.files[run] for run in runs) if self.files else (),
         )

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -19,14 +20,13 @@ from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Distribution, Level, Steps
 from adeye.spec.quantity import Record
-from adeye.sweep.distributions import law_of, levels_of, require_within
+from adeye.sweep.distributions import Law, law_of, levels_of, of_axis, require_within
 from adeye.units import Dimension, format_quantity, shown
 
 if TYPE_CHECKING:
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
     from adeye.spec.scenario import LogicalScenario, Parameter, Value
-    from adeye.sweep.distributions import Law
 
 # --- Axes of a sweep: what each varies, its values, and how many points a design has --------------
 
@@ -95,19 +95,27 @@ class AxisReader:
         Raises:
             SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
         """
-        if isinstance(spec, Distribution):
-            return self._distributed(name, spec, where)
-        texts: tuple[Level, ...]
-        texts = _steps(name, spec, where) if isinstance(spec, Steps) else tuple(spec)
-        if not texts:
-            raise SweepError(f"{name}: the axis has no values", where=where, remedy="List some.")
+        with of_axis(name, where):
+            texts = _steps(spec) if isinstance(spec, Steps) else levels_of(spec)
+            if not (texts or isinstance(spec, Distribution)):
+                raise SweepError("the axis has no values", remedy="List some.")
         kind, path = self.resolve(name, where)
-        _check_varied(name, kind, path, where)
-        values = tuple(self._value(name, kind, text, where) for text in texts)
-        _check_looked_at(name, kind, path, values, where)
-        if distinct:
-            _require_distinct(name, texts, values, where)
-        return Axis(name, kind, path, texts, values, where)
+        parameter = self.scenario.spec.parameters.get(name)
+        with of_axis(name, where):
+            _check_varied(kind, path)
+            if isinstance(spec, Distribution) and spec.choice is None:
+                law, texts, values = self._drawn(spec, parameter)
+                return Axis(name, kind, path, texts, values, where, law)
+            values = tuple(
+                quantity_or_text(text)[0] if parameter is None else parameter_value(parameter, text)
+                for text in texts
+            )
+            _check_looked_at(kind, path, values)
+            if distinct:
+                _require_distinct(texts, values)
+        choice = spec.choice if isinstance(spec, Distribution) else None
+        weighted = None if choice is None else Law("choice", weights=tuple(choice.values()))
+        return Axis(name, kind, path, texts, values, where, weighted)
 
     def resolve(self, name: str, where: SourceLocation) -> tuple[Kind, tuple[str, ...]]:
         """Tell what a name varies, and refuse one that nothing has."""
@@ -116,39 +124,23 @@ class AxisReader:
             return "parameter", ()
         head, *rest = name.split(".")
         path = tuple(rest)
-        if head == "architecture" and path:
-            architectures = [item.spec for item in self.files.architectures.values()]
-            if not any(has_path(spec, path) for spec in architectures):
-                raise SweepError(
-                    f"{name}: no architecture has this path",
-                    where=where,
-                    remedy=_children_on_any(architectures, path),
-                )
-            return "architecture", path
-        if head == "scenario" and path:
-            if not has_path(self.scenario.spec, path):
-                raise SweepError(
-                    f"{name}: scenario {self.use_name} has no such path",
-                    where=where,
-                    remedy=_children_on(self.scenario.spec, path),
-                )
-            return "scenario", path
-        if head == "faults" and len(path) >= 2:
-            ids = [fault.id for fault in self.files.odd.spec.faults]
-            if path[0] not in ids:
-                raise SweepError(
-                    f"{name}: there is no fault {path[0]!r}",
-                    where=where,
-                    remedy=suggest(path[0], ids),
-                )
-            fault = self.files.odd.spec.faults[ids.index(path[0])]
-            if not has_path(fault, path[1:]):
-                raise SweepError(
-                    f"{name}: a fault has no {'.'.join(path[1:])}",
-                    where=where,
-                    remedy=_children_on(fault, path[1:]),
-                )
-            return "faults", path
+        with of_axis(name, where):
+            if head == "architecture" and path:
+                architectures = [item.spec for item in self.files.architectures.values()]
+                _require_path(architectures, path, "no architecture has this path")
+                return "architecture", path
+            if head == "scenario" and path:
+                said = f"scenario {self.use_name} has no such path"
+                _require_path([self.scenario.spec], path, said)
+                return "scenario", path
+            if head == "faults" and len(path) >= 2:
+                faults = {fault.id: fault for fault in self.files.odd.spec.faults}
+                if path[0] not in faults:
+                    remedy = suggest(path[0], faults)
+                    raise SweepError(f"there is no fault {path[0]!r}", remedy=remedy)
+                said = f"a fault has no {'.'.join(path[1:])}"
+                _require_path([faults[path[0]]], path[1:], said)
+                return "faults", path
         raise SweepError(
             f"{name!r} is neither a parameter of scenario {self.use_name} nor a dotted path that "
             "begins with scenario., architecture. or faults.",
@@ -156,43 +148,23 @@ class AxisReader:
             remedy=suggest(name, sorted(parameters)),
         )
 
-    def _distributed(self, name: str, spec: Distribution, where: SourceLocation) -> Axis:
-        kind, path = self.resolve(name, where)
-        _check_varied(name, kind, path, where)
-        if spec.choice is not None:
-            values = tuple(self._value(name, kind, text, where) for text in levels_of(spec))
-            _check_looked_at(name, kind, path, values, where)
-            _require_distinct(name, levels_of(spec), values, where)
-        elif kind != "parameter":
+    def _drawn(
+        self, spec: Distribution, parameter: Parameter | None
+    ) -> tuple[Law, tuple[Level, ...], tuple[float | str, ...]]:
+        """Read a law, texts that tell its unit, and these in SI."""
+        if parameter is None:
             raise SweepError(
-                f"{name}: a {spec.kind} distribution is for scenario parameters only",
-                where=where,
+                f"a {spec.kind} distribution is for scenario parameters only",
                 remedy="Use choice for a path.",
             )
-        parameter = self.scenario.spec.parameters.get(name)
-
-        def read(text: Level) -> float:
-            assert parameter is not None
-            return parameter_quantity(name, parameter, text, where)
-
-        law, texts = law_of(spec, self.files.odd.path.parent, name, read, where)
-        if spec.choice is not None:
-            return Axis(name, kind, path, texts, values, where, law)
-        assert parameter is not None
+        read = partial(parameter_quantity, parameter)
+        law, texts = law_of(spec, self.files.odd.path.parent, read)
         if parameter.range is not None:
-            low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
-            require_within(law, name, (low, high), where)
-        return Axis(name, kind, path, texts, tuple(map(read, texts)), where, law)
-
-    def _value(self, name: str, kind: Kind, text: Level, where: SourceLocation) -> float | str:
-        if kind == "parameter":
-            parameter = self.scenario.spec.parameters[name]
-            return parameter_value(name, parameter, text, where)
-        value, _ = quantity_or_text(text)
-        return value
+            require_within(law, ends_of(parameter.range))
+        return law, texts, tuple(map(read, texts))
 
 
-def _check_varied(name: str, kind: Kind, path: tuple[str, ...], where: SourceLocation) -> None:
+def _check_varied(kind: Kind, path: tuple[str, ...]) -> None:
     """Refuse what makes another thing of the file: its id, its plug-ins, a fault's target."""
     if kind == "parameter":
         return
@@ -203,51 +175,49 @@ def _check_varied(name: str, kind: Kind, path: tuple[str, ...], where: SourceLoc
         or (kind == "architecture" and path[0] != "vehicle" and path[-1] == "kind")
     )
     if fixed:
+        what = kind.removesuffix("s")
         remedy = "Vary the parameter by its own name." if path[0] == "parameters" else ""
         raise SweepError(
-            f"{name}: this tells one {kind.removesuffix('s')} from another and cannot vary",
-            where=where,
-            remedy=remedy or f"Write another {kind.removesuffix('s')} beside it.",
+            f"this tells one {what} from another and cannot vary",
+            remedy=remedy or f"Write another {what} beside it.",
         )
 
 
-def _check_looked_at(
-    name: str, kind: Kind, path: tuple[str, ...], values: Sequence[Any], where: SourceLocation
-) -> None:
+def _check_looked_at(kind: Kind, path: tuple[str, ...], values: Sequence[Any]) -> None:
     """Refuse to vary how long one looks: one drive would count as several results."""
     if kind == "scenario" and path in {("horizon",), ("tail",)} and len(values) > 1:
         raise SweepError(
-            f"{name}: what happens is the same however long one looks, and would count "
+            "what happens is the same however long one looks, and would count "
             f"{len(values)} times",
-            where=where,
             remedy="Give one value, the longest that is needed.",
         )
 
 
-def parameter_value(
-    name: str, parameter: Parameter, text: Level, where: SourceLocation | None
-) -> float:
+def ends_of(limits: Sequence[Value]) -> tuple[float, float]:
+    """Return the ends of a parameter's range in SI."""
+    low, high = (float(quantity_or_text(end)[0]) for end in limits)
+    return low, high
+
+
+def parameter_value(parameter: Parameter, text: Level) -> float:
     """Read a value of a scenario parameter in the unit family of its default.
 
     Raises:
         SweepError: Not a quantity, another unit, or outside the parameter's range.
     """
-    value = parameter_quantity(name, parameter, text, where)
+    value = parameter_quantity(parameter, text)
     if parameter.range is not None:
-        low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
+        low, high = ends_of(parameter.range)
         if not differences(value, low) >= 0.0 >= differences(value, high):
             raise SweepError(
-                f"{name}: {text} is outside the scenario's range "
+                f"{text} is outside the scenario's range "
                 f"[{parameter.range[0]}, {parameter.range[1]}]",
-                where=where,
                 remedy="Narrow the sweep or widen the range in the scenario.",
             )
     return value
 
 
-def parameter_quantity(
-    name: str, parameter: Parameter, text: Level, where: SourceLocation | None
-) -> float:
+def parameter_quantity(parameter: Parameter, text: Level) -> float:
     """Read a quantity in the unit family of a parameter's default, whatever its range.
 
     Raises:
@@ -257,13 +227,10 @@ def parameter_quantity(
     _, expected = quantity_or_text(parameter.default)
     if isinstance(value, str) or dimension is None or expected is None:
         told = value if isinstance(text, bool | tuple) else repr(text)
-        raise SweepError(
-            f"{name}: {told} is not a quantity like {parameter.default!r}", where=where
-        )
+        raise SweepError(f"{told} is not a quantity like {parameter.default!r}")
     if dimension.exponents != expected.exponents:
         raise SweepError(
-            f"{name}: {text!r} is {dimension.label}, not {expected.label}",
-            where=where,
+            f"{text!r} is {dimension.label}, not {expected.label}",
             remedy=f"Write it like {parameter.default!r}.",
         )
     return value
@@ -299,7 +266,7 @@ def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
 def default_values(scenario: LogicalScenario) -> dict[str, float]:
     """Resolve the default of every parameter in SI."""
     return {
-        name: parameter_value(name, parameter, parameter.default, None)
+        name: parameter_value(parameter, parameter.default)
         for name, parameter in scenario.parameters.items()
     }
 
@@ -311,12 +278,10 @@ def _children(value: Any) -> Mapping[str, Any]:
     return {name: getattr(value, name) for name in fields} if fields else {}
 
 
-def _children_on(record: Any, path: tuple[str, ...]) -> str:
-    return _children_on_any([record], path)
-
-
-def _children_on_any(records: Sequence[Any], path: tuple[str, ...]) -> str:
-    """Name what there is where a path leaves the records."""
+def _require_path(records: Sequence[Any], path: tuple[str, ...], said: str) -> None:
+    """Refuse a path that no record has, and name what there is where it leaves them."""
+    if any(has_path(record, path) for record in records):
+        return
     known: dict[str, None] = {}
     for record in records:
         found = record
@@ -326,7 +291,8 @@ def _children_on_any(records: Sequence[Any], path: tuple[str, ...]) -> str:
                 known |= dict.fromkeys(children)
                 break
             found = children[part]
-    return f"There are: {', '.join(known)}." if known else "Check the path."
+    there = f"There are: {', '.join(known)}." if known else "Check the path."
+    raise SweepError(said, remedy=there)
 
 
 def has_path(record: Any, path: tuple[str, ...]) -> bool:
@@ -355,57 +321,48 @@ def situations(values: Sequence[float | str]) -> tuple[float | str, ...]:
     return tuple(same[value] if isinstance(value, float) else value for value in values)
 
 
-def _require_distinct(
-    name: str, texts: Sequence[Level], values: Sequence[object], where: SourceLocation
-) -> None:
+def _require_distinct(texts: Sequence[Level], values: Sequence[object]) -> None:
     first: dict[object, Level] = {}
     for text, value in zip(texts, values, strict=True):
         if value in first:
             pair = " and ".join(dict.fromkeys((shown(first[value]), shown(text))))
-            raise SweepError(
-                f"{name}: a value occurs twice, as {pair}", where=where, remedy="Remove one."
-            )
+            raise SweepError(f"a value occurs twice, as {pair}", remedy="Remove one.")
         first[value] = text
     numbers = sorted(value for value in first if isinstance(value, float))
     for low, high in pairwise(numbers):
         if _are_same(low, high):
             pair = " and ".join(shown(first[value]) for value in (low, high))
             raise SweepError(
-                f"{name}: two values are the same but for a part of {_SAME:g}, {pair}",
-                where=where,
+                f"two values are the same but for a part of {_SAME:g}, {pair}",
                 remedy="Remove one.",
             )
 
 
-def _steps(name: str, steps: Steps, where: SourceLocation) -> tuple[Value, ...]:
-    ends = [_split(name, text, where) for text in (steps.start, steps.to, steps.step)]
+def _steps(steps: Steps) -> tuple[Value, ...]:
+    ends = [_split(text) for text in (steps.start, steps.to, steps.step)]
     units = {unit for _, unit in ends}
     if len(units) != 1:
         raise SweepError(
-            f"{name}: from, to and step have different units: {sorted(units)}",
-            where=where,
+            f"from, to and step have different units: {sorted(units)}",
             remedy="Write all three in one unit.",
         )
     (start, unit), (stop, _), (step, _) = ends
     if step <= 0 or stop < start:
         raise SweepError(
-            f"{name}: from {steps.start} to {steps.to} in steps of {steps.step} is empty",
-            where=where,
+            f"from {steps.start} to {steps.to} in steps of {steps.step} is empty",
             remedy="The step must be positive and `to` not below `from`.",
         )
     # A fraction, because decimals of very different size cannot be divided without rounding.
     intervals = (Fraction(stop) - Fraction(start)) / Fraction(step)
     if intervals >= MAX_AXIS_VALUES:
         raise SweepError(
-            f"{name}: more than {MAX_AXIS_VALUES:,} values",
-            where=where,
+            f"more than {MAX_AXIS_VALUES:,} values",
             remedy="Take a larger step.",
         )
     if intervals.denominator != 1:
         nearest = [f"{start + step * k} {unit}".strip() for k in _around(intervals)]
         raise SweepError(
-            f"{name}: {steps.to} is not reached in steps of {steps.step} from {steps.start}",
-            where=where,
+            f"{steps.to} is not reached in steps of {steps.step} from {steps.start}",
             remedy=f"The nearest ends are {' and '.join(nearest)}.",
         )
     levels = [start + step * k for k in range(int(intervals) + 1)]
@@ -419,14 +376,12 @@ def _around(number: Fraction) -> tuple[int, int]:
     return math.floor(number), math.floor(number) + 1
 
 
-def _split(name: str, text: Value, where: SourceLocation) -> tuple[Decimal, str]:
+def _split(text: Value) -> tuple[Decimal, str]:
     match = _QUANTITY.fullmatch(str(text))
     number = Decimal(match[1]) if match is not None else Decimal("NaN")
     # Larger or finer numbers are no quantities, and would be written out digit by digit.
     if match is None or number.adjusted() > 300 or int(number.as_tuple().exponent) < -300:
-        raise SweepError(
-            f"{name}: {shown(text)} is not a quantity", where=where, remedy="Write it like 15 m."
-        )
+        raise SweepError(f"{shown(text)} is not a quantity", remedy="Write it like 15 m.")
     return number, match[2]
 
 
@@ -468,12 +423,7 @@ class Variants:
     identity which runs have one content. Only the newest are kept.
     """
 
-    _made: dict[tuple[int, tuple[Change, ...]], Any] = field(default_factory=dict)
-
-    def _keep(self, key: tuple[int, tuple[Change, ...]], record: Any) -> None:
-        if len(self._made) >= MOST_VARIANTS:
-            self._made.clear()
-        self._made[key] = record
+    _kept: dict[tuple[int, tuple[Change, ...]], Any] = field(default_factory=dict)
 
     def of(self, loaded: Loaded[Spec], changes: tuple[Change, ...]) -> Spec:
         """Return the record of a file with changes applied.
@@ -481,13 +431,7 @@ class Variants:
         Raises:
             SweepError: The changed content is not valid.
         """
-        if not changes:
-            return loaded.spec
-        key = (id(loaded), changes)
-        if key not in self._made:
-            self._keep(key, _changed(type(loaded.spec), loaded.content, changes))
-        made: Spec = self._made[key]
-        return made
+        return self._made(id(loaded), loaded.spec, loaded.content, changes)
 
     def fault(self, fault: Fault, content: Mapping[str, Any], changes: tuple[Change, ...]) -> Fault:
         """Return a fault with changes applied.
@@ -495,13 +439,20 @@ class Variants:
         Raises:
             SweepError: The changed content is not valid.
         """
+        return self._made(id(fault), fault, content, changes)
+
+    def _made(
+        self, of: int, spec: Spec, content: Mapping[str, Any], changes: tuple[Change, ...]
+    ) -> Spec:
         if not changes:
-            return fault
-        key = (id(fault), changes)
-        if key not in self._made:
-            self._keep(key, _changed(type(fault), content, changes))
-        made: Fault = self._made[key]
-        return made
+            return spec
+        if (of, changes) not in self._kept:
+            made = _changed(type(spec), content, changes)
+            if len(self._kept) >= MOST_VARIANTS:
+                self._kept.clear()
+            self._kept[of, changes] = made
+        kept: Spec = self._kept[of, changes]
+        return kept
 
 
 def set_path(content: dict[str, Any], path: Path, value: Any) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.kernel.relation import SLACK
-from adeye.sweep.axes import default_values, quantity_or_text
+from adeye.sweep.axes import default_values, ends_of
 from adeye.units import UNITS, Dimension
 
 if TYPE_CHECKING:
@@ -292,7 +292,7 @@ class Witnesses:
 
     def _look(self, scenario: LogicalScenario) -> None:
         ranges = _ranges(scenario)
-        fixed = {**default_values(scenario)}
+        fixed = default_values(scenario)
         everywhere = self._seen(scenario, ranges, fixed)
         # A combination of bins each of which some point has: only these are looked for apart.
         single = {name: set(codes[codes != NO_BIN].tolist()) for name, codes in everywhere.items()}
@@ -309,7 +309,7 @@ class Witnesses:
                 if item.low <= high and (low < item.high or (item.is_last and low <= item.high))
             }
         for names in combinations(self._bins, self._strength):
-            for levels in _product([sorted(single[name]) for name in names]):
+            for levels in product(*(sorted(single[name]) for name in names)):
                 if (names, levels) not in self.found:
                     within = {
                         identities[name]: self._bins[name][level]
@@ -370,8 +370,7 @@ def _ranges(scenario: LogicalScenario) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     for name, parameter in scenario.parameters.items():
         if parameter.range is not None:
-            low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)
-            found[name] = (low, high)
+            found[name] = ends_of(parameter.range)
     return found
 
 
@@ -408,13 +407,6 @@ def _spread(ranges: Mapping[str, tuple[float, float]]) -> dict[str, NDArray[np.f
         share = np.clip((share - 0.1) / 0.8, 0.0, 1.0)
         found[name] = low + (high - low) * share
     return found
-
-
-def _product(levels: list[list[int]]) -> list[tuple[int, ...]]:
-    made: list[tuple[int, ...]] = [()]
-    for own in levels:
-        made = [(*head, level) for head in made for level in own]
-    return made
 
 
 # --- How much of an ODD test cases cover: combinations of bins of its attributes ------------------

@@ -16,14 +16,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from adeye.errors import SweepError, suggest
+from adeye.errors import SweepError, placed, suggest
 from adeye.kernel.relation import differences
 from adeye.spec.document import require_plain
 from adeye.spec.odd import Distribution
 from adeye.units import UNITS, decimal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -110,7 +111,12 @@ class Law:
         return self.centre + side * self.spread * made
 
 
-def require_mass(law: Law, name: str, where: SourceLocation) -> None:
+def of_axis(name: str, where: SourceLocation) -> AbstractContextManager[None]:
+    """Say of an error that is raised in here which axis it is about, and where it stands."""
+    return placed(where, f"{name}: ", caught=SweepError, raised=SweepError)
+
+
+def require_mass(law: Law) -> None:
     """Refuse a law that its ends cut off so far that nothing is left to draw from.
 
     Raises:
@@ -118,14 +124,12 @@ def require_mass(law: Law, name: str, where: SourceLocation) -> None:
     """
     if not law.low < law.high:
         raise SweepError(
-            f"{name}: from {law.low:g} to {law.high:g} (SI) nothing is left",
-            where=where,
+            f"from {law.low:g} to {law.high:g} (SI) nothing is left",
             remedy="Give min below max.",
         )
     if law.kind in {"normal", "lognormal"} and not law.mass() >= 1e-9:
         raise SweepError(
-            f"{name}: only {law.mass():.2g} of the {law.kind} distribution lies between its ends",
-            where=where,
+            f"only {law.mass():.2g} of the {law.kind} distribution lies between its ends",
             remedy="Move min and max towards the mean.",
         )
 
@@ -156,20 +160,14 @@ class DataFile:
 
 
 def law_of(
-    spec: Distribution,
-    folder: Path,
-    name: str,
-    value: Callable[[Level], float],
-    where: SourceLocation,
+    spec: Distribution, folder: Path, value: Callable[[Level], float]
 ) -> tuple[Law, tuple[Level, ...]]:
     """Read a declared distribution of a scenario parameter.
 
     Args:
         spec: What the sweep declares.
         folder: Of the ODD, for data files.
-        name: Of the axis, for messages.
         value: Reads a quantity of the parameter in SI.
-        where: Place of the axis.
 
     Returns:
         The law, and values as text that tell its unit and its ends.
@@ -178,25 +176,25 @@ def law_of(
         SweepError: A quantity is not acceptable, or nothing is left between the ends.
     """
     texts: tuple[Level, ...]
-    if spec.choice is not None:
-        return Law("choice", weights=tuple(spec.choice.values())), levels_of(spec)
     if spec.uniform is not None:
         low, high = map(value, spec.uniform)
         law, texts = Law("uniform", low, high), spec.uniform
     elif spec.empirical is not None:
-        data = read_data(spec, folder, name, where)
+        data = read_data(spec, folder)
         # Which refuses another unit than the parameter's.
         low, high = map(value, data.ends)
         return Law("empirical", low, high, values=data.values), data.ends
     else:
-        law, texts = _bell(spec, name, value, where)
-    require_mass(law, name, where)
+        law, texts = _bell(spec, value)
+    require_mass(law)
     return law, texts
 
 
-def levels_of(spec: Distribution) -> tuple[Level, ...]:
-    """Give the values of a choice, whose keys are text in YAML, as they would stand in a list."""
-    return tuple(_level(text) for text in spec.choice or {})
+def levels_of(spec: Distribution | Sequence[Level]) -> tuple[Level, ...]:
+    """Return a list, or the values of a choice, whose keys are text in YAML, as in one."""
+    if isinstance(spec, Distribution):
+        return tuple(_level(text) for text in spec.choice or {})
+    return tuple(spec)
 
 
 def _level(text: str) -> Level:
@@ -210,9 +208,7 @@ def _level(text: str) -> Level:
     return text
 
 
-def _bell(
-    spec: Distribution, name: str, value: Callable[[Level], float], where: SourceLocation
-) -> tuple[Law, tuple[Level, ...]]:
+def _bell(spec: Distribution, value: Callable[[Level], float]) -> tuple[Law, tuple[Level, ...]]:
     shape = spec.normal or spec.lognormal
     assert shape is not None
     low = -math.inf if shape.min is None else value(shape.min)
@@ -222,30 +218,24 @@ def _bell(
         # A mean may lie beyond the ends; a deviation is a difference, no value of the parameter.
         mean, sd = value(spec.normal.mean), value(spec.normal.sd)
         if not sd > 0.0:
-            raise SweepError(
-                f"{name}: a standard deviation of {spec.normal.sd} is not positive", where=where
-            )
+            raise SweepError(f"a standard deviation of {spec.normal.sd} is not positive")
         return Law("normal", low, high, mean, sd), (spec.normal.mean, *ends)
     assert spec.lognormal is not None
     median = value(spec.lognormal.median)
     if not median > 0.0:
-        raise SweepError(
-            f"{name}: a lognormal median of {spec.lognormal.median} is not positive", where=where
-        )
+        raise SweepError(f"a lognormal median of {spec.lognormal.median} is not positive")
     if high <= 0.0:
-        raise SweepError(f"{name}: a lognormal value is never below {shape.max}", where=where)
+        raise SweepError(f"a lognormal value is never below {shape.max}")
     law = Law("lognormal", max(low, 0.0), high, math.log(median), spec.lognormal.sigma)
     return law, (spec.lognormal.median, *ends)
 
 
-def read_data(spec: Distribution, folder: Path, name: str, where: SourceLocation) -> DataFile:
+def read_data(spec: Distribution, folder: Path) -> DataFile:
     """Read the column of a data file.
 
     Args:
         spec: An empirical distribution.
         folder: Of the ODD.
-        name: Of the axis, for messages.
-        where: Its place.
 
     Raises:
         SweepError: There is no such file, column or unit, or a value is not a finite number.
@@ -253,9 +243,7 @@ def read_data(spec: Distribution, folder: Path, name: str, where: SourceLocation
     assert spec.empirical is not None
     assert spec.column is not None
     if spec.unit is not None and spec.unit not in UNITS:
-        raise SweepError(
-            f"{name}: {spec.unit!r} is no unit", where=where, remedy=suggest(spec.unit, UNITS)
-        )
+        raise SweepError(f"{spec.unit!r} is no unit", remedy=suggest(spec.unit, UNITS))
     path = folder / spec.empirical
     try:
         require_plain(path, MAX_BYTES)
@@ -263,25 +251,21 @@ def read_data(spec: Distribution, folder: Path, name: str, where: SourceLocation
         rows = list(csv.reader(content.decode("utf-8-sig").splitlines()))
     except (OSError, ValueError, csv.Error) as error:
         raise SweepError(
-            f"{name}: {spec.empirical!r} cannot be read: {error}",
-            where=where,
+            f"{spec.empirical!r} cannot be read: {error}",
             remedy="Name a text file with comma-separated values, relative to the ODD.",
         ) from error
     headers = [item.strip() for item in rows[0]] if rows else []
     if spec.column not in headers:
         raise SweepError(
-            f"{name}: {spec.empirical} has no column {spec.column!r}",
-            where=where,
+            f"{spec.empirical} has no column {spec.column!r}",
             remedy=suggest(spec.column, headers),
         )
     at = headers.index(spec.column)
     numbers = [
-        _number(row, at, f"{path}:{line}", name, where)
-        for line, row in enumerate(rows[1:], start=2)
-        if row
+        _number(row, at, f"{path}:{line}") for line, row in enumerate(rows[1:], start=2) if row
     ]
     if not numbers:
-        raise SweepError(f"{name}: {spec.empirical} has no values", where=where)
+        raise SweepError(f"{spec.empirical} has no values")
     written = np.sort(np.array(numbers)) + 0.0
     ends: tuple[Level, Level] = (float(written[0]), float(written[-1]))
     values = written
@@ -300,12 +284,13 @@ def data_digests(files: OddFiles) -> dict[str, str]:
         for name, axis in use.sweep.parameters.items():
             if isinstance(axis, Distribution) and axis.empirical is not None:
                 where = files.odd.locate(("scenarios", number, "sweep", "parameters", name))
-                data = read_data(axis, files.odd.path.parent, name, where)
+                with of_axis(name, where):
+                    data = read_data(axis, files.odd.path.parent)
                 found[data.path] = data.digest
     return found
 
 
-def _number(row: list[str], at: int, place: str, name: str, where: SourceLocation) -> float:
+def _number(row: list[str], at: int, place: str) -> float:
     text = row[at].strip() if at < len(row) else ""
     try:
         number = decimal(text)
@@ -313,14 +298,13 @@ def _number(row: list[str], at: int, place: str, name: str, where: SourceLocatio
         number = math.nan
     if not math.isfinite(number):
         raise SweepError(
-            f"{name}: {place}: {text!r} is not a finite number",
-            where=where,
+            f"{place}: {text!r} is not a finite number",
             remedy="Remove the row, or write a number; the unit stands in the ODD.",
         )
     return number
 
 
-def require_within(law: Law, name: str, ends: tuple[float, float], where: SourceLocation) -> None:
+def require_within(law: Law, ends: tuple[float, float]) -> None:
     """Refuse a law that can yield what is outside the range of its parameter.
 
     Raises:
@@ -329,8 +313,7 @@ def require_within(law: Law, name: str, ends: tuple[float, float], where: Source
     low, high = ends
     if differences(law.low, low) < 0.0 or differences(law.high, high) > 0.0:
         raise SweepError(
-            f"{name}: a {law.kind} distribution from {law.low:g} to {law.high:g} (SI) leaves the "
+            f"a {law.kind} distribution from {law.low:g} to {law.high:g} (SI) leaves the "
             f"scenario's range from {low:g} to {high:g}",
-            where=where,
             remedy="Give it min and max inside the range, or widen the range in the scenario.",
         )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from adeye.errors import ExpressionError, SourceLocation, SpecError, SweepError, placed, suggest
+from adeye.errors import ExpressionError, SourceLocation, SweepError, placed, suggest
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
 from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
@@ -25,10 +25,8 @@ from adeye.sweep.groups import (
     Group,
     Section,
     Shared,
-    check_rates,
-    check_times,
+    check_clock,
     groups_of,
-    guilty_path,
     overlapping,
     sections_of,
     shared_of,
@@ -42,7 +40,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.spec.architecture import Architecture
-    from adeye.spec.load import Loaded, OddFiles
+    from adeye.spec.load import OddFiles
+    from adeye.spec.odd import Axis as AxisSpec
     from adeye.spec.odd import ScenarioUse, Sweep
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.sampling import FillingKind
@@ -302,32 +301,25 @@ def _designed(files: OddFiles, use: ScenarioUse, space: Space) -> Points:
         if sweep.design == "random":
             return RandomDesign(sweep.samples, seed, use.name).draw(space)
         kind: FillingKind = "lhs" if sweep.design == "lhs" else "sobol"
-        filling = SpaceFillingDesign(kind, sweep.samples, seed, use.name)
-        return filling.points(space)
+        return SpaceFillingDesign(kind, sweep.samples, seed, use.name).points(space)
     combine = full_factorial if sweep.design == "full_factorial" else zipped
     return combine(space)
 
 
 def _axes(files: OddFiles, number: int, reader: AxisReader) -> tuple[Axis, ...]:
-    odd, base = files.odd, ("scenarios", number, "sweep")
-    sweep = odd.spec.scenarios[number].sweep
+    sweep = files.odd.spec.scenarios[number].sweep
+    at: tuple[str | int, ...] = ("parameters",)
+    written: Mapping[str, AxisSpec] = sweep.parameters
     if sweep.design == "list":
+        at = ("points", 0)
         names = _listed(files, number, sweep)
-        return tuple(
-            reader.read(
-                name,
-                tuple(point[name] for point in sweep.points),
-                odd.locate((*base, "points", 0, name)),
-                distinct=False,
-            )
-            for name in names
-        )
-    return tuple(
-        reader.read(
-            name, spec, odd.locate((*base, "parameters", name)), distinct=sweep.design != "zip"
-        )
-        for name, spec in sweep.parameters.items()
-    )
+        written = {name: tuple(point[name] for point in sweep.points) for name in names}
+    distinct = sweep.design not in {"list", "zip"}
+    axes: list[Axis] = []
+    for name, spec in written.items():
+        where = files.odd.locate(("scenarios", number, "sweep", *at, name))
+        axes.append(reader.read(name, spec, where, distinct=distinct))
+    return tuple(axes)
 
 
 def _listed(files: OddFiles, number: int, sweep: Sweep) -> tuple[str, ...]:
@@ -522,7 +514,7 @@ def expand(files: OddFiles) -> Expansion:
     sections = sections_of(groups, odd.replicates)
     expansion = Expansion(files, tuple(factors), axes, designed, sections, Variants())
     _check_limit(expansion)
-    _check_clock(files)
+    check_clock(files, odd.step)
     return expansion
 
 
@@ -537,26 +529,6 @@ def _check_limit(expansion: Expansion) -> None:
             where=odd.locate(("scenarios",)),
             remedy="Narrow the sweeps, or raise max_test_cases in the ODD.",
         )
-
-
-def _check_clock(files: OddFiles) -> None:
-    step = files.odd.spec.step
-    for architecture in files.architectures.values():
-        try:
-            check_rates(architecture.spec, step)
-        except SpecError as error:
-            raise _placed(error, architecture) from error
-    for scenario in files.scenarios.values():
-        try:
-            check_times(scenario.spec, step)
-        except SpecError as error:
-            raise _placed(error, scenario) from error
-
-
-def _placed(error: SpecError, loaded: Loaded[Any]) -> SpecError:
-    """Find the place of an error whose message begins with a dotted path."""
-    where = loaded.locate(guilty_path(error))
-    return SpecError(error.message, where=where, remedy=error.remedy)
 
 
 # --- The test cases of a plan as a sequence that makes them when they are asked for ---------------

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.errors import SourceLocation, SpecError, SweepError
+from adeye.errors import InputError, SourceLocation, SpecError, SweepError
 from adeye.spec.architecture import targets_of
 from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -271,8 +271,27 @@ def check_rates(architecture: Architecture, step: float) -> None:
     ticks(architecture.switch.handover, step, "switch.handover")
 
 
-def guilty_path(error: SpecError) -> tuple[str, ...]:
-    """Read the dotted path that the message of an error of this module begins with."""
+def check_clock(files: OddFiles, step: float) -> None:
+    """Check that all times of an ODD's files fit a master clock.
+
+    Raises:
+        SpecError: One does not.
+    """
+    checked: tuple[tuple[Callable[[Any, float], None], Mapping[str, Loaded[Any]]], ...] = (
+        (check_rates, files.architectures),
+        (check_times, files.scenarios),
+    )
+    for check, loaded in checked:
+        for item in loaded.values():
+            try:
+                check(item.spec, step)
+            except SpecError as error:
+                where = item.locate(guilty_path(error))
+                raise SpecError(error.message, where=where, remedy=error.remedy) from error
+
+
+def guilty_path(error: InputError) -> tuple[str, ...]:
+    """Read the dotted path that the message of such an error begins with."""
     return tuple(error.message.split(":")[0].split("."))
 
 
@@ -340,7 +359,7 @@ def shared_of(files: OddFiles, section: Section, variants: Variants) -> Shared:
 
 def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
     reader = AxisReader(files, group.use.name, group.scenario)
-    changes: dict[str, list[Change]] = {"scenario": [], "architecture": [], "faults": []}
+    changes: Changes = {"scenario": (), "architecture": (), "faults": ()}
     values: dict[str, float] = {}
     number = files.odd.spec.scenarios.index(group.use)
     for name, text in group.use.parameters.items():
@@ -349,17 +368,17 @@ def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
         if axis.kind == "parameter":
             values[name] = float(axis.values[0])
         elif varies(axis, group.architecture.spec, tuple(group.entry.split("+"))):
-            changes[axis.kind].append(Change(axis.path, text, where))
-    return {kind: tuple(items) for kind, items in changes.items()}, values
+            changes[axis.kind] += (Change(axis.path, text, where),)
+    return changes, values
 
 
 def _changes(group: Group, row: int, base: Changes) -> Changes:
-    changes = {kind: list(items) for kind, items in base.items()}
+    changes = dict(base)
     for axis in group.axes:
         if axis.kind != "parameter":
             text = axis.texts[int(group.points.levels[axis.name][row])]
-            changes[axis.kind].append(Change(axis.path, text, axis.where))
-    return {kind: tuple(items) for kind, items in changes.items()}
+            changes[axis.kind] += (Change(axis.path, text, axis.where),)
+    return changes
 
 
 def _check_varied_clock(

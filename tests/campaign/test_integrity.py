@@ -11,7 +11,7 @@ from adeye.campaign.integrity import check_odd, check_stored, executed_coverage,
 from adeye.errors import SpecError
 from adeye.judge.verdict import Verdict
 from adeye.spec.load import shipped
-from adeye.store.read.checking import Checked, CheckFinding
+from adeye.store.read.checking import Checked, Violation
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
 from tests.project import CONCEPT, Project
@@ -46,11 +46,11 @@ def test_shipped_files_break_no_rule(odd: Path, tmp_path: Path) -> None:
     assert found == ()
 
 
-def find(project: Project, db: Path | None = None) -> tuple[CheckFinding, ...]:
+def find(project: Project, db: Path | None = None) -> tuple[Violation, ...]:
     return check_odd(project.odd, db or project.folder / "none.db").findings
 
 
-def line_of(project: Project, finding: CheckFinding) -> str:
+def line_of(project: Project, finding: Violation) -> str:
     assert finding.where is not None
     lines = (project.folder / finding.where.path).read_text("utf-8").splitlines()
     return lines[finding.where.line - 1].strip()

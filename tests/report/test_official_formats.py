@@ -20,7 +20,7 @@ from adeye.errors import SourceLocation
 from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
 from adeye.report.formats.sarif import check_sarif, render_sarif
 from adeye.report.model.report import Report
-from adeye.store.read.checking import CheckFinding
+from adeye.store.read.checking import Violation
 from tests.report.fake import build_report
 from tests.report.formats.test_check_sarif import checked
 
@@ -46,8 +46,8 @@ def verdict_log() -> Any:
 
 def finding_log() -> Any:
     findings = (
-        CheckFinding("asil_lost", "fsr", "FSR-1", "has ASIL B", PLACE),
-        CheckFinding("not_run", "scenario", "cut_in", "x", None),
+        Violation("asil_lost", "fsr", "FSR-1", "has ASIL B", PLACE),
+        Violation("not_run", "scenario", "cut_in", "x", None),
     )
     return check_sarif(checked(*findings))
 

@@ -98,7 +98,7 @@ def test_steps_are_as_many_as_asked_and_evenly_spaced(start: int, count: int, st
 
     stop = start + (count - 1) * step
     written = {"from": tenths(start), "to": tenths(stop), "step": tenths(step)}
-    levels = _steps("gap", Steps.model_validate(written), WHERE)
+    levels = _steps(Steps.model_validate(written))
     assert [quantity_or_text(level)[0] for level in levels] == [
         quantity_or_text(tenths(start + k * step))[0] for k in range(count)
     ]
@@ -210,10 +210,10 @@ def test_quantity_or_text(text: Any, value: Any, dimension: Dimension | None) ->
 
 def test_value_at_the_end_of_its_range_is_inside_whatever_its_unit() -> None:
     parameter = Parameter.model_validate({"default": "1 m/s", "range": ["0 km/h", "130 km/h"]})
-    assert value_of("speed", parameter, "130 km/h", WHERE) == 130 / 3.6
-    assert value_of("speed", parameter, "36.11111111111111 m/s", WHERE) > 36.0
+    assert value_of(parameter, "130 km/h") == 130 / 3.6
+    assert value_of(parameter, "36.11111111111111 m/s") > 36.0
     with pytest.raises(SweepError):
-        value_of("speed", parameter, "36.2 m/s", WHERE)
+        value_of(parameter, "36.2 m/s")
 
 
 def test_defaults_are_in_si(load: Callable[..., OddFiles]) -> None:

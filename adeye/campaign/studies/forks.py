@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import collections
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -192,7 +192,7 @@ def _fork_together(
     engines = [_engine(recalled) for recalled, _ in wanted]
     block = describe(trace, evaluation, [*engines, *engines]).take(np.arange(count, 2 * count))
     records = [
-        ForkRecord(digest, case.digest, recalled.run.result_digest, *_content(override))
+        ForkRecord(digest, case.digest, recalled.run.result_digest, *astuple(override))
         for digest, case, (recalled, override) in zip(
             block.result_digests, forks, wanted, strict=True
         )
@@ -211,10 +211,6 @@ def _fork_together(
             links=None if links is None else min(len(links), override.from_tick // LINK_TICKS),
             is_same=origin.trace_digest == fork.trace_digest,
         )
-
-
-def _content(override: AuthorityOverride) -> tuple[int, str]:
-    return override.from_tick, override.channel
 
 
 def _engine(recalled: Recalled) -> EngineKey:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.executors import InProcess, Threads
 from adeye.campaign.plan import Contents
-from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, recalled_parts
+from adeye.campaign.replay import Counter, Recalled, Report, grouped, recalled_parts
 from adeye.campaign.work import describe, evaluate
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
@@ -21,7 +20,7 @@ from adeye.spec.channels import ReferenceName, reference_content
 from adeye.spec.quantity import SI
 from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
-from adeye.store.write.studies import Benchmarks, Candidate, DriveRecord
+from adeye.store.write.studies import Benchmarks, DriveRecord
 from adeye.sweep.case import TestCase, structure_key
 from adeye.sweep.groups import NO_FAULT
 
@@ -158,7 +157,9 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
             model: [
                 item.run.result_digest
                 for item in candidates
-                if only is not None or everything or _has_conflict(item, limits[model])
+                if only is not None
+                or everything
+                or is_conflict(item.contact, item.required_mps2, limits[model])
             ]
             for model in models
         }
@@ -216,10 +217,6 @@ def _named(repository: Repository, name: str | None) -> tuple[str, str | None]:
     return run.campaign, run.result_digest
 
 
-def _has_conflict(item: Candidate, threshold: float) -> bool:
-    return is_conflict(item.contact, item.required_mps2, threshold)
-
-
 def _drive(
     benchmarks: Benchmarks,
     part: Sequence[Recalled],
@@ -243,11 +240,7 @@ def _drive(
                 content = vehicle.model_dump(mode="json")
                 drivers[key] = reference_architecture(content, model, edition, case.step)
             driven = replace(
-                case,
-                architecture=drivers[key],
-                faults=(),
-                fault_entry=NO_FAULT,
-                override=None,
+                case, architecture=drivers[key], faults=(), fault_entry=NO_FAULT, override=None
             )
             now = identity(recalled.backend, recalled.variant)
             engine = EngineKey(recalled.backend, now.variant, now.numerics_version)
@@ -264,25 +257,16 @@ def _drive(
     _save(benchmarks, contents, there, None, counter)
     executor = InProcess(_execute) if workers == 1 else Threads(_execute, workers)
     try:
-        for done in executor.run(iter(_batches(missing))):
+        batches = grouped(
+            missing, lambda item: (structure_key(item.case), item.engine, item.variant)
+        )
+        for done in executor.run(batches):
             if done.result is None:
                 raise IntegrityError(done.lost)
             # Batch by batch: whoever interrupts and asks again goes on from there.
             _save(benchmarks, contents, done.task, done.result, counter)
     finally:
         executor.close()
-
-
-def _batches(wanted: Sequence[_Wanted]) -> list[list[_Wanted]]:
-    """Put together what can be executed in one batch."""
-    groups: dict[object, list[_Wanted]] = defaultdict(list)
-    for item in wanted:
-        groups[structure_key(item.case), item.engine, item.variant].append(item)
-    return [
-        group[first : first + MOST_TOGETHER]
-        for group in groups.values()
-        for first in range(0, len(group), MOST_TOGETHER)
-    ]
 
 
 def _execute(batch: list[_Wanted]) -> RunBlock:

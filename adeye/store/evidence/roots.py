@@ -41,8 +41,9 @@ from adeye.store.encoding import (
     utc_text,
 )
 from adeye.store.ledger import MODULUS, add_numbered, add_row, hash_sum
-from adeye.store.read.campaigns import executed_once, find_run, run_ref
-from adeye.store.records import Finding, RunRef, of_row
+from adeye.store.read.campaigns import Executed as Executed  # who certifies imports it from here
+from adeye.store.read.campaigns import executed_once, find_run
+from adeye.store.records import Finding, of_row
 
 # --- A Merkle tree over leaves that come one after the other: its root, and proofs of one leaf ----
 
@@ -591,26 +592,6 @@ class Evidence(Door):
 # --- Keep certificates of determinism beside their campaigns, and say which runs can have one -----
 
 
-@dataclass(frozen=True, slots=True)
-class Executed:
-    """A run of a campaign that has a result.
-
-    Attributes:
-        run: Where it stands.
-        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        machine_dependent: Whether a deadline or limit of the machine ended a channel in it.
-    """
-
-    run: RunRef
-    fault_entry: str
-    machine_dependent: bool
-
-    @property
-    def stratum(self) -> tuple[str, str, str]:
-        """Scenario, architecture and fault entry."""
-        return self.run.scenario, self.run.architecture, self.fault_entry
-
-
 @dataclass(frozen=True)
 class CertificateRecord:
     """A certificate as the database holds it, see ``campaign.studies.certify.Certificate``.
@@ -643,14 +624,7 @@ class CertificateRecord:
 class Certificates(Door):
     """Reads and keeps certificates, each method in one transaction."""
 
-    def executed(self, campaign: str) -> list[Executed]:
-        """List the executed runs of a campaign, each once, in the order of the plan."""
-        with self._database.read() as connection:
-            found = executed_once(connection, campaign)
-        return [
-            Executed(run_ref(item), item.fault_entry, bool(item.machine_dependent))
-            for item in found
-        ]
+    executed = reading(executed_once)
 
     def save(self, found: CertificateRecord) -> None:
         """Keep a certificate; earlier ones stay."""

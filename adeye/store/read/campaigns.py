@@ -610,8 +610,32 @@ def failed_channels(
     return tuple((item[0], item[1], item[2], bool(item[3]), int(item[4])) for item in found)
 
 
-def executed_once(connection: Connection, campaign_id: str) -> list[Row[Any]]:
-    """Read the executed runs of a campaign, each once, in the order of the plan."""
+@dataclass(frozen=True, slots=True)
+class Executed:
+    """A run of a campaign that has a result.
+
+    Attributes:
+        run: Where it stands.
+        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
+        machine_dependent: Whether a deadline or limit of the machine ended a channel in it.
+        contact: Whether the ego touched something; None if it is not known.
+        required_mps2: Largest required deceleration [m/s²]; None if it has none.
+    """
+
+    run: RunRef
+    fault_entry: str
+    machine_dependent: bool
+    contact: bool | None = None
+    required_mps2: float | None = None
+
+    @property
+    def stratum(self) -> tuple[str, str, str]:
+        """Scenario, architecture and fault entry."""
+        return self.run.scenario, self.run.architecture, self.fault_entry
+
+
+def executed_once(connection: Connection, campaign_id: str) -> list[Executed]:
+    """List the executed runs of a campaign, each once, in the order of the plan."""
     found = connection.exec_driver_sql(
         "SELECT c.*, t.fault_entry, r.realised, r.machine_dependent, m.contact, m.contact_status, "
         "m.max_required_deceleration_mps2 FROM campaign_case c "
@@ -624,7 +648,23 @@ def executed_once(connection: Connection, campaign_id: str) -> list[Row[Any]]:
     for item in found:
         # Of several test cases with one result the first of the plan counts.
         runs.setdefault(item.result_digest, item)
-    return list(runs.values())
+    return [
+        Executed(
+            run_ref(item),
+            item.fault_entry,
+            bool(item.machine_dependent),
+            contact_of(item.contact, item.contact_status, item.realised),
+            item.max_required_deceleration_mps2,
+        )
+        for item in runs.values()
+    ]
+
+
+def contact_of(value: Any, status: str, realised: Any) -> bool | None:
+    """Read whether there was a contact; None where that says nothing about the situation."""
+    if status != "value" or value not in {0.0, 1.0} or not realised:
+        return None
+    return bool(value)
 
 
 def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:

@@ -42,12 +42,14 @@ class Violation:
         part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
         id: Its id.
         detail: What is wrong with it.
+        where: Its place in the files; None for what is only stored.
     """
 
     rule: str
     part: str
     id: str
     detail: str
+    where: SourceLocation | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,25 +68,6 @@ class CampaignViolations:
 
 
 @dataclass(frozen=True, slots=True)
-class CheckFinding:
-    """Something that breaks an integrity rule.
-
-    Attributes:
-        rule: Name of the rule.
-        part: Kind of what breaks it: ``fsr``, ``element``, ``scenario``, …
-        id: Its id.
-        detail: What is wrong with it.
-        where: Its place in the files; None for a stored campaign.
-    """
-
-    rule: str
-    part: str
-    id: str
-    detail: str
-    where: SourceLocation | None
-
-
-@dataclass(frozen=True, slots=True)
 class Checked:
     """What was checked, and what was found.
 
@@ -100,10 +83,10 @@ class Checked:
     path: Path | None
     campaign: CampaignInfo | None
     rules: tuple[Rule, ...]
-    findings: tuple[CheckFinding, ...]
+    findings: tuple[Violation, ...]
 
     @property
-    def broken(self) -> dict[Rule, list[CheckFinding]]:
+    def broken(self) -> dict[Rule, list[Violation]]:
         """Findings by rule."""
         found = {rule: [f for f in self.findings if f.rule == rule.name] for rule in self.rules}
         return {rule: findings for rule, findings in found.items() if findings}

@@ -36,7 +36,7 @@ from adeye.store.database import Door, reading, writing
 from adeye.store.encoding import Row, json_text, row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_rows
-from adeye.store.read.campaigns import executed_once, failed_among, run_ref
+from adeye.store.read.campaigns import contact_of, executed_once, failed_among
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
@@ -127,21 +127,6 @@ WHERE c.campaign_id = ?
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
-    """A run of a campaign, and what tells whether there was a conflict.
-
-    Attributes:
-        run: Where it stands.
-        contact: Whether the ego touched something; None if it is not known.
-        required_mps2: Largest required deceleration [m/s²]; None if it has none.
-    """
-
-    run: RunRef
-    contact: bool | None
-    required_mps2: float | None
-
-
-@dataclass(frozen=True, slots=True)
 class DriveRecord:
     """A drive, and what it is held against.
 
@@ -161,18 +146,7 @@ class DriveRecord:
 class Benchmarks(Door):
     """Reads and keeps drives of reference drivers, each method in one transaction."""
 
-    def candidates(self, campaign: str) -> list[Candidate]:
-        """List the executed runs of a campaign, each once, in the order of the plan."""
-        with self._database.read() as connection:
-            found = executed_once(connection, campaign)
-        return [
-            Candidate(
-                run_ref(item),
-                _contact(item.contact, item.contact_status, item.realised),
-                item.max_required_deceleration_mps2,
-            )
-            for item in found
-        ]
+    candidates = reading(executed_once)
 
     def result_of(self, result_digest: str) -> bool:
         """Tell whether there is a result."""
@@ -266,19 +240,12 @@ def _compared(connection: Connection, campaign: str) -> list[Comparison]:
             Comparison,
             item._mapping,
             cell=cell_of(
-                _contact(item.contact, item.contact_status, item.realised),
-                _contact(item.drive_contact, item.drive_contact_status, item.drive_realised),
+                contact_of(item.contact, item.contact_status, item.realised),
+                contact_of(item.drive_contact, item.drive_contact_status, item.drive_realised),
             ),
         )
         for item in found
     ]
-
-
-def _contact(value: Any, status: str, realised: Any) -> bool | None:
-    """Read whether there was a contact; None where that says nothing about the situation."""
-    if status != "value" or value not in {0.0, 1.0} or not realised:
-        return None
-    return bool(value)
 
 
 def _stored_test_case(
@@ -366,8 +333,8 @@ class Hindsight(Door):
         """
         with self._database.read() as connection:
             found = executed_once(connection, campaign)
-        chosen = sorted(found, key=lambda item: str(item.result_digest))[:most]
-        return [run_ref(item) for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
+        chosen = sorted(found, key=lambda item: item.run.result_digest)[:most]
+        return [item.run for item in chosen if not only_faulty or item.fault_entry != NO_FAULT]
 
     def save_injections(self, found: Sequence[Injection]) -> None:
         """Keep what became of the faults of runs; what is known stays.

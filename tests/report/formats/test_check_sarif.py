@@ -9,18 +9,18 @@ from typing import Any
 
 from adeye.errors import SourceLocation
 from adeye.report.formats.sarif import check_sarif
-from adeye.store.read.checking import Checked, CheckFinding
+from adeye.store.read.checking import Checked, Violation
 from adeye.store.rules import RULES
 
 PLACE = SourceLocation("odd/concepts/a.yaml", 12, 5)
 
 
-def checked(*findings: CheckFinding) -> Checked:
+def checked(*findings: Violation) -> Checked:
     return Checked("a", Path("odd/a.yaml"), None, RULES, findings)
 
 
 def test_finding_points_at_its_line() -> None:
-    log = check_sarif(checked(CheckFinding("asil_lost", "fsr", "FSR-1", "has ASIL B", PLACE)))
+    log = check_sarif(checked(Violation("asil_lost", "fsr", "FSR-1", "has ASIL B", PLACE)))
     (run,) = log["runs"]
     (result,) = run["results"]
     assert result["ruleId"] == "asil_lost"
@@ -38,7 +38,7 @@ def test_finding_points_at_its_line() -> None:
 
 
 def test_finding_without_a_line_stands_at_the_odds_file() -> None:
-    log = check_sarif(checked(CheckFinding("not_run", "scenario", "cut_in", "x", None)))
+    log = check_sarif(checked(Violation("not_run", "scenario", "cut_in", "x", None)))
     (result,) = log["runs"][0]["results"]
     (place,) = result["locations"]
     assert place["logicalLocations"] == [{"fullyQualifiedName": "scenario/cut_in"}]
@@ -48,7 +48,7 @@ def test_finding_without_a_line_stands_at_the_odds_file() -> None:
 
 def test_finding_of_a_stored_campaign_stands_at_the_file_that_it_was_planned_from() -> None:
     campaign: Any = SimpleNamespace(provenance={"odd_path": "../odd/gone.yaml"})
-    found = CheckFinding("not_run", "scenario", "cut_in", "x", None)
+    found = Violation("not_run", "scenario", "cut_in", "x", None)
     log = check_sarif(Checked("a", None, campaign, RULES, (found,)))
     (result,) = log["runs"][0]["results"]
     uri = result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
