@@ -127,7 +127,7 @@ def _rebuild_several(errors: tuple[InputError, ...], unlisted: int) -> InputErro
 
 @contextmanager
 def placed(
-    where: SourceLocation,
+    where: SourceLocation | None,
     before: str = "",
     *,
     caught: type[InputError] = SpecError,

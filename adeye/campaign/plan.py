@@ -11,7 +11,6 @@ import subprocess
 from collections import defaultdict
 from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
-from importlib.metadata import PackageNotFoundError, version
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -48,7 +47,7 @@ from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
 from adeye.sweep.groups import NO_FAULT, check_clock
 from adeye.units import Dimension
-from adeye.version import __version__
+from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -204,7 +203,7 @@ def provenance(odd_path: Path) -> dict[str, Any]:
         "host": platform.node(),
         "libm": " ".join(platform.libc_ver()).strip(),
         "cpu": processor(),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": {name: release_of(name) for name in PACKAGES},
         "git": git_state(odd_path.resolve().parent),
         "odd_path": odd_path.as_posix(),
         "who": _user(),
@@ -253,13 +252,6 @@ def _git(folder: Path, *arguments: str) -> str:
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""
 
 
 def _user() -> str:

@@ -32,7 +32,6 @@ from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic
@@ -47,7 +46,7 @@ from adeye.notices import notice, waiting_for
 from adeye.plugins import load_part, source_digest
 from adeye.ports import Done, Executor, ExecutorContext, Result, Task
 from adeye.store.encoding import Dictionary
-from adeye.version import __version__
+from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:
     from hashlib import _Hash
@@ -347,14 +346,7 @@ def _refusal(why: str) -> UnfitWorker:
 @cache
 def _releases() -> tuple[tuple[str, str], ...]:
     own = (("adeye", __version__), ("Python", platform.python_version()))
-    return (*own, *((name, _release(name)) for name in COMPUTING))
-
-
-def _release(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""
+    return (*own, *((name, release_of(name)) for name in COMPUTING))
 
 
 @cache

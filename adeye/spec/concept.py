@@ -204,15 +204,14 @@ class Element(GrownRecord):
     @property
     def relations(self) -> tuple[tuple[str, str], ...]:
         """What it has and needs, as kind and name, each once."""
-        found = [("supplier", self.supplier)] if self.supplier else []
-        for kind, names in (
-            ("resource", self.resources),
-            ("software", self.software),
-            ("provides", self.provides),
-            ("consumes", self.consumes),
-        ):
-            found += [(kind, name) for name in names]
-        return tuple(dict.fromkeys(found))
+        found = {
+            "supplier": (self.supplier,) if self.supplier else (),
+            "resource": self.resources,
+            "software": self.software,
+            "provides": self.provides,
+            "consumes": self.consumes,
+        }
+        return tuple(dict.fromkeys((kind, name) for kind in found for name in found[kind]))
 
 
 CAUSES: Final = ("resource", "software", "supplier")
@@ -294,27 +293,7 @@ def reference_problems(concept: Concept) -> Iterator[Problem]:
     Yields:
         Place below the concept; what is wrong and what is allowed.
     """
-    yield from _references(concept, {item.id: item for item in concept.requirements})
-
-
-def asil_problems(concept: Concept) -> Iterator[Problem]:
-    """Find decompositions that are none, and requirements that lost the ASIL of a goal.
-
-    Args:
-        concept: Its references resolve.
-
-    Yields:
-        Place below the concept; what is wrong and what is allowed.
-    """
     known = {item.id: item for item in concept.requirements}
-    for number, item in enumerate(concept.decompositions):
-        yield from _step(concept, known, number, item)
-    of = parents(concept)
-    for number, requirement in enumerate(concept.requirements):
-        yield from _lost(concept, known, of, number, requirement)
-
-
-def _references(concept: Concept, known: Mapping[str, Requirement]) -> Iterator[Problem]:
     decomposed = [item.requirement for item in concept.decompositions]
     for number in repeated(decomposed):
         text = (
@@ -342,6 +321,23 @@ def _references(concept: Concept, known: Mapping[str, Requirement]) -> Iterator[
         yield from _unknown_part(
             place, record.covers, shared, "resource, software, supplier or element"
         )
+
+
+def asil_problems(concept: Concept) -> Iterator[Problem]:
+    """Find decompositions that are none, and requirements that lost the ASIL of a goal.
+
+    Args:
+        concept: Its references resolve.
+
+    Yields:
+        Place below the concept; what is wrong and what is allowed.
+    """
+    known = {item.id: item for item in concept.requirements}
+    for number, item in enumerate(concept.decompositions):
+        yield from _step(concept, known, number, item)
+    of = parents(concept)
+    for number, requirement in enumerate(concept.requirements):
+        yield from _lost(concept, known, of, number, requirement)
 
 
 def _is_above(name: str, start: str, of: Mapping[str, str]) -> bool:
@@ -707,10 +703,8 @@ class Concept(FileRecord):
             ):
                 yield from _unknown(("requirements", at, key), named, known)
         for at, waiver in enumerate(self.waivers):
-            if waiver.requirement not in ids["requirements"]:
-                text = f"there is no requirement {waiver.requirement!r}. "
-                text += suggest(waiver.requirement, ids["requirements"])
-                yield ("waivers", at, "requirement"), text
+            loc = ("waivers", at, "requirement")
+            yield from _unknown_part(loc, (waiver.requirement,), ids["requirements"], "requirement")
         yield from unprovided(self.elements)
         yield from reference_problems(self)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.errors import ExpressionError, SourceLocation, suggest
+from adeye.errors import ExpressionError, SourceLocation, placed, suggest
 from adeye.kernel.postfix import (
     FUNCTION_CODES,
     MAX_STACK,
@@ -213,7 +213,9 @@ def _applied(word: str, operands: Sequence[_Operand]) -> Any:
         if _is_text(values[0]) or _is_text(values[1]):
             return _compared_texts(word, values[0], values[1])
         size = np.maximum(operands[0].size, operands[1].size)
-        return _COMPARISONS[word](_differences(values[0], values[1], size))
+        apart = _differences(values[0], values[1], size)
+        # `!=` alone holds for NaN.
+        return _COMPARED[word](apart, 0.0) & ~np.isnan(apart)
     if word in {"and", "or"}:
         left, right = _truth(values[0]), _truth(values[1])
         return left & right if word == "and" else left | right
@@ -255,7 +257,7 @@ def _truth(value: Any) -> NDArray[np.bool_]:
 def _compared_texts(word: str, left: Any, right: Any) -> Any:
     if _is_text(left) != _is_text(right):
         raise TypeError("text is compared with a number")
-    return _TEXTS[word](np.asarray(left), np.asarray(right))
+    return _COMPARED[word](np.asarray(left), np.asarray(right))
 
 
 def _chosen(condition: Any, left: Any, right: Any) -> Any:
@@ -290,22 +292,13 @@ def _raised(bases: _Floats, exponents: _Floats) -> _Floats:
 
 _JUMPS: Final = {"/": 1, "**": 0, "sqrt": 0, "log": 0, "floor": 0, "ceil": 0}
 """Which operand these jump or end at, at 0 or at whole numbers."""
-_TEXTS: Final[dict[str, Callable[[Any, Any], Any]]] = {
+_COMPARED: Final[dict[str, Callable[[Any, Any], Any]]] = {
     "==": np.equal,
     "!=": np.not_equal,
     "<": np.less,
     "<=": np.less_equal,
     ">": np.greater,
     ">=": np.greater_equal,
-}
-_COMPARISONS: Final[dict[str, Callable[[_Floats], Any]]] = {
-    "==": lambda apart: apart == 0.0,
-    # Not `!=`, which holds for NaN.
-    "!=": lambda apart: (apart < 0.0) | (apart > 0.0),
-    "<": lambda apart: apart < 0.0,
-    "<=": lambda apart: apart <= 0.0,
-    ">": lambda apart: apart > 0.0,
-    ">=": lambda apart: apart >= 0.0,
 }
 _NUMERIC: Final[dict[str, Callable[..., Any]]] = {
     **{word: partial(_by_column, word) for word in ("sin", "cos", "exp", "log")},
@@ -582,10 +575,8 @@ class Expression:
         Raises:
             ExpressionError: Lengths are added to speeds, or the like.
         """
-        try:
+        with placed(self.where, caught=ExpressionError, raised=ExpressionError):
             return measured(self.steps, dims, self.text)
-        except ExpressionError as error:
-            raise _placed(error, self.where) from error
 
     def _require(self, known: Iterable[str]) -> None:
         names = sorted(known)
@@ -603,10 +594,6 @@ def _read(text: str) -> tuple[Step, ...]:
     return read_steps(text)
 
 
-def _placed(error: ExpressionError, where: SourceLocation | None) -> ExpressionError:
-    return ExpressionError(error.message, where=where, remedy=error.remedy)
-
-
 def parse(text: str, where: SourceLocation | None = None) -> Expression:
     """Read an expression.
 
@@ -620,10 +607,8 @@ def parse(text: str, where: SourceLocation | None = None) -> Expression:
     >>> parse("2 * gap + 10 m").evaluate({"gap": 5.0})
     20.0
     """
-    try:
+    with placed(where, caught=ExpressionError, raised=ExpressionError):
         return Expression(text, _read(text), where)
-    except ExpressionError as error:
-        raise _placed(error, where) from error
 
 
 def to_program(expression: Expression, index: Mapping[str, int]) -> Program:

@@ -20,11 +20,7 @@ from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapte
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from adeye.spec import fault_base as signals
-from adeye.spec import sensor_faults as objects
-from adeye.spec import sensor_faults as sensor_bodies
-from adeye.spec import sensor_faults as sensor_signals
-from adeye.spec import sensor_faults as sensor_timing
+from adeye.spec import fault_base, sensor_faults
 from adeye.spec.architecture import HEALTH
 from adeye.spec.document import Problem, finds
 from adeye.spec.fault_base import Fault as Fault
@@ -335,33 +331,33 @@ class Late(Fault):
 # --- A fault: what fails, how, from when and for how long -----------------------------------------
 
 MODELS: Final[tuple[type[Fault], ...]] = (
-    sensor_timing.DropOut,
-    sensor_timing.PowerLoss,
-    sensor_timing.Freeze,
-    sensor_timing.Stale,
-    sensor_timing.StaleStamp,
-    sensor_timing.ClockDrift,
-    sensor_timing.Delay,
-    sensor_timing.SampleLoss,
-    sensor_signals.Bias,
-    sensor_signals.Scale,
-    sensor_signals.Drift,
-    sensor_signals.Noise,
-    sensor_signals.Quantise,
-    sensor_signals.StuckAt,
-    sensor_signals.Spike,
-    sensor_signals.BitFlip,
-    sensor_signals.Jump,
-    objects.Miss,
-    objects.Ghost,
-    objects.Misclassify,
-    objects.Split,
-    sensor_bodies.BlindSector,
-    sensor_bodies.RangeLoss,
-    sensor_bodies.Miscalibration,
-    sensor_bodies.DeadPixels,
-    sensor_bodies.PixelNoise,
-    sensor_bodies.Blackout,
+    sensor_faults.DropOut,
+    sensor_faults.PowerLoss,
+    sensor_faults.Freeze,
+    sensor_faults.Stale,
+    sensor_faults.StaleStamp,
+    sensor_faults.ClockDrift,
+    sensor_faults.Delay,
+    sensor_faults.SampleLoss,
+    sensor_faults.Bias,
+    sensor_faults.Scale,
+    sensor_faults.Drift,
+    sensor_faults.Noise,
+    sensor_faults.Quantise,
+    sensor_faults.StuckAt,
+    sensor_faults.Spike,
+    sensor_faults.BitFlip,
+    sensor_faults.Jump,
+    sensor_faults.Miss,
+    sensor_faults.Ghost,
+    sensor_faults.Misclassify,
+    sensor_faults.Split,
+    sensor_faults.BlindSector,
+    sensor_faults.RangeLoss,
+    sensor_faults.Miscalibration,
+    sensor_faults.DeadPixels,
+    sensor_faults.PixelNoise,
+    sensor_faults.Blackout,
     Silent,
     Crash,
     Slow,
@@ -378,8 +374,8 @@ MODELS: Final[tuple[type[Fault], ...]] = (
     PlannerFrozen,
     MonitorsFrozen,
     MapShifted,
-    signals.Delay,
-    signals.Stuck,
+    fault_base.Delay,
+    fault_base.Stuck,
     Loss,
     Fade,
     Offset,

@@ -40,6 +40,8 @@ def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
             f"BEGIN SELECT RAISE(ABORT, '{table} is insert-only'); END"
             for action in ("UPDATE", "DELETE")
         )
+    if dialect != "postgresql":
+        raise KeyError(dialect)
     # Cut as the server would cut it, so that a trigger is found by its name.
     return tuple(
         f"CREATE TRIGGER {f'{table}_no_{action.lower()}'[:LONGEST_NAME]} "

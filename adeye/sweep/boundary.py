@@ -49,7 +49,7 @@ def breaches(
     Returns:
         One entry per attribute that at least one point leaves.
     """
-    found = [*_labels(scenario, count, attributes), *_low_sun(scenario, columns, count, attributes)]
+    found = [*_labels(scenario, count, attributes)]
     for name, expression, dimension, low, high in _limits(scenario, attributes):
         values = np.broadcast_to(np.asarray(expression.evaluate(columns), dtype=float), (count,))
         if name == "radius":
@@ -60,6 +60,9 @@ def breaches(
             outside |= ~(differences(values, low) >= 0.0)
         if high is not None:
             outside |= ~(differences(values, high) <= 0.0)
+        if name == "sun elevation":
+            # Below the horizon it blinds nobody.
+            outside &= ~(values < 0.0)
         if outside.any():
             value = float(values[np.argmax(outside)])
             side, limit = ("above", high) if high is not None and value > high else ("below", low)
@@ -81,6 +84,9 @@ Limit = tuple[str, Expression, Dimension, float | None, float | None]
 
 def _limits(scenario: LogicalScenario, attributes: Attributes) -> Iterator[Limit]:
     conditions, environment = attributes.environment, scenario.environment
+    if conditions.sun_elevation is not None and environment.sun_elevation is not None:
+        low = conditions.sun_elevation.min
+        yield "sun elevation", environment.sun_elevation, Dimension.ANGLE, low, None
     if conditions.rain:
         yield "rain", environment.rain, Dimension.RAIN_RATE, None, conditions.rain.max
     if conditions.friction:
@@ -96,25 +102,6 @@ def _limits(scenario: LogicalScenario, attributes: Attributes) -> Iterator[Limit
     if attributes.scenery.min_radius is not None and scenario.world.road.radius is not None:
         low = attributes.scenery.min_radius
         yield "radius", scenario.world.road.radius, Dimension.LENGTH, low, None
-
-
-def _low_sun(
-    scenario: LogicalScenario, columns: Columns, count: int, attributes: Attributes
-) -> Iterator[Breach]:
-    """Find points with the sun above the horizon, but lower than the ODD has it."""
-    limits, elevation = attributes.environment.sun_elevation, scenario.environment.sun_elevation
-    if limits is None or elevation is None:
-        return
-    values = np.broadcast_to(np.asarray(elevation.evaluate(columns), dtype=float), (count,))
-    below_horizon = values < 0.0
-    outside = ~(below_horizon | (differences(values, limits.min) >= 0.0))
-    if outside.any():
-        value = float(values[np.argmax(outside)])
-        text = (
-            f"sun elevation: {format_quantity(value, Dimension.ANGLE)} is below the ODD's minimum "
-            f"{format_quantity(limits.min, Dimension.ANGLE)}"
-        )
-        yield Breach("sun elevation", outside, text)
 
 
 def _labels(scenario: LogicalScenario, count: int, attributes: Attributes) -> Iterator[Breach]:
