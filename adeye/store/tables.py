@@ -68,26 +68,6 @@ def digest_column(name: str, references: str | None = None, *, key: bool = False
     return Column(name, coded(64), *keys, primary_key=key, nullable=False)
 
 
-def text_column(name: str, *, key: bool = False, null: bool = False) -> Column[str]:
-    """Make a column of text."""
-    return Column(name, TEXT, primary_key=key, nullable=null)
-
-
-def number_column(name: str, *, null: bool = True) -> Column[float]:
-    """Make a column of numbers, by default with gaps."""
-    return Column(name, Float, nullable=null)
-
-
-def count_column(name: str, *, key: bool = False) -> Column[int]:
-    """Make a column of whole numbers."""
-    return Column(name, Integer, primary_key=key, nullable=False, autoincrement=False)
-
-
-def flag_column(name: str) -> Column[bool]:
-    """Make a column of truth values."""
-    return Column(name, _FLAG, nullable=False)
-
-
 def row_hash_column() -> Column[str]:
     """Make the last column of a table that is only added to."""
     return Column("row_hash", coded(32), nullable=False)
@@ -95,22 +75,25 @@ def row_hash_column() -> Column[str]:
 
 def texts(*names: str, key: bool = False, null: bool = False) -> list[Column[str]]:
     """Make columns of text."""
-    return [text_column(name, key=key, null=null) for name in names]
+    return [Column(name, TEXT, primary_key=key, nullable=null) for name in names]
 
 
-def numbers(*names: str) -> list[Column[float]]:
-    """Make columns of numbers with gaps."""
-    return [number_column(name) for name in names]
+def numbers(*names: str, null: bool = True) -> list[Column[float]]:
+    """Make columns of numbers, by default with gaps."""
+    return [Column(name, Float, nullable=null) for name in names]
 
 
 def counts(*names: str, key: bool = False) -> list[Column[int]]:
     """Make columns of whole numbers."""
-    return [count_column(name, key=key) for name in names]
+    return [
+        Column(name, Integer, primary_key=key, nullable=False, autoincrement=False)
+        for name in names
+    ]
 
 
 def flags(*names: str) -> list[Column[bool]]:
     """Make columns of truth values."""
-    return [flag_column(name) for name in names]
+    return [Column(name, _FLAG, nullable=False) for name in names]
 
 
 def insert_only(name: str, *columns: SchemaItem, with_rowid: bool = True) -> Table:
@@ -129,36 +112,34 @@ def one_of(column: str, words: tuple[str, ...], name: str) -> CheckConstraint:
 
 def _part(name: str, *columns: SchemaItem) -> Table:
     key = digest_column("concept_digest", "concept.digest", key=True)
-    return insert_only(name, key, text_column("id", key=True), *columns, text_column("content"))
+    return insert_only(name, key, *texts("id", key=True), *columns, *texts("content"))
 
 
 hazardous_event = _part(
     "hazardous_event",
     *texts("severity", "exposure", "controllability"),
-    text_column("asil", null=True),
+    *texts("asil", null=True),
 )
 safety_goal = _part(
     "safety_goal",
-    text_column("asil"),
-    number_column("ftti_s", null=False),
+    *texts("asil"),
+    *numbers("ftti_s", null=False),
     *texts("safe_state", "text"),
 )
 fsr = _part(
     "fsr",
-    text_column("asil"),
-    flag_column("mandatory"),
-    count_column("min_exercised"),
+    *texts("asil"),
+    *flags("mandatory"),
+    *counts("min_exercised"),
     *texts("text", "measure", "threshold_source"),
 )
 element = _part(
     "element",
     *texts("kind", "asil_capability"),
-    flag_column("legacy"),
-    text_column("text"),
+    *flags("legacy"),
+    *texts("text"),
 )
-assumption = _part(
-    "assumption", text_column("owner"), text_column("valid_until"), text_column("text")
-)
+assumption = _part("assumption", *texts("owner", "valid_until", "text"))
 allocation = insert_only(
     "allocation",
     digest_column("concept_digest", key=True),
@@ -168,7 +149,7 @@ allocation = insert_only(
         ["concept_digest", "element_id"], ["element.concept_digest", "element.id"]
     ),
 )
-decomposition = _part("decomposition", text_column("scheme"), text_column("independence"))
+decomposition = _part("decomposition", *texts("scheme", "independence"))
 """By the id of the FSR that is decomposed."""
 decomposition_child = insert_only(
     "decomposition_child",
@@ -179,9 +160,7 @@ decomposition_child = insert_only(
     ),
     ForeignKeyConstraint(["concept_digest", "child_id"], ["fsr.concept_digest", "fsr.id"]),
 )
-dependent_failure = _part(
-    "dependent_failure", text_column("owner"), text_column("valid_until"), text_column("argument")
-)
+dependent_failure = _part("dependent_failure", *texts("owner", "valid_until", "argument"))
 element_relation = insert_only(
     "element_relation",
     digest_column("concept_digest", key=True),
@@ -209,8 +188,8 @@ uncertainty = insert_only(
     *texts("scenario", "architecture", "kind", "name", "unit", key=True),
     *counts("sampled", "pairs"),
     *numbers("p95", "largest", "uncertainty"),
-    count_column("differing"),
-    text_column("changes"),
+    *counts("differing"),
+    *texts("changes"),
     Column("fsr_digest", coded(64), nullable=True),
     Column("judged_digest", coded(64), nullable=True),
     one_of("kind", ("metric", "fsr"), "kind"),
@@ -256,12 +235,12 @@ def _its_campaign(*, key: bool = False) -> Column[str]:
 ledger = insert_only(
     "ledger",
     _place_number(),
-    count_column("place", key=True),
-    text_column("table_name"),
-    flag_column("is_last"),
-    count_column("row_count"),
+    *counts("place", key=True),
+    *texts("table_name"),
+    *flags("is_last"),
+    *counts("row_count"),
     Column("total", String(32), nullable=False),
-    text_column("detail"),
+    *texts("detail"),
 )
 """What transaction ``number`` added to a table: how many rows, the sum of their hashes (and of a
 hash of this row, see ``ledger.offset``), and, but for tables that seals cover, which rows."""
@@ -269,7 +248,7 @@ hash of this row, see ``ledger.offset``), and, but for tables that seals cover, 
 seal = insert_only(
     "seal",
     Column("run_number", Integer, ForeignKey("run.number"), primary_key=True, autoincrement=False),
-    count_column("number", key=True),
+    *counts("number", key=True),
     *(Column(f"{name}_sum", BigInteger, nullable=False) for name in SEALED),
 )
 """What transaction ``number`` of the ledger added to one run: by table, the sum of the row hashes
@@ -278,7 +257,7 @@ modulo 2**48."""
 campaign_root = insert_only(
     "campaign_root",
     _its_campaign(key=True),
-    count_column("leaves"),
+    *counts("leaves"),
     digest_column("root"),
 )
 """Merkle root over a complete campaign, see ``roots``."""
@@ -328,30 +307,30 @@ def _run_number(number: str | Column[int] = "run.number") -> Column[int]:
     return Column("run_number", Integer, key, primary_key=True, autoincrement=False)
 
 
-uid_set = insert_only("uid_set", digest_column("digest", key=True), text_column("uids"))
+uid_set = insert_only("uid_set", digest_column("digest", key=True), *texts("uids"))
 basis = insert_only(
     "basis",
     _run_number(),
-    count_column("version", key=True),
+    *counts("version", key=True),
     digest_column("uid_set_digest", "uid_set.digest"),
-    flag_column("by_contact"),
-    text_column("invalid", null=True),
+    *flags("by_contact"),
+    *texts("invalid", null=True),
 )
 extreme = insert_only(
     "extreme",
     _run_number(),
-    text_column("measure", key=True),
-    count_column("version", key=True),
+    *texts("measure", key=True),
+    *counts("version", key=True),
     *numbers("value", "time_s"),
-    text_column("actor", null=True),
-    text_column("samples"),
+    *texts("actor", null=True),
+    *texts("samples"),
     with_rowid=False,
 )
 kept_trace = insert_only(
     "kept_trace",
     _run_number(),
-    text_column("file", key=True),
-    count_column("place"),
+    *texts("file", key=True),
+    *counts("place"),
 )
 
 BASIS_RESULTS: Final = (basis, extreme, kept_trace)
@@ -371,7 +350,7 @@ case_count = insert_only(
     "case_count",
     _campaign(key=True),
     *texts("scenario", "architecture", "fault_entry", key=True),
-    count_column("planned"),
+    *counts("planned"),
 )
 """How many cases a campaign plans."""
 
@@ -379,7 +358,7 @@ case_match = insert_only(
     "case_match",
     _campaign(key=True),
     *counts("first_ordinal", "ordinal", key=True),
-    text_column("fault_entry"),
+    *texts("fault_entry"),
     with_rowid=False,
 )
 """Cases of several architectures in one situation of a scenario under the same faults: they go by
@@ -388,7 +367,7 @@ the first of them, so that those of one situation lie together and in the order 
 case_run = insert_only(
     "case_run",
     _campaign(key=True),
-    count_column("ordinal", key=True),
+    *counts("ordinal", key=True),
     Column("run_number", Integer, ForeignKey("run.number"), nullable=False),
     with_rowid=False,
 )
@@ -419,9 +398,9 @@ never_held = insert_only(
     "never_held",
     _campaign(key=True),
     *texts("fsr_id", "architecture", key=True),
-    count_column("place", key=True),
-    text_column("antecedent"),
-    flag_column("decides"),
+    *counts("place", key=True),
+    *texts("antecedent"),
+    *flags("decides"),
 )
 """Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
 done; they decide where a run satisfies the FSR only because of that. At place 0, which decides,
@@ -549,6 +528,8 @@ MOMENTS: Final = (
     "fault", "effect", "deviation", "detect", "switch", "brake", "emergency", "safe", "violation"
 )  # fmt: skip
 """Times of a timeline."""
+INTERVALS: Final = ("fdti", "frti", "fhti", "eoti", "ftti")
+"""Intervals between them."""
 
 
 def _content(name: str) -> Table:
@@ -573,11 +554,11 @@ test_case = insert_only(
     digest_column("scenario_digest", "scenario.digest"),
     digest_column("architecture_digest", "architecture.digest"),
     *texts("fault_entry", "faults", "parameters"),
-    count_column("replicate"),
+    *counts("replicate"),
     Column("seed", BigInteger, nullable=False),
-    number_column("step_s", null=False),
+    *numbers("step_s", null=False),
     digest_column("odd_digest", "odd.digest"),
-    count_column("point_index"),
+    *counts("point_index"),
     Index(None, "situation_digest"),
 )
 
@@ -588,29 +569,29 @@ campaign = insert_only(
     *texts("created_at", "odd_id"),
     digest_column("odd_digest", "odd.digest"),
     digest_column("concept_digest", "concept.digest"),
-    text_column("title"),
-    count_column("planned"),
+    *texts("title"),
+    *counts("planned"),
     *texts("factors", "gate", "units", "judging"),
     digest_column("judging_hash"),
-    text_column("provenance"),
+    *texts("provenance"),
 )
 campaign_use = insert_only(
     "campaign_use",
     Column("number", Integer, primary_key=True, autoincrement=True),
     _campaign(),
-    text_column("at"),
+    *texts("at"),
 )
 """Which campaign was planned again after another one: going back to former files makes no new
 campaign, and yet that one is the latest."""
 campaign_case = insert_only(
     "campaign_case",
     _campaign(key=True),
-    count_column("ordinal", key=True),
+    *counts("ordinal", key=True),
     digest_column("test_case_digest", "test_case.digest"),
     digest_column("result_digest"),
     *texts("scenario", "architecture"),
-    flag_column("inside_odd"),
-    text_column("point"),
+    *flags("inside_odd"),
+    *texts("point"),
     Index(None, "test_case_digest", "campaign_id"),
     Index(None, "result_digest"),
 )
@@ -619,13 +600,13 @@ campaign_fsr = insert_only(
     _campaign(key=True),
     *texts("fsr_id", "architecture", "scenario", key=True),
     digest_column("fsr_digest"),
-    text_column("asil"),
-    flag_column("mandatory"),
-    count_column("min_exercised"),
-    text_column("applies"),
+    *texts("asil"),
+    *flags("mandatory"),
+    *counts("min_exercised"),
+    *texts("applies"),
     *flags("in_gate", "applicable"),
     *texts("reason", "waived_until", null=True),
-    count_column("planned"),
+    *counts("planned"),
     one_of("applies", ("inside", "outside", "everywhere"), "applies"),
 )
 
@@ -634,14 +615,14 @@ work = Table(
     metadata,
     Column("id", Integer, primary_key=True, autoincrement=True),
     _campaign(),
-    text_column("kind"),
+    *texts("kind"),
     *counts("from_ordinal", "to_ordinal"),
-    text_column("state"),
-    text_column("owner", null=True),
+    *texts("state"),
+    *texts("owner", null=True),
     *counts("attempt", "failures"),
-    text_column("until", null=True),
-    number_column("until_boot_s"),
-    text_column("detail", null=True),
+    *texts("until", null=True),
+    *numbers("until_boot_s"),
+    *texts("detail", null=True),
     one_of("kind", ("execute", "judge", "reused"), "kind"),
     one_of("state", WORK_STATES, "state"),
     CheckConstraint("from_ordinal < to_ordinal", name="range"),
@@ -655,15 +636,15 @@ run = insert_only(
     Column("result_digest", coded(64), nullable=False, unique=True),
     digest_column("test_case_digest", "test_case.digest"),
     *texts("backend", "variant"),
-    count_column("numerics_version"),
+    *counts("numerics_version"),
     *texts("plugins_digest", "outcome"),
     *texts("outcome_channel", "outcome_detail", null=True),
-    count_column("trace_rows"),
-    number_column("duration_s", null=False),
+    *counts("trace_rows"),
+    *numbers("duration_s", null=False),
     Column("trace_digest", coded(32), nullable=False),
-    flag_column("realised"),
-    text_column("end_reason"),
-    flag_column("machine_dependent"),
+    *flags("realised"),
+    *texts("end_reason"),
+    *flags("machine_dependent"),
     Column("result_hash", coded(64), nullable=False),
     *texts("executed_by", "executed_at"),
 )
@@ -681,10 +662,10 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
     checks: list[CheckConstraint] = []
     for metric_id in metric_ids:
         columns += [
-            number_column(metric_id),
-            text_column(f"{metric_id}_status"),
-            number_column(f"{metric_id}_time_s"),
-            text_column(f"{metric_id}_actor", null=True),
+            *numbers(metric_id),
+            *texts(f"{metric_id}_status"),
+            *numbers(f"{metric_id}_time_s"),
+            *texts(f"{metric_id}_actor", null=True),
         ]
         empty = " ".join(f"WHEN '{word}' THEN {metric_id} IS NULL" for word in METRIC_STATUSES[1:])
         value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
@@ -704,50 +685,48 @@ verdict = insert_only(
     *texts("fsr_id", "verdict"),
     *numbers("robustness_low", "robustness_high", "margin"),
     *texts("unit", "signal", "predicate", null=True),
-    number_column("time_s"),
-    text_column("actor", null=True),
+    *numbers("time_s"),
+    *texts("actor", null=True),
     *numbers("value", "threshold"),
-    flag_column("exercised"),
-    text_column("detail", null=True),
+    *flags("exercised"),
+    *texts("detail", null=True),
     one_of("verdict", RUN_VERDICTS, "verdict"),
     with_rowid=False,
 )
 event = insert_only(
     "event",
     _run_number(),
-    count_column("seq", key=True),
-    number_column("time_s", null=False),
-    text_column("kind"),
-    text_column("subject", null=True),
-    text_column("text"),
+    *counts("seq", key=True),
+    *numbers("time_s", null=False),
+    *texts("kind"),
+    *texts("subject", null=True),
+    *texts("text"),
     with_rowid=False,
 )
-chain = insert_only("chain", _run_number(), count_column("every_rows"), text_column("links"))
+chain = insert_only("chain", _run_number(), *counts("every_rows"), *texts("links"))
 fork = insert_only(
     "fork",
     digest_column("result_digest", "run.result_digest", key=True),
     digest_column("test_case_digest", "test_case.digest"),
     digest_column("origin_digest", "run.result_digest"),
-    count_column("from_tick"),
-    text_column("authority"),
+    *counts("from_tick"),
+    *texts("authority"),
     Index(None, "test_case_digest"),
     Index(None, "origin_digest"),
 )
 injection = insert_only(
     "injection",
     digest_column("result_digest", "run.result_digest", key=True),
-    count_column("version", key=True),
-    *(number_column(f"{name}_s") for name in MOMENTS),
-    *(number_column(f"{name}_s") for name in ("fdti", "frti", "fhti", "eoti", "ftti")),
-    number_column("fault_free_violation_s"),
+    *counts("version", key=True),
+    *numbers(*(f"{name}_s" for name in (*MOMENTS, *INTERVALS, "fault_free_violation"))),
     *texts("class", "without_mechanism", "twins"),
     one_of("class", INJECTION_CLASSES, "class"),
 )
 takeover = insert_only(
     "takeover",
     digest_column("fork_digest", "fork.result_digest", key=True),
-    count_column("version", key=True),
-    text_column("class"),
+    *counts("version", key=True),
+    *texts("class"),
     *numbers("takeover_s", "violation_s", "fork_violation_s"),
     one_of("class", TAKEOVER_CLASSES, "class"),
 )
@@ -755,7 +734,7 @@ benchmark = insert_only(
     "benchmark",
     digest_column("result_digest", "run.result_digest", key=True),
     *texts("model", "edition", key=True),
-    count_column("version", key=True),
+    *counts("version", key=True),
     digest_column("drive_digest", "run.result_digest"),
     Index(None, "drive_digest"),
 )
@@ -763,12 +742,12 @@ tally = insert_only(
     "tally",
     Column("work_id", Integer, ForeignKey("work.id"), primary_key=True, autoincrement=False),
     _campaign(),
-    text_column("fsr_id", key=True),
+    *texts("fsr_id", key=True),
     digest_column("fsr_digest"),
     *texts("architecture", "scenario", "verdict", key=True),
     *counts("runs", "exercised"),
     *numbers("worst_robustness", "worst_margin"),
-    text_column("worst_unit", null=True),
+    *texts("worst_unit", null=True),
     digest_column("worst_result_digest", "run.result_digest"),
     one_of("verdict", RUN_VERDICTS, "verdict"),
     CheckConstraint("exercised BETWEEN 0 AND runs", name="exercised"),
@@ -778,10 +757,10 @@ artifact = Table(
     "artifact",
     metadata,
     digest_column("digest", key=True),
-    text_column("kind"),
+    *texts("kind"),
     Column("result_digest", coded(64), ForeignKey("run.result_digest"), nullable=True),
-    count_column("bytes"),
-    text_column("created_at"),
+    *counts("bytes"),
+    *texts("created_at"),
     Index(None, "result_digest"),
 )
 
