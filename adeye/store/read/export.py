@@ -99,27 +99,15 @@ def _column(kind: Kind, name: str, text: str = "") -> ExportColumn:
     return ExportColumn(name, kind, unit_of(name) if kind == "number" else "", text)
 
 
-def _texts(*names: str) -> tuple[ExportColumn, ...]:
-    return tuple(_column("text", name) for name in names)
-
-
-def _numbers(*names: str) -> tuple[ExportColumn, ...]:
-    return tuple(_column("number", name) for name in names)
-
-
-def _counts(*names: str) -> tuple[ExportColumn, ...]:
-    return tuple(_column("count", name) for name in names)
-
-
-def _flags(*names: str) -> tuple[ExportColumn, ...]:
-    return tuple(_column("flag", name) for name in names)
+def _columns(kind: Kind, *names: str) -> tuple[ExportColumn, ...]:
+    return tuple(_column(kind, name) for name in names)
 
 
 _CAMPAIGN: Final = _column("text", "campaign", "id of the campaign")
 _ORDINAL: Final = _column("count", "ordinal", "place of the test case in the plan, from 0")
 _RUN: Final = _column("text", "run", "digest of the result")
 _UNIT: Final = _column("text", "unit", "unit of margin, value and threshold")
-_CASE: Final = (_CAMPAIGN, _ORDINAL, *_texts("scenario", "architecture", "fault_entry"))
+_CASE: Final = (_CAMPAIGN, _ORDINAL, *_columns("text", "scenario", "architecture", "fault_entry"))
 
 PARAMETERS_AFTER: Final = "inside_odd"
 """Column of ``runs`` that those of the parameters follow."""
@@ -131,15 +119,15 @@ RUNS: Final = ExportTable(
     ("ordinal",),
     (
         *_CASE,
-        *_counts("replicate", "seed"),
-        *_flags("inside_odd"),
+        *_columns("count", "replicate", "seed"),
+        *_columns("flag", "inside_odd"),
         _RUN,
-        *_texts("test_case", "situation", "outcome", "outcome_channel", "outcome_detail"),
-        *_flags("realised"),
-        *_texts("end_reason"),
-        *_numbers("duration_s"),
-        *_texts("backend", "trace_digest"),
-        *_flags("machine_dependent"),
+        *_columns("text", "test_case", "situation", "outcome", "outcome_channel", "outcome_detail"),
+        *_columns("flag", "realised"),
+        *_columns("text", "end_reason"),
+        *_columns("number", "duration_s"),
+        *_columns("text", "backend", "trace_digest"),
+        *_columns("flag", "machine_dependent"),
         ExportColumn("executed_at", "text", text="UTC time of execution", is_provenance=True),
     ),
 )
@@ -153,18 +141,18 @@ VERDICTS: Final = ExportTable(
     (
         *_CASE,
         _RUN,
-        *_texts("test_case", "fsr", "asil"),
-        *_flags("mandatory"),
-        *_texts("verdict"),
-        *_flags("exercised"),
+        *_columns("text", "test_case", "fsr", "asil"),
+        *_columns("flag", "mandatory"),
+        *_columns("text", "verdict"),
+        *_columns("flag", "exercised"),
         _column("number", "margin", "signed distance to the threshold, in its unit"),
         _UNIT,
-        *_numbers("robustness_low", "robustness_high"),
-        *_texts("signal", "predicate"),
-        *_numbers("time_s"),
-        *_texts("actor"),
-        *_numbers("value", "threshold"),
-        *_texts("detail"),
+        *_columns("number", "robustness_low", "robustness_high"),
+        *_columns("text", "signal", "predicate"),
+        *_columns("number", "time_s"),
+        *_columns("text", "actor"),
+        *_columns("number", "value", "threshold"),
+        *_columns("text", "detail"),
     ),
 )
 EVENTS: Final = ExportTable(
@@ -172,7 +160,13 @@ EVENTS: Final = ExportTable(
     "v_timeline",
     "one row an event of a run: storyboard, faults, monitors, handovers, contact",
     ("ordinal", "seq"),
-    (*_CASE, _RUN, *_counts("seq"), *_numbers("time_s"), *_texts("kind", "subject", "text")),
+    (
+        *_CASE,
+        _RUN,
+        *_columns("count", "seq"),
+        *_columns("number", "time_s"),
+        *_columns("text", "kind", "subject", "text"),
+    ),
 )
 FSR_STATUS: Final = ExportTable(
     "fsr_status",
@@ -181,18 +175,20 @@ FSR_STATUS: Final = ExportTable(
     ("fsr", "architecture", "scenario"),
     (
         _CAMPAIGN,
-        *_texts("fsr", "architecture", "scenario", "asil"),
-        *_flags("mandatory", "in_gate", "applicable"),
-        *_texts("reason"),
-        *_counts("min_exercised"),
-        *_texts("waived_until"),
-        *_counts("planned", "n_fail", "n_error", "n_invalid", "n_inconclusive", "n_vacuous"),
-        *_counts("n_pass", "n_not_run", "exercised"),
-        *_numbers("worst_margin"),
+        *_columns("text", "fsr", "architecture", "scenario", "asil"),
+        *_columns("flag", "mandatory", "in_gate", "applicable"),
+        *_columns("text", "reason"),
+        *_columns("count", "min_exercised"),
+        *_columns("text", "waived_until"),
+        *_columns(
+            "count", "planned", "n_fail", "n_error", "n_invalid", "n_inconclusive", "n_vacuous"
+        ),
+        *_columns("count", "n_pass", "n_not_run", "exercised"),
+        *_columns("number", "worst_margin"),
         _UNIT,
-        *_numbers("worst_robustness"),
-        *_texts("worst_run", "verdict"),
-        *_counts("runs_exercised", "repeated", "repeated_pass"),
+        *_columns("number", "worst_robustness"),
+        *_columns("text", "worst_run", "verdict"),
+        *_columns("count", "runs_exercised", "repeated", "repeated_pass"),
     ),
 )
 
