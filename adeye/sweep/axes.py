@@ -187,8 +187,7 @@ def _check_looked_at(kind: Kind, path: tuple[str, ...], values: Sequence[Any]) -
     """Refuse to vary how long one looks: one drive would count as several results."""
     if kind == "scenario" and path in {("horizon",), ("tail",)} and len(values) > 1:
         raise SweepError(
-            "what happens is the same however long one looks, and would count "
-            f"{len(values)} times",
+            f"what happens is the same however long one looks, and would count {len(values)} times",
             remedy="Give one value, the longest that is needed.",
         )
 
