@@ -460,9 +460,8 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
         InputError: There is no such run in the campaign, or it was withdrawn.
     """
     found = find_run(connection, run, campaign)
-    if connection.exec_driver_sql(
-        "SELECT 1 FROM withdrawal WHERE result_digest = ?", (found.result_digest,)
-    ).first():
+    withdrawn = "SELECT 1 FROM withdrawal WHERE result_digest = ?"
+    if connection.exec_driver_sql(withdrawn, (found.result_digest,)).first():
         raise InputError(
             f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
             remedy="See 'adeye db info' for who did so, and prove another run.",
