@@ -165,8 +165,8 @@ def break_channels(example: Any, **changes: Any) -> None:
 
 def about(example: Any, *channels: str, **changes: Any) -> None:
     """Make FSR1 an FSR about the silence of channels."""
-    asked = " and ".join(f"channel.{name}.status != silent" for name in channels)
-    formula = f"always({asked} or x > 1)" if channels else "always(x > 1)"
+    silent = " or ".join(f"channel.{name}.status == silent" for name in channels)
+    formula = f"always(({silent}) implies x > 1)" if channels else "always(x > 1)"
     example.requirements = tuple(
         item.model_copy(update={"formula": formula, **changes}) if item.id == "FSR1" else item
         for item in example.requirements
