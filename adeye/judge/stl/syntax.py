@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from adeye.errors import ExpressionError
@@ -245,7 +246,7 @@ def _notices(
     at_any_row: bool = False,
     is_condition: bool = False,
 ) -> bool:
-    """Tell whether a part of a formula can make it fail because a channel is silent.
+    """Tell whether a part of a formula asks for something because a channel is silent.
 
     Args:
         node: The part.
@@ -256,41 +257,34 @@ def _notices(
     """
     if _while_silent(node, channel) is is_asked:
         return False
+    same = partial(
+        _notices,
+        channel=channel,
+        is_asked=is_asked,
+        at_any_row=at_any_row,
+        is_condition=is_condition,
+    )
     match node:
         case Comparison() | Equality():
             return is_condition and at_any_row and _while_silent(node, channel) is not None
         case Temporal() | Past():
-            at_any_row |= (node.operator in {"always", "historically"}) is is_asked
+            is_every = (node.operator in {"always", "historically"}) is is_asked
             # Else one row without silence is enough.
-            return at_any_row and _notices(
-                node.operand,
-                channel,
-                is_asked=is_asked,
-                at_any_row=True,
-                is_condition=is_condition,
-            )
+            return (at_any_row or is_every) and same(node.operand, at_any_row=True)
         case Connective(operator="implies"):
-            return _notices(
-                node.left, channel, is_asked=not is_asked, at_any_row=True, is_condition=True
-            ) or _notices(
-                node.right,
-                channel,
-                is_asked=is_asked,
-                at_any_row=at_any_row,
-                is_condition=is_condition,
-            )
+            asks = same(node.left, is_asked=not is_asked, at_any_row=True, is_condition=True)
+            # Only a condition right behind the condition has to hold for a run to exercise it.
+            return asks or (_is_implication(node.right) and same(node.right))
+        case Connective(operator="and") if not is_condition:
+            # A run exercises the formula already by the other part.
+            return same(node.left) and same(node.right)
         case Not() | Edge(operator="fall"):
             is_asked = not is_asked
-    return any(
-        _notices(
-            child,
-            channel,
-            is_asked=is_asked,
-            at_any_row=at_any_row,
-            is_condition=is_condition,
-        )
-        for child in children(node)
-    )
+    return any(same(child, is_asked=is_asked) for child in children(node))
+
+
+def _is_implication(node: Node) -> bool:
+    return isinstance(node, Connective) and node.operator == "implies"
 
 
 def _while_silent(node: Node, channel: str) -> _Truth:
