@@ -97,8 +97,8 @@ class guest:  # noqa: N801 - read as `with guest(name):`
         _notes[self._slot] = self._former
         if not self._former:
             _inside.discard(self._slot)
-            _return_to_folder()
             _round_as_usual()
+            _return_to_folder(self._name)
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(f"the {self._kind} {self._name} raised {told(error)}") from error
@@ -112,13 +112,17 @@ def _remember_folder() -> None:
         _folder = ""
 
 
-def _return_to_folder() -> None:
+def _return_to_folder(name: str) -> None:
     try:
         is_same = os.getcwd() == _folder  # noqa: PTH109 - see above
     except OSError:
         is_same = False
-    if _folder and not is_same:
+    if not _folder or is_same:
+        return
+    try:
         os.chdir(_folder)
+    except OSError as error:
+        raise PluginError(f"{name} left a working folder that is gone: {error}") from error
 
 
 def _usual_rounding() -> Callable[[], object]:

@@ -177,6 +177,17 @@ def test_only_who_may_have_heard_a_signal_may_have_been_asked_to_end(
     assert is_asked(Terminated())
 
 
+def test_guest_that_takes_the_working_folder_away_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    gone = pytest.raises(PluginError, match=r"part\.py:Part left a working folder that is gone")
+    with gone, guest("part.py:Part"):
+        os.chdir(tmp_path)
+        (tmp_path / "work").rmdir()
+
+
 @pytest.mark.parametrize("error", [SystemExit(0), GeneratorExit(), ValueError("no")])
 def test_what_a_guest_raises_where_nothing_contains_it_names_it(error: BaseException) -> None:
     with (
