@@ -36,6 +36,8 @@ _EXECUTED: Final[dict[str, str]] = {}
 """Hash of the source that each module of a plug-in's package was executed from."""
 _LOOKED: Final[dict[str, float]] = {}
 """When the modules of each such package were last compared with their files [s since 1970]."""
+_PART_BYTES: Final = 1 << 20
+"""What is read at once: a package may hold the weights of a network."""
 _STARTED: Final = 19
 """Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
 _INSTALLED: Final = {"site-packages", "dist-packages"}
@@ -71,7 +73,10 @@ def files_digest(files: Iterable[File]) -> str:
     digest = hashlib.sha256()
     for label, path in files:
         reads(path)
-        digest.update(f"{label} {len(content := path.read_bytes())}\n".encode() + content)
+        with path.open("rb") as stream:
+            digest.update(f"{label} {os.fstat(stream.fileno()).st_size}\n".encode())
+            while part := stream.read(_PART_BYTES):
+                digest.update(part)
     return digest.hexdigest()
 
 
