@@ -155,20 +155,29 @@ def test_block_that_is_done_without_its_results_is_named(store: Store) -> None:
     assert f"run {plan.campaign}: 0 results are there, blocks of 4 cases are done" in named
 
 
+VIEWS = {
+    "sqlite": "SELECT name FROM sqlite_master WHERE name LIKE 'v_runs_%'",
+    "postgresql": "SELECT viewname FROM pg_views WHERE viewname LIKE 'v_runs_%'",
+}
+DECEIVING = {
+    "sqlite": "CREATE TRIGGER helpful BEFORE INSERT ON verdict WHEN NEW.verdict = 'FAIL' "
+    "BEGIN SELECT RAISE(IGNORE); END",
+    "postgresql": "CREATE TRIGGER helpful BEFORE INSERT ON verdict FOR EACH ROW "
+    "EXECUTE FUNCTION suppress_redundant_updates_trigger()",
+}
+
+
 def test_view_of_a_scenario_and_trigger_of_somebody_else_are_named(
     store: Store, campaign: str
 ) -> None:
     repository, raw = store.repository, store.raw
-    found = raw.execute("SELECT name FROM sqlite_master WHERE name LIKE 'v_runs_%'").fetchall()
-    view, *others = (name for (name,) in found)
+    kind = repository.location.url.get_backend_name()
+    view, *others = (name for (name,) in store.rows(VIEWS[kind]))
     assert repository.verify() == ()
     raw.execute(f"DROP VIEW {view}")
     raw.execute(f"CREATE VIEW {view} AS SELECT 99.0 AS min_distance_m")
     raw.execute("CREATE VIEW my_own AS SELECT 1")
-    raw.execute(
-        "CREATE TRIGGER helpful BEFORE INSERT ON verdict WHEN NEW.verdict = 'FAIL' "
-        "BEGIN SELECT RAISE(IGNORE); END"
-    )
+    raw.execute(DECEIVING[kind])
     named = {(item.table, item.row) for item in repository.verify()}
     assert named == {("schema", view), ("schema", "helpful")}
     unsound = {(item.table, item.row) for item in repository.unsound(campaign)}
