@@ -172,7 +172,7 @@ _REPEATED: Final = f"""
         WHERE c.campaign_id = ?),
     same AS (
         SELECT architecture, happened FROM done
-        GROUP BY architecture, happened HAVING COUNT(*) > 1)
+        GROUP BY architecture, happened HAVING COUNT(*) > 1 {{or_contained}})
     SELECT f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin,
         SUM(CASE v.verdict WHEN 'PASS' THEN 1 ELSE 0 END), SUM(v.exercised)
     FROM same s
@@ -181,6 +181,22 @@ _REPEATED: Final = f"""
     JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
     GROUP BY f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin
 """  # noqa: S608 - JUDGED is a constant of this package
+
+_LENGTHS: Final = """
+    SELECT DISTINCT s.digest, s.content FROM campaign_case c
+    JOIN test_case t ON t.digest = c.test_case_digest
+    JOIN scenario s ON s.digest = t.scenario_digest WHERE c.campaign_id = ?
+"""
+
+_OF_SCENARIOS: Final = f"""
+    SELECT r.trace_rows, COALESCE(h.links, ''), COALESCE(h.every_rows, 0),
+        {_HAPPENED}, c.architecture, t.fault_entry, t.faults, t.parameters, t.replicate, t.step_s
+    FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
+    JOIN test_case t ON t.digest = c.test_case_digest
+    LEFT JOIN chain h ON h.run_number = r.number
+    WHERE c.campaign_id = ? AND t.scenario_digest IN ({{}})
+    ORDER BY r.trace_rows DESC, c.ordinal
+"""  # noqa: S608 - what stands in it are constants of this module
 
 _PASSED: Final = f"""
     SELECT DISTINCT c.architecture, v.detail
@@ -312,8 +328,11 @@ def _repeat_rows(
     was present that changed nothing. For an FSR about that fault the run without it is none.
     """
     runs: Counter[tuple[Any, ...]] = Counter()
+    contained = _contained(connection, campaign_id)
+    shorter = sorted({happened for _, happened in contained})
+    marks = f"OR happened IN ({', '.join('?' * len(shorter))})" if shorter else ""
     for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
-        _REPEATED, (campaign_id,)
+        _REPEATED.format(or_contained=marks), (campaign_id, *shorter)
     ):
         for where in (scenario, ""):
             runs[fsr, architecture, where, 0, *result] += int(passed)
@@ -325,9 +344,10 @@ def _repeat_rows(
     )
     unheld = Counter((item[1], item[2]) for item in never)
     repeats = {(*pair, ""): [0, 0, unheld[tuple(pair)]] for pair in found}
-    for (fsr, architecture, where, kind, *_), count in runs.items():
-        if count > 1:
-            repeats.setdefault((fsr, architecture, where), [0, 0, 0])[kind] += count - 1
+    for (fsr, architecture, where, kind, happened, *_), count in runs.items():
+        new = 0 if not where and (architecture, happened) in contained else 1
+        if count > new:
+            repeats.setdefault((fsr, architecture, where), [0, 0, 0])[kind] += count - new
     for item in idle:
         for where, results in (*item.results.items(), ("", sum(item.results.values()))):
             if results:
@@ -336,6 +356,43 @@ def _repeat_rows(
         row(case_repeat, (campaign_id, *place, *counts))
         for place, counts in sorted(repeats.items())
     ]
+
+
+_DRIVEN: Final = ("world", "environment", "ego", "actors", "storyboard", "order")
+"""What a scenario says about a drive, but for its length."""
+
+
+def _contained(connection: Connection, campaign_id: str) -> set[tuple[str, str]]:
+    """Find the results that are the beginning of a longer one.
+
+    Of scenarios that differ in nothing but how long they are driven, the shorter show what the
+    longest shows, whatever they are called.
+
+    Returns:
+        Architecture and what happened, of the shorter runs.
+    """
+    alike: dict[str, list[str]] = {}
+    for digest, content in connection.exec_driver_sql(_LENGTHS, (campaign_id,)):
+        try:
+            told = json.loads(content)
+            drive = json.dumps([told.get(key) for key in _DRIVEN], sort_keys=True)
+        except (ValueError, AttributeError):
+            # What was altered is named by itself.
+            continue
+        alike.setdefault(drive, []).append(digest)
+    found: set[tuple[str, str]] = set()
+    for digests in alike.values():
+        if len(digests) > 1:
+            query = _OF_SCENARIOS.format(", ".join("?" * len(digests)))
+            longest: dict[tuple[Any, ...], tuple[int, str]] = {}
+            for rows, links, every, happened, *situation in connection.exec_driver_sql(
+                query, (campaign_id, *digests)
+            ):
+                most, begin = longest.setdefault(tuple(situation), (rows, links))
+                same = LINK_LENGTH * (rows // every) if every else 0
+                if rows < most and links[:same] == begin[:same]:
+                    found.add((situation[0], happened))
+    return found
 
 
 class _Idle(NamedTuple):

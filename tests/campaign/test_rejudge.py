@@ -267,11 +267,11 @@ def total(project: Project) -> Total:
         return totals(repository, newest)[0]
 
 
-def copied(project: Project, name: str) -> None:
+def copied(project: Project, name: str, **changes: Any) -> None:
     path = project.folder / "scenarios_db"
     (file,) = path.rglob("lead_braking.yaml")
     content = yaml.safe_load(file.read_text("utf-8"))
-    content |= {"scenario": name, "title": "Another title"}
+    content |= {"scenario": name, "title": "Another title", **changes}
     file.with_name(f"{name}.yaml").write_text(yaml.safe_dump(content), "utf-8")
 
 
@@ -289,6 +289,14 @@ def as_copies_of_the_file(project: Project) -> None:
     names = [f"copy_{at}" for at in range(4)]
     for name in names:
         copied(project, name)
+    with project.edited_odd() as odd:
+        odd["scenarios"] += [{**odd["scenarios"][0], "use": name} for name in names]
+
+
+def as_shorter_drives(project: Project) -> None:
+    names = [f"shorter_{at}" for at in range(4)]
+    for at, name in enumerate(names):
+        copied(project, name, horizon=f"{11.8 - at / 20} s")
     with project.edited_odd() as odd:
         odd["scenarios"] += [{**odd["scenarios"][0], "use": name} for name in names]
 
@@ -323,6 +331,7 @@ WAYS = [
     (as_other_names, 10),
     (as_replicates, 10),
     (as_copies_of_the_file, 10),
+    (as_shorter_drives, 10),
     (as_an_axis_without_effect, 10),
     (as_a_fault_that_changes_nothing, 12),
     (as_a_stuck_switch_that_has_nowhere_to_go, 12),
