@@ -569,6 +569,7 @@ class _Check:
             )
         for name in scenarios:
             scenario = self._plan.scenarios[name]
+            self._check_past(formula, name, scenario.horizon)
             last = needed_time(formula.root, scenario.horizon)
             # Nothing is decided from the last row, so decisions must be read before it.
             last = max(last, last_decision(formula.root, scenario.horizon) + step)
@@ -579,6 +580,38 @@ class _Check:
                     f"of {scenario.tail:g} s",
                     f"Give the scenario a tail of {needed:g} s or shorten the window.",
                 )
+
+
+    def _check_past(self, formula: Formula, scenario: str, horizon: float) -> None:
+        """Refuse what looks behind the beginning of every run of a scenario, where nothing is."""
+        found = next(_empty_past(formula.root, 0.0, horizon), None)
+        if found is not None:
+            part, latest = found
+            raise self._refuse(
+                f"'{formula.quote(part)}' is asked up to {latest:g} s of scenario {scenario!r}, "
+                "and looks back to before its beginning, where there is nothing",
+                "Shorten the window, or judge the FSR where the horizon is longer.",
+            )
+
+
+def _empty_past(node: Node, latest: float, horizon: float) -> Iterator[tuple[Node, float]]:
+    """Find the operators whose window lies before the beginning of a run wherever they are asked.
+
+    Args:
+        node: What is asked.
+        latest: Last time at which it is [s].
+        horizon: Last time at which an outermost obligation may start [s].
+
+    Yields:
+        Each of them, with the last time at which it is asked [s].
+    """
+    window = window_of(node)
+    if isinstance(node, Temporal | Until):
+        latest += horizon if window is None else window.last_s
+    elif window is not None and window.first_s > latest + _SLACK_S:
+        yield node, latest
+    for child, back in read_back(node):
+        yield from _empty_past(child, latest - back, horizon)
 
 
 def last_decision(node: Node, horizon_s: float) -> float:

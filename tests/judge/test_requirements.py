@@ -198,6 +198,27 @@ def test_window_beyond_the_tail_names_the_tail_needed(
         check(formula=formula)
 
 
+@pytest.mark.parametrize(
+    ("formula", "is_empty"),
+    [
+        ("always(historically[60 s, 61 s](gap > 1 m) and gap > 0 m)", True),
+        ("always(once[60 s, 61 s](gap > 1 m) or gap > 0 m)", True),
+        ("always((gap > 1 m) since[60 s, 61 s] (gap > 2 m) or gap > 0 m)", True),
+        ("always(once[0 s, 0.4 s](historically[60 s, 61 s](gap > 1 m)) or gap > 0 m)", True),
+        ("always(historically[0 s, 61 s](gap > 1 m))", False),
+        ("always(once[1.4 s, 61 s](gap > 1 m) or gap > 0 m)", False),
+    ],
+)
+def test_window_before_the_beginning_of_every_run_is_refused(
+    check: Check, formula: str, *, is_empty: bool
+) -> None:
+    if not is_empty:
+        check(formula=formula)
+        return
+    with pytest.raises(SpecError, match=r"asked up to [\d.]+ s of .* before its beginning"):
+        check(formula=formula)
+
+
 @pytest.mark.parametrize("formula", TABLES["window within the tail is accepted"])
 def test_window_within_the_tail_is_accepted(check: Check, formula: str) -> None:
     assert check(formula=formula).formula is not None
