@@ -7,6 +7,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from adeye.judge.stl.syntax import (
+    Arithmetic,
     Assertion,
     Comparison,
     Connective,
@@ -26,7 +27,7 @@ from adeye.spec.plausible import farthest
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adeye.judge.stl.syntax import Arithmetic, Condition, Node, Term, Window
+    from adeye.judge.stl.syntax import Condition, Node, Term, Window
 
 
 # --- Parts of a formula whose truth does not depend on their signals: they ask for nothing --------
@@ -35,6 +36,10 @@ Interval: TypeAlias = tuple[float, float]
 
 _ANY: Final = (-math.inf, math.inf)
 _UNKNOWN: Final = (0, 0, 0)
+_NEVER_NEGATIVE: Final = frozenset(
+    "time age distance ttc time_gap time_headway mttc drac required_deceleration".split()
+)
+"""Last words of the names of signals that are 0 or more, whatever happens."""
 _MOST_PARTS: Final = 8
 """Different parts of a condition up to which all ways in which they hold are tried."""
 
@@ -42,7 +47,7 @@ _MOST_PARTS: Final = 8
 def first_constant(node: Node) -> tuple[Node, bool] | None:
     """Find a part that always or never holds, whatever numbers and truth values its signals have.
 
-    Signals range over all numbers, ``time`` over those from 0 on. What depends on a value is never
+    Signals range over all numbers, times and distances over those from 0 on. What depends on a value is never
     found; of what does not, comparisons by the ranges of their terms, equal parts, and an answer
     that its question contains, are.
 
@@ -73,6 +78,8 @@ def _ordered(node: Comparison) -> bool | None:
     is_strict = node.operator in {"<", ">"}
     if canonical(low) == canonical(high):
         return not is_strict
+    if _is_among(high, low, "min") or _is_among(low, high, "max"):
+        return None if is_strict else True
     (least, below), (above, most) = _limit(low), _limit(high)
     if above == most and math.isinf(above):
         return above > 0.0
@@ -83,6 +90,12 @@ def _ordered(node: Comparison) -> bool | None:
     if most < least or (most == least and is_strict):
         return False
     return None
+
+
+def _is_among(part: Term, whole: Term, operator: str) -> bool:
+    """Tell whether a term is one of those of which another takes the least or the largest."""
+    is_choice = isinstance(whole, Arithmetic) and whole.operator == operator
+    return is_choice and canonical(part) in map(canonical, children(whole))
 
 
 def _equal(node: Equality) -> bool | None:
@@ -107,7 +120,8 @@ def _values(term: Term) -> Interval:
     if isinstance(term, Constant):
         return term.value, term.value
     if isinstance(term, Signal):
-        return (0.0, math.inf) if term.name == "time" else _ANY
+        last = term.name.rpartition(".")[2]
+        return (0.0, math.inf) if last in _NEVER_NEGATIVE else _ANY
     found = _applied(term)
     return _ANY if any(map(math.isnan, found)) else found
 
