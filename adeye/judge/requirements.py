@@ -581,7 +581,6 @@ class _Check:
                     f"Give the scenario a tail of {needed:g} s or shorten the window.",
                 )
 
-
     def _check_past(self, formula: Formula, scenario: str, horizon: float) -> None:
         """Refuse what looks behind the beginning of every run of a scenario, where nothing is."""
         found = next(_empty_past(formula.root, 0.0, horizon), None)

@@ -29,14 +29,14 @@ from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
 from tests.store.conftest import Store
 
-HELD = {"sqlite": "0009 2c4a3f4bb525814e", "postgresql": "0009 ba5e286a944a625d"}
+HELD = {"sqlite": "0010 c4e783b289ed56f1", "postgresql": "0010 c232d36fad8b7354"}
 """Version, and digest of all statements that make it."""
 
 NEXT = """
 from alembic import op
 
-revision = "0010"
-down_revision = "0009"
+revision = "0011"
+down_revision = "0010"
 branch_labels = None
 depends_on = None
 
@@ -52,10 +52,10 @@ def upgrade() -> None:
 def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     folder = tmp_path / "migrations"
     shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
-    (folder / "versions" / "0010_noticed.py").write_text(NEXT)
+    (folder / "versions" / "0011_noticed.py").write_text(NEXT)
     monkeypatch.setattr(schema, "_FOLDER", folder)
-    monkeypatch.setattr(schema, "_HEAD", "0010")
-    return "0010"
+    monkeypatch.setattr(schema, "_HEAD", "0011")
+    return "0011"
 
 
 def set_version(path: Path, version: str) -> None:

@@ -9,3 +9,4 @@ JOIN test_case t ON t.digest = c.test_case_digest
 JOIN injection i ON i.result_digest = c.result_digest
 WHERE i.version = (SELECT MAX(x.version) FROM injection x
     WHERE x.result_digest = i.result_digest)
+    AND NOT EXISTS (SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest)

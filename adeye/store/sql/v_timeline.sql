@@ -5,3 +5,4 @@ FROM campaign_case c
 JOIN test_case t ON t.digest = c.test_case_digest
 JOIN run r ON r.result_digest = c.result_digest
 JOIN event e ON e.run_number = r.number
+WHERE NOT EXISTS (SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest)

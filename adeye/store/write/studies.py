@@ -347,13 +347,15 @@ class Hindsight(Door):
             _insert_new(connection, tables.injection.name, rows)
 
     def injections(self, campaign: str) -> tuple[Injection, ...]:
-        """Give what is known of the faults of a campaign's runs, by run."""
+        """Give what is known of the faults of a campaign's runs, by run; none withdrawn."""
         with self._database.read() as connection:
             found = connection.exec_driver_sql(
                 "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
                 "JOIN campaign_case c ON c.result_digest = i.result_digest "
                 "JOIN test_case t ON t.digest = c.test_case_digest "
-                "WHERE c.campaign_id = ? AND i.version = ? ORDER BY i.result_digest",
+                "WHERE c.campaign_id = ? AND i.version = ? AND NOT EXISTS "
+                "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
+                "ORDER BY i.result_digest",
                 (campaign, TIMELINE_VERSION),
             ).mappings()
             # Two cases of a campaign may be one test case.
@@ -404,7 +406,7 @@ class Hindsight(Door):
             _insert_new(connection, tables.takeover.name, rows)
 
     def takeovers(self, campaign: str) -> tuple[TakeoverLine, ...]:
-        """Give what is known of the decisions of a campaign's runs, by run."""
+        """Give what is known of the decisions of a campaign's runs, by run; none withdrawn."""
         with self._database.read() as connection:
             found = connection.exec_driver_sql(
                 "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
@@ -412,7 +414,9 @@ class Hindsight(Door):
                 "JOIN fork f ON f.result_digest = o.fork_digest "
                 "JOIN campaign_case c ON c.result_digest = f.origin_digest "
                 "JOIN test_case t ON t.digest = c.test_case_digest "
-                "WHERE c.campaign_id = ? AND o.version = ? ORDER BY f.origin_digest",
+                "WHERE c.campaign_id = ? AND o.version = ? AND NOT EXISTS "
+                "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
+                "ORDER BY f.origin_digest",
                 (campaign, TAKEOVERS_VERSION),
             )
             known = {item[0]: TakeoverLine(*item) for item in found}

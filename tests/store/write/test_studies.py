@@ -200,3 +200,14 @@ def test_contacts_without_a_drive_of_this_version_are_open(
         assert kept.open_contacts("f" * 32) == 0
         monkeypatch.setattr(benchmarks, "BENCHMARK_VERSION", 9)
         assert kept.open_contacts(campaign) == len(contacts) > 1
+
+
+def test_withdrawn_run_is_none_of_those_whose_faults_and_forks_are_counted(store: Store) -> None:
+    campaign = store.campaign(4)
+    found, _ = store.hindsight(campaign)
+    seen = "SELECT run FROM v_faults UNION SELECT run FROM v_forks UNION SELECT run FROM v_timeline"
+    assert (found.run,) in map(tuple, store.rows(seen))
+    assert store.repository.evidence.withdraw(found.run, author="me", reason="wrong map")
+    assert (found.run,) not in map(tuple, store.rows(seen))
+    assert store.repository.hindsight.injections(campaign) == ()
+    assert store.repository.hindsight.takeovers(campaign) == ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-revision = "0009"
+revision = "0010"
 down_revision = None
 branch_labels = None
 depends_on = None
