@@ -12,24 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos, tan
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.profiles import (
-    MIN_LATERAL_SPEED,
-    OBJECT_COSINE,
-    OBJECT_D,
-    OBJECT_LENGTH,
-    OBJECT_ROW,
-    OBJECT_S,
-    OBJECT_SINE,
-    OBJECT_SPEED,
-    OBJECT_WIDTH,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    predict_body,
-)
 from adeye.kernel.road import depth_at, lane_of, local, position, refuge_depth
 from adeye.kernel.stops import RULE_REFUGE, place_kind, rate_footprint
 
@@ -263,16 +249,16 @@ def sweep(
     sideways = cosine * velocity[1] - sine * velocity[0]
     if not math.isfinite(s + d + forward + sideways):
         return
-    if not is_free and abs(sideways) < MIN_LATERAL_SPEED:
+    if not is_free and abs(sideways) < profiles.MIN_LATERAL_SPEED:
         sideways = 0.0
-    item, way = np.zeros(OBJECT_ROW), np.empty((samples, WAY_ROW))
-    item[OBJECT_LENGTH], item[OBJECT_WIDTH] = body[3], body[4]
-    item[OBJECT_S], item[OBJECT_D], item[OBJECT_SPEED] = s, d, forward
-    predict_body(item, sideways, is_free, acceleration, lane_width, lanes, interval, way)
+    item, way = np.zeros(profiles.OBJECT_ROW), np.empty((samples, profiles.WAY_ROW))
+    item[profiles.OBJECT_LENGTH], item[profiles.OBJECT_WIDTH] = body[3], body[4]
+    item[profiles.OBJECT_S], item[profiles.OBJECT_D], item[profiles.OBJECT_SPEED] = s, d, forward
+    profiles.predict_body(item, sideways, is_free, acceleration, lane_width, lanes, interval, way)
     box = np.empty(6)
     reach = 0.5 * (body[3] + body[4]) + cell
     for sample in range(samples):
-        ahead, aside = way[sample, WAY_S] - s, way[sample, WAY_D] - d
+        ahead, aside = way[sample, profiles.WAY_S] - s, way[sample, profiles.WAY_D] - d
         steps = math.ceil(2.0 * math.sqrt(ahead * ahead + aside * aside) / cell)
         for step in range(1, steps + 1):
             share = step / steps
@@ -282,11 +268,11 @@ def sweep(
                 xs[0] - reach < box[0] < xs[-1] + reach and ys[0] - reach < box[1] < ys[-1] + reach
             ):
                 continue
-            turned = box[3] * item[OBJECT_SINE] + box[2] * item[OBJECT_COSINE]
-            box[3] = box[3] * item[OBJECT_COSINE] - box[2] * item[OBJECT_SINE]
+            turned = box[3] * item[profiles.OBJECT_SINE] + box[2] * item[profiles.OBJECT_COSINE]
+            box[3] = box[3] * item[profiles.OBJECT_COSINE] - box[2] * item[profiles.OBJECT_SINE]
             box[2] = turned
             cover(box, (sample + share) * interval, xs, ys, cell, times)
-        s, d = way[sample, WAY_S], way[sample, WAY_D]
+        s, d = way[sample, profiles.WAY_S], way[sample, profiles.WAY_D]
 
 
 @compiled

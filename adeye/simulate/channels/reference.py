@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.control import idm_acceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
-from adeye.kernel.reference_drivers.drivers import reference_limit
-from adeye.kernel.reference_drivers.parameters import (
+from adeye.kernel.reference_drivers.drivers import (
     CUE,
     EGO_ACCELERATION,
     EGO_SPEED,
@@ -29,40 +29,17 @@ from adeye.kernel.reference_drivers.parameters import (
     OTHER_ACCELERATION,
     OTHER_SPEED,
     OVERLAP,
+    REVEALED,
     STATE_SIZE,
     VIEW_SIZE,
+    following_distance,
     parameters_of,
+    reference_limit,
     vector,
 )
-from adeye.kernel.reference_drivers.reactions import following_distance
-from adeye.kernel.reference_drivers.scenes import REVEALED
 from adeye.kernel.road import lane_way, local
-from adeye.signals import (
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    FAULT,
-    OK,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    Observation,
-)
-from adeye.simulate.channels.driving import (
-    HOLD_DECELERATION,
-    IDM_EXPONENT,
-    STANDSTILL,
-    allowed_speed,
-    channel_records,
-    is_number,
-    parameter_columns,
-    path_of_lane,
-    steer,
-)
+from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation
+from adeye.simulate.channels import driving
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_D,
@@ -152,10 +129,10 @@ def update_things(  # noqa: PLR0913, PLR0917 - a kernel
         if not mask[number]:
             continue
         seen = detections[number]
-        x = pose[POSE_X] + cosine * seen[DETECTION_X] - sine * seen[DETECTION_Y]
-        y = pose[POSE_Y] + sine * seen[DETECTION_X] + cosine * seen[DETECTION_Y]
+        x = pose[POSE_X] + cosine * seen[signals.DETECTION_X] - sine * seen[signals.DETECTION_Y]
+        y = pose[POSE_Y] + sine * seen[signals.DETECTION_X] + cosine * seen[signals.DETECTION_Y]
         s, d, road, _ = local(segments, x, y)
-        length, width = seen[DETECTION_LENGTH], seen[DETECTION_WIDTH]
+        length, width = seen[signals.DETECTION_LENGTH], seen[signals.DETECTION_WIDTH]
         row = _row_of(things, s, d, road, path_d, length, width, period)
         if row >= 0:
             _see_again(things[row], s, d, road, path_d, period)
@@ -209,20 +186,20 @@ def _free_row(things: Floats) -> int:
 def _see_first(thing: Floats, s: float, d: float, road: float, seen: Floats, pose: Floats) -> None:
     """Begin with an object; of its velocity only the range rate is known."""
     thing[:] = 0.0
-    x, y = seen[DETECTION_X], seen[DETECTION_Y]
+    x, y = seen[signals.DETECTION_X], seen[signals.DETECTION_Y]
     distance = math.sqrt(x * x + y * y)
     thing[THING_HITS] = 1.0
     thing[THING_FOUND] = 1.0
     thing[THING_S] = s
     thing[THING_D] = d
     thing[THING_ROAD] = road
-    thing[THING_LENGTH] = seen[DETECTION_LENGTH]
-    thing[THING_WIDTH] = seen[DETECTION_WIDTH]
+    thing[THING_LENGTH] = seen[signals.DETECTION_LENGTH]
+    thing[THING_WIDTH] = seen[signals.DETECTION_WIDTH]
     thing[THING_MEAN] = pose[POSE_SPEED]
-    if seen[DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
+    if seen[signals.DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
         # The box centre swings across as the ego turns.
         aside = pose[POSE_YAW_RATE] * pose[POSE_REAR]
-        thing[THING_MEAN] += (seen[DETECTION_RANGE_RATE] * distance + aside * y) / x
+        thing[THING_MEAN] += (seen[signals.DETECTION_RANGE_RATE] * distance + aside * y) / x
         thing[THING_HITS] = _SURE
     thing[THING_FORWARD] = thing[THING_MEAN]
 
@@ -264,7 +241,7 @@ def look_at(
         row: Of the object.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the centre of the ego's lane [m].
-        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.parameters``.
+        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.drivers``.
 
     Returns:
         VISIBLE, else the row of the vehicle that hides it, or UNSEEN for what is behind or not
@@ -366,13 +343,13 @@ class ReferenceChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        fields = parameter_columns(context, _NUMBERS)
+        fields = driving.parameter_columns(context, _NUMBERS)
         self._channel_id = context.channel_id
         self._sight = Sight(context)
         specs: list[ReferenceParameters] = list(context.parameters)
         found = [parameters_of(item.model, item.edition, item.variant) for item in specs]
         self._drivers = Drivers(
-            records=channel_records(context, fields),
+            records=driving.channel_records(context, fields),
             models=np.array([MODELS[item.model] for item in specs], dtype=np.int64),
             parameters=np.array([vector(item) for item in found]),
             segments=np.ascontiguousarray(context.road.segments),
@@ -381,7 +358,7 @@ class ReferenceChannel:
             things=np.zeros((runs, THINGS, THING_SIZE)),
             memory=np.full((runs, MEMORY_WIDTH), np.nan),
             command=np.zeros((runs, 2)),
-            status=np.full(runs, FAULT, dtype=np.int64),
+            status=np.full(runs, signals.FAULT, dtype=np.int64),
             scene=np.zeros(VIEW_SIZE),
         )
 
@@ -455,13 +432,13 @@ def _act(
         clear_pose(pose)
         if time - stamp[run] <= _LATE:
             update_pose(pose, segments, estimate[run], stamp[run], time, record["period"])
-        drivers.status[run] = FAULT
+        drivers.status[run] = signals.FAULT
         if not has_pose(pose, time):
             command[0] = 0.0
             memory[MEMORY_SPEED] = math.nan
             continue
         if math.isnan(memory[MEMORY_PATH]):
-            memory[MEMORY_PATH] = path_of_lane(record, pose[POSE_D])
+            memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
         path_d = memory[MEMORY_PATH]
         update_things(
             drivers.things[run],
@@ -473,12 +450,12 @@ def _act(
             record["period"],
         )
         acceleration = _longitudinal(drivers, run)
-        steering = steer(record, pose, path_d)
+        steering = driving.steer(record, pose, path_d)
         command[0] = 0.0
-        if is_number(acceleration, steering):
+        if driving.is_number(acceleration, steering):
             command[0] = acceleration
             command[1] = steering
-            drivers.status[run] = OK
+            drivers.status[run] = signals.OK
 
 
 @inlined
@@ -513,12 +490,12 @@ def _longitudinal(drivers: Drivers, run: int) -> float:
         speed,
         nearest,
         things[lead, THING_FORWARD] if lead >= 0 else 0.0,
-        allowed_speed(record, drivers.segments[run], pose, path_d),
+        driving.allowed_speed(record, drivers.segments[run], pose, path_d),
         max(room, 0.0) / max(speed, 1.0),
         record["standstill_gap"],
         record["max_acceleration"],
         record["comfort_deceleration"],
-        IDM_EXPONENT,
+        driving.IDM_EXPONENT,
         record["comfort_deceleration"],
     )
     if lead >= 0:
@@ -528,6 +505,6 @@ def _longitudinal(drivers: Drivers, run: int) -> float:
         if is_new or things[lead, THING_ACCELERATION] < -_BRAKES:
             wanted = 0.0
     wanted = min(wanted, limit)
-    if speed < STANDSTILL and wanted <= 0.0:
-        return -HOLD_DECELERATION
+    if speed < driving.STANDSTILL and wanted <= 0.0:
+        return -driving.HOLD_DECELERATION
     return wanted

@@ -7,24 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.simulate.faults import command_faults as actuators
-from adeye.simulate.faults import command_faults as commands
-from adeye.simulate.faults import command_faults as links
-from adeye.simulate.faults import sensor_faults as timing
+from adeye.simulate.faults import command_faults, sensor_faults
 from adeye.simulate.faults.injector import DropOut, Silence
-from adeye.simulate.faults.sensor_faults import (
-    CHANGES,
-    BlindSector,
-    Ghost,
-    Jump,
-    Miscalibration,
-    Misclassify,
-    Miss,
-    NumberFault,
-    Pixels,
-    RangeLoss,
-    Split,
-)
 from adeye.spec.fault import Late
 
 if TYPE_CHECKING:
@@ -113,52 +97,52 @@ class LateSwitch:
 
 INJECTORS: Final[Mapping[tuple[str, str], Callable[[InjectorContext], Any]]] = {
     ("sensors", "drop_out"): DropOut,
-    ("sensors", "power_loss"): timing.PowerLoss,
-    ("sensors", "freeze"): timing.Freeze,
-    ("sensors", "stale"): timing.Stale,
-    ("sensors", "stale_stamp"): timing.StaleStamp,
-    ("sensors", "clock_drift"): timing.ClockDrift,
-    ("sensors", "delay"): timing.Delay,
-    ("sensors", "sample_loss"): timing.SampleLoss,
-    **{("sensors", model): NumberFault for model in CHANGES},
-    ("sensors", "jump"): Jump,
-    ("sensors", "miss"): Miss,
-    ("sensors", "ghost"): Ghost,
-    ("sensors", "misclassify"): Misclassify,
-    ("sensors", "split"): Split,
-    ("sensors", "blind_sector"): BlindSector,
-    ("sensors", "range_loss"): RangeLoss,
-    ("sensors", "miscalibration"): Miscalibration,
-    ("sensors", "dead_pixels"): Pixels,
-    ("sensors", "pixel_noise"): Pixels,
-    ("sensors", "blackout"): Pixels,
+    ("sensors", "power_loss"): sensor_faults.PowerLoss,
+    ("sensors", "freeze"): sensor_faults.Freeze,
+    ("sensors", "stale"): sensor_faults.Stale,
+    ("sensors", "stale_stamp"): sensor_faults.StaleStamp,
+    ("sensors", "clock_drift"): sensor_faults.ClockDrift,
+    ("sensors", "delay"): sensor_faults.Delay,
+    ("sensors", "sample_loss"): sensor_faults.SampleLoss,
+    **{("sensors", model): sensor_faults.NumberFault for model in sensor_faults.CHANGES},
+    ("sensors", "jump"): sensor_faults.Jump,
+    ("sensors", "miss"): sensor_faults.Miss,
+    ("sensors", "ghost"): sensor_faults.Ghost,
+    ("sensors", "misclassify"): sensor_faults.Misclassify,
+    ("sensors", "split"): sensor_faults.Split,
+    ("sensors", "blind_sector"): sensor_faults.BlindSector,
+    ("sensors", "range_loss"): sensor_faults.RangeLoss,
+    ("sensors", "miscalibration"): sensor_faults.Miscalibration,
+    ("sensors", "dead_pixels"): sensor_faults.Pixels,
+    ("sensors", "pixel_noise"): sensor_faults.Pixels,
+    ("sensors", "blackout"): sensor_faults.Pixels,
     ("channels", "silent"): Silence,
     ("switch", "stuck"): StuckSwitch,
     ("switch", "late"): LateSwitch,
     ("channels", "crash"): Silence,
-    ("channels", "slow"): commands.Slow,
-    ("channels", "stuck"): commands.StuckCommand,
-    ("channels", "bias"): commands.Bias,
-    ("channels", "scale"): commands.Scale,
-    ("channels", "oscillating"): commands.Oscillating,
-    ("channels", "plausible_but_wrong"): commands.PlausibleButWrong,
-    ("channels", "not_a_number"): commands.NotANumber,
-    ("channels", "heartbeat_lies"): commands.HeartbeatLies,
-    ("links", "drop"): links.Drop,
-    ("links", "delay"): links.LinkDelay,
-    ("links", "reorder"): links.Reorder,
-    ("links", "duplicate"): links.Duplicate,
+    ("channels", "slow"): command_faults.Slow,
+    ("channels", "stuck"): command_faults.StuckCommand,
+    ("channels", "bias"): command_faults.Bias,
+    ("channels", "scale"): command_faults.Scale,
+    ("channels", "oscillating"): command_faults.Oscillating,
+    ("channels", "plausible_but_wrong"): command_faults.PlausibleButWrong,
+    ("channels", "not_a_number"): command_faults.NotANumber,
+    ("channels", "heartbeat_lies"): command_faults.HeartbeatLies,
+    ("links", "drop"): command_faults.Drop,
+    ("links", "delay"): command_faults.LinkDelay,
+    ("links", "reorder"): command_faults.Reorder,
+    ("links", "duplicate"): command_faults.Duplicate,
     **{
         ("hooks", model): Hook
         for model in ("tracks_lost", "planner_frozen", "monitors_frozen", "map_shifted")
     },
-    ("actuators", "loss"): actuators.Loss,
-    ("actuators", "fade"): actuators.Fade,
-    ("actuators", "offset"): actuators.Offset,
-    ("actuators", "rate_limit"): actuators.RateLimit,
-    ("actuators", "delay"): actuators.ActuatorDelay,
-    ("actuators", "stuck"): actuators.StuckActuator,
-    ("tyres", "friction"): actuators.Friction,
+    ("actuators", "loss"): command_faults.Loss,
+    ("actuators", "fade"): command_faults.Fade,
+    ("actuators", "offset"): command_faults.Offset,
+    ("actuators", "rate_limit"): command_faults.RateLimit,
+    ("actuators", "delay"): command_faults.ActuatorDelay,
+    ("actuators", "stuck"): command_faults.StuckActuator,
+    ("tyres", "friction"): command_faults.Friction,
 }
 """How to make an injector, by kind of target and model."""
 

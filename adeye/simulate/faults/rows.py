@@ -9,29 +9,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.signals import (
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_X,
-    EGO_Y,
-    ESTIMATE_PLACE,
-    NO_CHANNEL,
-    PLACE_LANE,
-    POINT_BEARING,
-    POINT_ELEVATION,
-    POINT_RANGE,
-    REASON_NONE,
-    SILENT,
-    Authority,
-    Bools,
-    ControlCommand,
-    Floats,
-    Measurement,
-    RoadMap,
-)
+from adeye.signals import Authority, Bools, ControlCommand, Floats, Measurement, RoadMap
 from adeye.simulate.traffic.stage import locate
 from adeye.spec.sensor_faults import SIGNALS
 
@@ -93,14 +74,14 @@ _NOTHING: Final[Mapping[str, float]] = {
     "source": -1,
     "hits": -1,
     "values": np.nan,
-    "status": SILENT,
+    "status": signals.SILENT,
     "plan": np.nan,
     "tracks": np.nan,
     "candidates": np.nan,
     "candidate_costs": np.nan,
     "chosen": -1,
-    "channel": NO_CHANNEL,
-    "reason": REASON_NONE,
+    "channel": signals.NO_CHANNEL,
+    "reason": signals.REASON_NONE,
 }
 """What stands in the arrays of a thing before there is one; 0 in the others."""
 
@@ -219,19 +200,19 @@ def shift_points(points: Floats, runs: Bools, yaw: Floats, x: Floats, y: Floats)
             continue
         for beam in range(points.shape[1]):
             point = points[run, beam]
-            if not point[POINT_RANGE] > 0.0:
+            if not point[signals.POINT_RANGE] > 0.0:
                 continue
             if x[run, 0] != 0.0 or y[run, 0] != 0.0:
-                s, c = sin_cos(point[POINT_BEARING])
-                rise, level = sin_cos(point[POINT_ELEVATION])
-                height = point[POINT_RANGE] * rise
-                along = point[POINT_RANGE] * level * c - x[run, 0]
-                across = point[POINT_RANGE] * level * s - y[run, 0]
+                s, c = sin_cos(point[signals.POINT_BEARING])
+                rise, level = sin_cos(point[signals.POINT_ELEVATION])
+                height = point[signals.POINT_RANGE] * rise
+                along = point[signals.POINT_RANGE] * level * c - x[run, 0]
+                across = point[signals.POINT_RANGE] * level * s - y[run, 0]
                 way = math.sqrt(along * along + across * across)
-                point[POINT_RANGE] = math.sqrt(way * way + height * height)
-                point[POINT_BEARING] = atan2(across, along)
-                point[POINT_ELEVATION] = atan2(height, way)
-            point[POINT_BEARING] -= yaw[run, 0]
+                point[signals.POINT_RANGE] = math.sqrt(way * way + height * height)
+                point[signals.POINT_BEARING] = atan2(across, along)
+                point[signals.POINT_ELEVATION] = atan2(height, way)
+            point[signals.POINT_BEARING] -= yaw[run, 0]
 
 
 @compiled
@@ -260,13 +241,13 @@ def _relocate(
     for run in range(estimate.shape[0]):
         if not runs[run]:
             continue
-        x, y = estimate[run, EGO_X], estimate[run, EGO_Y]
-        place = estimate[run, ESTIMATE_PLACE:]
+        x, y = estimate[run, signals.EGO_X], estimate[run, signals.EGO_Y]
+        place = estimate[run, signals.ESTIMATE_PLACE :]
         if abs(x) <= FARTHEST and abs(y) <= FARTHEST:
             locate(segments[run], lane_width[run], lanes, x, y, place)
         else:
             place[:] = math.nan
-            place[PLACE_LANE] = -1.0
+            place[signals.PLACE_LANE] = -1.0
 
 
 # --- Lists of detections as faults change them: still packed, and in order of distance ------------
@@ -307,7 +288,7 @@ def with_rows(
         runs: (B,) whose list may be out of order, or have rows that are not there any more.
     """
     rows, there = detections[runs], mask[runs]
-    x, y = rows[:, :, DETECTION_X], rows[:, :, DETECTION_Y]
+    x, y = rows[:, :, signals.DETECTION_X], rows[:, :, signals.DETECTION_Y]
     with np.errstate(all="ignore"):
         distance = x * x + y * y
     order = np.lexsort((distance, ~there), axis=-1)
@@ -361,7 +342,9 @@ class Seat:
 
     def away(self, detections: Floats) -> tuple[Floats, Floats]:
         """Return how far along x and y each detection is from the sensor (B, M) [m]."""
-        return detections[:, :, DETECTION_X] - self.x, detections[:, :, DETECTION_Y] - self.y
+        return detections[:, :, signals.DETECTION_X] - self.x, detections[
+            :, :, signals.DETECTION_Y
+        ] - self.y
 
     def distances(self, detections: Floats) -> Floats:
         """Return the distance of each detection from the sensor (B, M) [m]."""
@@ -450,7 +433,7 @@ def _of_points(measurement: Measurement, signal: str, least: float | None) -> Pl
     if points is None:
         msg = "a lidar delivers points"
         raise TypeError(msg)
-    column = POINT_RANGE if signal == "range" else POINT_BEARING
+    column = signals.POINT_RANGE if signal == "range" else signals.POINT_BEARING
     beams = np.arange(points.shape[1])
 
     def write(given: Measurement, new: Floats, changed: Bools, _road: RoadMap) -> Measurement:
@@ -458,12 +441,12 @@ def _of_points(measurement: Measurement, signal: str, least: float | None) -> Pl
         moved[:, :, column] = np.where(changed, new, points[:, :, column])
         # A range of 0 says that nothing came back.
         return without_points(
-            replace(given, points=moved), changed & (moved[:, :, POINT_RANGE] == 0.0)
+            replace(given, points=moved), changed & (moved[:, :, signals.POINT_RANGE] == 0.0)
         )
 
     return Place(
         points[:, :, column],
-        points[:, :, POINT_RANGE] > 0.0,
+        points[:, :, signals.POINT_RANGE] > 0.0,
         np.broadcast_to(beams, points.shape[:2]),
         least,
         write,
@@ -474,11 +457,11 @@ def without_points(measurement: Measurement, lost: Bools) -> Measurement:
     """Return a measurement without the returns of some beams (B, P); itself if none is lost."""
     if measurement.points is None or measurement.hits is None:
         return measurement
-    lost = lost & ((measurement.points[:, :, POINT_RANGE] != 0.0) | (measurement.hits >= 0))
+    lost = lost & ((measurement.points[:, :, signals.POINT_RANGE] != 0.0) | (measurement.hits >= 0))
     if not lost.any():
         return measurement
     points, hits = measurement.points.copy(), measurement.hits.copy()
-    points[lost, POINT_RANGE] = 0.0
+    points[lost, signals.POINT_RANGE] = 0.0
     hits[lost] = -1
     return replace(measurement, points=points, hits=hits)
 
@@ -496,7 +479,7 @@ def _of_detections(
     else:
         values = rows[:, :, SIGNALS[signal].column]
     if signal == "range_rate":
-        there = there & (rows[:, :, DETECTION_HAS_RANGE_RATE] > 0.0)
+        there = there & (rows[:, :, signals.DETECTION_HAS_RANGE_RATE] > 0.0)
 
     def write(given: Measurement, new: Floats, changed: Bools, _road: RoadMap) -> Measurement:
         moved = rows.copy()
@@ -504,8 +487,12 @@ def _of_detections(
             dx, dy = seat.away(rows)
             with np.errstate(all="ignore"):
                 x, y = _polar(signal, dx, dy, values, new)
-            moved[:, :, DETECTION_X] = np.where(changed, seat.x + x, rows[:, :, DETECTION_X])
-            moved[:, :, DETECTION_Y] = np.where(changed, seat.y + y, rows[:, :, DETECTION_Y])
+            moved[:, :, signals.DETECTION_X] = np.where(
+                changed, seat.x + x, rows[:, :, signals.DETECTION_X]
+            )
+            moved[:, :, signals.DETECTION_Y] = np.where(
+                changed, seat.y + y, rows[:, :, signals.DETECTION_Y]
+            )
         else:
             column = SIGNALS[signal].column
             moved[:, :, column] = np.where(changed, new, rows[:, :, column])
@@ -546,7 +533,7 @@ def write_estimate(
     moved = np.zeros(estimate.shape[0], dtype=np.bool_)
     for column, (new, changed) in columns.items():
         estimate[:, column] = np.where(changed[:, 0], new[:, 0], estimate[:, column])
-        if column in (EGO_X, EGO_Y):
+        if column in (signals.EGO_X, signals.EGO_Y):
             moved |= changed[:, 0]
     relocate(road, moved, estimate)
     return replace(measurement, estimate=estimate)

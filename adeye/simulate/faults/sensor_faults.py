@@ -48,15 +48,7 @@ from adeye.simulate.faults.rows import (
     write_estimate,
     write_values,
 )
-from adeye.simulate.sensors.exposure import (
-    PATCH_BOTTOM,
-    PATCH_FIRST,
-    PATCH_STOP,
-    PATCH_TOP,
-    PATCH_TRANSMISSION,
-    PATCH_VARIANCE,
-    PATCH_WIDTH,
-)
+from adeye.simulate.sensors import imaging
 from adeye.spec.sensor_faults import delivered
 
 if TYPE_CHECKING:
@@ -187,15 +179,15 @@ class Pixels:
         """Prepare for a batch."""
         specs: Any = context.specs
         cameras: Any = [item.sensors[specs[0].target_id] for item in context.architectures]
-        self._patches: Floats = np.zeros((len(specs), 1, PATCH_WIDTH))
+        self._patches: Floats = np.zeros((len(specs), 1, imaging.PATCH_WIDTH))
         for row, spec, camera in zip(self._patches[:, 0], specs, cameras, strict=True):
             first, top = getattr(spec, "column", 0), getattr(spec, "row", 0)
-            row[PATCH_FIRST], row[PATCH_TOP] = first, top
-            row[PATCH_STOP] = first + getattr(spec, "columns", camera.columns)
-            row[PATCH_BOTTOM] = top + getattr(spec, "rows", camera.rows)
-            row[PATCH_TRANSMISSION] = getattr(spec, "transmission", 1.0)
-            row[PATCH_VARIANCE] = getattr(spec, "noise", 0.0) ** 2
-            if row[PATCH_TRANSMISSION] == 1.0 and row[PATCH_VARIANCE] == 0.0:
+            row[imaging.PATCH_FIRST], row[imaging.PATCH_TOP] = first, top
+            row[imaging.PATCH_STOP] = first + getattr(spec, "columns", camera.columns)
+            row[imaging.PATCH_BOTTOM] = top + getattr(spec, "rows", camera.rows)
+            row[imaging.PATCH_TRANSMISSION] = getattr(spec, "transmission", 1.0)
+            row[imaging.PATCH_VARIANCE] = getattr(spec, "noise", 0.0) ** 2
+            if row[imaging.PATCH_TRANSMISSION] == 1.0 and row[imaging.PATCH_VARIANCE] == 0.0:
                 row[:] = 0.0
 
     def patches(self, moment: Moment) -> Floats | None:
@@ -203,7 +195,7 @@ class Pixels:
 
         None if there are none in any run.
         """
-        there = moment.active & (self._patches[:, 0, PATCH_STOP] > 0.0)
+        there = moment.active & (self._patches[:, 0, imaging.PATCH_STOP] > 0.0)
         if not there.any():
             return None
         return np.where(there[:, None, None], self._patches, 0.0)

@@ -16,35 +16,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import no_measurement
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    GNSS_COLUMNS,
-    GNSS_VELOCITY_X,
-    GNSS_VELOCITY_Y,
-    GNSS_X,
-    GNSS_Y,
-    IMU_ACCELERATION_X,
-    IMU_ACCELERATION_Y,
-    IMU_COLUMNS,
-    IMU_YAW_RATE,
-    Bools,
-    Floats,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Sampling, Truth, rear_axles
 
 if TYPE_CHECKING:
@@ -122,12 +101,12 @@ class GnssSensor(Sampling):
         self._outages = _outages(specs)
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, 2))
-        self._empty = no_values(runs, len(context.scene.object_ids), len(GNSS_COLUMNS))
+        self._empty = no_values(runs, len(context.scene.object_ids), len(signals.GNSS_COLUMNS))
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
         _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(GNSS_COLUMNS)))
+        values: Floats = np.empty((scene.ego.shape[0], len(signals.GNSS_COLUMNS)))
         _sample_gnss(
             self._parameters,
             self._outages,
@@ -235,14 +214,20 @@ def _sample_gnss(  # noqa: PLR0913, PLR0917 - a kernel
         if not running[run] or _is_out(outages[run], time):
             row[:] = math.nan
             continue
-        s, c = sin_cos(state[EGO_HEADING])
+        s, c = sin_cos(state[signals.EGO_HEADING])
         x, y = record["x"], record["y"]
-        ahead, aside = point_velocity(state[EGO_SPEED], state[EGO_YAW_RATE], x + record["rear"], y)
+        ahead, aside = point_velocity(
+            state[signals.EGO_SPEED], state[signals.EGO_YAW_RATE], x + record["rear"], y
+        )
         noise, speed_noise = record["position_noise"], record["speed_noise"]
-        row[GNSS_X] = state[EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
-        row[GNSS_Y] = state[EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
-        row[GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
-        row[GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
+        row[signals.GNSS_X] = (
+            state[signals.EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
+        )
+        row[signals.GNSS_Y] = (
+            state[signals.EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
+        )
+        row[signals.GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
+        row[signals.GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
 
 
 @compiled
@@ -280,12 +265,12 @@ class ImuSensor(Sampling):
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, 3))
         self._before: Floats | None = None
-        self._empty = no_values(runs, len(context.scene.object_ids), len(IMU_COLUMNS))
+        self._empty = no_values(runs, len(context.scene.object_ids), len(signals.IMU_COLUMNS))
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
         _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(IMU_COLUMNS)))
+        values: Floats = np.empty((scene.ego.shape[0], len(signals.IMU_COLUMNS)))
         _sample_imu(
             self._parameters,
             self._context.every * self._context.scene.step,
@@ -358,9 +343,9 @@ def _sample_imu(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         along, across, rate = _motion(record, before[run], ego[run], period, is_first)
         noise = record["acceleration_noise"]
-        row[IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
-        row[IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
-        row[IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
+        row[signals.IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
+        row[signals.IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
+        row[signals.IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
 
 
 @inlined
@@ -377,14 +362,14 @@ def _motion(
     """
     # The rear axle moves along the heading, the mount with it as of a rigid body.
     ahead, aside = record["x"] + record["rear"], record["y"]
-    rate = ego[EGO_YAW_RATE]
-    along, across = ego[EGO_SPEED] - rate * aside, rate * ahead
+    rate = ego[signals.EGO_YAW_RATE]
+    along, across = ego[signals.EGO_SPEED] - rate * aside, rate * ahead
     if is_first:
-        return ego[EGO_ACCELERATION] - rate * across, rate * along, rate
-    old_rate = before[EGO_YAW_RATE]
-    old_along, old_across = before[EGO_SPEED] - old_rate * aside, old_rate * ahead
+        return ego[signals.EGO_ACCELERATION] - rate * across, rate * along, rate
+    old_rate = before[signals.EGO_YAW_RATE]
+    old_along, old_across = before[signals.EGO_SPEED] - old_rate * aside, old_rate * ahead
     return (
         (along - old_along) / period - 0.5 * (rate * across + old_rate * old_across),
         (across - old_across) / period + 0.5 * (rate * along + old_rate * old_along),
-        wrap_to_pi(ego[EGO_HEADING] - before[EGO_HEADING]) / period,
+        wrap_to_pi(ego[signals.EGO_HEADING] - before[signals.EGO_HEADING]) / period,
     )

@@ -9,17 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.errors import SpecError, suggest
+from adeye.kernel import storyboard
 from adeye.kernel.elementary import asin, atan
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import local, mark_on_road, offset_curvature, position
-from adeye.kernel.storyboard import (
-    ACTION_RELATIVE,
-    ACTOR_WIDTH,
-    WALKS,
-    Script,
-    advance,
-    place_actor,
-)
+from adeye.kernel.storyboard import Script
 from adeye.signals import ILLUMINANCE, ROAD_EDGE, Bools, Floats, RoadMap, SceneContext, Surroundings
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick, Situation
 from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES, class_indices
@@ -119,7 +113,7 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         half = 0.5 * (lengths[name] + lengths[base])
         half = np.where(gap < 0.0, -half, half)
         bend = [
-            advance(line, s, d, way) - advance(line, s, 0.0, way)
+            storyboard.advance(line, s, d, way) - storyboard.advance(line, s, 0.0, way)
             for line, s, d, way in zip(
                 road.segments, places[base], beside[base], gap + half, strict=True
             )
@@ -371,7 +365,7 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
     )
     triggers = TriggerTable.of(cases, context)
     script = compile_script(formulas, road, triggers.index, context.step)
-    speeds = script.actions[..., ACTION_RELATIVE]
+    speeds = script.actions[..., storyboard.ACTION_RELATIVE]
     triggers.watch(script.programs, speeds[speeds >= 0.0].astype(np.int64))
     wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])
     return World(
@@ -550,9 +544,9 @@ def place_objects(
 
 
 def _actor_states(starts: Starts, walks: Bools) -> Floats:
-    states = np.zeros((starts.s.shape[0], len(walks), ACTOR_WIDTH))
+    states = np.zeros((starts.s.shape[0], len(walks), storyboard.ACTOR_WIDTH))
     place_actors(starts.s, starts.d, starts.heading, starts.speed, states)
-    states[..., WALKS] = walks
+    states[..., storyboard.WALKS] = walks
     return states
 
 
@@ -569,7 +563,7 @@ def place_actors(s: Floats, d: Floats, heading: Floats, speed: Floats, states: F
     """
     for run in range(states.shape[0]):
         for actor in range(states.shape[1]):
-            place_actor(
+            storyboard.place_actor(
                 states[run, actor],
                 s[run, actor],
                 d[run, actor],

@@ -13,50 +13,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.errors import SpecError
+from adeye.kernel import storyboard
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.elementary import cos, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE, Programs
 from adeye.kernel.road import lane_way
-from adeye.kernel.storyboard import (
-    ACTION_ACTOR,
-    ACTION_DELAY,
-    ACTION_JERK,
-    ACTION_KIND,
-    ACTION_RATE,
-    ACTION_RELATIVE,
-    ACTION_SHAPE,
-    ACTION_TARGET,
-    ACTION_WIDTH,
-    CHANGE_BY,
-    CHANGE_SPEED,
-    CHANGE_TO,
-    CROSS,
-    EVENT_VARIABLES,
-    LINEAR,
-    SINUSOIDAL,
-    Script,
-)
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    Bools,
-    Floats,
-    Ints,
-    Scene,
-    SceneContext,
-)
+from adeye.kernel.storyboard import Script
+from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
 from adeye.spec.expression import Expression, Program, parse, to_program
 from adeye.units import Dimension
@@ -98,12 +64,12 @@ def compile_script(
     """
     scenario = formulas.scenario
     actors = list(scenario.actors)
-    actions = np.zeros((formulas.runs, len(scenario.storyboard), ACTION_WIDTH))
+    actions = np.zeros((formulas.runs, len(scenario.storyboard), storyboard.ACTION_WIDTH))
     for number, (name, event) in enumerate(scenario.storyboard.items()):
         row = actions[:, number]
-        row[:, ACTION_ACTOR] = actors.index(event.actor)
-        row[:, ACTION_JERK] = math.inf
-        row[:, ACTION_RELATIVE] = -1.0
+        row[:, storyboard.ACTION_ACTOR] = actors.index(event.actor)
+        row[:, storyboard.ACTION_JERK] = math.inf
+        row[:, storyboard.ACTION_RELATIVE] = -1.0
         delay = formulas.limited(
             f"storyboard.{name}.delay",
             lambda s, name=name: s.storyboard[name].delay,  # type: ignore[misc]
@@ -111,10 +77,10 @@ def compile_script(
             default=0.0,
             unit="s",
         )
-        row[:, ACTION_DELAY] = np.ceil(delay / step - _ROUNDING)
+        row[:, storyboard.ACTION_DELAY] = np.ceil(delay / step - _ROUNDING)
         _fill_action(row, name, formulas, road)
         if event.speed is not None and event.speed.relative_to is not None:
-            row[:, ACTION_RELATIVE] = index[f"{event.speed.relative_to}.speed"]
+            row[:, storyboard.ACTION_RELATIVE] = index[f"{event.speed.relative_to}.speed"]
     events = list(scenario.storyboard)
     order = np.array([events.index(name) for name in scenario.acting_order], dtype=np.int64)
     numbers = np.zeros(actions.shape[:2], dtype=np.int64)
@@ -133,18 +99,20 @@ def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> N
                 f"{where}.cross: {event.actor} has wheels and cannot turn on the spot",
                 remedy="Let it start with heading: 90 deg, and drive across by its speed.",
             )
-        row[:, ACTION_KIND] = CROSS
-        row[:, ACTION_TARGET] = formulas.values(f"{where}.cross.to", _field(name, "cross", "to"))
-        row[:, ACTION_RATE] = formulas.limited(
+        row[:, storyboard.ACTION_KIND] = storyboard.CROSS
+        row[:, storyboard.ACTION_TARGET] = formulas.values(
+            f"{where}.cross.to", _field(name, "cross", "to")
+        )
+        row[:, storyboard.ACTION_RATE] = formulas.limited(
             f"{where}.cross.speed", _field(name, "cross", "speed"), above=0.0, unit="m/s"
         )
     else:
-        row[:, ACTION_KIND] = CHANGE_SPEED
+        row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_SPEED
         action = "stop" if event.speed is None else "speed"
-        row[:, ACTION_RATE] = formulas.limited(
+        row[:, storyboard.ACTION_RATE] = formulas.limited(
             f"{where}.{action}.rate", _field(name, action, "rate"), above=0.0, unit="m/s^2"
         )
-        row[:, ACTION_JERK] = formulas.limited(
+        row[:, storyboard.ACTION_JERK] = formulas.limited(
             f"{where}.{action}.jerk",
             _field(name, action, "jerk"),
             above=0.0,
@@ -152,7 +120,7 @@ def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> N
             unit="m/s^3",
         )
         if event.speed is not None:
-            row[:, ACTION_TARGET] = formulas.limited(
+            row[:, storyboard.ACTION_TARGET] = formulas.limited(
                 f"{where}.speed.to",
                 _field(name, "speed", "to"),
                 above=BELOW_ZERO if event.speed.relative_to is None else -math.inf,
@@ -174,22 +142,24 @@ def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap)
                 remedy=f"Start within {np.degrees(STEEPEST_START):g} deg of the road's direction.",
             )
     part = f"storyboard.{name}.lane_change"
-    row[:, ACTION_RATE] = formulas.limited(
+    row[:, storyboard.ACTION_RATE] = formulas.limited(
         f"{part}.lateral_speed",
         _field(name, "lane_change", "lateral_speed"),
         above=0.0,
         unit="m/s",
     )
     linear = action is not None and action.shape == "linear"
-    row[:, ACTION_SHAPE] = LINEAR if linear else SINUSOIDAL
+    row[:, storyboard.ACTION_SHAPE] = storyboard.LINEAR if linear else storyboard.SINUSOIDAL
     if action is None or action.to_lane is None:
-        row[:, ACTION_KIND] = CHANGE_BY
-        row[:, ACTION_TARGET] = formulas.values(f"{part}.by", _field(name, "lane_change", "by"))
+        row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_BY
+        row[:, storyboard.ACTION_TARGET] = formulas.values(
+            f"{part}.by", _field(name, "lane_change", "by")
+        )
         return
-    row[:, ACTION_KIND] = CHANGE_TO
+    row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_TO
     lane = formulas.values(f"{part}.to_lane", _field(name, "lane_change", "to_lane"))
     check_lanes(f"{part}.to_lane", lane, road.lanes)
-    row[:, ACTION_TARGET] = (lane + 0.5) * road.lane_width
+    row[:, storyboard.ACTION_TARGET] = (lane + 0.5) * road.lane_width
 
 
 def check_lanes(what: str, lane: Floats, lanes: int) -> None:
@@ -286,7 +256,7 @@ def trigger_variables(scenario: LogicalScenario) -> dict[str, Dimension]:
     names |= {f"ego.{what}": dimension for what, dimension in EGO_VARIABLES.items()}
     for thing in (*scenario.actors, *scenario.world.objects):
         names |= {f"{thing}.{what}": unit for what, unit in OBJECT_VARIABLES.items()}
-    for what in EVENT_VARIABLES:
+    for what in storyboard.EVENT_VARIABLES:
         unit = Dimension.TIME if what in {"begun_at", "since"} else Dimension.NONE
         names |= {f"{event}.{what}": unit for event in scenario.storyboard}
     return names | parameter_dimensions(scenario)
@@ -327,7 +297,9 @@ class TriggerTable:
         names = ["time", *(f"ego.{what}" for what in EGO_VARIABLES)]
         names += [f"{thing}.{what}" for thing in context.object_ids for what in OBJECT_VARIABLES]
         self.first_event = len(names)
-        names += [f"{event}.{what}" for what in EVENT_VARIABLES for event in context.event_ids]
+        names += [
+            f"{event}.{what}" for what in storyboard.EVENT_VARIABLES for event in context.event_ids
+        ]
         self._first_parameter = len(names)
         names += list(parameters)
         self.index: dict[str, int] = {name: column for column, name in enumerate(names)}
@@ -431,8 +403,8 @@ def lane_share(place: Floats, d: float) -> float:
         place: (6,) of who drives.
         d: Lateral place of the lane [m].
     """
-    bend = place[PLACE_CURVATURE]
-    return float(max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[PLACE_D]))
+    bend = place[signals.PLACE_CURVATURE]
+    return float(max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[signals.PLACE_D]))
 
 
 @compiled
@@ -475,39 +447,39 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
     for run in range(ego.shape[0]):
         if not running[run]:
             continue
-        ego_s = ego_place[run, PLACE_S]
-        road = ego_place[run, PLACE_HEADING]
-        angle = ego[run, EGO_HEADING] - road
+        ego_s = ego_place[run, signals.PLACE_S]
+        road = ego_place[run, signals.PLACE_HEADING]
+        angle = ego[run, signals.EGO_HEADING] - road
         extent = road_extent(ego_size[run], angle)
-        along = ego[run, EGO_SPEED] * cos(angle)
-        table[run, 1] = ego[run, EGO_SPEED]
+        along = ego[run, signals.EGO_SPEED] * cos(angle)
+        table[run, 1] = ego[run, signals.EGO_SPEED]
         table[run, 2] = ego_s
-        table[run, 3] = ego_place[run, PLACE_D]
+        table[run, 3] = ego_place[run, signals.PLACE_D]
         for thing in range(objects.shape[1]):
             first = FIRST_OBJECT + 6 * thing
             row = table[run, first : first + 6]
-            heading = objects[run, thing, OBJECT_HEADING]
-            turned = heading - places[run, thing, PLACE_HEADING]
-            speed = objects[run, thing, OBJECT_SPEED]
+            heading = objects[run, thing, signals.OBJECT_HEADING]
+            turned = heading - places[run, thing, signals.PLACE_HEADING]
+            speed = objects[run, thing, signals.OBJECT_SPEED]
             row[0] = speed
-            row[1] = places[run, thing, PLACE_S]
-            row[2] = places[run, thing, PLACE_D]
+            row[1] = places[run, thing, signals.PLACE_S]
+            row[2] = places[run, thing, signals.PLACE_D]
             if wanted[first + 3] or wanted[first + 4]:
-                there = places[run, thing, PLACE_HEADING]
-                apart = lane_way(ego_s, road, ego_place[run, PLACE_D], row[1], there)
+                there = places[run, thing, signals.PLACE_HEADING]
+                apart = lane_way(ego_s, road, ego_place[run, signals.PLACE_D], row[1], there)
                 row[3] = road_gap(apart, extent, road_extent(sizes[run, thing], turned))
                 # What drives beside gains on the ego's lane by the radii of the two.
-                carried = lane_share(places[run, thing], ego_place[run, PLACE_D])
+                carried = lane_share(places[run, thing], ego_place[run, signals.PLACE_D])
                 row[4] = road_ttc(row[3], along, carried * speed * cos(turned))
             if wanted[first + 5]:
                 row[5] = box_distance(
-                    ego[run, EGO_X],
-                    ego[run, EGO_Y],
-                    ego[run, EGO_HEADING],
+                    ego[run, signals.EGO_X],
+                    ego[run, signals.EGO_Y],
+                    ego[run, signals.EGO_HEADING],
                     ego_size[run, 0],
                     ego_size[run, 1],
-                    objects[run, thing, OBJECT_X],
-                    objects[run, thing, OBJECT_Y],
+                    objects[run, thing, signals.OBJECT_X],
+                    objects[run, thing, signals.OBJECT_Y],
                     heading,
                     sizes[run, thing, 0],
                     sizes[run, thing, 1],

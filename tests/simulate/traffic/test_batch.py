@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.kernel.traffic.lanes import ALONGSIDE
+from adeye.kernel.traffic.network import ALONGSIDE
 from adeye.signals import Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.batch import BatchTraffic

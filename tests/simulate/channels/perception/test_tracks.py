@@ -13,7 +13,7 @@ from adeye.signals import (
     DETECTION_RANGE_RATE,
     Floats,
 )
-from adeye.simulate.channels.perception import tracks as kept
+from adeye.simulate.channels.perception import tracking as kept
 from adeye.simulate.channels.perception.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 
 GATE = 4.0
