@@ -47,10 +47,7 @@ if TYPE_CHECKING:
 
 # --- What reference drivers see, what they remember and by which numbers they act: array columns --
 
-CC: Final = 0
-FSM: Final = 1
-RSS: Final = 2
-REG157: Final = 3
+CC, FSM, RSS, REG157 = range(4)
 
 # What a driver sees, one number each.
 EGO_SPEED: Final = 0
@@ -152,9 +149,7 @@ REG157_HEADWAY: Final = 13
 
 PARAMETER_SIZE: Final = 15
 
-CUT_IN: Final = 0
-CUT_OUT: Final = 1
-BRAKING_LEAD: Final = 2
+CUT_IN, CUT_OUT, BRAKING_LEAD = range(3)
 
 EXACT: Final = 0
 """Constant acceleration over the step, standstill within it."""
@@ -273,14 +268,20 @@ _JRC_HEADWAY: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class CarefulDriver:
-    """Careful and competent driver; fields in the order of the columns."""
+class _Driver:
+    """What all drivers have, in the order of the columns; their own fields follow."""
 
     beside: float = 0.0
     delay: float = 0.75
     coasting: float = 0.0
     jerk: float = 12.65
     braking: float = 0.774 * GRAVITY
+
+
+@dataclass(frozen=True, slots=True)
+class CarefulDriver(_Driver):
+    """Careful and competent driver; fields in the order of the columns."""
+
     wandering: float = 0.375
     perception: float = 0.4
     critical_ttc: float = 2.0
@@ -295,13 +296,9 @@ class CarefulDriver:
 
 
 @dataclass(frozen=True, slots=True)
-class FuzzyDriver:
+class FuzzyDriver(_Driver):
     """Fuzzy safety model; fields in the order of the columns."""
 
-    beside: float = 0.0
-    delay: float = 0.75
-    coasting: float = 0.0
-    jerk: float = 12.65
     braking: float = 6.0
     comfortable: float = 4.0
     lead_braking: float = 7.0
@@ -311,14 +308,9 @@ class FuzzyDriver:
 
 
 @dataclass(frozen=True, slots=True)
-class ResponsibleDriver:
+class ResponsibleDriver(_Driver):
     """Responsibility-sensitive safety with the numbers of JRC-FSM; fields as the columns."""
 
-    beside: float = 0.0
-    delay: float = 0.75
-    coasting: float = 0.0
-    jerk: float = 12.65
-    braking: float = 0.774 * GRAVITY
     acceleration: float = 3.0
     least_braking: float = 6.0
     most_braking: float = 6.0
@@ -330,12 +322,10 @@ class ResponsibleDriver:
 
 
 @dataclass(frozen=True, slots=True)
-class CutInRule:
+class CutInRule(_Driver):
     """Cut-in rule of paragraph 5.2.5.2; fields in the order of the columns."""
 
-    beside: float = 0.0
     delay: float = 0.35
-    coasting: float = 0.0
     jerk: float = math.inf
     braking: float = 6.0
     intrusion: float = 0.3

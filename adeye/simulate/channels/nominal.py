@@ -8,14 +8,7 @@ import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import DEGRADED, FAULT, OK, Floats, Ints
-from adeye.simulate.channels import driving
-from adeye.simulate.channels.corridor import (
-    PATH_GAP,
-    PATH_REQUIRED,
-    PATH_SPEED,
-    PATH_WIDTH,
-    view_path,
-)
+from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import PerceivingChannel
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.spec.channels import NominalParameters
@@ -62,13 +55,15 @@ def nominal_step(
     if np.isnan(memory[MEMORY_PATH]):
         memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
     path_d = memory[MEMORY_PATH]
-    view_path(seen, run, path_d, path)
+    corridor.view_path(seen, run, path_d, path)
     speed = pose[POSE_SPEED]
     hardest = min(record["emergency_threshold"], record["emergency_deceleration"])
     allowed = driving.allowed_speed(record, seen.segments[run], pose, path_d)
-    acceleration = driving.follow(record, speed, allowed, path[PATH_GAP], path[PATH_SPEED], hardest)
+    acceleration = driving.follow(
+        record, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
+    )
     memory[MEMORY_EMERGENCY] = is_emergency(
-        memory[MEMORY_EMERGENCY] > 0.0, path[PATH_REQUIRED], record["emergency_threshold"]
+        memory[MEMORY_EMERGENCY] > 0.0, path[corridor.PATH_REQUIRED], record["emergency_threshold"]
     )
     if memory[MEMORY_EMERGENCY] > 0.0:
         acceleration = -record["emergency_deceleration"]
@@ -111,7 +106,7 @@ class NominalChannel(PerceivingChannel):
         self._prepare(context, driving.channel_records(context, fields))
         self._memory = np.zeros((context.runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
-        self._path = np.zeros(PATH_WIDTH)
+        self._path = np.zeros(corridor.PATH_WIDTH)
 
     def _decide(self, time: float) -> None:
         _act(self._seen, time, self._memory, self._command, self._status, self._path)

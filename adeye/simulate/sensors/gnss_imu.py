@@ -11,7 +11,6 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -24,10 +23,10 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Sampling, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from adeye.ports import SensorContext
     from adeye.spec.sensors import Gnss, Imu
@@ -80,7 +79,53 @@ TOLERANCE = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""
 
 
-class GnssSensor(Sampling):
+class _MotionSensor(Sampling):
+    """What a sensor of the ego's motion has beside its model: draws, biases and its samples."""
+
+    def __init__(
+        self,
+        context: SensorContext,
+        numbers: Callable[[Any, float], dict[str, float]],
+        columns: Sequence[str],
+        biases: int,
+    ) -> None:
+        """Pack the parameters of every run.
+
+        Args:
+            context: What the sensor is built with.
+            numbers: Lists what the compiled step reads of a record and the time between samples.
+            columns: Of its values.
+            biases: How many of them drift.
+        """
+        runs = context.scene.runs
+        self._period = context.every * context.scene.step
+        self._parameters = parameter_record(
+            {
+                **spec_columns(context.specs, lambda spec: numbers(spec, self._period)),
+                "rear": rear_axles(context),
+            }
+        )
+        self._draws = tuple(np.zeros(runs) for _ in range(6))
+        self._bias: Floats = np.zeros((runs, biases))
+        self._empty = no_values(runs, len(context.scene.object_ids), len(columns))
+        super().__init__(context, self._empty)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        truth = self._truth(scene)
+        for pair in range(3):
+            first, second = self._draws[2 * pair : 2 * pair + 2]
+            normal_pairs(truth.seeds, truth.owner, truth.number, pair, first, second)
+        assert self._empty.values is not None
+        values: Floats = np.empty_like(self._empty.values)
+        self._measure(scene, values)
+        return sample_like(self._empty, scene.time, values=values)
+
+    def _measure(self, scene: Scene, values: Floats) -> None:
+        """Write the values of a sample (B, V)."""
+        raise NotImplementedError
+
+
+class GnssSensor(_MotionSensor):
     """Place and velocity of the antenna in the map, with white noise and a slowly changing bias.
 
     In an outage the receiver goes on and delivers samples without a fix: their stamp is new, their
@@ -89,24 +134,10 @@ class GnssSensor(Sampling):
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        runs = context.scene.runs
-        specs = [cast("Gnss", spec) for spec in context.specs]
-        period = context.every * context.scene.step
-        self._parameters = parameter_record(
-            {
-                **spec_columns(specs, lambda spec: _gnss_numbers(spec, period)),
-                "rear": rear_axles(context),
-            }
-        )
-        self._outages = _outages(specs)
-        self._draws = tuple(np.zeros(runs) for _ in range(6))
-        self._bias: Floats = np.zeros((runs, 2))
-        self._empty = no_values(runs, len(context.scene.object_ids), len(signals.GNSS_COLUMNS))
-        super().__init__(context, self._empty)
+        super().__init__(context, _gnss_numbers, signals.GNSS_COLUMNS, 2)
+        self._outages = _outages([cast("Gnss", spec) for spec in context.specs])
 
-    def _sample(self, scene: Scene) -> Measurement:
-        _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(signals.GNSS_COLUMNS)))
+    def _measure(self, scene: Scene, values: Floats) -> None:
         _sample_gnss(
             self._parameters,
             self._outages,
@@ -118,14 +149,6 @@ class GnssSensor(Sampling):
             self._bias,
             values,
         )
-        return with_values(self._empty, scene.time, values)
-
-
-def _draw_pairs(truth: Truth, draws: tuple[Floats, ...]) -> None:
-    """Draw the numbers of a sample, three pairs (B,) of them."""
-    for pair in range(3):
-        first, second = draws[2 * pair : 2 * pair + 2]
-        normal_pairs(truth.seeds, truth.owner, truth.number, pair, first, second)
 
 
 def no_values(runs: int, objects: int, columns: int) -> Measurement:
@@ -139,17 +162,6 @@ def no_values(runs: int, objects: int, columns: int) -> Measurement:
     first = no_measurement(runs, objects, with_estimate=False)
     first.values = np.full((runs, columns), np.nan)
     return first
-
-
-def with_values(empty: Measurement, time: float, values: Floats) -> Measurement:
-    """Return a sample of values (B, V) made at a time [s]; it shares the empty detections."""
-    runs = values.shape[0]
-    return replace(
-        empty,
-        stamp=np.full(runs, time),
-        fresh=np.zeros(runs, dtype=np.bool_),
-        values=values,
-    )
 
 
 def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
@@ -242,7 +254,7 @@ def _is_out(outages: Floats, time: float) -> bool:
 # --- An inertial unit: acceleration of its place and turning rate of the ego, with bias -----------
 
 
-class ImuSensor(Sampling):
+class ImuSensor(_MotionSensor):
     """Acceleration along the vehicle's axes at the mount and yaw rate, means since the last sample.
 
     Units integrate what they measure and hand out the increments, so nothing that happens between
@@ -253,27 +265,13 @@ class ImuSensor(Sampling):
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        runs = context.scene.runs
-        specs = [cast("Imu", spec) for spec in context.specs]
-        period = context.every * context.scene.step
-        self._parameters = parameter_record(
-            {
-                **spec_columns(specs, lambda spec: _imu_numbers(spec, period)),
-                "rear": rear_axles(context),
-            }
-        )
-        self._draws = tuple(np.zeros(runs) for _ in range(6))
-        self._bias: Floats = np.zeros((runs, 3))
+        super().__init__(context, _imu_numbers, signals.IMU_COLUMNS, 3)
         self._before: Floats | None = None
-        self._empty = no_values(runs, len(context.scene.object_ids), len(signals.IMU_COLUMNS))
-        super().__init__(context, self._empty)
 
-    def _sample(self, scene: Scene) -> Measurement:
-        _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(signals.IMU_COLUMNS)))
+    def _measure(self, scene: Scene, values: Floats) -> None:
         _sample_imu(
             self._parameters,
-            self._context.every * self._context.scene.step,
+            self._period,
             self._sample_number == 0,
             scene.running,
             scene.ego,
@@ -283,7 +281,6 @@ class ImuSensor(Sampling):
             values,
         )
         self._before = scene.ego.copy()
-        return with_values(self._empty, scene.time, values)
 
 
 def _imu_numbers(spec: Imu, period: float) -> dict[str, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, sample_like
 
 if TYPE_CHECKING:
     from adeye.ports import SensorContext
@@ -36,16 +35,9 @@ class LocalisationSensor(Sampling):
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
-        runs = scene.ego.shape[0]
-        estimate: Floats = np.empty((runs, len(signals.ESTIMATE_COLUMNS)))
+        estimate: Floats = np.empty((len(scene.ego), len(signals.ESTIMATE_COLUMNS)))
         _estimate(self._parameters, self._truth(scene), scene.ego_place, self._draws, estimate)
-        # It never detects anything, so all its samples share the empty arrays of that.
-        return replace(
-            self._empty,
-            stamp=np.full(runs, scene.time),
-            fresh=np.zeros(runs, dtype=np.bool_),
-            estimate=estimate,
-        )
+        return sample_like(self._empty, scene.time, estimate=estimate)
 
 
 class GroundTruthSensor(Sampling):

@@ -343,37 +343,28 @@ def cosine_ahead(parameters: Any, along: float, right: float, down: float) -> fl
     )
 
 
+Pair = tuple[float, float]
+Cone = tuple[float, float, float, float]
+
+
 @compiled
 def _judge_cone(  # noqa: PLR0913, PLR0917 - a kernel
-    parameters: Any,
-    kind: int,
-    along: float,
-    right: float,
-    down: float,
-    half_sine: float,
-    near: float,
-    far: float,
-    dimmest: float,
-    clearest: float,
-    sigma: float,
-    sun: Floats,
+    parameters: Any, kind: int, cone: Cone, between: Pair, passes: Pair, sigma: float, sun: Floats
 ) -> int:
     """Tell whether all pixels in a cone are sure to show an object of a class or sure not to.
 
     Args:
         parameters: Record of the camera and the environment.
         kind: Class of the object.
-        along: Axis of the cone as a unit vector in the camera.
-        right: Of the same.
-        down: Of the same.
-        half_sine: Sine of half of its opening angle, which is below 90 degrees.
-        near: Least distance of the surface in it [m].
-        far: Greatest one [m].
-        dimmest: Least share of the contrast that patches of the lens let pass.
-        clearest: Greatest one.
+        cone: Axis of the cone as a unit vector in the camera, along the optical axis, to the right
+            and down, and the sine of half of its opening angle, which is below 90 degrees.
+        between: Least and greatest distance of the surface in it [m].
+        passes: Least and greatest share of the contrast that patches of the lens let pass.
         sigma: Greatest standard deviation of the noise.
         sun: (4,) see ``Image``.
     """
+    along, right, down, half_sine = cone
+    (near, far), (dimmest, clearest) = between, passes
     half_cosine = math.sqrt(max(0.0, 1.0 - half_sine * half_sine))
     lit = cosine_ahead(parameters, along, right, down)
     lit_sine = math.sqrt(max(0.0, 1.0 - lit * lit))
@@ -423,20 +414,9 @@ def judge_box(parameters: Any, kind: int, box: Floats, size: Floats, image: Imag
     along = (pitch_cosine * forward - pitch_sine * z) / centre
     down = (-pitch_sine * forward - pitch_cosine * z) / centre
     right = (view[raster.VIEW_SINE] * x - view[raster.VIEW_COSINE] * y) / centre
-    return _judge_cone(
-        parameters,
-        kind,
-        along,
-        right,
-        down,
-        radius / centre,
-        max(raster.NEAR, centre - radius),
-        centre + radius,
-        1.0,
-        1.0,
-        parameters["noise"],
-        image.sun,
-    )
+    cone = (along, right, down, radius / centre)
+    between = (max(raster.NEAR, centre - radius), centre + radius)
+    return _judge_cone(parameters, kind, cone, between, (1.0, 1.0), parameters["noise"], image.sun)
 
 
 @compiled
@@ -469,20 +449,11 @@ def judge_part(parameters: Any, kind: int, part: Floats, image: Image) -> int:
     a, b = max(0.0, left, -right), max(0.0, top, -bottom)
     nearest = math.sqrt(1.0 + a * a + b * b)
     variance = parameters["noise"] * parameters["noise"] + part[PART_VARIANCE]
-    return _judge_cone(
-        parameters,
-        kind,
-        1.0 / length,
-        across / length,
-        down / length,
-        (1.0 + _SURE) * math.sqrt(greatest) / length,
-        nearest / part[PART_NEAREST],
-        math.sqrt(farthest) / part[PART_FARTHEST],
-        part[PART_DIMMEST],
-        part[PART_CLEAREST],
-        math.sqrt(variance),
-        image.sun,
-    )
+    half_sine = (1.0 + _SURE) * math.sqrt(greatest) / length
+    cone = (1.0 / length, across / length, down / length, half_sine)
+    between = (nearest / part[PART_NEAREST], math.sqrt(farthest) / part[PART_FARTHEST])
+    passes = (part[PART_DIMMEST], part[PART_CLEAREST])
+    return _judge_cone(parameters, kind, cone, between, passes, math.sqrt(variance), image.sun)
 
 
 # --- Which pixels of a frame show what covers them ------------------------------------------------

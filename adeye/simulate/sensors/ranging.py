@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 # --- How far an object-level camera, radar or lidar reaches in the weather and light of a run -----
 
-CAMERA: Final = 0
-RADAR: Final = 1
-LIDAR: Final = 2
+CAMERA, RADAR, LIDAR = range(3)
 """Kinds of object-level sensor."""
 
 

@@ -231,24 +231,19 @@ def contact_share(
     if dx * dx + dy * dy > reach * reach:
         return math.inf
     _, share = swept_contact(
-        start_1[signals.OBJECT_X],
-        start_1[signals.OBJECT_Y],
-        start_1[signals.OBJECT_HEADING],
-        end_1[signals.OBJECT_X],
-        end_1[signals.OBJECT_Y],
-        end_1[signals.OBJECT_HEADING],
-        size_1[0],
-        size_1[1],
-        start_2[signals.OBJECT_X],
-        start_2[signals.OBJECT_Y],
-        start_2[signals.OBJECT_HEADING],
-        end_2[signals.OBJECT_X],
-        end_2[signals.OBJECT_Y],
-        end_2[signals.OBJECT_HEADING],
-        size_2[0],
-        size_2[1],
+        _pose(start_1),
+        _pose(end_1),
+        (size_1[0], size_1[1]),
+        _pose(start_2),
+        _pose(end_2),
+        (size_2[0], size_2[1]),
     )
     return share
+
+
+@inlined
+def _pose(state: Floats) -> tuple[float, float, float]:
+    return state[signals.OBJECT_X], state[signals.OBJECT_Y], state[signals.OBJECT_HEADING]
 
 
 @compiled
@@ -410,11 +405,6 @@ class Ending:
             self._cut_short,
             self._horizon_row,
         )
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return ~self.running
 
     @property
     def horizon_row(self) -> Ints:
@@ -686,29 +676,9 @@ class Staged:
         self._stage: Stage | None = None
 
     @property
-    def running(self) -> Bools:
-        """Runs that have not ended (B,)."""
-        return self._require_stage().ending.running
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return self._require_stage().ending.ended
-
-    @property
-    def arrived(self) -> Bools:
-        """Runs whose ego has reached its goal within the horizon (B,)."""
-        return self._require_stage().ending.arrived
-
-    @property
-    def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,)."""
-        return self._require_stage().ending.horizon_row
-
-    @property
-    def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact or the end of the road (B,)."""
-        return self._require_stage().ending.complete
+    def ending(self) -> Ending:
+        """Which runs have ended, and up to which row their obligations may start."""
+        return self._require_stage().ending
 
     def _require_stage(self) -> Stage:
         if self._stage is None:

@@ -26,21 +26,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import inlined
 from adeye.kernel.motion import point_velocity
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    Bools,
-    Floats,
-    Ints,
-)
+from adeye.signals import Bools, Floats, Ints
 from adeye.simulate.channels.perception.pose import (
     POSE_ACCELERATION,
     POSE_REAR,
@@ -167,54 +157,48 @@ def carry_by(motion: tuple[float, float, float, float], x: float, y: float) -> t
     return cosine * dx + sine * dy, -sine * dx + cosine * dy
 
 
-@inlined
-def associate(  # noqa: PLR0913, PLR0917 - a kernel
-    tracks: Floats,
-    end: int,
-    detections: Floats,
-    places: Floats,
-    owner: Ints,
-    count: int,
-    age: float,
-    gate: float,
-    origin: tuple[float, float, float, float],
-) -> None:
-    """Give each track the detection that is nearest to it, the nearest pair first.
+class Offers(NamedTuple):
+    """The detections of a sample that tracks are compared with.
 
-    Args:
-        tracks: (K, TRACK_STATE) in and out.
-        end: Rows of tracks from here on are free places.
+    Attributes:
         detections: (M, 7).
         places: (M, 2) of the detections in the present vehicle frame [m].
         owner: (M,) ``FREE`` or ``BLOCKED`` in, the track of each detection that has one out.
-        count: Rows of detections from here on are empty.
+        filled: Rows of detections from here on are empty.
         age: Time since the sample [s].
         gate: Largest distance between a track and its detection [m].
         origin: Place and velocity of the sensor at the sample's time, in the present vehicle
             frame [m, m/s].
     """
-    for place in range(end):
-        if tracks[place, TRACK_HITS] > 0.0:
-            track = tracks[place]
-            track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                track, detections, places, owner, count, age, gate, origin
-            )
-    if not _take_nearest(tracks, end, owner):
-        _share_out(tracks, end, detections, places, owner, count, age, gate, origin)
+
+    detections: Floats
+    places: Floats
+    owner: Ints
+    filled: int
+    age: float
+    gate: float
+    origin: tuple[float, float, float, float]
 
 
 @inlined
-def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
-    tracks: Floats,
-    end: int,
-    detections: Floats,
-    places: Floats,
-    owner: Ints,
-    count: int,
-    age: float,
-    gate: float,
-    origin: tuple[float, float, float, float],
-) -> None:
+def associate(tracks: Floats, end: int, offers: Offers) -> None:
+    """Give each track the detection that is nearest to it, the nearest pair first.
+
+    Args:
+        tracks: (K, TRACK_STATE) in and out.
+        end: Rows of tracks from here on are free places.
+        offers: In and out: the owners.
+    """
+    for place in range(end):
+        if tracks[place, TRACK_HITS] > 0.0:
+            track = tracks[place]
+            track[TRACK_NEAREST], track[TRACK_COST] = _nearest(track, offers)
+    if not _take_nearest(tracks, end, offers.owner):
+        _share_out(tracks, end, offers)
+
+
+@inlined
+def _share_out(tracks: Floats, end: int, offers: Offers) -> None:
     """Join the nearest pair; who wanted the same detection looks for another; and so on."""
     while True:
         best = -1
@@ -227,14 +211,12 @@ def _share_out(  # noqa: PLR0913, PLR0917 - a kernel
         if best < 0:
             return
         taken = tracks[best, TRACK_NEAREST]
-        owner[int(taken)] = best
+        offers.owner[int(taken)] = best
         tracks[best, TRACK_NEAREST] = -1.0
         for place in range(end):
             if tracks[place, TRACK_HITS] > 0.0 and tracks[place, TRACK_NEAREST] == taken:
                 track = tracks[place]
-                track[TRACK_NEAREST], track[TRACK_COST] = _nearest(
-                    track, detections, places, owner, count, age, gate, origin
-                )
+                track[TRACK_NEAREST], track[TRACK_COST] = _nearest(track, offers)
 
 
 @inlined
@@ -256,19 +238,11 @@ def _take_nearest(tracks: Floats, end: int, owner: Ints) -> bool:
 
 
 @inlined
-def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
-    track: Floats,
-    detections: Floats,
-    places: Floats,
-    owner: Ints,
-    count: int,
-    age: float,
-    gate: float,
-    origin: tuple[float, float, float, float],
-) -> tuple[int, float]:
+def _nearest(track: Floats, offers: Offers) -> tuple[int, float]:
     """Return the nearest detection that is free, inside the gate and of the track's class."""
-    x = track[TRACK_X] - age * track[TRACK_VX]
-    y = track[TRACK_Y] - age * track[TRACK_VY]
+    detections, places, gate = offers.detections, offers.places, offers.gate
+    x = track[TRACK_X] - offers.age * track[TRACK_VX]
+    y = track[TRACK_Y] - offers.age * track[TRACK_VY]
     distance = math.sqrt(x * x + y * y)
     ux, uy = (x / distance, y / distance) if distance > 0.0 else (1.0, 0.0)
     longest = gate + _GATE_GROWTH * distance
@@ -276,27 +250,27 @@ def _nearest(  # noqa: PLR0913, PLR0917 - a kernel
     reach = 1.5 * longest
     kind = track[TRACK_CLASS]
     chosen, least = -1, 1.0
-    for row in range(count):
+    for row in range(offers.filled):
         dx = places[row, 0] - x
-        if abs(dx) > reach + track[TRACK_LENGTH] or owner[row] != FREE:
+        if abs(dx) > reach + track[TRACK_LENGTH] or offers.owner[row] != FREE:
             continue
         dy = places[row, 1] - y
-        if detections[row, DETECTION_LENGTH] <= 0.0:
-            dx += behind_face(x, track[TRACK_LENGTH], detections[row, DETECTION_WIDTH])
+        if detections[row, signals.DETECTION_LENGTH] <= 0.0:
+            dx += behind_face(x, track[TRACK_LENGTH], detections[row, signals.DETECTION_WIDTH])
         else:
-            dx -= with_face_kept(x, track[TRACK_LENGTH], detections[row, DETECTION_LENGTH])
+            dx -= with_face_kept(x, track[TRACK_LENGTH], detections[row, signals.DETECTION_LENGTH])
         along, across = ux * dx + uy * dy, ux * dy - uy * dx
         # NaN compares false, so a detection that is no number fits nothing.
         if not (abs(along) < longest and abs(across) < gate):
             continue
-        if detections[row, DETECTION_CLASS] != kind and (
-            detections[row, DETECTION_CLASS] >= 0.0 and kind >= 0.0
+        if detections[row, signals.DETECTION_CLASS] != kind and (
+            detections[row, signals.DETECTION_CLASS] >= 0.0 and kind >= 0.0
         ):
             continue
         along, across = along / longest, across / gate
         cost = along * along + across * across
         if cost < least and _moves_alike(
-            track, detections[row], places[row], origin, along * longest
+            track, detections[row], places[row], offers.origin, along * longest
         ):
             chosen, least = row, cost
     return chosen, least
@@ -319,22 +293,22 @@ def _moves_alike(
         track: (TRACK_STATE,).
         detection: (7,).
         place: (2,) of it in the present vehicle frame [m].
-        origin: See ``associate``.
+        origin: See ``Offers``.
         along: How far it is from the track along the line of sight [m].
     """
-    if not detection[DETECTION_HAS_RANGE_RATE] > 0.0:
+    if not detection[signals.DETECTION_HAS_RANGE_RATE] > 0.0:
         return True
     dx, dy = place[0] - origin[0], place[1] - origin[1]
     distance = math.sqrt(dx * dx + dy * dy)
     if not distance > 0.0:
         return True
     ux, uy = dx / distance, dy / distance
-    if detection[DETECTION_CLASS] < 0.0:
+    if detection[signals.DETECTION_CLASS] < 0.0:
         spread = ux * ux * track[TRACK_VAR_X] + uy * uy * track[TRACK_VAR_Y] + _POINT_NOISE
         if not abs(along) <= _POINT_SIGMAS * math.sqrt(spread) + _POINT_SLACK:
             return False
     variance = ux * ux * track[TRACK_VAR_VX] + uy * uy * track[TRACK_VAR_VY]
-    error = detection[DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
+    error = detection[signals.DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
     error -= ux * track[TRACK_VX] + uy * track[TRACK_VY]
     return bool(abs(error) <= _RATE_SIGMAS * math.sqrt(variance) + _RATE_SLACK)
 
@@ -409,7 +383,10 @@ def is_part(tracks: Floats, end: int, detection: Floats, x: float, y: float, age
         y: [m].
         age: Time since the sample [s].
     """
-    if detection[DETECTION_CLASS] >= 0.0 or detection[DETECTION_HAS_RANGE_RATE] > 0.0:
+    if (
+        detection[signals.DETECTION_CLASS] >= 0.0
+        or detection[signals.DETECTION_HAS_RANGE_RATE] > 0.0
+    ):
         return False
     for track in tracks[:end]:
         dx = abs(x - track[TRACK_X] + age * track[TRACK_VX])
@@ -943,7 +920,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
             owner[row] = FREE
             count = row + 1
             places[row, 0], places[row, 1] = carry_by(
-                motion, detections[row, DETECTION_X], detections[row, DETECTION_Y]
+                motion, detections[row, signals.DETECTION_X], detections[row, signals.DETECTION_Y]
             )
     if count == 0:
         count_misses(tracks, end, confirm)
@@ -957,7 +934,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
     origin = (
         mount_x, mount_y, cosine * forward + sine * aside, cosine * aside - sine * forward
     )  # fmt: skip
-    associate(tracks, end, detections, places, owner, count, age, gate, origin)
+    associate(tracks, end, Offers(detections, places, owner, count, age, gate, origin))
     room, most, is_known = -1, 0.0, False
     for row in range(count):
         x, y = places[row, 0], places[row, 1]
@@ -975,7 +952,7 @@ def update_tracks(  # noqa: PLR0913, PLR0917 - a kernel
                 continue
             place = room
             end = max(end, place + 1)
-            _begin(tracks[place], detections[row, DETECTION_CLASS], x, y)
+            _begin(tracks[place], detections[row, signals.DETECTION_CLASS], x, y)
             tracks[place, TRACK_BEGUN_BY] = confirm[CONFIRM_SENSOR]
         is_known = False
         track = tracks[place]
@@ -1008,11 +985,13 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
         accuracy: (ACCURACY_WIDTH,) what is assumed of the sensor.
         age: Time since the sample [s].
     """
-    if detection[DETECTION_LENGTH] <= 0.0:
-        x += behind_face(x, track[TRACK_LENGTH], detection[DETECTION_WIDTH])
+    if detection[signals.DETECTION_LENGTH] <= 0.0:
+        x += behind_face(x, track[TRACK_LENGTH], detection[signals.DETECTION_WIDTH])
     else:
         # What was seen so far is the face; another length is no motion.
-        track[TRACK_X] += with_face_kept(x, track[TRACK_LENGTH], detection[DETECTION_LENGTH])
+        track[TRACK_X] += with_face_kept(
+            x, track[TRACK_LENGTH], detection[signals.DETECTION_LENGTH]
+        )
     dx, dy = x - origin[0], y - origin[1]
     distance = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
@@ -1020,17 +999,17 @@ def _correct(  # noqa: PLR0913, PLR0917 - a kernel
     belief = read_belief(track)
     belief = learn(belief, (ux, -age * ux, uy, -age * uy), ux * x + uy * y, along)
     belief = learn(belief, (-uy, age * uy, ux, -age * ux), ux * y - uy * x, across)
-    if detection[DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0:
+    if detection[signals.DETECTION_HAS_RANGE_RATE] > 0.0 and distance > 0.0:
         # The component of its velocity along the line of sight. That errs by the bearing, and so
         # takes in some of what goes across it.
-        measured = detection[DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
+        measured = detection[signals.DETECTION_RANGE_RATE] + (ux * origin[2] + uy * origin[3])
         turning = (uy * (belief[0][1] - origin[2]) - ux * (belief[0][3] - origin[3])) / distance
         noise = accuracy[RATE] + turning * turning * across
         belief = learn(belief, (0.0, ux, 0.0, uy), measured, noise)
     write_belief(track, belief)
-    learn_size(track, detection[DETECTION_LENGTH], detection[DETECTION_WIDTH])
+    learn_size(track, detection[signals.DETECTION_LENGTH], detection[signals.DETECTION_WIDTH])
     if track[TRACK_CLASS] < 0.0:
-        track[TRACK_CLASS] = detection[DETECTION_CLASS]
+        track[TRACK_CLASS] = detection[signals.DETECTION_CLASS]
 
 
 @inlined

@@ -19,14 +19,7 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
 from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation, spec_columns
-from adeye.simulate.channels import driving
-from adeye.simulate.channels.corridor import (
-    PATH_GAP,
-    PATH_REQUIRED,
-    PATH_SPEED,
-    PATH_WIDTH,
-    view_path,
-)
+from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import SAFETY_HOOKS, PerceivingChannel
 from adeye.simulate.channels.links import SWITCH, linked_channels
 from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
@@ -423,9 +416,9 @@ def look(batch: Batch, run: int) -> None:
     # A lane is taken over once the ego is well inside it, so a departure leads back.
     if np.isnan(memory[MEMORY_PATH]) or abs(offset) <= 0.5 * record["max_lane_offset"]:
         memory[MEMORY_PATH] = nearest
-    view_path(batch.seen, run, memory[MEMORY_PATH], path)
+    corridor.view_path(batch.seen, run, memory[MEMORY_PATH], path)
     seen[SEEN_POSE] = 1.0
-    seen[SEEN_REQUIRED] = path[PATH_REQUIRED]
+    seen[SEEN_REQUIRED] = path[corridor.PATH_REQUIRED]
     seen[SEEN_OFFSET] = offset
     seen[SEEN_D] = pose[POSE_D]
 
@@ -458,7 +451,11 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
     """
     record, pose, memory = batch.seen.records[run], batch.seen.pose[run], batch.memory[run]
     memory[MEMORY_BRAKING] = stop_acceleration(
-        record, memory[MEMORY_BRAKING], pose[POSE_SPEED], batch.path[PATH_REQUIRED], is_danger
+        record,
+        memory[MEMORY_BRAKING],
+        pose[POSE_SPEED],
+        batch.path[corridor.PATH_REQUIRED],
+        is_danger,
     )
     steering = driving.steer(record, pose, memory[MEMORY_PATH])
     return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
@@ -482,8 +479,8 @@ def follow_lane(batch: Batch, run: int) -> float:
         driving.allowed_speed(
             record, batch.seen.segments[run], pose, batch.memory[run, MEMORY_PATH]
         ),
-        path[PATH_GAP],
-        path[PATH_SPEED],
+        path[corridor.PATH_GAP],
+        path[corridor.PATH_SPEED],
         record["stop_deceleration"],
     )
 
@@ -533,7 +530,7 @@ class SafetyChannel(PerceivingChannel):
             command=self._command,
             status=self._status,
             monitors=np.zeros((runs, monitors, 2), dtype=np.bool_),
-            path=np.zeros(PATH_WIDTH),
+            path=np.zeros(corridor.PATH_WIDTH),
             evidence=np.zeros(EVIDENCE_WIDTH),
         )
         self._batch.memory[:, MEMORY_PATH] = np.nan

@@ -13,29 +13,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from adeye.kernel import stops
+from adeye.kernel import profiles, stops
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.profiles import (
-    OBJECT_BEHIND,
-    OBJECT_GROWTH,
-    OBJECT_ROW,
-    PATH_EXISTS,
-    PATH_LENGTH,
-    PATH_ROW,
-    PATH_START,
-    PATH_TARGET,
-    PROFILE_ACCELERATION,
-    PROFILE_ROW,
-    PROFILE_S,
-    PROFILE_SPEED,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    WAY_SPEED,
-    at_path,
-    margin_at,
-)
 from adeye.kernel.road import NO_REFUGE, REST_AREA, position
 from adeye.signals import FAULT, Floats, spec_columns
 from adeye.simulate.channels.corridor import PATH_REQUIRED
@@ -109,17 +89,17 @@ def cuts_up(task: StopTask, row: int, path: Floats, begun: float, profile: Float
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
     record, d, others = task.record, task.pose[POSE_D], task.others
-    target, width = path[PATH_TARGET], record["lane_width"]
+    target, width = path[profiles.PATH_TARGET], record["lane_width"]
     speed = 0.0
     if np.isnan(target) or target < 0.0:
         # Only those who come before the ego has left the lane count.
         for sample in range(stops.STOP_SAMPLES):
-            way = begun + profile[sample, PROFILE_S]
-            is_out = way >= path[PATH_LENGTH]
+            way = begun + profile[sample, profiles.PROFILE_S]
+            is_out = way >= path[profiles.PATH_LENGTH]
             if row == stops.REFUGE:
-                is_out = at_path(path, way)[0] <= -0.5 * record["width"]
+                is_out = profiles.at_path(path, way)[0] <= -0.5 * record["width"]
             if is_out:
-                speed = profile[sample, PROFILE_SPEED]
+                speed = profile[sample, profiles.PROFILE_SPEED]
                 break
         if is_cut_up(record, target, False, d, 0.0, others):  # noqa: FBT003 - a kernel
             return True
@@ -143,7 +123,7 @@ def strays(task: StopTask, path: Floats, begun: float, profile: Floats) -> bool:
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
     record, center = task.record, task.center
-    end = at_path(path, begun + profile[stops.STOP_SAMPLES - 1, PROFILE_S])[0]
+    end = profiles.at_path(path, begun + profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S])[0]
     width = record["lane_width"]
     beside = 0.5 * (width + record["width"])
     for row in range(int(record["lanes"])):
@@ -202,7 +182,7 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
         The stop that is chosen; ``NO_STOP`` if places are asked for and none can be had.
     """
     record, pose, driven, found = task.record, task.pose, task.driven, task.found
-    paths, profiles = task.paths, task.profiles
+    paths, speeds = task.paths, task.profiles
     s, d, slope, bend = _start(pose, wait, kept, driven)
     speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
     stops.lay_stops(record, s, d, slope, bend, speed, task.center, curvature, driven, paths)
@@ -217,7 +197,7 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
                 stops.stop_jerk(level),
                 # The brakes answer to the command with their lag.
                 wait + record["acceleration_lag"],
-                profiles[level],
+                speeds[level],
             )
         if stop == stops.REFUGE * stops.STOP_LEVELS:
             stops.lay_refuge_stops(
@@ -231,13 +211,13 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
                 kept % stops.STOP_LEVELS if kept // stops.STOP_LEVELS == stops.REFUGE else NO_STOP,
                 driven,
                 paths,
-                profiles,
+                speeds,
             )
-        _judge(task, row, paths[stops.path_of(stop)], profiles[stops.profile_of(stop)], found[stop])
+        _judge(task, row, paths[stops.path_of(stop)], speeds[stops.profile_of(stop)], found[stop])
         if any_will_do and found[stop, FOUND_FEASIBLE] > 0.0:
             return stop
         found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
-    if kept // stops.STOP_LEVELS == stops.REFUGE and driven[PATH_START] > pose[POSE_S]:
+    if kept // stops.STOP_LEVELS == stops.REFUGE and driven[profiles.PATH_START] > pose[POSE_S]:
         # On the way to a refuge nothing has been begun: what has come within reach may be milder.
         kept = NO_STOP
     return choose_stop(found, kept, places)
@@ -249,10 +229,10 @@ def _start(
 ) -> tuple[float, float, float, float]:
     """Return where the paths begin: s, d, slope and bend; on the path that is being driven."""
     if kept != NO_STOP:
-        d, slope, bend = at_path(driven, pose[POSE_S] - driven[PATH_START])
+        d, slope, bend = profiles.at_path(driven, pose[POSE_S] - driven[profiles.PATH_START])
         if abs(d - pose[POSE_D]) < LOST:
             return pose[POSE_S], d, slope, bend
-    driven[PATH_TARGET] = math.nan
+    driven[profiles.PATH_TARGET] = math.nan
     speed = pose[POSE_SPEED]
     later = max(0.0, speed + pose[POSE_ACCELERATION] * wait)
     way = 0.5 * (speed + later) * wait
@@ -266,9 +246,9 @@ def _judge(task: StopTask, row: int, path: Floats, profile: Floats, found: Float
     record, refuges, pose = task.record, task.refuges, task.pose
     found[FOUND_FEASIBLE], found[FOUND_RATING] = 0.0, math.inf
     found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, stops.ANYWHERE
-    if path[PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
+    if path[profiles.PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
         return
-    begun = pose[POSE_S] - path[PATH_START]
+    begun = pose[POSE_S] - path[profiles.PATH_START]
     fits = stops.fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
     # To stay in the lane is to be had in any case.
     if not fits and row != stops.IN_LANE:
@@ -314,26 +294,28 @@ def meet_objects(
     """
     end = min(stops.stands_at(profile) + 1, stops.STOP_SAMPLES)
     for sample in range(end):
-        line[sample, 0], line[sample, 1], _ = at_path(path, begun + profile[sample, PROFILE_S])
+        line[sample, 0], line[sample, 1], _ = profiles.at_path(
+            path, begun + profile[sample, profiles.PROFILE_S]
+        )
     is_near, impact, first = False, 0.0, end
     for row in range(others.objects.shape[0]):
         body, way = others.objects[row], others.ways[row]
-        if body[OBJECT_BEHIND] > 0.0:
+        if body[profiles.OBJECT_BEHIND] > 0.0:
             continue
         for sample in range(min(first + 1, end)):
-            closing = abs(profile[sample, PROFILE_SPEED] - way[sample, WAY_SPEED])
+            closing = abs(profile[sample, profiles.PROFILE_SPEED] - way[sample, profiles.WAY_SPEED])
             time = min(_GROWS, (sample + 1) * stops.STOP_INTERVAL)
             depth = overlap(
                 record,
-                way[sample, WAY_S] - profile[sample, PROFILE_S],
-                way[sample, WAY_D] - line[sample, 0],
+                way[sample, profiles.WAY_S] - profile[sample, profiles.PROFILE_S],
+                way[sample, profiles.WAY_D] - line[sample, 0],
                 line[sample, 1],
                 body,
                 closing * stops.STOP_INTERVAL,
-                margin_at(
+                profiles.margin_at(
                     record["lateral_margin"],
                     record["uncertainty_growth"],
-                    body[OBJECT_GROWTH],
+                    body[profiles.OBJECT_GROWTH],
                     time,
                 ),
             )
@@ -509,7 +491,7 @@ def take_stop(plans: Plans, run: int, stop: int) -> None:
     """Keep a choice and its path."""
     kept, driven = plans.kept[run], plans.driven[run]
     kept[KEPT_STOP], kept[KEPT_FEASIBLE] = stop, plans.found[stop, FOUND_FEASIBLE]
-    for item in range(PATH_ROW):
+    for item in range(profiles.PATH_ROW):
         driven[item] = plans.paths[stops.path_of(stop), item]
 
 
@@ -542,8 +524,8 @@ def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: 
 def _drives_on(plans: Plans, stop: int) -> bool:
     """Tell whether a stop is one in a refuge that does not brake yet."""
     first = plans.profiles[stops.profile_of(stop), 0]
-    is_ahead = stop // stops.STOP_LEVELS == stops.REFUGE and first[PROFILE_SPEED] > 0.0
-    return bool(is_ahead and first[PROFILE_ACCELERATION] >= 0.0)
+    is_ahead = stop // stops.STOP_LEVELS == stops.REFUGE and first[profiles.PROFILE_SPEED] > 0.0
+    return bool(is_ahead and first[profiles.PROFILE_ACCELERATION] >= 0.0)
 
 
 @inlined
@@ -555,8 +537,8 @@ def _is_driven(memory: Floats, kept: Floats) -> bool:
 @inlined
 def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> None:
     """Take a departure for one from the stop that is driven, wherever that leads."""
-    way = pose[POSE_S] - driven[PATH_START]
-    seen[in_lane.SEEN_OFFSET] = pose[POSE_D] - at_path(driven, way)[0]
+    way = pose[POSE_S] - driven[profiles.PATH_START]
+    seen[in_lane.SEEN_OFFSET] = pose[POSE_D] - profiles.at_path(driven, way)[0]
     seen[in_lane.SEEN_D] = memory[in_lane.MEMORY_PATH]
 
 
@@ -619,17 +601,17 @@ def show_stops(seen: Seen, plans: Plans, run: int, shown: Shown) -> None:
     Stops that do not exist stay NaN; what is not feasible costs infinity.
     """
     pose, segments = seen.pose[run], seen.segments[run]
-    paths, profiles, found = plans.paths, plans.profiles, plans.found
+    paths, speeds, found = plans.paths, plans.profiles, plans.found
     places, costs = shown.candidates[run], shown.costs[run]
     for stop in range(stops.STOPS):
-        path, profile = paths[stops.path_of(stop)], profiles[stops.profile_of(stop)]
-        if path[PATH_EXISTS] == 0.0:
+        path, profile = paths[stops.path_of(stop)], speeds[stops.profile_of(stop)]
+        if path[profiles.PATH_EXISTS] == 0.0:
             continue
         is_feasible = found[stop, FOUND_FEASIBLE] > 0.0
         costs[stop] = found[stop, FOUND_COST] if is_feasible else math.inf
         for point in range(POINTS):
-            way = profile[stops.STOP_SAMPLES - 1, PROFILE_S] * point / (POINTS - 1.0)
-            d = at_path(path, pose[POSE_S] + way - path[PATH_START])[0]
+            way = profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S] * point / (POINTS - 1.0)
+            d = profiles.at_path(path, pose[POSE_S] + way - path[profiles.PATH_START])[0]
             x, y, _ = position(segments, pose[POSE_S] + way, d)
             places[stop, point, 0], places[stop, point, 1] = x, y
 
@@ -666,17 +648,18 @@ class PlannedSafetyChannel(SafetyChannel):
             rules=np.stack([rules[name] for name in stops.RULE_NAMES], axis=1),
             refuges=np.ascontiguousarray(context.road.refuges),
             kept=np.zeros((runs, KEPT_ROW)),
-            driven=np.zeros((runs, PATH_ROW)),
+            driven=np.zeros((runs, profiles.PATH_ROW)),
             others=Others(
-                np.zeros((TRACKS, OBJECT_ROW)), np.zeros((TRACKS, stops.STOP_SAMPLES, WAY_ROW))
+                np.zeros((TRACKS, profiles.OBJECT_ROW)),
+                np.zeros((TRACKS, stops.STOP_SAMPLES, profiles.WAY_ROW)),
             ),
-            paths=np.zeros((stops.LAID_PATHS, PATH_ROW)),
-            profiles=np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, PROFILE_ROW)),
+            paths=np.zeros((stops.LAID_PATHS, profiles.PATH_ROW)),
+            profiles=np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, profiles.PROFILE_ROW)),
             line=np.zeros((stops.STOP_SAMPLES, 2)),
             found=np.zeros((stops.STOPS, FOUND_ROW)),
         )
         self._plans.kept[:, KEPT_STOP] = NO_STOP
-        self._plans.driven[:, PATH_TARGET] = np.nan
+        self._plans.driven[:, profiles.PATH_TARGET] = np.nan
 
     def _fields(self, context: ChannelContext) -> dict[str, Any]:
         rear = parameter_columns(context, ["rear_sight"])

@@ -21,6 +21,7 @@ from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
 from adeye.simulate.channels.links import linked_channels
+from adeye.simulate.channels.perception import tracking
 from adeye.simulate.channels.perception.pose import (
     MAX_AGE,
     POSE_ACCELERATION,
@@ -34,13 +35,6 @@ from adeye.simulate.channels.perception.pose import (
     POSE_YAW_RATE,
 )
 from adeye.simulate.channels.perception.step import NOTE_END
-from adeye.simulate.channels.perception.tracking import (
-    TRACK_HITS,
-    TRACK_LENGTH,
-    TRACK_WIDTH,
-    TRACK_X,
-    TRACK_Y,
-)
 from adeye.simulate.channels.safety import in_lane, planned_stop
 from adeye.simulate.channels.safety.in_lane import Batch
 from adeye.simulate.channels.safety.planned_stop import PlannedSafetyChannel, Plans
@@ -282,14 +276,14 @@ def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
     half = 0.5 * width_factor * record["width"]
     for row in range(int(batch.seen.notes[run, NOTE_END])):
         track = tracks[row]
-        if track[TRACK_HITS] < record["confirm_hits"]:
+        if track[tracking.TRACK_HITS] < record["confirm_hits"]:
             continue
-        x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
-        y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        x = pose[POSE_X] + cosine * track[tracking.TRACK_X] - sine * track[tracking.TRACK_Y]
+        y = pose[POSE_Y] + sine * track[tracking.TRACK_X] + cosine * track[tracking.TRACK_Y]
         s, d, heading, _ = local(batch.seen.segments[run], x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, batch.memory[run, in_lane.MEMORY_PATH], pose[POSE_D]))
-        long, wide = 0.5 * track[TRACK_LENGTH], 0.5 * track[TRACK_WIDTH]
+        long, wide = 0.5 * track[tracking.TRACK_LENGTH], 0.5 * track[tracking.TRACK_WIDTH]
         is_clear = way - long >= ahead or way + long <= behind or aside - wide >= half
         if not is_clear:
             return True
@@ -702,25 +696,22 @@ _ENDLESS: Final = math.inf
 
 THRESHOLDS: Final[Mapping[str, Mapping[str, float]]] = {
     "channel_silent": {"timeout": _ENDLESS},
-    "channel_implausible": {
-        "max_acceleration": _ENDLESS,
-        "max_lateral_acceleration": _ENDLESS,
-        "max_lateral_error": _ENDLESS,
-        "max_jerk": _ENDLESS,
-        "max_steering_rate": _ENDLESS,
-    },
+    "channel_implausible": dict.fromkeys(
+        (
+            *("max_acceleration", "max_lateral_acceleration", "max_lateral_error"),
+            *("max_jerk", "max_steering_rate"),
+        ),
+        _ENDLESS,
+    ),
     "channel_stuck": {"timeout": _ENDLESS, "min_speed": 0.0},
     "sensor_silent": {"timeout": _ENDLESS, "max_age": _ENDLESS},
     "off_road": {"margin": 0.0},
     "lane_departure": {"max_offset": _ENDLESS},
     "object_danger": {"threshold": _ENDLESS},
     "critical_area": {"time": 0.0, "width_factor": 0.0},
-    "rss_danger": {
-        "response_time": 0.0,
-        "acceleration": 0.0,
-        "least_braking": 0.0,
-        "most_braking": 0.0,
-    },
+    "rss_danger": dict.fromkeys(
+        ("response_time", "acceleration", "least_braking", "most_braking"), 0.0
+    ),
     "odd_exit": {
         "max_speed": _ENDLESS,
         "from_s": -_ENDLESS,

@@ -15,29 +15,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.control import lane_keeping_steering
 from adeye.kernel.elementary import atan, sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
-from adeye.kernel.profiles import (
-    OBJECT_ROW,
-    PATH_COST,
-    PATH_EXISTS,
-    PATH_LANE,
-    PATH_LENGTH,
-    PATH_ROW,
-    PATH_START,
-    PATH_TARGET,
-    PEAK,
-    PROFILE_ROW,
-    PROFILE_S,
-    PROFILE_SPEED,
-    WAY_ROW,
-    at_path,
-    fill_profile,
-    lay_path,
-)
 from adeye.kernel.road import lane_center, offset_curvature, position
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Ints, spec_columns
 from adeye.simulate.channels import driving
@@ -51,20 +34,8 @@ from adeye.simulate.channels.perception.pose import (
     has_pose,
 )
 from adeye.simulate.channels.perception.tracking import BEHIND, TRACKS
-from adeye.simulate.channels.trajectory.cost import (
-    LINE_D,
-    LINE_ROW,
-    LINE_SLOPE,
-    SAMPLES,
-    Others,
-    drive_line,
-    is_cut_up,
-    lane_speed_cost,
-    mark_interest,
-    object_cost,
-    predict_objects,
-    profile_cost,
-)
+from adeye.simulate.channels.trajectory import cost
+from adeye.simulate.channels.trajectory.cost import SAMPLES, Others
 from adeye.spec.channels import TrajectoryParameters
 
 if TYPE_CHECKING:
@@ -135,7 +106,7 @@ def quick_length(record: Any, speed: float, height: float) -> float:
     """
     largest = _SHARE * record["max_lateral_acceleration"]
     bend = _SHARE * record["max_curvature"]
-    wide = PEAK * abs(height)
+    wide = profiles.PEAK * abs(height)
     return max(speed * math.sqrt(wide / largest), math.sqrt(wide / bend))
 
 
@@ -185,13 +156,13 @@ def start_of_paths(
         Lateral place [m], slope and bend [1/m].
     """
     if not np.isnan(memory[MEMORY_LANE]):
-        d, slope, bend = at_path(path, pose[POSE_S] - path[PATH_START])
+        d, slope, bend = profiles.at_path(path, pose[POSE_S] - path[profiles.PATH_START])
         if abs(d - pose[POSE_D]) < LOST:
             return d, slope, bend
     lane = driving.lane_at(pose[POSE_D], record["lane_width"], int(record["lanes"]))
     memory[MEMORY_LANE] = lane_center(lane, record["lane_width"])
     # No target is this one, so no path counts as gone on with.
-    path[PATH_TARGET] = math.nan
+    path[profiles.PATH_TARGET] = math.nan
     return pose[POSE_D], sin_cos(pose[POSE_ALIGN])[0], 0.0
 
 
@@ -230,14 +201,14 @@ def lay_paths(
         if target < 0.0:
             # Beside the rightmost lane: the middle of the shoulder.
             target, lane = -0.5 * record["shoulder"], math.nan
-        paths[row, PATH_EXISTS] = 1.0 if _is_on_road(record, row, target, d) else 0.0
-        paths[row, PATH_LANE] = lane
+        paths[row, profiles.PATH_EXISTS] = 1.0 if _is_on_road(record, row, target, d) else 0.0
+        paths[row, profiles.PATH_LANE] = lane
         length = _length(record, row, pose[POSE_SPEED], target - d)
-        if abs(target - driven[PATH_TARGET]) < _ONE_PLACE:
+        if abs(target - driven[profiles.PATH_TARGET]) < _ONE_PLACE:
             # What has been begun is finished as it was begun.
-            left = driven[PATH_START] + driven[PATH_LENGTH] - pose[POSE_S]
+            left = driven[profiles.PATH_START] + driven[profiles.PATH_LENGTH] - pose[POSE_S]
             length = min(length, left)
-        lay_path(paths[row], pose[POSE_S], d, slope, bend, target, length)
+        profiles.lay_path(paths[row], pose[POSE_S], d, slope, bend, target, length)
 
 
 @inlined
@@ -274,18 +245,18 @@ def path_cost(record: Any, path: Floats, row: int, memory: Floats, driven: Float
         memory: (MEMORY_WIDTH,).
         driven: (PATH_ROW,) path that is being driven.
     """
-    cost = 0.0
-    if np.isnan(path[PATH_LANE]):
-        cost += record["weight_shoulder"]
+    total = 0.0
+    if np.isnan(path[profiles.PATH_LANE]):
+        total += record["weight_shoulder"]
     else:
-        beside = path[PATH_TARGET] - path[PATH_LANE]
-        cost += record["weight_offset"] * beside * beside
-        if abs(path[PATH_LANE] - memory[MEMORY_LANE]) > _ONE_PLACE:
-            cost += record["weight_lane_change"]
-    is_kept = abs(path[PATH_TARGET] - driven[PATH_TARGET]) < _ONE_PLACE
+        beside = path[profiles.PATH_TARGET] - path[profiles.PATH_LANE]
+        total += record["weight_offset"] * beside * beside
+        if abs(path[profiles.PATH_LANE] - memory[MEMORY_LANE]) > _ONE_PLACE:
+            total += record["weight_lane_change"]
+    is_kept = abs(path[profiles.PATH_TARGET] - driven[profiles.PATH_TARGET]) < _ONE_PLACE
     if not is_kept and row != KEEP:
-        cost += record["weight_change"]
-    return float(cost)
+        total += record["weight_change"]
+    return float(total)
 
 
 # --- One tick of the planner: lay the fan, take the candidate that costs least, refine its speed --
@@ -336,8 +307,10 @@ def add_profile(fan: Fan, column: int) -> None:
     profile = fan.profiles[column]
     speed, wanted = fan.pose[POSE_SPEED], level[LEVEL_WANTED]
     interval = record["horizon"] / SAMPLES
-    fill_profile(speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, 0.0, profile)
-    level[LEVEL_COST] = profile_cost(
+    profiles.fill_profile(
+        speed, memory[MEMORY_COMMAND], wanted, record["max_jerk"], interval, 0.0, profile
+    )
+    level[LEVEL_COST] = cost.profile_cost(
         record, profile, wanted, memory[MEMORY_WANTED], speed, fan.allowed
     )
     # Nothing is known of the objects yet.
@@ -356,22 +329,24 @@ def candidate_cost(fan: Fan, row: int, column: int, limit: float) -> float:
     """
     record, path, profile = fan.record, fan.paths[row], fan.profiles[column]
     window, others = fan.windows[column], fan.others
-    cost = path[PATH_COST] + fan.levels[column, LEVEL_COST]
-    if cost >= limit:
-        return float(cost)
-    slowest = min(fan.pose[POSE_SPEED], profile[SAMPLES - 1, PROFILE_SPEED])
-    is_lane = not np.isnan(path[PATH_LANE])
-    if is_cut_up(record, path[PATH_TARGET], is_lane, fan.pose[POSE_D], slowest, others):
+    total = path[profiles.PATH_COST] + fan.levels[column, LEVEL_COST]
+    if total >= limit:
+        return float(total)
+    slowest = min(fan.pose[POSE_SPEED], profile[SAMPLES - 1, profiles.PROFILE_SPEED])
+    is_lane = not np.isnan(path[profiles.PATH_LANE])
+    if cost.is_cut_up(
+        record, path[profiles.PATH_TARGET], is_lane, fan.pose[POSE_D], slowest, others
+    ):
         return math.inf
-    cost += drive_path(fan, path, profile, row == KEEP)
+    total += drive_path(fan, path, profile, row == KEEP)
     count = others.objects.shape[0]
     if count > 0 and window[0, 0] == UNKNOWN:
-        mark_interest(record, profile, others, window)
+        cost.mark_interest(record, profile, others, window)
     for item in range(count):
-        if cost >= limit:
-            return float(cost)
+        if total >= limit:
+            return float(total)
         if window[item, 0] < window[item, 1]:
-            cost += object_cost(
+            total += cost.object_cost(
                 record,
                 profile,
                 fan.line,
@@ -380,7 +355,7 @@ def candidate_cost(fan: Fan, row: int, column: int, limit: float) -> float:
                 window[item],
                 row >= CHANGE_LEFT,
             )
-    return float(cost)
+    return float(total)
 
 
 @compiled
@@ -398,11 +373,11 @@ def drive_path(fan: Fan, path: Floats, profile: Floats, is_last_resort: bool) ->
     # Who is beyond an edge already may come back.
     lowest = min(half - record["shoulder"], pose[POSE_D])
     highest = max(record["lanes"] * record["lane_width"] - half, pose[POSE_D])
-    return drive_line(
+    return cost.drive_line(
         record,
         path,
         profile,
-        pose[POSE_S] - path[PATH_START],
+        pose[POSE_S] - path[profiles.PATH_START],
         pose[POSE_CURVATURE],
         lowest,
         highest,
@@ -425,15 +400,15 @@ def choose_candidate(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kerne
     best, least = KEEP * PROFILES, math.inf
     for row in range(PATHS):
         path = fan.paths[row]
-        path[PATH_COST] = path_cost(
+        path[profiles.PATH_COST] = path_cost(
             fan.record, path, row, fan.memory, fan.driven
-        ) + lane_speed_cost(
-            fan.record, path[PATH_TARGET], fan.pose[POSE_SPEED], fan.allowed, fan.others
+        ) + cost.lane_speed_cost(
+            fan.record, path[profiles.PATH_TARGET], fan.pose[POSE_SPEED], fan.allowed, fan.others
         )
         for column in range(PROFILES):
             place = row * PROFILES + column
             fan.costs[place] = math.inf
-            if path[PATH_EXISTS] == 0.0:
+            if path[profiles.PATH_EXISTS] == 0.0:
                 continue
             limit = math.inf if is_shown else least
             fan.costs[place] = candidate_cost(fan, row, column, limit)
@@ -464,9 +439,9 @@ def refine(fan: Fan, best: int) -> None:
             continue
         levels[PROFILES, LEVEL_WANTED] = trial
         add_profile(fan, PROFILES)
-        cost = candidate_cost(fan, row, PROFILES, least)
-        if cost < least:
-            chosen, least = trial, cost
+        total = candidate_cost(fan, row, PROFILES, least)
+        if total < least:
+            chosen, least = trial, total
     levels[PROFILES, LEVEL_WANTED] = chosen
     add_profile(fan, PROFILES)
     drive_path(fan, fan.paths[row], fan.profiles[PROFILES], True)  # noqa: FBT003 - a kernel
@@ -488,9 +463,9 @@ def plan_step(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kernel
     best = choose_candidate(fan, is_shown)
     refine(fan, best)
     path = fan.paths[best // PROFILES]
-    if not np.isnan(path[PATH_LANE]):
-        fan.memory[MEMORY_LANE] = path[PATH_LANE]
-    for item in range(PATH_ROW):
+    if not np.isnan(path[profiles.PATH_LANE]):
+        fan.memory[MEMORY_LANE] = path[profiles.PATH_LANE]
+    for item in range(profiles.PATH_ROW):
         fan.driven[item] = path[item]
     return best
 
@@ -523,10 +498,10 @@ def steer_along(record: Any, pose: Floats, path: Floats) -> float:
         pose: (POSE_WIDTH,).
         path: (PATH_ROW,).
     """
-    way = pose[POSE_S] - path[PATH_START]
-    d, slope, _ = at_path(path, way)
+    way = pose[POSE_S] - path[profiles.PATH_START]
+    d, slope, _ = profiles.at_path(path, way)
     ahead = way + pose[POSE_SPEED] * (record["steering_lag"] + 0.5 * record["period"])
-    bend = at_path(path, ahead)[2]
+    bend = profiles.at_path(path, ahead)[2]
     return lane_keeping_steering(
         pose[POSE_D] - d,
         wrap_to_pi(pose[POSE_ALIGN] - atan(slope)),
@@ -574,16 +549,16 @@ def show_plan(pose: Floats, segments: Floats, profile: Floats, line: Floats, pla
         plan: (SAMPLES, PLAN_ROW) out.
     """
     for sample in range(SAMPLES):
-        s = pose[POSE_S] + profile[sample, PROFILE_S]
-        x, y, heading = position(segments, s, line[sample, LINE_D])
+        s = pose[POSE_S] + profile[sample, profiles.PROFILE_S]
+        x, y, heading = position(segments, s, line[sample, cost.LINE_D])
         plan[sample, PLAN_X], plan[sample, PLAN_Y] = x, y
-        plan[sample, PLAN_HEADING] = wrap_to_pi(heading + atan(line[sample, LINE_SLOPE]))
-        plan[sample, PLAN_SPEED] = profile[sample, PROFILE_SPEED]
+        plan[sample, PLAN_HEADING] = wrap_to_pi(heading + atan(line[sample, cost.LINE_SLOPE]))
+        plan[sample, PLAN_SPEED] = profile[sample, profiles.PROFILE_SPEED]
 
 
 @compiled
 def show_candidates(
-    pose: Floats, segments: Floats, paths: Floats, profiles: Floats, candidates: Floats
+    pose: Floats, segments: Floats, paths: Floats, speeds: Floats, candidates: Floats
 ) -> None:
     """Write the places of the fan in the map; rows of candidates that cannot be had are NaN.
 
@@ -591,19 +566,19 @@ def show_candidates(
         pose: (POSE_WIDTH,).
         segments: (R, 5) reference line of the road.
         paths: (PATHS, PATH_ROW).
-        profiles: (PROFILES + 1, SAMPLES, PROFILE_ROW).
+        speeds: (PROFILES + 1, SAMPLES, PROFILE_ROW), the profiles.
         candidates: (CANDIDATES, POINTS, 2) out.
     """
     for place in range(CANDIDATES):
-        path, profile = paths[place // PROFILES], profiles[place % PROFILES]
+        path, profile = paths[place // PROFILES], speeds[place % PROFILES]
         candidates[place] = float("nan")
-        if path[PATH_EXISTS] == 0.0:
+        if path[profiles.PATH_EXISTS] == 0.0:
             continue
         for point in range(POINTS):
             way = 0.0
             if point > 0:
-                way = profile[SHOWN[point - 1], PROFILE_S]
-            d = at_path(path, pose[POSE_S] + way - path[PATH_START])[0]
+                way = profile[SHOWN[point - 1], profiles.PROFILE_S]
+            d = profiles.at_path(path, pose[POSE_S] + way - path[profiles.PATH_START])[0]
             x, y, _ = position(segments, pose[POSE_S] + way, d)
             candidates[place, point, 0], candidates[place, point, 1] = x, y
 
@@ -627,18 +602,21 @@ class TrajectoryChannel(PerceivingChannel):
         self._prepare(context, records, CANDIDATES)
         self._plans = Plans(
             memory=np.zeros((runs, MEMORY_WIDTH)),
-            driven=np.zeros((runs, PATH_ROW)),
+            driven=np.zeros((runs, profiles.PATH_ROW)),
             plan=np.full((runs, SAMPLES, PLAN_ROW), np.nan),
-            others=Others(np.zeros((TRACKS, OBJECT_ROW)), np.zeros((TRACKS, SAMPLES, WAY_ROW))),
-            paths=np.zeros((PATHS, PATH_ROW)),
-            profiles=np.zeros((PROFILES + 1, SAMPLES, PROFILE_ROW)),
+            others=Others(
+                np.zeros((TRACKS, profiles.OBJECT_ROW)),
+                np.zeros((TRACKS, SAMPLES, profiles.WAY_ROW)),
+            ),
+            paths=np.zeros((PATHS, profiles.PATH_ROW)),
+            profiles=np.zeros((PROFILES + 1, SAMPLES, profiles.PROFILE_ROW)),
             windows=np.zeros((PROFILES + 1, TRACKS, 2), dtype=np.int64),
-            line=np.zeros((SAMPLES, LINE_ROW)),
+            line=np.zeros((SAMPLES, cost.LINE_ROW)),
             levels=np.zeros((PROFILES + 1, LEVEL_ROW)),
             costs=np.zeros(CANDIDATES),
         )
         self._plans.memory[:, MEMORY_LANE] = np.nan
-        self._plans.driven[:, PATH_TARGET] = np.nan
+        self._plans.driven[:, profiles.PATH_TARGET] = np.nan
 
     def _decide(self, time: float) -> None:
         _act(self._seen, self._plans, time, self._command, self._status, self._shown)
@@ -746,7 +724,7 @@ def trajectory_step(
         command[0] = memory[MEMORY_WANTED] = memory[MEMORY_COMMAND] = 0.0
         memory[MEMORY_LANE] = plan[:] = np.nan
         return -1
-    others = predict_objects(seen, run, record["horizon"] / SAMPLES, plans.others)
+    others = cost.predict_objects(seen, run, record["horizon"] / SAMPLES, plans.others)
     allowed = driving.allowed_speed(record, segments, pose, pose[POSE_D])
     fan = Fan(
         record,

@@ -405,17 +405,14 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
         return 0.0
     cosine = 1.0 / math.sqrt(1.0 + slope * slope)
     sine = slope * cosine
-    apart = placed_box_distance(
+    placed = (
         cosine * ahead + sine * across,
         cosine * across - sine * ahead,
         body[OBJECT_SINE] * cosine - body[OBJECT_COSINE] * sine,
         body[OBJECT_COSINE] * cosine + body[OBJECT_SINE] * sine,
-        length,
-        width,
-        body[OBJECT_LENGTH],
-        body[OBJECT_WIDTH],
-        0.0,
     )
+    size = (body[OBJECT_LENGTH], body[OBJECT_WIDTH])
+    apart = placed_box_distance(placed, (length, width), size, 0.0)
     if apart <= 0.0:
         return 1.0
     return (margin - apart) / margin if apart < margin else 0.0
