@@ -99,7 +99,7 @@ def cost_of_batch(size: Size, variant: str) -> float:
     for _ in range(steps):
         traffic.step(command)
     taken = time.process_time() - start
-    if not traffic.running.all():
+    if not traffic.ending.running.all():
         msg = "runs have ended"
         raise RuntimeError(msg)
     return taken / (steps * size.runs * size.vehicles)

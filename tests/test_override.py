@@ -17,7 +17,7 @@ from adeye.signals import (
     ControlCommand,
 )
 from adeye.simulate.switch import make_switch
-from adeye.simulate.switch.override import overriding
+from adeye.simulate.switch.arbiter import overriding
 from adeye.spec.switch import Switch
 from adeye.sweep.case import AuthorityOverride
 from tests.motorway import make_case, make_scenario

@@ -58,7 +58,7 @@ from adeye.signals import (
     Ints,
     Shorts,
 )
-from adeye.simulate.world.storyboard import road_gap
+from adeye.simulate.world.compile import road_gap
 
 if TYPE_CHECKING:
     pass
@@ -239,10 +239,8 @@ def distance_below(  # noqa: PLR0913, PLR0917 - two boxes
     turn(turns, 0, heading)
     turn(turns, thing + 1, o_heading - heading)
     s, c = turns[0, 1], turns[0, 2]
-    distance = placed_box_distance(
-        dx * c + dy * s, dy * c - dx * s, turns[thing + 1, 1], turns[thing + 1, 2],
-        length, width, o_length, o_width, enough,
-    )  # fmt: skip
+    placed = (dx * c + dy * s, dy * c - dx * s, turns[thing + 1, 1], turns[thing + 1, 2])
+    distance = placed_box_distance(placed, (length, width), (o_length, o_width), enough)
     return 0.0 if distance <= 0.0 else distance
 
 

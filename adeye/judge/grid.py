@@ -18,7 +18,7 @@ from adeye.errors import UsageError, suggest
 from adeye.judge.safe_stop import ratings_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.grid import count_cover, cover_at, fill_ground, sweep
-from adeye.kernel.stops import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER, STOP_INTERVAL
+from adeye.kernel.stops import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER, STOP_INTERVAL, Ground
 from adeye.signals import (
     EGO_HEADING,
     EGO_X,
@@ -234,10 +234,15 @@ class _Making:
         self.ego = trace["ego"][run, row, [EGO_X, EGO_Y, EGO_HEADING]].astype(np.float64)
         self.layers: dict[str, NDArray[Any]] = {}
         road = trace.layout.context.road
-        self._segments, self._refuges = road.segments[run], road.refuges[run]
-        self._lanes = float(road.lane_width[run]), road.lanes
-        self._beside = float(road.shoulder[run]), float(road.verge[run])
-        self._speed_limit = float(road.speed_limit[run])
+        self._ground = Ground(
+            road.segments[run],
+            road.refuges[run],
+            float(road.lane_width[run]),
+            road.lanes,
+            float(road.shoulder[run]),
+            float(road.verge[run]),
+            float(road.speed_limit[run]),
+        )
 
     @property
     def _cells(self) -> tuple[Floats, Floats, float]:
@@ -252,11 +257,7 @@ class _Making:
         number = self._layer(0.0)
         fill_ground(
             np.array(costs.table()),
-            self._segments,
-            self._refuges,
-            *self._lanes,
-            *self._beside,
-            self._speed_limit,
+            self._ground,
             self.ego,
             self.x,
             self.y,
@@ -266,7 +267,7 @@ class _Making:
             refuge,
             number,
         )
-        kinds = [REFUGE_KINDS[int(kind)] for kind in self._refuges[:, REFUGE_KIND]]
+        kinds = [REFUGE_KINDS[int(kind)] for kind in self._ground.refuges[:, REFUGE_KIND]]
         inside = {
             kind: np.isin(refuge, [row for row, name in enumerate(kinds) if name == kind])
             for kind in REFUGE_KINDS
@@ -328,8 +329,8 @@ class _Making:
     ) -> None:
         cover_at(self.ego, body, 0.0, *self._cells, times)
         sweep(
-            self._segments,
-            *self._lanes,
+            self._ground.segments,
+            *self._ground[2:4],
             self.ego,
             body,
             velocity,

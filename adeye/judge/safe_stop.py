@@ -27,6 +27,7 @@ from adeye.kernel.stops import (
     STOP_LEVELS,
     STOP_SAMPLES,
     STOPS,
+    Ground,
     fill_stop,
     fits_limits,
     lay_refuge_stops,
@@ -80,21 +81,17 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
         return np.nan
     road = trace.layout.context.road
     length, width = trace.layout.context.ego_size[run, :2]
-    return rate_footprint(
-        rules,
+    ground = Ground(
         road.segments[run],
         road.refuges[run],
-        place[PLACE_S],
-        place[PLACE_D],
-        tan(ego[EGO_HEADING] - place[PLACE_HEADING]),
-        length,
-        width,
         road.lane_width[run],
         road.lanes,
         road.shoulder[run],
         road.verge[run],
         road.speed_limit[run],
     )
+    slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
+    return rate_footprint(rules, ground, place[PLACE_S], place[PLACE_D], slope, length, width)
 
 
 def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:

@@ -16,6 +16,16 @@ from adeye.kernel.jit import compiled, inlined
 SWEEP_TOLERANCE = 1e-4
 _DEEPEST = 24
 
+Pose = tuple[float, float, float]
+"""x, y [m] and heading [rad] of a box."""
+
+Size = tuple[float, float]
+"""Length and width of a box [m]."""
+
+Placed = tuple[float, float, float, float]
+"""A box in the frame of another: its centre along and across [m], sine and cosine of its
+heading."""
+
 
 @inlined
 def wrap_to_pi(angle: float) -> float:
@@ -64,30 +74,18 @@ def _outside(along: float, across: float, length: float, width: float) -> float:
 
 
 @compiled
-def _separation(
-    along: float,
-    across: float,
-    sine: float,
-    cosine: float,
-    length_1: float,
-    width_1: float,
-    length_2: float,
-    width_2: float,
-) -> float:
+def _separation(placed: Placed, size_1: Size, size_2: Size) -> float:
     """Return the largest gap [m] between the shadows of two boxes on their four edge directions.
 
     It is positive exactly if the boxes are apart; negative, it is how far they overlap.
 
     Args:
-        along: Centre of box 2 in the frame of box 1 [m].
-        across: Centre of box 2 in the frame of box 1 [m].
-        sine: Of the heading of box 2 in the frame of box 1.
-        cosine: Of the heading of box 2 in the frame of box 1.
-        length_1: [m].
-        width_1: [m].
-        length_2: [m].
-        width_2: [m].
+        placed: Box 2 in the frame of box 1.
+        size_1: Of box 1.
+        size_2: Of box 2.
     """
+    along, across, sine, cosine = placed
+    (length_1, width_1), (length_2, width_2) = size_1, size_2
     s = abs(sine)
     c = abs(cosine)
     gap = abs(along) - 0.5 * (length_1 + length_2 * c + width_2 * s)
@@ -99,17 +97,10 @@ def _separation(
 
 
 @compiled
-def _corner_distance(
-    along: float,
-    across: float,
-    sine: float,
-    cosine: float,
-    length_1: float,
-    width_1: float,
-    length_2: float,
-    width_2: float,
-) -> float:
+def _corner_distance(placed: Placed, size_1: Size, size_2: Size) -> float:
     """Return the least distance [m] from box 1 of the corners of box 2, placed as above."""
+    along, across, sine, cosine = placed
+    (length_1, width_1), (length_2, width_2) = size_1, size_2
     least = math.inf
     for corner in range(4):
         u = 0.5 * length_2 if corner < 2 else -0.5 * length_2
@@ -122,38 +113,19 @@ def _corner_distance(
 
 
 @compiled
-def placed_box_distance(
-    along: float,
-    across: float,
-    sine: float,
-    cosine: float,
-    length_1: float,
-    width_1: float,
-    length_2: float,
-    width_2: float,
-    enough: float,
-) -> float:
+def placed_box_distance(placed: Placed, size_1: Size, size_2: Size, enough: float) -> float:
     """Return the signed distance [m] of two boxes, of which the second is placed as above.
 
     From ``enough`` on it may be a lower bound of the distance that is above ``enough``, too.
     """
-    separation = _separation(along, across, sine, cosine, length_1, width_1, length_2, width_2)
+    separation = _separation(placed, size_1, size_2)
     if not separation > 0.0 or separation * 0.9999999 - 1e-6 > enough:
         return separation
+    along, across, sine, cosine = placed
     # Two convex polygons apart are nearest at a corner of one of them.
-    seen_from_1 = _corner_distance(
-        along, across, sine, cosine, length_1, width_1, length_2, width_2
-    )
-    seen_from_2 = _corner_distance(
-        -(along * cosine + across * sine),
-        along * sine - across * cosine,
-        -sine,
-        cosine,
-        length_2,
-        width_2,
-        length_1,
-        width_1,
-    )
+    seen_from_1 = _corner_distance(placed, size_1, size_2)
+    there = (-(along * cosine + across * sine), along * sine - across * cosine, -sine, cosine)
+    seen_from_2 = _corner_distance(there, size_2, size_1)
     return seen_from_1 if seen_from_1 <= seen_from_2 else seen_from_2
 
 
@@ -176,9 +148,8 @@ def signed_box_distance(
     """
     along, across = _into_frame(x_2, y_2, x_1, y_1, heading_1)
     sine, cosine = sin_cos(heading_2 - heading_1)
-    return placed_box_distance(
-        along, across, sine, cosine, length_1, width_1, length_2, width_2, math.inf
-    )
+    placed = along, across, sine, cosine
+    return placed_box_distance(placed, (length_1, width_1), (length_2, width_2), math.inf)
 
 
 @compiled
@@ -222,9 +193,8 @@ def boxes_overlap(
         return False
     along, across = _into_frame(x_2, y_2, x_1, y_1, heading_1)
     sine, cosine = sin_cos(heading_2 - heading_1)
-    return not (
-        _separation(along, across, sine, cosine, length_1, width_1, length_2, width_2) > 0.0
-    )
+    placed = along, across, sine, cosine
+    return not _separation(placed, (length_1, width_1), (length_2, width_2)) > 0.0
 
 
 @compiled
@@ -243,23 +213,21 @@ def _narrow(
 
 @compiled
 def sliding_contact(
-    dx: float,
-    dy: float,
-    rate_x: float,
-    rate_y: float,
+    place: tuple[float, float],
+    rate: tuple[float, float],
     heading_1: float,
-    length_1: float,
-    width_1: float,
+    size_1: Size,
     heading_2: float,
-    length_2: float,
-    width_2: float,
+    size_2: Size,
     first: float,
     last: float,
 ) -> float:
     """Return the first time in [first, last] at which two boxes of fixed heading touch, else inf.
 
-    Box 2 is at (dx, dy) from box 1 at time 0 and moves at (rate_x, rate_y) past it. Exact.
+    Box 2 is at a place from box 1 at time 0 and moves at a rate past it. Exact.
     """
+    (dx, dy), (rate_x, rate_y) = place, rate
+    (length_1, width_1), (length_2, width_2) = size_1, size_2
     s_1, c_1 = sin_cos(heading_1)
     s_2, c_2 = sin_cos(heading_2)
     c = abs(c_1 * c_2 + s_1 * s_2)
@@ -281,22 +249,7 @@ def sliding_contact(
 
 @compiled
 def swept_contact(
-    start_x_1: float,
-    start_y_1: float,
-    start_heading_1: float,
-    end_x_1: float,
-    end_y_1: float,
-    end_heading_1: float,
-    length_1: float,
-    width_1: float,
-    start_x_2: float,
-    start_y_2: float,
-    start_heading_2: float,
-    end_x_2: float,
-    end_y_2: float,
-    end_heading_2: float,
-    length_2: float,
-    width_2: float,
+    start_1: Pose, end_1: Pose, size_1: Size, start_2: Pose, end_2: Pose, size_2: Size
 ) -> tuple[bool, float]:
     """Find the first contact of two boxes that move evenly from a start to an end pose.
 
@@ -309,13 +262,15 @@ def swept_contact(
         Whether there is contact, and at which share of the step, in [0, 1]; infinity without
         contact. With a NaN: contact at share 0.
     """
-    dx = start_x_2 - start_x_1
-    dy = start_y_2 - start_y_1
-    rate_x = (end_x_2 - end_x_1) - dx
-    rate_y = (end_y_2 - end_y_1) - dy
-    turn_1 = wrap_to_pi(end_heading_1 - start_heading_1)
-    turn_2 = wrap_to_pi(end_heading_2 - start_heading_2)
-    if math.isnan(dx + dy + rate_x + rate_y + turn_1 + turn_2 + start_heading_1 + start_heading_2):
+    (length_1, width_1), (length_2, width_2) = size_1, size_2
+    heading_1, heading_2 = start_1[2], start_2[2]
+    dx = start_2[0] - start_1[0]
+    dy = start_2[1] - start_1[1]
+    rate_x = (end_2[0] - end_1[0]) - dx
+    rate_y = (end_2[1] - end_1[1]) - dy
+    turn_1 = wrap_to_pi(end_1[2] - heading_1)
+    turn_2 = wrap_to_pi(end_2[2] - heading_2)
+    if math.isnan(dx + dy + rate_x + rate_y + turn_1 + turn_2 + heading_1 + heading_2):
         return True, 0.0
     # Walk the halvings of the step in time order, deeper only where the thick boxes touch.
     depth = 0
@@ -328,16 +283,12 @@ def swept_contact(
         thick_1 = grow_1 * (length_1 + width_1)
         thick_2 = grow_2 * (length_2 + width_2)
         at = sliding_contact(
-            dx,
-            dy,
-            rate_x,
-            rate_y,
-            start_heading_1 + middle * turn_1,
-            length_1 + grow_1 * width_1,
-            width_1 + grow_1 * length_1,
-            start_heading_2 + middle * turn_2,
-            length_2 + grow_2 * width_2,
-            width_2 + grow_2 * length_2,
+            (dx, dy),
+            (rate_x, rate_y),
+            heading_1 + middle * turn_1,
+            (length_1 + grow_1 * width_1, width_1 + grow_1 * length_1),
+            heading_2 + middle * turn_2,
+            (length_2 + grow_2 * width_2, width_2 + grow_2 * length_2),
             place * share,
             (place + 1) * share,
         )

@@ -69,10 +69,10 @@ def planar_time_to_collision(
         dx + dy + rate_x + rate_y + heading_1 + length_1 + width_1 + heading_2 + length_2 + width_2
     ):
         return math.nan
+    size_1, size_2 = (length_1, width_1), (length_2, width_2)
     return sliding_contact(
-        dx, dy, rate_x, rate_y, heading_1, length_1, width_1, heading_2, length_2, width_2,
-        0.0, math.inf,
-    )  # fmt: skip
+        (dx, dy), (rate_x, rate_y), heading_1, size_1, heading_2, size_2, 0.0, math.inf
+    )
 
 
 @inlined

@@ -12,26 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos, tan
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.profiles import (
-    MIN_LATERAL_SPEED,
-    OBJECT_COSINE,
-    OBJECT_D,
-    OBJECT_LENGTH,
-    OBJECT_ROW,
-    OBJECT_S,
-    OBJECT_SINE,
-    OBJECT_SPEED,
-    OBJECT_WIDTH,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    predict_body,
-)
 from adeye.kernel.road import depth_at, lane_of, local, position, refuge_depth
-from adeye.kernel.stops import RULE_REFUGE, place_kind, rate_footprint
+from adeye.kernel.stops import RULE_REFUGE, Ground, place_kind, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,13 +34,7 @@ _HALF_RIGHT: Final = 0.5 * math.pi
 @compiled
 def fill_ground(
     table: Floats,
-    segments: Floats,
-    refuges: Floats,
-    lane_width: float,
-    lanes: int,
-    shoulder: float,
-    verge: float,
-    speed_limit: float,
+    ground: Ground,
     ego: Floats,
     xs: Floats,
     ys: Floats,
@@ -68,18 +48,12 @@ def fill_ground(
 
     Args:
         table: (RULES,) number of each kind of place.
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
-        lane_width: [m].
-        lanes: How many there are.
-        shoulder: Width beside the right edge [m].
-        verge: Width of free ground beside the shoulder [m].
-        speed_limit: [m/s].
+        ground: What there is.
         ego: (3,) x [m], y [m] and heading [rad] in the map.
         xs: (X,) of the centres of the cells [m].
         ys: (Y,) [m].
         cell: Edge of a cell [m].
-        kinds: (X, Y) out: kind of place at the centre, see ``stop_rating.place_kind``.
+        kinds: (X, Y) out: kind of place at the centre, see ``stops.place_kind``.
         lane: (X, Y) out: lane of the centre, -1 off the lanes.
         refuge: (X, Y) out: row of the refuge that the centre is in, -1 for none.
         numbers: (X, Y) out: that of a body of the size of the cell which stands on it.
@@ -89,35 +63,19 @@ def fill_ground(
         for j in range(ys.shape[0]):
             x = ego[0] + cosine * xs[i] - sine * ys[j]
             y = ego[1] + sine * xs[i] + cosine * ys[j]
-            s, d, heading, curvature = local(segments, x, y)
-            depth = refuge_depth(refuges, s)
-            kinds[i, j] = place_kind(
-                curvature, d, lane_width, lanes, shoulder, depth, verge, speed_limit
-            )
-            lane[i, j] = lane_of(d, lane_width, lanes)
+            s, d, heading, curvature = local(ground.segments, x, y)
+            depth = refuge_depth(ground.refuges, s)
+            kinds[i, j] = place_kind(ground, curvature, d, depth)
+            lane[i, j] = lane_of(d, ground.lane_width, ground.lanes)
             refuge[i, j] = -1
             if kinds[i, j] == RULE_REFUGE:
-                for row in range(refuges.shape[0]):
-                    if depth_at(refuges[row], s) == depth:
+                for row in range(ground.refuges.shape[0]):
+                    if depth_at(ground.refuges[row], s) == depth:
                         refuge[i, j] = row
             # A square looks the same from four sides.
             turn = wrap_to_pi(ego[2] - heading)
             turn -= _HALF_RIGHT * math.floor(turn / _HALF_RIGHT + 0.5)
-            numbers[i, j] = rate_footprint(
-                table,
-                segments,
-                refuges,
-                s,
-                d,
-                tan(turn),
-                cell,
-                cell,
-                lane_width,
-                lanes,
-                shoulder,
-                verge,
-                speed_limit,
-            )
+            numbers[i, j] = rate_footprint(table, ground, s, d, tan(turn), cell, cell)
 
 
 @inlined
@@ -263,16 +221,16 @@ def sweep(
     sideways = cosine * velocity[1] - sine * velocity[0]
     if not math.isfinite(s + d + forward + sideways):
         return
-    if not is_free and abs(sideways) < MIN_LATERAL_SPEED:
+    if not is_free and abs(sideways) < profiles.MIN_LATERAL_SPEED:
         sideways = 0.0
-    item, way = np.zeros(OBJECT_ROW), np.empty((samples, WAY_ROW))
-    item[OBJECT_LENGTH], item[OBJECT_WIDTH] = body[3], body[4]
-    item[OBJECT_S], item[OBJECT_D], item[OBJECT_SPEED] = s, d, forward
-    predict_body(item, sideways, is_free, acceleration, lane_width, lanes, interval, way)
+    item, way = np.zeros(profiles.OBJECT_ROW), np.empty((samples, profiles.WAY_ROW))
+    item[profiles.OBJECT_LENGTH], item[profiles.OBJECT_WIDTH] = body[3], body[4]
+    item[profiles.OBJECT_S], item[profiles.OBJECT_D], item[profiles.OBJECT_SPEED] = s, d, forward
+    profiles.predict_body(item, sideways, is_free, acceleration, lane_width, lanes, interval, way)
     box = np.empty(6)
     reach = 0.5 * (body[3] + body[4]) + cell
     for sample in range(samples):
-        ahead, aside = way[sample, WAY_S] - s, way[sample, WAY_D] - d
+        ahead, aside = way[sample, profiles.WAY_S] - s, way[sample, profiles.WAY_D] - d
         steps = math.ceil(2.0 * math.sqrt(ahead * ahead + aside * aside) / cell)
         for step in range(1, steps + 1):
             share = step / steps
@@ -282,11 +240,11 @@ def sweep(
                 xs[0] - reach < box[0] < xs[-1] + reach and ys[0] - reach < box[1] < ys[-1] + reach
             ):
                 continue
-            turned = box[3] * item[OBJECT_SINE] + box[2] * item[OBJECT_COSINE]
-            box[3] = box[3] * item[OBJECT_COSINE] - box[2] * item[OBJECT_SINE]
+            turned = box[3] * item[profiles.OBJECT_SINE] + box[2] * item[profiles.OBJECT_COSINE]
+            box[3] = box[3] * item[profiles.OBJECT_COSINE] - box[2] * item[profiles.OBJECT_SINE]
             box[2] = turned
             cover(box, (sample + share) * interval, xs, ys, cell, times)
-        s, d = way[sample, WAY_S], way[sample, WAY_D]
+        s, d = way[sample, profiles.WAY_S], way[sample, profiles.WAY_D]
 
 
 @compiled

@@ -15,7 +15,7 @@ lateral limits allow at the speeds that the profile then has.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from adeye.kernel.criticality import stopping_distance
 from adeye.kernel.elementary import power
@@ -103,6 +103,28 @@ _BRISK: Final = (0.5, 5.0)
 who must. Our choice."""
 
 
+class Ground(NamedTuple):
+    """The road with what lies beside it, and how fast others come.
+
+    Attributes:
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        lane_width: [m].
+        lanes: How many there are.
+        shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
+        speed_limit: Of who comes from behind [m/s].
+    """
+
+    segments: Floats
+    refuges: Floats
+    lane_width: float
+    lanes: int
+    shoulder: float
+    verge: float
+    speed_limit: float
+
+
 @inlined
 def sight_distance(curvature: float, inside: float) -> float:
     """Return how far a driver sees along a curve if the view ends at the inner edge of the road.
@@ -139,45 +161,32 @@ def curvature_at(segments: Floats, s: float) -> float:
 
 
 @inlined
-def place_kind(
-    curvature: float,
-    d: float,
-    lane_width: float,
-    lanes: int,
-    shoulder: float,
-    depth: float,
-    verge: float,
-    speed_limit: float,
-) -> int:
+def place_kind(ground: Ground, curvature: float, d: float, depth: float) -> int:
     """Return what kind of place a cell is, an index into the rules.
 
     Args:
+        ground: Where it is.
         curvature: Of the reference line there [1/m].
         d: From the right edge to the left [m].
-        lane_width: [m].
-        lanes: How many there are.
-        shoulder: Width beside the right edge [m].
         depth: How far a refuge reaches beyond the shoulder there [m].
-        verge: Width of free ground beside the shoulder [m].
-        speed_limit: Of who comes from behind [m/s].
     """
-    if not -shoulder - max(depth, verge) <= d <= lanes * lane_width:
+    shoulder = ground.shoulder
+    if not -shoulder - max(depth, ground.verge) <= d <= ground.lanes * ground.lane_width:
         return RULE_OFF_ROAD
     if d < -shoulder:
         return RULE_REFUGE if d >= -shoulder - depth else RULE_VERGE
     if d < 0.0:
         return RULE_SHOULDER
-    return _lane_kind(curvature, d, lane_width, lanes, shoulder, speed_limit)
+    return _lane_kind(ground, curvature, d)
 
 
 @inlined
-def _lane_kind(
-    curvature: float, d: float, lane_width: float, lanes: int, shoulder: float, speed_limit: float
-) -> int:
+def _lane_kind(ground: Ground, curvature: float, d: float) -> int:
     """Return what kind of place a cell in a lane is; see ``place_kind``."""
+    lane_width, lanes, speed_limit = ground.lane_width, ground.lanes, ground.speed_limit
     lane = max(0, lane_of(d, lane_width, lanes))
     middle = (lane + 0.5) * lane_width
-    inside = lanes * lane_width - middle if curvature > 0.0 else middle + shoulder
+    inside = lanes * lane_width - middle if curvature > 0.0 else middle + ground.shoulder
     sight = sight_distance(curvature, inside)
     if sight < stopping_distance(speed_limit, _BRISK[0], _BRISK[1]):
         return RULE_CURVE
@@ -190,19 +199,7 @@ def _lane_kind(
 
 @compiled
 def rate_footprint(
-    rules: Floats,
-    segments: Floats,
-    refuges: Floats,
-    s: float,
-    d: float,
-    slope: float,
-    length: float,
-    width: float,
-    lane_width: float,
-    lanes: int,
-    shoulder: float,
-    verge: float,
-    speed_limit: float,
+    rules: Floats, ground: Ground, s: float, d: float, slope: float, length: float, width: float
 ) -> float:
     """Return the rating of standing somewhere: that of the worst cell under the body.
 
@@ -210,18 +207,12 @@ def rate_footprint(
 
     Args:
         rules: (RULES,) rating of each kind of place.
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        ground: Where it stands.
         s: Of the centre of the body along the road [m].
         d: From the right edge to the left [m].
         slope: Tangent of the heading against the road's.
         length: Of the body [m].
         width: [m].
-        lane_width: [m].
-        lanes: How many there are.
-        shoulder: Width beside the right edge [m].
-        verge: Width of free ground beside the shoulder [m].
-        speed_limit: [m/s].
     """
     along, across = math.ceil(length / CELL), math.ceil(width / CELL)
     cosine = 1.0 / math.sqrt(1.0 + slope * slope)
@@ -233,14 +224,10 @@ def rate_footprint(
             y = width * (j / across - 0.5)
             place = s + cosine * x - sine * y
             kind = place_kind(
-                curvature_at(segments, place),
+                ground,
+                curvature_at(ground.segments, place),
                 d + sine * x + cosine * y,
-                lane_width,
-                lanes,
-                shoulder,
-                refuge_depth(refuges, place),
-                verge,
-                speed_limit,
+                refuge_depth(ground.refuges, place),
             )
             worst = max(worst, rules[kind])
     return worst
@@ -551,21 +538,16 @@ def rate_stop(
     """
     end = s + profile[STOP_SAMPLES - 1, PROFILE_S]
     d, slope, _ = at_path(path, end - path[PATH_START])
-    return rate_footprint(
-        rules,
+    ground = Ground(
         segments,
         refuges,
-        end,
-        d,
-        slope,
-        record["length"],
-        record["width"],
         record["lane_width"],
         int(record["lanes"]),
         record["shoulder"],
         record["verge"],
         record["speed_limit"],
     )
+    return rate_footprint(rules, ground, end, d, slope, record["length"], record["width"])
 
 
 # --- Stops in parking bays and rest areas: drive on in the lane, enter, stand in the middle -------
@@ -593,6 +575,18 @@ ASTRAY: Final = 0.5
 
 CRAWL: Final = 1.0
 """Speed below which a stop that was begun is finished where it ends [m/s]. Our choice."""
+
+
+class Approach(NamedTuple):
+    """From where a refuge is approached; the fields are arguments of ``lay_refuge_stops``."""
+
+    record: Any
+    refuges: Floats
+    here: tuple[float, float, float, float]
+    start: tuple[float, float, float, float]
+    wait: float
+    center: float
+    driven: Floats
 
 
 @compiled
@@ -626,6 +620,7 @@ def lay_refuge_stops(
         profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out, those of the refuge only; the
             others are filled.
     """
+    approach = Approach(record, refuges, here, start, wait, center, driven)
     for level in range(STOP_LEVELS):
         stop = REFUGE * STOP_LEVELS + level
         path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
@@ -640,35 +635,16 @@ def lay_refuge_stops(
             for sample in range(STOP_SAMPLES):
                 for item in range(PROFILE_ROW):
                     profile[sample, item] = at_once[sample, item]
-            if _enters(
-                record,
-                refuge,
-                refuges,
-                here,
-                start,
-                wait,
-                center,
-                kept == level,
-                driven,
-                level,
-                path,
-                profile,
-            ):
+            if _enters(approach, refuge, kept == level, level, path, profile):
                 path[PATH_EXISTS], path[PATH_LANE] = 1.0, math.nan
                 break
 
 
 @compiled
 def _enters(
-    record: Any,
+    approach: Approach,
     refuge: Floats,
-    refuges: Floats,
-    here: tuple[float, float, float, float],
-    start: tuple[float, float, float, float],
-    wait: float,
-    center: float,
     is_kept: bool,  # noqa: FBT001 - a kernel
-    driven: Floats,
     level: int,
     path: Floats,
     profile: Floats,
@@ -677,6 +653,8 @@ def _enters(
 
     ``profile`` holds that of braking at once.
     """
+    record, here, start = approach.record, approach.here, approach.start
+    center, driven = approach.center, approach.driven
     first, last = standing_room(record, refuge)
     target, middle = refuge_target(record, refuge), 0.5 * (first + last)
     soonest = here[0] + profile[STOP_SAMPLES - 1, PROFILE_S]
@@ -688,7 +666,7 @@ def _enters(
     if is_kept and first <= begun <= last:
         brakes = here[3] < -0.5 * stop_level(record, level) or here[2] < CRAWL
         if not (brakes and soonest >= first):
-            _drive_on(record, here, wait, level, max(begun, soonest), profile)
+            _drive_on(approach, level, max(begun, soonest), profile)
         if driven[PATH_START] > start[0]:
             lay_path(path, driven[PATH_START], center, 0.0, 0.0, target, driven[PATH_LENGTH])
         else:
@@ -701,7 +679,7 @@ def _enters(
     if last < first:
         return False
     for end in (min(last, max(middle, soonest)), last):
-        _drive_on(record, here, wait, level, end, profile)
+        _drive_on(approach, level, end, profile)
         if stands_at(profile) == STOP_SAMPLES:
             return False
         length = entry_length(record, here[2], stop_level(record, level), target - center)
@@ -709,7 +687,9 @@ def _enters(
             lay_path(path, start[0], start[1], start[2], start[3], target, end - start[0])
         else:
             lay_path(path, end - length, center, 0.0, 0.0, target, length)
-        if fits_limits(record, refuges, path, here[0] - path[PATH_START], profile, here[1]):
+        if fits_limits(
+            record, approach.refuges, path, here[0] - path[PATH_START], profile, here[1]
+        ):
             return True
     return False
 
@@ -748,18 +728,12 @@ def entry_length(record: Any, speed: float, deceleration: float, height: float) 
 
 
 @inlined
-def _drive_on(
-    record: Any,
-    here: tuple[float, float, float, float],
-    wait: float,
-    level: int,
-    end: float,
-    profile: Floats,
-) -> None:
+def _drive_on(approach: Approach, level: int, end: float, profile: Floats) -> None:
     """Fill a profile (STOP_SAMPLES, PROFILE_ROW) that stands at an s, if it has the way for it.
 
     The present acceleration is taken to end at once, for the change of speed that it leaves.
     """
+    record, here, wait = approach.record, approach.here, approach.wait
     wanted, jerk, lag = stop_level(record, level), stop_jerk(level), record["acceleration_lag"]
     speed = max(0.0, here[2] + 0.5 * here[3] * abs(here[3]) / ONSET_JERK)
     fill_stop(speed, 0.0, wanted, jerk, lag, profile)

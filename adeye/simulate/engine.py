@@ -20,7 +20,7 @@ from adeye.simulate.faults import FaultPlan
 from adeye.simulate.recorder import Memory, Recorder
 from adeye.simulate.sensors.rig import Rig, mounts
 from adeye.simulate.switch import make_switch
-from adeye.simulate.switch.override import overriding
+from adeye.simulate.switch.arbiter import overriding
 from adeye.simulate.traffic import make_traffic
 from adeye.spec.clock import ticks
 from adeye.trace import Layout, Trace
@@ -134,7 +134,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
                 on_tick(int(np.count_nonzero(~scene.running)))
         recorder.close(scene)
     return recorder.trace(
-        horizon_row=traffic.horizon_row, complete=traffic.complete, events=rack.events
+        horizon_row=traffic.ending.horizon_row, complete=traffic.ending.complete, events=rack.events
     )
 
 

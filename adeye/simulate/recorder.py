@@ -16,28 +16,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.relation import tick_times
 from adeye.kernel.road import lane_way, local
-from adeye.signals import (
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_HEADING,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    POINT_BEARING,
-    POINT_ELEVATION,
-    POINT_RANGE,
-)
 from adeye.spec.sensors import LOWEST_LIDAR
 from adeye.trace import COLUMNS, DRAWN, NO_TRACKS, ChannelEvent, Layout, Trace
 
@@ -102,11 +86,11 @@ def place_detections(  # noqa: PLR0913, PLR0917 - a kernel
             thing = source[run, slot]
             if not mask[run, slot] or thing < 0:
                 continue
-            x = detections[run, slot, DETECTION_X]
-            y = detections[run, slot, DETECTION_Y]
-            sine, cosine = sin_cos(ego[run, row, EGO_HEADING])
-            places[run, thing, 0] = ego[run, row, EGO_X] + cosine * x - sine * y
-            places[run, thing, 1] = ego[run, row, EGO_Y] + sine * x + cosine * y
+            x = detections[run, slot, signals.DETECTION_X]
+            y = detections[run, slot, signals.DETECTION_Y]
+            sine, cosine = sin_cos(ego[run, row, signals.EGO_HEADING])
+            places[run, thing, 0] = ego[run, row, signals.EGO_X] + cosine * x - sine * y
+            places[run, thing, 1] = ego[run, row, signals.EGO_Y] + sine * x + cosine * y
 
 
 @compiled
@@ -138,7 +122,7 @@ def place_points(  # noqa: PLR0913, PLR0917 - a kernel
         total = 0
         for beam in range(points.shape[1]):
             total += 1 if _rises(points[run, beam], mounts[run, 2]) else 0
-        sine, cosine = sin_cos(ego[run, row, EGO_HEADING])
+        sine, cosine = sin_cos(ego[run, row, signals.EGO_HEADING])
         count = 0
         for beam in range(points.shape[1]):
             if not _rises(points[run, beam], mounts[run, 2]):
@@ -148,20 +132,23 @@ def place_points(  # noqa: PLR0913, PLR0917 - a kernel
             is_first = total <= most or count == 0 or slot != (count - 1) * most // total
             count += 1
             if is_first:
-                bearing = sin_cos(points[run, beam, POINT_BEARING])
+                bearing = sin_cos(points[run, beam, signals.POINT_BEARING])
                 way = (
-                    points[run, beam, POINT_RANGE] * sin_cos(points[run, beam, POINT_ELEVATION])[1]
+                    points[run, beam, signals.POINT_RANGE]
+                    * sin_cos(points[run, beam, signals.POINT_ELEVATION])[1]
                 )
                 x, y = mounts[run, 0] + way * bearing[1], mounts[run, 1] + way * bearing[0]
-                places[run, slot, 0] = ego[run, row, EGO_X] + cosine * x - sine * y
-                places[run, slot, 1] = ego[run, row, EGO_Y] + sine * x + cosine * y
+                places[run, slot, 0] = ego[run, row, signals.EGO_X] + cosine * x - sine * y
+                places[run, slot, 1] = ego[run, row, signals.EGO_Y] + sine * x + cosine * y
 
 
 @inlined
 def _rises(point: Floats, height: float) -> bool:
     """Tell whether there is a return that is not of the ground."""
-    way = point[POINT_RANGE]
-    return bool(way > 0.0 and height + way * sin_cos(point[POINT_ELEVATION])[0] >= LOWEST_LIDAR)
+    way = point[signals.POINT_RANGE]
+    return bool(
+        way > 0.0 and height + way * sin_cos(point[signals.POINT_ELEVATION])[0] >= LOWEST_LIDAR
+    )
 
 
 @compiled
@@ -251,14 +238,14 @@ def compare_tracks(  # noqa: PLR0913, PLR0917 - a kernel over scene and beliefs
             others = recent[2][row - first, run]
         else:
             own, place, others = ego[run, row], places[run, row], objects[run, row]
-        sine, cosine = sin_cos(own[EGO_HEADING])
+        sine, cosine = sin_cos(own[signals.EGO_HEADING])
         for track in range(tracks.shape[1]):
             x, y = tracks[run, track, 0], tracks[run, track, 1]
             # NaN compares false, so an empty row is no track.
             if not math.isfinite(x + y):
                 continue
-            map_x = own[EGO_X] + cosine * x - sine * y
-            map_y = own[EGO_Y] + sine * x + cosine * y
+            map_x = own[signals.EGO_X] + cosine * x - sine * y
+            map_y = own[signals.EGO_Y] + sine * x + cosine * y
             thing = _owner(map_x, map_y, math.sqrt(x * x + y * y), others, sizes[run])
             if thing >= 0:
                 _keep_nearest(map_x, map_y, own, others[thing], error[run, thing])
@@ -283,12 +270,12 @@ def _owner(x: float, y: float, distance: float, objects: Floats, sizes: Floats) 
     """Return the object whose body is nearest to a track's centre, -1 if none is in the gate."""
     nearest, owner = GATE + GATE_GROWTH * distance, -1
     for thing in range(objects.shape[0]):
-        dx, dy = x - objects[thing, OBJECT_X], y - objects[thing, OBJECT_Y]
+        dx, dy = x - objects[thing, signals.OBJECT_X], y - objects[thing, signals.OBJECT_Y]
         half = 0.5 * (sizes[thing, 0] + sizes[thing, 1])
         within = nearest + half
         if dx * dx + dy * dy > within * within:
             continue
-        sine, cosine = sin_cos(objects[thing, OBJECT_HEADING])
+        sine, cosine = sin_cos(objects[thing, signals.OBJECT_HEADING])
         along = max(0.0, abs(cosine * dx + sine * dy) - 0.5 * sizes[thing, 0])
         across = max(0.0, abs(cosine * dy - sine * dx) - 0.5 * sizes[thing, 1])
         apart = math.sqrt(along * along + across * across)
@@ -300,11 +287,14 @@ def _owner(x: float, y: float, distance: float, objects: Floats, sizes: Floats) 
 @inlined
 def _keep_nearest(x: float, y: float, own: Floats, other: Floats, error: Floats) -> None:
     """Keep the error of the track whose centre is nearest to that of its object."""
-    ux, uy = other[OBJECT_X] - own[EGO_X], other[OBJECT_Y] - own[EGO_Y]
+    ux, uy = (
+        other[signals.OBJECT_X] - own[signals.EGO_X],
+        other[signals.OBJECT_Y] - own[signals.EGO_Y],
+    )
     distance = math.sqrt(ux * ux + uy * uy)
     if distance > 0.0:
         ux, uy = ux / distance, uy / distance
-    dx, dy = x - other[OBJECT_X], y - other[OBJECT_Y]
+    dx, dy = x - other[signals.OBJECT_X], y - other[signals.OBJECT_Y]
     along, across = ux * dx + uy * dy, ux * dy - uy * dx
     before = error[0] * error[0] + error[1] * error[1]
     if not before <= along * along + across * across:
@@ -325,11 +315,15 @@ def _is_reachable(  # noqa: PLR0913, PLR0917 - a part of the kernel
 ) -> bool:
     """Tell whether a body lies in the ego's corridor, no farther than it gets before it stands."""
     s, d, heading, _ = local(segments, x, y)
-    apart = lane_way(place[PLACE_S], place[PLACE_HEADING], place[PLACE_D], s, heading)
+    apart = lane_way(
+        place[signals.PLACE_S], place[signals.PLACE_HEADING], place[signals.PLACE_D], s, heading
+    )
     gap = apart - 0.5 * (length + ego_size[0])
-    beside = abs(d - place[PLACE_D]) - 0.5 * (width + ego_size[1])
-    is_ahead = s > place[PLACE_S]
-    return bool(is_ahead and beside < 0.0 and gap <= reachable_distance(own[EGO_SPEED], friction))
+    beside = abs(d - place[signals.PLACE_D]) - 0.5 * (width + ego_size[1])
+    is_ahead = s > place[signals.PLACE_S]
+    return bool(
+        is_ahead and beside < 0.0 and gap <= reachable_distance(own[signals.EGO_SPEED], friction)
+    )
 
 
 # --- Write a batch tick by tick into the columns of a trace ---------------------------------------

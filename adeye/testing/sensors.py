@@ -27,8 +27,8 @@ from adeye.signals import (
     SceneContext,
     Surroundings,
 )
-from adeye.simulate.faults.catalogue import make_injector
 from adeye.simulate.faults.injector import InjectorContext, Moment
+from adeye.simulate.faults.schedule import make_injector
 from adeye.spec.fault import FAULT
 from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
 

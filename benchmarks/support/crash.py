@@ -18,7 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.traffic.drivers import MANY, decide
+from adeye.kernel.traffic.drivers import (
+    MANY,
+    decide,
+    decide_fast,
+    locate_drivers,
+    move_fast,
+    move_reference,
+    steer_fast,
+    steer_reference,
+)
 from adeye.kernel.traffic.network import (
     COSINE,
     CRASHED,
@@ -30,14 +39,6 @@ from adeye.kernel.traffic.network import (
     Road,
     X,
     Y,
-)
-from adeye.kernel.traffic.steering import (
-    decide_fast,
-    locate_drivers,
-    move_fast,
-    move_reference,
-    steer_fast,
-    steer_reference,
 )
 
 __all__ = [

@@ -25,10 +25,10 @@ from highway_env.vehicle.controller import ControlledVehicle, MDPVehicle
 from highway_env.vehicle.objects import Obstacle
 
 from adeye.kernel.random import uniform
-from adeye.kernel.traffic import lanes as lane_kernel
+from adeye.kernel.traffic import network as lane_kernel
 from adeye.kernel.traffic import network as n
+from adeye.kernel.traffic.drivers import locate
 from adeye.kernel.traffic.network import build_links, make_lists, mark_alongside
-from adeye.kernel.traffic.steering import locate
 from benchmarks.support.crash import advance_crashing_reference, make_bodies
 
 if TYPE_CHECKING:

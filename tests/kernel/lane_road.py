@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic.drivers import decide
-from adeye.kernel.traffic.lanes import LANE_WIDTH, write_straight
-from adeye.kernel.traffic.network import build_links, mark_alongside
-from adeye.kernel.traffic.steering import locate
+from adeye.kernel.traffic.drivers import decide, locate
+from adeye.kernel.traffic.network import LANE_WIDTH, build_links, mark_alongside, write_straight
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints

@@ -24,7 +24,7 @@ Pose = tuple[float, float, float]
 def sweep(
     start_1: Pose, end_1: Pose, start_2: Pose, end_2: Pose, size: tuple[float, float] = CAR
 ) -> tuple[bool, float]:
-    return swept_contact(*start_1, *end_1, *size, *start_2, *end_2, *size)
+    return swept_contact(start_1, end_1, size, start_2, end_2, size)
 
 
 def random_pairs(count: int) -> NDArray[np.float64]:

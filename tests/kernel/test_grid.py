@@ -10,7 +10,7 @@ import pytest
 
 from adeye.kernel.grid import count_cover, cover, cover_at, fill_ground, sweep
 from adeye.kernel.road import local, position
-from adeye.kernel.stops import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, rate_footprint
+from adeye.kernel.stops import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, Ground, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,7 +42,7 @@ def ground(segments: Floats, ego: tuple[float, float, float], refuges: Floats = 
     place, lane, refuge = (layer(0.0).astype(np.int64) for _ in range(3))
     number = layer(0.0)
     fill_ground(
-        np.array(DEFAULT_RULES), segments, refuges, *ROAD, np.array(ego), XS, YS, CELL,
+        np.array(DEFAULT_RULES), Ground(segments, refuges, *ROAD), np.array(ego), XS, YS, CELL,
         place, lane, refuge, number,
     )  # fmt: skip
     return [place, lane, refuge, number]
@@ -181,14 +181,12 @@ def test_number_of_a_cell_is_that_of_a_body_of_its_size(turned: float) -> None:
         turn -= math.pi / 2 * round(turn / (math.pi / 2))
         assert number[i, j] == rate_footprint(
             np.array(DEFAULT_RULES),
-            curve,
-            BAYS,
+            Ground(curve, BAYS, *ROAD),
             place[0],
             place[1],
             math.tan(turn),
             CELL,
             CELL,
-            *ROAD,
         )
 
 

@@ -14,8 +14,8 @@ from adeye.kernel import criticality, encounter
 from adeye.kernel import criticality as margins
 from adeye.kernel import encounter as evasion
 from adeye.kernel.criticality import rss_lateral_distance_printed
-from adeye.kernel.reference_drivers import reactions as distances
-from adeye.kernel.reference_drivers import reactions as fuzzy_safety
+from adeye.kernel.reference_drivers import drivers as distances
+from adeye.kernel.reference_drivers import drivers as fuzzy_safety
 from tests.second import evading, following, plane, rules
 from tests.second.agreement import between, disagreements
 

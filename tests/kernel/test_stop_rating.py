@@ -19,6 +19,7 @@ from adeye.kernel.stops import (
     RULE_VERGE,
     RULES,
     SCALE,
+    Ground,
     curvature_at,
     place_kind,
     rate_footprint,
@@ -30,14 +31,16 @@ LIMIT = 130.0 / 3.6
 ROAD = np.array([[0.0, 0.0, 0.0, 500.0, 0.0], [500.0, 0.0, 0.0, 500.0, 1.0 / 250.0]])
 NONE = np.zeros((0, 5))
 VALUES = np.array(DEFAULT_RULES)
+PLAIN = 3.5, 3, 2.5, 0.0, LIMIT
+"""Lane width, lanes, shoulder, verge, speed limit."""
 
 
 def kind(d: float, curvature: float = 0.0, limit: float = LIMIT) -> int:
-    return place_kind(curvature, d, 3.5, 3, 2.5, 0.0, 0.0, limit)
+    return place_kind(Ground(ROAD, NONE, 3.5, 3, 2.5, 0.0, limit), curvature, d, 0.0)
 
 
 def rate(s: float, d: float, slope: float = 0.0) -> float:
-    return rate_footprint(VALUES, ROAD, NONE, s, d, slope, 4.5, 1.8, 3.5, 3, 2.5, 0.0, LIMIT)
+    return rate_footprint(VALUES, Ground(ROAD, NONE, *PLAIN), s, d, slope, 4.5, 1.8)
 
 
 def test_table_is_the_one_that_users_write() -> None:
@@ -90,14 +93,14 @@ def test_body_that_reaches_into_a_curve_is_in_it() -> None:
 
 def test_beside_the_shoulder_a_refuge_is_best_then_a_verge() -> None:
     def beside(d: float) -> int:
-        return place_kind(0.0, d, 3.5, 3, 2.5, 2.0, 3.0, LIMIT)
+        return place_kind(Ground(ROAD, NONE, 3.5, 3, 2.5, 3.0, LIMIT), 0.0, d, 2.0)
 
     kinds = [beside(d) for d in (-2.4, -2.6, -4.5, -4.6, -5.5, -5.6)]
     assert kinds == [
         *(RULE_SHOULDER, RULE_REFUGE, RULE_REFUGE),
         *(RULE_VERGE, RULE_VERGE, RULE_OFF_ROAD),
     ]
-    assert place_kind(0.0, -2.6, 3.5, 3, 2.5, 0.0, 3.0, LIMIT) == RULE_VERGE
+    assert place_kind(Ground(ROAD, NONE, 3.5, 3, 2.5, 3.0, LIMIT), 0.0, -2.6, 0.0) == RULE_VERGE
     assert [VALUES[kind] for kind in kinds] == [1.0, 0.0, 0.0, 2.0, 2.0, 7.0]
 
 
@@ -105,7 +108,7 @@ def test_a_footprint_across_the_line_of_a_bay_is_rated_by_the_shoulder() -> None
     bay = np.array([[0.0, 80.0, 60.0, 4.0, 20.0]])
 
     def rated(s: float, d: float) -> float:
-        return rate_footprint(VALUES, ROAD, bay, s, d, 0.0, 4.5, 1.8, 3.5, 3, 2.5, 0.0, LIMIT)
+        return rate_footprint(VALUES, Ground(ROAD, bay, *PLAIN), s, d, 0.0, 4.5, 1.8)
 
     assert [rated(100.0, d) for d in (-4.5, -3.0, -1.25)] == [0.0, 1.0, 1.0]
     # In the taper the outer corner is off the road.

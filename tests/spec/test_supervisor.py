@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from adeye.simulate.channels.safety.monitor_kinds import (
+from adeye.simulate.channels.safety.supervisor import (
     CHANNEL_SILENT,
     LAST_SAFE_STOP,
     SENSOR_SILENT,

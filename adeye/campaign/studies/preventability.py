@@ -12,7 +12,7 @@ from adeye.campaign.replay import Counter, Recalled, Report, grouped, recalled_p
 from adeye.campaign.work import describe, evaluate
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
-from adeye.kernel.reference_drivers.parameters import EDITIONS, MODELS, parameters_of
+from adeye.kernel.reference_drivers.drivers import EDITIONS, MODELS, parameters_of
 from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
 from adeye.spec.architecture import Architecture
@@ -77,7 +77,7 @@ def reference_architecture(
 
     Args:
         vehicle: Content of the vehicle that it drives, in SI.
-        model: One of ``kernel.reference_drivers.parameters.MODELS``.
+        model: One of ``kernel.reference_drivers.drivers.MODELS``.
         edition: Of its rules.
         step: Master clock [s]; the driver looks at every tick.
     """

@@ -10,19 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.jit import compiled
-from adeye.signals import (
-    FAULT,
-    SILENT,
-    STATUS_LABELS,
-    TRACK_COLUMNS,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    Observation,
-)
+from adeye.signals import STATUS_LABELS, Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels.links import no_command
 from adeye.supervision import is_asked
 from adeye.trace import ChannelEvent
@@ -109,7 +100,7 @@ def silenced(command: ControlCommand, previous: ControlCommand, runs: Bools) -> 
     quiet.acceleration[runs] = previous.acceleration[runs]
     quiet.steering_angle[runs] = previous.steering_angle[runs]
     quiet.stamp[runs] = previous.stamp[runs]
-    quiet.status[runs] = SILENT
+    quiet.status[runs] = signals.SILENT
     if quiet.monitors is not None:
         quiet.monitors[runs] = False
     for extra in (quiet.plan, quiet.tracks, quiet.candidates, quiet.candidate_costs):
@@ -290,7 +281,7 @@ class GuardedChannel:
             "status": (runs,),
             "plan": (runs, None, 4),
             "monitors": (runs, len(self.monitor_ids), 2),
-            "tracks": (runs, None, len(TRACK_COLUMNS)),
+            "tracks": (runs, None, len(signals.TRACK_COLUMNS)),
             "candidates": (runs, None, None, 2),
             "candidate_costs": (runs, None),
             "chosen": (runs,),
@@ -370,7 +361,7 @@ def _settle(  # noqa: PLR0913, PLR0917 - a kernel
         is_known = 0 <= status[run] < _STATES
         wrongs[run] = 0
         if running[run]:
-            if not is_finite and status[run] != FAULT and status[run] != SILENT:
+            if not is_finite and status[run] != signals.FAULT and status[run] != signals.SILENT:
                 wrongs[run] |= _NOT_FINITE
             if not is_known:
                 wrongs[run] |= _NO_STATUS
@@ -381,8 +372,8 @@ def _settle(  # noqa: PLR0913, PLR0917 - a kernel
             acceleration[run] = previous_acceleration[run]
             steering_angle[run] = previous_steering_angle[run]
         if not is_known:
-            status[run] = SILENT
-        is_answer = running[run] and status[run] != SILENT
+            status[run] = signals.SILENT
+        is_answer = running[run] and status[run] != signals.SILENT
         stamp[run] = time if is_answer else previous_stamp[run]
     return found
 

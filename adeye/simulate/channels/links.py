@@ -122,17 +122,15 @@ def observe(  # noqa: PLR0913 - one argument per stage that it is taken from
     seen: dict[str, Measurement] = {}
     heard: dict[str, ControlCommand] = {}
     shown: Authority | None = None
+    view = View(measurements, commands, authority, health or {})
     for link in links:
-        if link == SWITCH:
-            shown = authority
-        elif link.startswith(CHANNEL_PREFIX):
-            name = link[len(CHANNEL_PREFIX) :]
-            heard[name] = _without_fan(commands.get(name) or no_command(name, runs))
-        elif link.startswith(HEALTH):
-            shown_instead = None if health is None else health.get(link)
-            seen[link] = shown_instead or health_of(measurements[link[len(HEALTH) :]])
+        thing = view.shown(link, runs)
+        if isinstance(thing, ControlCommand):
+            heard[link.removeprefix(CHANNEL_PREFIX)] = _without_fan(thing)
+        elif isinstance(thing, Measurement):
+            seen[link] = thing if link.startswith(HEALTH) else _blanked(thing)
         else:
-            seen[link] = _blanked(measurements[link])
+            shown = thing
     if protect:
         seen = {name: item.map(_locked) for name, item in seen.items()}
         heard = {name: _locked_command(item) for name, item in heard.items()}

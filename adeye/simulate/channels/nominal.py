@@ -8,22 +8,7 @@ import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import DEGRADED, FAULT, OK, Floats, Ints
-from adeye.simulate.channels.corridor import (
-    PATH_GAP,
-    PATH_REQUIRED,
-    PATH_SPEED,
-    PATH_WIDTH,
-    view_path,
-)
-from adeye.simulate.channels.driving import (
-    allowed_speed,
-    channel_records,
-    follow,
-    is_number,
-    parameter_columns,
-    path_of_lane,
-    steer,
-)
+from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import PerceivingChannel
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_SPEED, has_pose
 from adeye.spec.channels import NominalParameters
@@ -68,20 +53,22 @@ def nominal_step(
         command[0] = 0.0
         return FAULT
     if np.isnan(memory[MEMORY_PATH]):
-        memory[MEMORY_PATH] = path_of_lane(record, pose[POSE_D])
+        memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
     path_d = memory[MEMORY_PATH]
-    view_path(seen, run, path_d, path)
+    corridor.view_path(seen, run, path_d, path)
     speed = pose[POSE_SPEED]
     hardest = min(record["emergency_threshold"], record["emergency_deceleration"])
-    allowed = allowed_speed(record, seen.segments[run], pose, path_d)
-    acceleration = follow(record, speed, allowed, path[PATH_GAP], path[PATH_SPEED], hardest)
+    allowed = driving.allowed_speed(record, seen.segments[run], pose, path_d)
+    acceleration = driving.follow(
+        record, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
+    )
     memory[MEMORY_EMERGENCY] = is_emergency(
-        memory[MEMORY_EMERGENCY] > 0.0, path[PATH_REQUIRED], record["emergency_threshold"]
+        memory[MEMORY_EMERGENCY] > 0.0, path[corridor.PATH_REQUIRED], record["emergency_threshold"]
     )
     if memory[MEMORY_EMERGENCY] > 0.0:
         acceleration = -record["emergency_deceleration"]
-    steering = steer(record, pose, path_d)
-    if not is_number(acceleration, steering):
+    steering = driving.steer(record, pose, path_d)
+    if not driving.is_number(acceleration, steering):
         command[0] = 0.0
         return FAULT
     command[0] = acceleration
@@ -115,11 +102,11 @@ class NominalChannel(PerceivingChannel):
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
-        fields = parameter_columns(context, NominalParameters.model_fields)
-        self._prepare(context, channel_records(context, fields))
+        fields = driving.parameter_columns(context, NominalParameters.model_fields)
+        self._prepare(context, driving.channel_records(context, fields))
         self._memory = np.zeros((context.runs, MEMORY_WIDTH))
         self._memory[:, MEMORY_PATH] = np.nan
-        self._path = np.zeros(PATH_WIDTH)
+        self._path = np.zeros(corridor.PATH_WIDTH)
 
     def _decide(self, time: float) -> None:
         _act(self._seen, time, self._memory, self._command, self._status, self._path)

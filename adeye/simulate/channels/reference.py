@@ -11,58 +11,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.control import idm_acceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
-from adeye.kernel.reference_drivers.drivers import reference_limit
-from adeye.kernel.reference_drivers.parameters import (
-    CUE,
-    EGO_ACCELERATION,
-    EGO_SPEED,
-    GAP,
-    INTRUSION,
-    LATERAL_GAP,
-    LATERAL_SPEED,
-    LENGTHS,
-    MODELS,
-    OTHER_ACCELERATION,
-    OTHER_SPEED,
-    OVERLAP,
-    STATE_SIZE,
-    VIEW_SIZE,
-    parameters_of,
-    vector,
-)
-from adeye.kernel.reference_drivers.reactions import following_distance
-from adeye.kernel.reference_drivers.scenes import REVEALED
+from adeye.kernel.reference_drivers import drivers
 from adeye.kernel.road import lane_way, local
-from adeye.signals import (
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    FAULT,
-    OK,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    Observation,
-)
-from adeye.simulate.channels.driving import (
-    HOLD_DECELERATION,
-    IDM_EXPONENT,
-    STANDSTILL,
-    allowed_speed,
-    channel_records,
-    is_number,
-    parameter_columns,
-    path_of_lane,
-    steer,
-)
+from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation
+from adeye.simulate.channels import driving
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_D,
@@ -107,7 +64,7 @@ THINGS: Final = 32
     THING_LED,  # 1 if it was the vehicle ahead, until it has left the lane
 ) = range(13)
 THING_STATE: Final = 13
-THING_SIZE: Final = THING_STATE + STATE_SIZE
+THING_SIZE: Final = THING_STATE + drivers.STATE_SIZE
 
 VISIBLE: Final = -1
 UNSEEN: Final = -2
@@ -152,10 +109,10 @@ def update_things(  # noqa: PLR0913, PLR0917 - a kernel
         if not mask[number]:
             continue
         seen = detections[number]
-        x = pose[POSE_X] + cosine * seen[DETECTION_X] - sine * seen[DETECTION_Y]
-        y = pose[POSE_Y] + sine * seen[DETECTION_X] + cosine * seen[DETECTION_Y]
+        x = pose[POSE_X] + cosine * seen[signals.DETECTION_X] - sine * seen[signals.DETECTION_Y]
+        y = pose[POSE_Y] + sine * seen[signals.DETECTION_X] + cosine * seen[signals.DETECTION_Y]
         s, d, road, _ = local(segments, x, y)
-        length, width = seen[DETECTION_LENGTH], seen[DETECTION_WIDTH]
+        length, width = seen[signals.DETECTION_LENGTH], seen[signals.DETECTION_WIDTH]
         row = _row_of(things, s, d, road, path_d, length, width, period)
         if row >= 0:
             _see_again(things[row], s, d, road, path_d, period)
@@ -209,20 +166,20 @@ def _free_row(things: Floats) -> int:
 def _see_first(thing: Floats, s: float, d: float, road: float, seen: Floats, pose: Floats) -> None:
     """Begin with an object; of its velocity only the range rate is known."""
     thing[:] = 0.0
-    x, y = seen[DETECTION_X], seen[DETECTION_Y]
+    x, y = seen[signals.DETECTION_X], seen[signals.DETECTION_Y]
     distance = math.sqrt(x * x + y * y)
     thing[THING_HITS] = 1.0
     thing[THING_FOUND] = 1.0
     thing[THING_S] = s
     thing[THING_D] = d
     thing[THING_ROAD] = road
-    thing[THING_LENGTH] = seen[DETECTION_LENGTH]
-    thing[THING_WIDTH] = seen[DETECTION_WIDTH]
+    thing[THING_LENGTH] = seen[signals.DETECTION_LENGTH]
+    thing[THING_WIDTH] = seen[signals.DETECTION_WIDTH]
     thing[THING_MEAN] = pose[POSE_SPEED]
-    if seen[DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
+    if seen[signals.DETECTION_HAS_RANGE_RATE] > 0.0 and abs(x) > _AHEAD * distance:
         # The box centre swings across as the ego turns.
         aside = pose[POSE_YAW_RATE] * pose[POSE_REAR]
-        thing[THING_MEAN] += (seen[DETECTION_RANGE_RATE] * distance + aside * y) / x
+        thing[THING_MEAN] += (seen[signals.DETECTION_RANGE_RATE] * distance + aside * y) / x
         thing[THING_HITS] = _SURE
     thing[THING_FORWARD] = thing[THING_MEAN]
 
@@ -264,7 +221,7 @@ def look_at(
         row: Of the object.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the centre of the ego's lane [m].
-        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.parameters``.
+        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.drivers``.
 
     Returns:
         VISIBLE, else the row of the vehicle that hides it, or UNSEEN for what is behind or not
@@ -290,25 +247,25 @@ def look_at(
     if hider >= 0:
         return hider
     _, align = sin_cos(pose[POSE_ALIGN])
-    view[EGO_SPEED] = pose[POSE_SPEED] * align
+    view[drivers.EGO_SPEED] = pose[POSE_SPEED] * align
     # Oncoming: to stop before the place is what the ego can do about it.
-    view[OTHER_SPEED] = max(0.0, thing[THING_FORWARD])
-    view[OTHER_ACCELERATION] = thing[THING_ACCELERATION] if thing[THING_MEAN] > 0.0 else 0.0
-    view[GAP] = gap
-    view[LENGTHS] = lengths
-    view[LATERAL_GAP] = lateral - half
-    view[LATERAL_SPEED] = inward
+    view[drivers.OTHER_SPEED] = max(0.0, thing[THING_FORWARD])
+    view[drivers.OTHER_ACCELERATION] = thing[THING_ACCELERATION] if thing[THING_MEAN] > 0.0 else 0.0
+    view[drivers.GAP] = gap
+    view[drivers.LENGTHS] = lengths
+    view[drivers.LATERAL_GAP] = lateral - half
+    view[drivers.LATERAL_SPEED] = inward
     smaller = min(record["width"], thing[THING_WIDTH])
-    view[OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
+    view[drivers.OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
     from_centre = abs(thing[THING_D] - path_d)
-    view[INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
-    view[CUE] = revealed
+    view[drivers.INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
+    view[drivers.CUE] = revealed
     if inward >= MIN_LATERAL_SPEED:
-        view[CUE] = max(revealed, record["lane_width"] - lateral)
+        view[drivers.CUE] = max(revealed, record["lane_width"] - lateral)
     if is_in_path and revealed == 0.0:
-        if view[EGO_SPEED] <= view[OTHER_SPEED]:
+        if view[drivers.EGO_SPEED] <= view[drivers.OTHER_SPEED]:
             thing[THING_IS_NEW] = 0.0
-        if lateral <= REVEALED:
+        if lateral <= drivers.REVEALED:
             thing[THING_LED] = 1.0
     return VISIBLE
 
@@ -329,7 +286,7 @@ def _revealed(things: Floats, row: int, pose: Floats) -> tuple[float, int]:
         if not is_between or nearer[THING_WIDTH] < 0.5 * things[row, THING_WIDTH]:
             continue
         aside = abs(nearer[THING_D] - pose[POSE_D])
-        if aside <= REVEALED:
+        if aside <= drivers.REVEALED:
             return 0.0, other
         if nearer[THING_LED] > 0.0:
             most = max(most, aside)
@@ -366,32 +323,32 @@ class ReferenceChannel:
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs = context.runs
-        fields = parameter_columns(context, _NUMBERS)
+        fields = driving.parameter_columns(context, _NUMBERS)
         self._channel_id = context.channel_id
         self._sight = Sight(context)
         specs: list[ReferenceParameters] = list(context.parameters)
-        found = [parameters_of(item.model, item.edition, item.variant) for item in specs]
+        found = [drivers.parameters_of(item.model, item.edition, item.variant) for item in specs]
         self._drivers = Drivers(
-            records=channel_records(context, fields),
-            models=np.array([MODELS[item.model] for item in specs], dtype=np.int64),
-            parameters=np.array([vector(item) for item in found]),
+            records=driving.channel_records(context, fields),
+            models=np.array([drivers.MODELS[item.model] for item in specs], dtype=np.int64),
+            parameters=np.array([drivers.vector(item) for item in found]),
             segments=np.ascontiguousarray(context.road.segments),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
             things=np.zeros((runs, THINGS, THING_SIZE)),
             memory=np.full((runs, MEMORY_WIDTH), np.nan),
             command=np.zeros((runs, 2)),
-            status=np.full(runs, FAULT, dtype=np.int64),
-            scene=np.zeros(VIEW_SIZE),
+            status=np.full(runs, signals.FAULT, dtype=np.int64),
+            scene=np.zeros(drivers.VIEW_SIZE),
         )
 
     def act(self, observation: Observation) -> ControlCommand:
         """Answer one observation with one command per run."""
         samples = self._sight.take(observation.measurements, observation.time)
-        drivers = self._drivers
-        drivers.running[:] = observation.running
+        batch = self._drivers
+        batch.running[:] = observation.running
         _act(
-            drivers,
+            batch,
             observation.time,
             samples.estimate,
             samples.estimate_stamp,
@@ -400,10 +357,10 @@ class ReferenceChannel:
         )
         return ControlCommand(
             self._channel_id,
-            drivers.command[:, 0].copy(),
-            drivers.command[:, 1].copy(),
-            np.full(drivers.status.shape, observation.time),
-            drivers.status.copy(),
+            batch.command[:, 0].copy(),
+            batch.command[:, 1].copy(),
+            np.full(batch.status.shape, observation.time),
+            batch.status.copy(),
         )
 
 
@@ -439,32 +396,32 @@ class Drivers(NamedTuple):
 
 @compiled
 def _act(
-    drivers: Drivers,
+    batch: Drivers,
     time: float,
     estimate: Floats,
     stamp: Floats,
     masks: Bools,
     detections: Floats,
 ) -> None:
-    for run in range(drivers.records.shape[0]):
-        if not drivers.running[run]:
+    for run in range(batch.records.shape[0]):
+        if not batch.running[run]:
             continue
-        record, segments = drivers.records[run], drivers.segments[run]
-        pose, memory, command = drivers.pose[run], drivers.memory[run], drivers.command[run]
+        record, segments = batch.records[run], batch.segments[run]
+        pose, memory, command = batch.pose[run], batch.memory[run], batch.command[run]
         # The filter of the pose takes noise out, and here is none.
         clear_pose(pose)
         if time - stamp[run] <= _LATE:
             update_pose(pose, segments, estimate[run], stamp[run], time, record["period"])
-        drivers.status[run] = FAULT
+        batch.status[run] = signals.FAULT
         if not has_pose(pose, time):
             command[0] = 0.0
             memory[MEMORY_SPEED] = math.nan
             continue
         if math.isnan(memory[MEMORY_PATH]):
-            memory[MEMORY_PATH] = path_of_lane(record, pose[POSE_D])
+            memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
         path_d = memory[MEMORY_PATH]
         update_things(
-            drivers.things[run],
+            batch.things[run],
             pose,
             segments,
             path_d,
@@ -472,25 +429,27 @@ def _act(
             detections[run],
             record["period"],
         )
-        acceleration = _longitudinal(drivers, run)
-        steering = steer(record, pose, path_d)
+        acceleration = _longitudinal(batch, run)
+        steering = driving.steer(record, pose, path_d)
         command[0] = 0.0
-        if is_number(acceleration, steering):
+        if driving.is_number(acceleration, steering):
             command[0] = acceleration
             command[1] = steering
-            drivers.status[run] = OK
+            batch.status[run] = signals.OK
 
 
 @inlined
-def _longitudinal(drivers: Drivers, run: int) -> float:
+def _longitudinal(batch: Drivers, run: int) -> float:
     """Return the acceleration of the driver [m/s²], NaN if something is no number."""
-    record, model, parameters = drivers.records[run], drivers.models[run], drivers.parameters[run]
-    pose, things, memory = drivers.pose[run], drivers.things[run], drivers.memory[run]
-    view = drivers.scene
+    record, model, parameters = batch.records[run], batch.models[run], batch.parameters[run]
+    pose, things, memory = batch.pose[run], batch.things[run], batch.memory[run]
+    view = batch.scene
     speed, path_d = pose[POSE_SPEED], memory[MEMORY_PATH]
     before = memory[MEMORY_SPEED]
     memory[MEMORY_SPEED] = speed
-    view[EGO_ACCELERATION] = 0.0 if math.isnan(before) else (speed - before) / record["period"]
+    view[drivers.EGO_ACCELERATION] = (
+        0.0 if math.isnan(before) else (speed - before) / record["period"]
+    )
     limit = math.inf
     lead, nearest = -1, math.inf
     for row in range(things.shape[0]):
@@ -500,25 +459,25 @@ def _longitudinal(drivers: Drivers, run: int) -> float:
                 # Who brakes for the vehicle ahead does not begin anew with what it reveals.
                 things[row, column] = things[seen, column] if seen >= 0 else 0.0
             continue
-        wanted = reference_limit(
+        wanted = drivers.reference_limit(
             model, view, parameters, things[row, THING_STATE:], record["period"]
         )
         if math.isnan(wanted):
             return math.nan
         limit = min(limit, wanted)
-        if view[LATERAL_GAP] <= 0.0 and 0.0 <= view[GAP] < nearest:
-            lead, nearest = row, view[GAP]
-    room = following_distance(model, parameters, speed) - record["standstill_gap"]
+        if view[drivers.LATERAL_GAP] <= 0.0 and 0.0 <= view[drivers.GAP] < nearest:
+            lead, nearest = row, view[drivers.GAP]
+    room = drivers.following_distance(model, parameters, speed) - record["standstill_gap"]
     wanted = idm_acceleration(
         speed,
         nearest,
         things[lead, THING_FORWARD] if lead >= 0 else 0.0,
-        allowed_speed(record, drivers.segments[run], pose, path_d),
+        driving.allowed_speed(record, batch.segments[run], pose, path_d),
         max(room, 0.0) / max(speed, 1.0),
         record["standstill_gap"],
         record["max_acceleration"],
         record["comfort_deceleration"],
-        IDM_EXPONENT,
+        driving.IDM_EXPONENT,
         record["comfort_deceleration"],
     )
     if lead >= 0:
@@ -528,6 +487,6 @@ def _longitudinal(drivers: Drivers, run: int) -> float:
         if is_new or things[lead, THING_ACCELERATION] < -_BRAKES:
             wanted = 0.0
     wanted = min(wanted, limit)
-    if speed < STANDSTILL and wanted <= 0.0:
-        return -HOLD_DECELERATION
+    if speed < driving.STANDSTILL and wanted <= 0.0:
+        return -driving.HOLD_DECELERATION
     return wanted

@@ -16,16 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.ports import (
-    LinkedCommand,
-    ScalarAct,
-    ScalarCommand,
-    ScalarContext,
-    ScalarFactory,
-    ScalarMeasurement,
-    ScalarObservation,
-    ScalarRoad,
-)
+from adeye import ports
 from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Observation
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
@@ -41,14 +32,14 @@ class ScalarChannel:
 
     monitor_ids: tuple[str, ...] = ()
 
-    def __init__(self, factory: ScalarFactory) -> None:
+    def __init__(self, factory: ports.ScalarFactory) -> None:
         """Wrap a class.
 
         Args:
             factory: Called with parameters and context once per run.
         """
         self._factory = factory
-        self._objects: dict[int, ScalarAct] = {}
+        self._objects: dict[int, ports.ScalarAct] = {}
         self._failures = Failures("", 0)
         self._previous = no_command("", 0)
 
@@ -88,7 +79,7 @@ class ScalarChannel:
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
 
-    def _ask(self, run: int, observation: Observation) -> ScalarCommand | None:
+    def _ask(self, run: int, observation: Observation) -> ports.ScalarCommand | None:
         channel = self._objects[run]
         try:
             # What it answers with may have code of its own, too.
@@ -103,9 +94,9 @@ class ScalarChannel:
         return command
 
 
-def _command(answer: Any) -> tuple[ScalarCommand | None, str]:
+def _command(answer: Any) -> tuple[ports.ScalarCommand | None, str]:
     """Read an answer: a command, or what is wrong with it."""
-    if isinstance(answer, ScalarCommand):
+    if isinstance(answer, ports.ScalarCommand):
         pair: Any = (answer.acceleration, answer.steering_angle)
         status: Any = answer.status
     else:
@@ -119,7 +110,7 @@ def _command(answer: Any) -> tuple[ScalarCommand | None, str]:
         return None, f"acceleration {pair[0]!r}, steering_angle {pair[1]!r}: not finite numbers"
     if not isinstance(status, int | np.integer) or not 0 <= status < len(STATUS_LABELS):
         return None, f"status {status!r} is none of 0 to {len(STATUS_LABELS) - 1}"
-    return ScalarCommand(numbers[0], numbers[1], int(status)), ""
+    return ports.ScalarCommand(numbers[0], numbers[1], int(status)), ""
 
 
 def _number(value: Any) -> float:
@@ -134,15 +125,15 @@ def _number(value: Any) -> float:
         return math.nan
 
 
-def _context(context: ChannelContext, run: int) -> ScalarContext:
+def _context(context: ChannelContext, run: int) -> ports.ScalarContext:
     road = context.road
-    return ScalarContext(
+    return ports.ScalarContext(
         channel_id=context.channel_id,
         links=context.links,
         sensors=dict(context.sensors),
         mounts={name: poses[run].copy() for name, poses in context.mounts.items()},
         vehicle=context.vehicles[run],
-        road=ScalarRoad(
+        road=ports.ScalarRoad(
             road.segments[run].copy(),
             float(road.lane_width[run]),
             road.lanes,
@@ -157,12 +148,12 @@ def _context(context: ChannelContext, run: int) -> ScalarContext:
     )
 
 
-def _observation(observation: Observation, run: int) -> ScalarObservation:
+def _observation(observation: Observation, run: int) -> ports.ScalarObservation:
     authority = observation.authority
-    return ScalarObservation(
+    return ports.ScalarObservation(
         time=observation.time,
         measurements={
-            name: ScalarMeasurement(
+            name: ports.ScalarMeasurement(
                 stamp=float(item.stamp[run]),
                 fresh=bool(item.fresh[run]),
                 alive=bool(item.alive[run]),
@@ -173,7 +164,7 @@ def _observation(observation: Observation, run: int) -> ScalarObservation:
             for name, item in observation.measurements.items()
         },
         commands={
-            name: LinkedCommand(
+            name: ports.LinkedCommand(
                 float(item.acceleration[run]),
                 float(item.steering_angle[run]),
                 float(item.stamp[run]),

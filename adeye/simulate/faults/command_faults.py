@@ -17,7 +17,7 @@ import numpy as np
 from adeye.kernel.elementary import cos
 from adeye.kernel.random import uniform
 from adeye.signals import DEGRADED, FAULT, OK, SILENT, Authority, Measurement
-from adeye.simulate.faults.rows import Past, Queue, Rows, copied, nothing_yet, take_rows
+from adeye.simulate.faults.injector import Past, Queue, Rows, copied, nothing_yet, take_rows
 
 if TYPE_CHECKING:
     from adeye.signals import Bools, ControlCommand, Floats

@@ -11,44 +11,22 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import no_measurement
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    GNSS_COLUMNS,
-    GNSS_VELOCITY_X,
-    GNSS_VELOCITY_Y,
-    GNSS_X,
-    GNSS_Y,
-    IMU_ACCELERATION_X,
-    IMU_ACCELERATION_Y,
-    IMU_COLUMNS,
-    IMU_YAW_RATE,
-    Bools,
-    Floats,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
-from adeye.simulate.sensors.sampling import Sampling, Truth, rear_axles
+from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
+from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from adeye.ports import SensorContext
     from adeye.spec.sensors import Gnss, Imu
@@ -101,7 +79,53 @@ TOLERANCE = 1e-9
 """Slack of comparisons of times [s]: multiples of the step are not exact."""
 
 
-class GnssSensor(Sampling):
+class _MotionSensor(Sampling):
+    """What a sensor of the ego's motion has beside its model: draws, biases and its samples."""
+
+    def __init__(
+        self,
+        context: SensorContext,
+        numbers: Callable[[Any, float], dict[str, float]],
+        columns: Sequence[str],
+        biases: int,
+    ) -> None:
+        """Pack the parameters of every run.
+
+        Args:
+            context: What the sensor is built with.
+            numbers: Lists what the compiled step reads of a record and the time between samples.
+            columns: Of its values.
+            biases: How many of them drift.
+        """
+        runs = context.scene.runs
+        self._period = context.every * context.scene.step
+        self._parameters = parameter_record(
+            {
+                **spec_columns(context.specs, lambda spec: numbers(spec, self._period)),
+                "rear": rear_axles(context),
+            }
+        )
+        self._draws = tuple(np.zeros(runs) for _ in range(6))
+        self._bias: Floats = np.zeros((runs, biases))
+        self._empty = no_values(runs, len(context.scene.object_ids), len(columns))
+        super().__init__(context, self._empty)
+
+    def _sample(self, scene: Scene) -> Measurement:
+        truth = self._truth(scene)
+        for pair in range(3):
+            first, second = self._draws[2 * pair : 2 * pair + 2]
+            normal_pairs(truth.seeds, truth.owner, truth.number, pair, first, second)
+        assert self._empty.values is not None
+        values: Floats = np.empty_like(self._empty.values)
+        self._measure(scene, values)
+        return sample_like(self._empty, scene.time, values=values)
+
+    def _measure(self, scene: Scene, values: Floats) -> None:
+        """Write the values of a sample (B, V)."""
+        raise NotImplementedError
+
+
+class GnssSensor(_MotionSensor):
     """Place and velocity of the antenna in the map, with white noise and a slowly changing bias.
 
     In an outage the receiver goes on and delivers samples without a fix: their stamp is new, their
@@ -110,24 +134,10 @@ class GnssSensor(Sampling):
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        runs = context.scene.runs
-        specs = [cast("Gnss", spec) for spec in context.specs]
-        period = context.every * context.scene.step
-        self._parameters = parameter_record(
-            {
-                **spec_columns(specs, lambda spec: _gnss_numbers(spec, period)),
-                "rear": rear_axles(context),
-            }
-        )
-        self._outages = _outages(specs)
-        self._draws = tuple(np.zeros(runs) for _ in range(6))
-        self._bias: Floats = np.zeros((runs, 2))
-        self._empty = no_values(runs, len(context.scene.object_ids), len(GNSS_COLUMNS))
-        super().__init__(context, self._empty)
+        super().__init__(context, _gnss_numbers, signals.GNSS_COLUMNS, 2)
+        self._outages = _outages([cast("Gnss", spec) for spec in context.specs])
 
-    def _sample(self, scene: Scene) -> Measurement:
-        _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(GNSS_COLUMNS)))
+    def _measure(self, scene: Scene, values: Floats) -> None:
         _sample_gnss(
             self._parameters,
             self._outages,
@@ -139,14 +149,6 @@ class GnssSensor(Sampling):
             self._bias,
             values,
         )
-        return with_values(self._empty, scene.time, values)
-
-
-def _draw_pairs(truth: Truth, draws: tuple[Floats, ...]) -> None:
-    """Draw the numbers of a sample, three pairs (B,) of them."""
-    for pair in range(3):
-        first, second = draws[2 * pair : 2 * pair + 2]
-        normal_pairs(truth.seeds, truth.owner, truth.number, pair, first, second)
 
 
 def no_values(runs: int, objects: int, columns: int) -> Measurement:
@@ -160,17 +162,6 @@ def no_values(runs: int, objects: int, columns: int) -> Measurement:
     first = no_measurement(runs, objects, with_estimate=False)
     first.values = np.full((runs, columns), np.nan)
     return first
-
-
-def with_values(empty: Measurement, time: float, values: Floats) -> Measurement:
-    """Return a sample of values (B, V) made at a time [s]; it shares the empty detections."""
-    runs = values.shape[0]
-    return replace(
-        empty,
-        stamp=np.full(runs, time),
-        fresh=np.zeros(runs, dtype=np.bool_),
-        values=values,
-    )
 
 
 def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
@@ -235,14 +226,20 @@ def _sample_gnss(  # noqa: PLR0913, PLR0917 - a kernel
         if not running[run] or _is_out(outages[run], time):
             row[:] = math.nan
             continue
-        s, c = sin_cos(state[EGO_HEADING])
+        s, c = sin_cos(state[signals.EGO_HEADING])
         x, y = record["x"], record["y"]
-        ahead, aside = point_velocity(state[EGO_SPEED], state[EGO_YAW_RATE], x + record["rear"], y)
+        ahead, aside = point_velocity(
+            state[signals.EGO_SPEED], state[signals.EGO_YAW_RATE], x + record["rear"], y
+        )
         noise, speed_noise = record["position_noise"], record["speed_noise"]
-        row[GNSS_X] = state[EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
-        row[GNSS_Y] = state[EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
-        row[GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
-        row[GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
+        row[signals.GNSS_X] = (
+            state[signals.EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
+        )
+        row[signals.GNSS_Y] = (
+            state[signals.EGO_Y] + s * x + c * y + bias[run, 1] + noise * draws[1][run]
+        )
+        row[signals.GNSS_VELOCITY_X] = c * ahead - s * aside + speed_noise * draws[2][run]
+        row[signals.GNSS_VELOCITY_Y] = s * ahead + c * aside + speed_noise * draws[3][run]
 
 
 @compiled
@@ -257,7 +254,7 @@ def _is_out(outages: Floats, time: float) -> bool:
 # --- An inertial unit: acceleration of its place and turning rate of the ego, with bias -----------
 
 
-class ImuSensor(Sampling):
+class ImuSensor(_MotionSensor):
     """Acceleration along the vehicle's axes at the mount and yaw rate, means since the last sample.
 
     Units integrate what they measure and hand out the increments, so nothing that happens between
@@ -268,27 +265,13 @@ class ImuSensor(Sampling):
 
     def __init__(self, context: SensorContext) -> None:
         """Pack the parameters of every run."""
-        runs = context.scene.runs
-        specs = [cast("Imu", spec) for spec in context.specs]
-        period = context.every * context.scene.step
-        self._parameters = parameter_record(
-            {
-                **spec_columns(specs, lambda spec: _imu_numbers(spec, period)),
-                "rear": rear_axles(context),
-            }
-        )
-        self._draws = tuple(np.zeros(runs) for _ in range(6))
-        self._bias: Floats = np.zeros((runs, 3))
+        super().__init__(context, _imu_numbers, signals.IMU_COLUMNS, 3)
         self._before: Floats | None = None
-        self._empty = no_values(runs, len(context.scene.object_ids), len(IMU_COLUMNS))
-        super().__init__(context, self._empty)
 
-    def _sample(self, scene: Scene) -> Measurement:
-        _draw_pairs(self._truth(scene), self._draws)
-        values: Floats = np.empty((scene.ego.shape[0], len(IMU_COLUMNS)))
+    def _measure(self, scene: Scene, values: Floats) -> None:
         _sample_imu(
             self._parameters,
-            self._context.every * self._context.scene.step,
+            self._period,
             self._sample_number == 0,
             scene.running,
             scene.ego,
@@ -298,7 +281,6 @@ class ImuSensor(Sampling):
             values,
         )
         self._before = scene.ego.copy()
-        return with_values(self._empty, scene.time, values)
 
 
 def _imu_numbers(spec: Imu, period: float) -> dict[str, float]:
@@ -358,9 +340,9 @@ def _sample_imu(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         along, across, rate = _motion(record, before[run], ego[run], period, is_first)
         noise = record["acceleration_noise"]
-        row[IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
-        row[IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
-        row[IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
+        row[signals.IMU_ACCELERATION_X] = along + bias[run, 0] + noise * draws[0][run]
+        row[signals.IMU_ACCELERATION_Y] = across + bias[run, 1] + noise * draws[1][run]
+        row[signals.IMU_YAW_RATE] = rate + bias[run, 2] + record["yaw_rate_noise"] * draws[2][run]
 
 
 @inlined
@@ -377,14 +359,14 @@ def _motion(
     """
     # The rear axle moves along the heading, the mount with it as of a rigid body.
     ahead, aside = record["x"] + record["rear"], record["y"]
-    rate = ego[EGO_YAW_RATE]
-    along, across = ego[EGO_SPEED] - rate * aside, rate * ahead
+    rate = ego[signals.EGO_YAW_RATE]
+    along, across = ego[signals.EGO_SPEED] - rate * aside, rate * ahead
     if is_first:
-        return ego[EGO_ACCELERATION] - rate * across, rate * along, rate
-    old_rate = before[EGO_YAW_RATE]
-    old_along, old_across = before[EGO_SPEED] - old_rate * aside, old_rate * ahead
+        return ego[signals.EGO_ACCELERATION] - rate * across, rate * along, rate
+    old_rate = before[signals.EGO_YAW_RATE]
+    old_along, old_across = before[signals.EGO_SPEED] - old_rate * aside, old_rate * ahead
     return (
         (along - old_along) / period - 0.5 * (rate * across + old_rate * old_across),
         (across - old_across) / period + 0.5 * (rate * along + old_rate * old_along),
-        wrap_to_pi(ego[EGO_HEADING] - before[EGO_HEADING]) / period,
+        wrap_to_pi(ego[signals.EGO_HEADING] - before[signals.EGO_HEADING]) / period,
     )

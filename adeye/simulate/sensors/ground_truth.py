@@ -2,47 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    ESTIMATE_COLUMNS,
-    ESTIMATE_PLACE,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_OFFSET,
-    Floats,
-    Ints,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
+from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, sample_like
 
 if TYPE_CHECKING:
     from adeye.ports import SensorContext
@@ -63,16 +35,9 @@ class LocalisationSensor(Sampling):
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
-        runs = scene.ego.shape[0]
-        estimate: Floats = np.empty((runs, len(ESTIMATE_COLUMNS)))
+        estimate: Floats = np.empty((len(scene.ego), len(signals.ESTIMATE_COLUMNS)))
         _estimate(self._parameters, self._truth(scene), scene.ego_place, self._draws, estimate)
-        # It never detects anything, so all its samples share the empty arrays of that.
-        return replace(
-            self._empty,
-            stamp=np.full(runs, scene.time),
-            fresh=np.zeros(runs, dtype=np.bool_),
-            estimate=estimate,
-        )
+        return sample_like(self._empty, scene.time, estimate=estimate)
 
 
 class GroundTruthSensor(Sampling):
@@ -121,26 +86,26 @@ def _estimate(
     normal_pairs(truth.seeds, truth.owner, truth.number, SPEED_DRAW, faster, rest)
     for run in range(estimate.shape[0]):
         row = estimate[run]
-        for column in range(ESTIMATE_PLACE):
+        for column in range(signals.ESTIMATE_PLACE):
             row[column] = truth.ego[run, column]
-        for column in range(row.shape[0] - ESTIMATE_PLACE):
-            row[ESTIMATE_PLACE + column] = place[run, column]
+        for column in range(row.shape[0] - signals.ESTIMATE_PLACE):
+            row[signals.ESTIMATE_PLACE + column] = place[run, column]
         if not truth.running[run]:
             continue
         record = parameters[run]
         if record["lateral_noise"] > 0.0:
             shift = record["lateral_noise"] * across[run]
-            s, c = sin_cos(row[ESTIMATE_PLACE + PLACE_HEADING])
-            row[EGO_X] -= shift * s
-            row[EGO_Y] += shift * c
-            row[ESTIMATE_PLACE + PLACE_D] += shift
-            row[ESTIMATE_PLACE + PLACE_OFFSET] += shift
+            s, c = sin_cos(row[signals.ESTIMATE_PLACE + signals.PLACE_HEADING])
+            row[signals.EGO_X] -= shift * s
+            row[signals.EGO_Y] += shift * c
+            row[signals.ESTIMATE_PLACE + signals.PLACE_D] += shift
+            row[signals.ESTIMATE_PLACE + signals.PLACE_OFFSET] += shift
         if record["heading_noise"] > 0.0:
-            turned = row[EGO_HEADING] + record["heading_noise"] * turn[run]
-            row[EGO_HEADING] = wrap_to_pi(turned)
+            turned = row[signals.EGO_HEADING] + record["heading_noise"] * turn[run]
+            row[signals.EGO_HEADING] = wrap_to_pi(turned)
         if record["speed_noise"] > 0.0:
             # Of a standing ego it is below zero half of the time: cut, its mean would be wrong.
-            row[EGO_SPEED] += record["speed_noise"] * faster[run]
+            row[signals.EGO_SPEED] += record["speed_noise"] * faster[run]
 
 
 @compiled
@@ -158,15 +123,20 @@ def _list_objects(truth: Truth, rear: Floats, places: Floats, order: Ints, found
         if not truth.running[run]:
             continue
         ego = truth.ego[run]
-        s, c = sin_cos(ego[EGO_HEADING])
-        forward, aside = point_velocity(ego[EGO_SPEED], ego[EGO_YAW_RATE], rear[run], 0.0)
+        s, c = sin_cos(ego[signals.EGO_HEADING])
+        forward, aside = point_velocity(
+            ego[signals.EGO_SPEED], ego[signals.EGO_YAW_RATE], rear[run], 0.0
+        )
         for thing in range(truth.objects.shape[1]):
             state = truth.objects[run, thing]
-            dx, dy = state[OBJECT_X] - ego[EGO_X], state[OBJECT_Y] - ego[EGO_Y]
+            dx, dy = (
+                state[signals.OBJECT_X] - ego[signals.EGO_X],
+                state[signals.OBJECT_Y] - ego[signals.EGO_Y],
+            )
             distance = np.sqrt(dx * dx + dy * dy)
-            sine, cosine = sin_cos(state[OBJECT_HEADING])
-            vx = state[OBJECT_SPEED] * cosine - (forward * c - aside * s)
-            vy = state[OBJECT_SPEED] * sine - (forward * s + aside * c)
+            sine, cosine = sin_cos(state[signals.OBJECT_HEADING])
+            vx = state[signals.OBJECT_SPEED] * cosine - (forward * c - aside * s)
+            vy = state[signals.OBJECT_SPEED] * sine - (forward * s + aside * c)
             places[thing, 0] = c * dx + s * dy
             places[thing, 1] = -s * dx + c * dy
             places[thing, 2] = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
@@ -176,10 +146,10 @@ def _list_objects(truth: Truth, rear: Floats, places: Floats, order: Ints, found
             found.mask[run, row] = True
             found.source[run, row] = thing
             detection = found.detections[run, row]
-            detection[DETECTION_X] = places[thing, 0]
-            detection[DETECTION_Y] = places[thing, 1]
-            detection[DETECTION_RANGE_RATE] = places[thing, 2]
-            detection[DETECTION_HAS_RANGE_RATE] = 1.0
-            detection[DETECTION_LENGTH] = truth.sizes[run, thing, 0]
-            detection[DETECTION_WIDTH] = truth.sizes[run, thing, 1]
-            detection[DETECTION_CLASS] = truth.classes[thing]
+            detection[signals.DETECTION_X] = places[thing, 0]
+            detection[signals.DETECTION_Y] = places[thing, 1]
+            detection[signals.DETECTION_RANGE_RATE] = places[thing, 2]
+            detection[signals.DETECTION_HAS_RANGE_RATE] = 1.0
+            detection[signals.DETECTION_LENGTH] = truth.sizes[run, thing, 0]
+            detection[signals.DETECTION_WIDTH] = truth.sizes[run, thing, 1]
+            detection[signals.DETECTION_CLASS] = truth.classes[thing]

@@ -12,37 +12,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import no_measurement
+from adeye.kernel import scan
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal_pairs_at, uniform
-from adeye.kernel.scan import (
-    BEAM_BEARING,
-    BEAM_ELEVATION,
-    BEAM_SECANT,
-    BEAM_SLOPE,
-    BEAM_WIDTH,
-    beams_between,
-    fill_beams,
-    scan_box,
-    scan_box_level,
-)
 from adeye.kernel.sight import DISTANCE, HALF, OUTLINE_WIDTH, bearings, find_shape, sight
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_X,
-    EGO_Y,
-    POINT_BEARING,
-    POINT_COLUMNS,
-    POINT_ELEVATION,
-    POINT_RANGE,
-    Floats,
-    Ints,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Sampling, Truth
 from adeye.simulate.world.weather import ROAD_REFLECTIVITY, lidar_rain_noise, lidar_range
 from adeye.spec.sensors import PhysicalLidar
@@ -85,7 +62,7 @@ class Frame(NamedTuple):
     def of(cls, runs: int, beams: int) -> Self:
         """Make an empty one."""
         return cls(
-            points=np.zeros((runs, beams, len(POINT_COLUMNS))),
+            points=np.zeros((runs, beams, len(signals.POINT_COLUMNS))),
             hits=np.full((runs, beams), GROUND, dtype=np.int64),
             returns=np.empty((runs, beams), dtype=np.int64),
             counts=np.zeros(runs, dtype=np.int64),
@@ -132,9 +109,9 @@ def sample_batch(parameters: Any, truth: Truth, beams: int, memory: Memory, fram
     for run in range(truth.running.shape[0]):
         for place in range(frame.counts[run]):
             beam = frame.returns[run, place]
-            frame.points[run, beam, POINT_RANGE] = 0.0
-            frame.points[run, beam, POINT_BEARING] = 0.0
-            frame.points[run, beam, POINT_ELEVATION] = 0.0
+            frame.points[run, beam, signals.POINT_RANGE] = 0.0
+            frame.points[run, beam, signals.POINT_BEARING] = 0.0
+            frame.points[run, beam, signals.POINT_ELEVATION] = 0.0
             frame.hits[run, beam] = GROUND
         frame.counts[run] = 0
         if not truth.running[run]:
@@ -150,10 +127,10 @@ def _scan(parameters: Any, truth: Truth, run: int, beams: int, memory: Memory) -
     table, reach = memory.tables[memory.table_of[run]], memory.reach[run]
     looks, spans, nearest, who = memory.looks, memory.spans, memory.nearest, memory.who
     order, ways = memory.order[0], memory.ways[0]
-    s, c = sin_cos(ego[EGO_HEADING])
-    sensor_x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
-    sensor_y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
-    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    s, c = sin_cos(ego[signals.EGO_HEADING])
+    sensor_x = ego[signals.EGO_X] + c * parameters["x"] - s * parameters["y"]
+    sensor_y = ego[signals.EGO_Y] + s * parameters["x"] + c * parameters["y"]
+    ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     has_ground = parameters["has_ground"] > 0.0
     if has_ground:
         _scan_ground(parameters["z"], table, reach, nearest, who)
@@ -204,7 +181,7 @@ def _find_spans(  # noqa: PLR0913, PLR0917 - a kernel
     # An edge may lie beyond half a turn to either side, where the layer begins again.
     for turn in range(TURNS):
         back = 2.0 * math.pi * (turn - 1)
-        span[2 * turn], span[2 * turn + 1] = beams_between(
+        span[2 * turn], span[2 * turn + 1] = scan.beams_between(
             right - departure - back, left + departure - back, field_of_view, beams
         )
 
@@ -231,21 +208,23 @@ def _scan_spans(  # noqa: PLR0913, PLR0917 - a kernel
         for layer in range(0, table.shape[1], beams):
             first, last = layer + span[part], layer + span[part + 1]
             if parameters["is_level"] > 0.0:
-                scan_box_level(
+                scan.scan_box_level(
                     look, size, sine, cosine, height, table, first, last, thing, nearest, who
                 )
             else:
-                scan_box(look, size, sine, cosine, height, table, first, last, thing, nearest, who)
+                scan.scan_box(
+                    look, size, sine, cosine, height, table, first, last, thing, nearest, who
+                )
 
 
 @inlined
 def _scan_ground(height: float, table: Floats, reach: Floats, nearest: Floats, who: Ints) -> None:
     """Cast the beams that point down at the ground, as far as it returns anything."""
     for beam in range(table.shape[1]):
-        slope = table[BEAM_SLOPE, beam]
+        slope = table[scan.BEAM_SLOPE, beam]
         if slope < 0.0:
             distance = -height / slope
-            if distance * table[BEAM_SECANT, beam] <= reach[-1]:
+            if distance * table[scan.BEAM_SECANT, beam] <= reach[-1]:
                 nearest[beam] = distance
                 who[beam] = GROUND
 
@@ -280,7 +259,7 @@ def _list_hits(  # noqa: PLR0913, PLR0917 - a kernel
     """
     for beam in range(first, last + 1):
         if nearest[beam] < math.inf:
-            distance = nearest[beam] * table[BEAM_SECANT, beam]
+            distance = nearest[beam] * table[scan.BEAM_SECANT, beam]
             nearest[beam] = math.inf
             # The ground is number -1 and so the last.
             if 0.0 < distance <= reach[who[beam]]:
@@ -323,7 +302,7 @@ def _measure(
         beam, way = order[place], ways[place]
         if drop_out > 0.0 and uniform(seed, owner, number, DRAWS * beam + 1) < drop_out:
             continue
-        bearing = table[BEAM_BEARING, beam]
+        bearing = table[scan.BEAM_BEARING, beam]
         if has_noise:
             # Both are independent, so their variances add up.
             wet = rain_noise * way
@@ -332,9 +311,9 @@ def _measure(
             if way <= 0.0:
                 continue
         point = frame.points[run, beam]
-        point[POINT_RANGE] = way
-        point[POINT_BEARING] = bearing
-        point[POINT_ELEVATION] = table[BEAM_ELEVATION, beam]
+        point[signals.POINT_RANGE] = way
+        point[signals.POINT_BEARING] = bearing
+        point[signals.POINT_ELEVATION] = table[scan.BEAM_ELEVATION, beam]
         frame.hits[run, beam] = memory.who[beam]
         frame.returns[run, count] = beam
         count += 1
@@ -362,7 +341,7 @@ def sample_bytes(architecture: Architecture) -> int:
         for spec in architecture.sensors.values()
         if isinstance(spec, PhysicalLidar)
     )
-    return FRAMES * beams * (len(POINT_COLUMNS) + 2) * np.dtype(np.float64).itemsize
+    return FRAMES * beams * (len(signals.POINT_COLUMNS) + 2) * np.dtype(np.float64).itemsize
 
 
 class LidarSensor(Sampling):
@@ -379,7 +358,7 @@ class LidarSensor(Sampling):
         specs = [cast("PhysicalLidar", spec) for spec in context.specs]
         tables, table_of, departure = _tables(specs)
         self._beams = specs[0].beams
-        slopes = tables[:, BEAM_SLOPE]
+        slopes = tables[:, scan.BEAM_SLOPE]
         self._parameters = parameter_record(
             {
                 **spec_columns(specs, _numbers),
@@ -472,10 +451,10 @@ def _tables(specs: Sequence[PhysicalLidar]) -> tuple[Floats, Ints, Floats]:
         )
         of_run[run] = known.setdefault(shape, len(known))
     beams, layers = specs[0].beams, specs[0].layers
-    tables: Floats = np.zeros((len(known), BEAM_WIDTH, beams * layers))
+    tables: Floats = np.zeros((len(known), scan.BEAM_WIDTH, beams * layers))
     departure: Floats = np.zeros(len(known))
     for shape, number in known.items():
-        departure[number] = fill_beams(*shape, beams, layers, tables[number])
+        departure[number] = scan.fill_beams(*shape, beams, layers, tables[number])
     return tables, of_run, departure
 
 

@@ -7,44 +7,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.kernel import sight
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal, normal_pair, uniform
-from adeye.kernel.sight import (
-    COSINE,
-    DX,
-    DY,
-    HALF,
-    INSIDE,
-    OUTLINE_WIDTH,
-    SINE,
-    find_shape,
-    sight,
-    visible_share,
-)
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_RANGE_RATE,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    OBJECT_CLASSES,
-    OBJECT_SPEED,
-    Floats,
-    Ints,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, NEPER, radar_rain_extinction
@@ -177,7 +148,7 @@ def cross_sections(classes: Ints) -> Floats:
         classes: (M,) index into ``OBJECT_CLASSES``.
     """
     known = np.array(
-        [[decibels(level) for level in CROSS_SECTION[name]] for name in OBJECT_CLASSES]
+        [[decibels(level) for level in CROSS_SECTION[name]] for name in signals.OBJECT_CLASSES]
     )
     return np.ascontiguousarray(known[classes])
 
@@ -509,7 +480,7 @@ class RadarSensor(Sampling):
         self._memory = Memory(
             cross_sections(scene.object_classes),
             np.zeros((objects, 2)),
-            np.zeros((objects, OUTLINE_WIDTH)),
+            np.zeros((objects, sight.OUTLINE_WIDTH)),
             np.zeros((self._rows, ECHO_WIDTH)),
             np.zeros(self._rows, dtype=np.int64),
         )
@@ -573,11 +544,11 @@ def _sample_batch(parameters: Any, truth: Truth, memory: Memory, found: Found) -
             echo, detection = memory.echoes[thing], found.detections[run, row]
             found.mask[run, row] = True
             found.source[run, row] = thing if thing < objects else -1
-            detection[DETECTION_X] = echo[ECHO_X]
-            detection[DETECTION_Y] = echo[ECHO_Y]
-            detection[DETECTION_RANGE_RATE] = echo[ECHO_RATE]
-            detection[DETECTION_HAS_RANGE_RATE] = 1.0
-            detection[DETECTION_CLASS] = NOTHING_KNOWN
+            detection[signals.DETECTION_X] = echo[ECHO_X]
+            detection[signals.DETECTION_Y] = echo[ECHO_Y]
+            detection[signals.DETECTION_RANGE_RATE] = echo[ECHO_RATE]
+            detection[signals.DETECTION_HAS_RANGE_RATE] = 1.0
+            detection[signals.DETECTION_CLASS] = NOTHING_KNOWN
 
 
 @inlined
@@ -588,24 +559,31 @@ def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
     """
     ego, objects, sizes = truth.ego[run], truth.objects[run], truth.sizes[run]
     looks, echoes = memory.looks, memory.echoes
-    s, c = sin_cos(ego[EGO_HEADING])
+    s, c = sin_cos(ego[signals.EGO_HEADING])
     lever_x = c * parameters["x"] - s * parameters["y"]
     lever_y = s * parameters["x"] + c * parameters["y"]
     forward, aside = point_velocity(
-        ego[EGO_SPEED], ego[EGO_YAW_RATE], parameters["x"] + parameters["rear"], parameters["y"]
+        ego[signals.EGO_SPEED],
+        ego[signals.EGO_YAW_RATE],
+        parameters["x"] + parameters["rear"],
+        parameters["y"],
     )
     velocity_x, velocity_y = forward * c - aside * s, forward * s + aside * c
-    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     count = objects.shape[0]
     for thing in range(count):
-        sight(
-            ego[EGO_X] + lever_x, ego[EGO_Y] + lever_y, objects[thing], sizes[thing], looks[thing]
+        sight.sight(
+            ego[signals.EGO_X] + lever_x,
+            ego[signals.EGO_Y] + lever_y,
+            objects[thing],
+            sizes[thing],
+            looks[thing],
         )
     for thing in range(count):
         echoes[thing, ECHO_SIGNAL] = 0.0
         if not _may_echo(parameters, ahead_x, ahead_y, looks[thing]):
             continue
-        find_shape(sizes[thing], looks[thing])
+        sight.find_shape(sizes[thing], looks[thing])
         _find_echo(
             parameters,
             (ahead_x, ahead_y),
@@ -618,7 +596,7 @@ def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
         )
         # Who is too weak anyway need not be looked for behind others.
         if echoes[thing, ECHO_SIGNAL] > LEAST_SIGNAL:
-            share = visible_share(thing, ahead_x, ahead_y, sizes, looks, memory.pieces)
+            share = sight.visible_share(thing, ahead_x, ahead_y, sizes, looks, memory.pieces)
             echoes[thing, ECHO_SIGNAL] *= share
     stream = Stream(truth.seeds[run], truth.owner, truth.number)
     found = detect(parameters, stream, echoes[:count], memory.order)
@@ -631,9 +609,9 @@ def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
 def _may_echo(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -> bool:
     """Tell whether a circle around a box reaches into the field of view; spares what is dearer."""
     sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
-    along = ahead_x * look[DX] + ahead_y * look[DY]
-    across = ahead_x * look[DY] - ahead_y * look[DX]
-    return not (sine > 0.0 and abs(across) * cosine - along * sine > look[HALF])
+    along = ahead_x * look[sight.DX] + ahead_y * look[sight.DY]
+    across = ahead_x * look[sight.DY] - ahead_y * look[sight.DX]
+    return not (sine > 0.0 and abs(across) * cosine - along * sine > look[sight.HALF])
 
 
 @inlined
@@ -663,11 +641,11 @@ def _find_echo(  # noqa: PLR0913, PLR0917 - a kernel
         look: (OUTLINE_WIDTH,) of the box.
         echo: (ECHO_WIDTH,) out; no signal where there is none, from inside the box for one.
     """
-    dx, dy, c, s = look[DX], look[DY], look[COSINE], look[SINE]
+    dx, dy, c, s = look[sight.DX], look[sight.DY], look[sight.COSINE], look[sight.SINE]
     along, across = dx * c + dy * s, dy * c - dx * s
     end = cross_section[0] * facing(along, across, 0.5 * size[0])
     side = cross_section[1] * facing(across, along, 0.5 * size[1])
-    if look[INSIDE] > 0.0 or not end + side > 0.0:
+    if look[sight.INSIDE] > 0.0 or not end + side > 0.0:
         return
     near = math.copysign(0.5 * size[0], along) * end / (end + side)
     beside = math.copysign(0.5 * size[1], across) * side / (end + side)
@@ -689,6 +667,6 @@ def _find_echo(  # noqa: PLR0913, PLR0917 - a kernel
         parameters["rain_in_cell"],
     )
     echo[ECHO_RANGE], echo[ECHO_BEARING] = distance, bearing
-    rate = (target[OBJECT_SPEED] * c - velocity[0]) * x
-    rate += (target[OBJECT_SPEED] * s - velocity[1]) * y
+    rate = (target[signals.OBJECT_SPEED] * c - velocity[0]) * x
+    rate += (target[signals.OBJECT_SPEED] * s - velocity[1]) * y
     echo[ECHO_RATE] = folded(rate / distance, parameters["max_range_rate"])

@@ -7,47 +7,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.kernel import sight
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs_of
-from adeye.kernel.sight import (
-    COSINE,
-    DISTANCE,
-    DX,
-    DY,
-    HALF,
-    HEADING,
-    NEAREST,
-    OUTLINE_WIDTH,
-    SINE,
-    bearings,
-    fill_extents,
-    outlines,
-    visible_share,
-)
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_HAS_RANGE_RATE,
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    OBJECT_SPEED,
-    Floats,
-    Ints,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
 from adeye.simulate.world.weather import (
     camera_range,
@@ -65,9 +32,7 @@ if TYPE_CHECKING:
 
 # --- How far an object-level camera, radar or lidar reaches in the weather and light of a run -----
 
-CAMERA: Final = 0
-RADAR: Final = 1
-LIDAR: Final = 2
+CAMERA, RADAR, LIDAR = range(3)
 """Kinds of object-level sensor."""
 
 
@@ -119,13 +84,13 @@ def reach_in_glare(parameters: Any, reach: float, look: Floats) -> float:
         reach: Without glare [m].
         look: (OUTLINE_WIDTH,) where the object is from the camera.
     """
-    distance = look[DISTANCE]
+    distance = look[sight.DISTANCE]
     if distance <= 0.0:
         return reach
     contrast = glare_contrast(
         sun_cosine(
-            look[DX] / distance,
-            look[DY] / distance,
+            look[sight.DX] / distance,
+            look[sight.DY] / distance,
             parameters["sun_elevation"],
             parameters["sun_azimuth"],
         ),
@@ -305,7 +270,10 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
     c, s, x, y = seen.poses[row]
     items, things = seen.items.T[first:], seen.things[first:]
     for item in range(count):
-        dx, dy = x + items[item, SEEN_X] - ego[EGO_X], y + items[item, SEEN_Y] - ego[EGO_Y]
+        dx, dy = (
+            x + items[item, SEEN_X] - ego[signals.EGO_X],
+            y + items[item, SEEN_Y] - ego[signals.EGO_Y],
+        )
         items[item, SEEN_X] = c * dx + s * dy
         items[item, SEEN_Y] = -s * dx + c * dy
         insert(order, items, item, item, dx * dx + dy * dy)
@@ -315,13 +283,13 @@ def write(  # noqa: PLR0913, PLR0917 - a kernel
         found.mask[run, place] = True
         found.source[run, place] = thing
         detection = found.detections[run, place]
-        detection[DETECTION_X] = items[item, SEEN_X]
-        detection[DETECTION_Y] = items[item, SEEN_Y]
-        detection[DETECTION_RANGE_RATE] = items[item, SEEN_RATE]
-        detection[DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
-        detection[DETECTION_LENGTH] = sizes[thing, 0]
-        detection[DETECTION_WIDTH] = sizes[thing, 1]
-        detection[DETECTION_CLASS] = truth.classes[thing]
+        detection[signals.DETECTION_X] = items[item, SEEN_X]
+        detection[signals.DETECTION_Y] = items[item, SEEN_Y]
+        detection[signals.DETECTION_RANGE_RATE] = items[item, SEEN_RATE]
+        detection[signals.DETECTION_HAS_RANGE_RATE] = 1.0 if kind == RADAR else 0.0
+        detection[signals.DETECTION_LENGTH] = sizes[thing, 0]
+        detection[signals.DETECTION_WIDTH] = sizes[thing, 1]
+        detection[signals.DETECTION_CLASS] = truth.classes[thing]
 
 
 # --- Object-level camera, radar and lidar: field of view, range, occlusion by geometry, noise -----
@@ -373,12 +341,12 @@ class RangingSensor(Sampling):
         reach: Floats = np.zeros((scene.runs, self._objects))
         fill_reach(self._kind, self._parameters, scene.object_reflectivity, reach)
         extents: Floats = np.zeros((3, scene.runs * self._objects))
-        fill_extents(scene.object_sizes, extents)
+        sight.fill_extents(scene.object_sizes, extents)
         self._memory = Memory(
             reach,
             extents,
             np.zeros((self._objects, 2)),
-            np.zeros((OUTLINE_WIDTH, BLOCK * self._objects)),
+            np.zeros((sight.OUTLINE_WIDTH, BLOCK * self._objects)),
             np.zeros(self._objects, dtype=np.int64),
         )
         self._seen = memory_for(self._objects)
@@ -434,7 +402,7 @@ def _sample_batch(
     for begin in range(0, runs, BLOCK):
         stop = min(begin + BLOCK, runs)
         _place(begin, stop, parameters, truth, seen.poses, memory.looks)
-        outlines((stop - begin) * things, begin * things, memory.extents, memory.looks)
+        sight.outlines((stop - begin) * things, begin * things, memory.extents, memory.looks)
         count = 0
         for run in range(begin, stop):
             if truth.running[run]:
@@ -458,15 +426,15 @@ def _place(
     for run in range(begin, stop):
         item = parameters[run]
         ego = truth.ego[run]
-        s, c = sin_cos(ego[EGO_HEADING])
-        sensor_x = ego[EGO_X] + c * item["x"] - s * item["y"]
-        sensor_y = ego[EGO_Y] + s * item["x"] + c * item["y"]
+        s, c = sin_cos(ego[signals.EGO_HEADING])
+        sensor_x = ego[signals.EGO_X] + c * item["x"] - s * item["y"]
+        sensor_y = ego[signals.EGO_Y] + s * item["x"] + c * item["y"]
         pose = poses[run - begin]
         pose[0], pose[1], pose[2], pose[3] = c, s, sensor_x, sensor_y
         for thing in range(truth.objects.shape[1]):
             box = truth.objects[run, thing]
-            looks[DX, place], looks[DY, place] = box[0] - sensor_x, box[1] - sensor_y
-            looks[HEADING, place] = box[2]
+            looks[sight.DX, place], looks[sight.DY, place] = box[0] - sensor_x, box[1] - sensor_y
+            looks[sight.HEADING, place] = box[2]
             place += 1
 
 
@@ -491,7 +459,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
     """
     ego, objects, sizes = truth.ego[run], truth.objects[run], truth.sizes[run]
     c, s = seen.poses[row, 0], seen.poses[row, 1]
-    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     is_glared = kind == CAMERA and parameters["sun_elevation"] >= 0.0
     for thing in range(objects.shape[0]):
         left = memory.reach[run, thing]
@@ -500,15 +468,19 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
         if not _is_seen(parameters, left, ahead_x, ahead_y, thing, sizes, looks, memory.pieces):
             continue
         look = looks[thing]
-        distance = look[DISTANCE]
+        distance = look[sight.DISTANCE]
         # The line of sight as a unit vector: no angle is needed.
-        ux, uy = (look[DX] / distance, look[DY] / distance) if distance > 0.0 else (c, s)
+        ux, uy = (
+            (look[sight.DX] / distance, look[sight.DY] / distance) if distance > 0.0 else (c, s)
+        )
         rate = 0.0
         if kind == RADAR and distance > 0.0:
-            rate = objects[thing, OBJECT_SPEED] * (look[COSINE] * ux + look[SINE] * uy)
+            rate = objects[thing, signals.OBJECT_SPEED] * (
+                look[sight.COSINE] * ux + look[sight.SINE] * uy
+            )
             forward, aside = point_velocity(
-                ego[EGO_SPEED],
-                ego[EGO_YAW_RATE],
+                ego[signals.EGO_SPEED],
+                ego[signals.EGO_YAW_RATE],
                 parameters["x"] + parameters["rear"],
                 parameters["y"],
             )
@@ -539,18 +511,18 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     # How far the centre lies outside of the nearer edge of view; a circle around the object that is
     # all outside or all inside spares the angles.
     sine, cosine = parameters["edge_sine"], parameters["edge_cosine"]
-    along = ahead_x * look[DX] + ahead_y * look[DY]
-    across = ahead_x * look[DY] - ahead_y * look[DX]
+    along = ahead_x * look[sight.DX] + ahead_y * look[sight.DY]
+    across = ahead_x * look[sight.DY] - ahead_y * look[sight.DX]
     outside = abs(across) * cosine - along * sine
     has_edges = sine > 0.0
-    is_outside = has_edges & (parameters["min_visible"] > 0.0) & (outside > look[HALF])
-    is_near = look[NEAREST] <= reach
+    is_outside = has_edges & (parameters["min_visible"] > 0.0) & (outside > look[sight.HALF])
+    is_near = look[sight.NEAREST] <= reach
     if is_outside or not is_near:
         return False
-    is_amid = has_edges & (outside < -look[HALF])
+    is_amid = has_edges & (outside < -look[sight.HALF])
     if not is_amid and not _is_in_view(parameters, ahead_x, ahead_y, look):
         return False
-    seen = visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
+    seen = sight.visible_share(thing, ahead_x, ahead_y, sizes, looks, pieces)
     return bool(seen >= parameters["min_visible"])
 
 
@@ -560,7 +532,7 @@ def _is_in_view(parameters: Any, ahead_x: float, ahead_y: float, look: Floats) -
     half = 0.5 * parameters["field_of_view"]
     if not half < math.pi:
         return True
-    right, left = bearings(ahead_x, ahead_y, look)
+    right, left = sight.bearings(ahead_x, ahead_y, look)
     extent = left - right
     # The left edge may lie beyond pi, so the field of view is met from both sides.
     inside = max(0.0, min(left, half) - max(right, -half))

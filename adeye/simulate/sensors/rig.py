@@ -114,7 +114,7 @@ class Rig:
 
         Args:
             name: Of the camera.
-            patches: (B, P, PATCH_WIDTH) each, see ``exposure``; none for what its record says.
+            patches: (B, P, PATCH_WIDTH) each, see ``imaging``; none for what its record says.
 
         Raises:
             TypeError: It is no physical camera.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
@@ -109,6 +110,22 @@ class Sampling:
             self._owner,
             self._sample_number,
         )
+
+
+def sample_like(
+    empty: Measurement, time: float, *, estimate: Floats | None = None, values: Floats | None = None
+) -> Measurement:
+    """Return a sample made at a time [s] by a sensor that never detects anything.
+
+    Args:
+        empty: What it delivers before; the sample shares the empty lists of that.
+        time: [s].
+        estimate: (B, 13) of the ego, see ``signals.ESTIMATE_COLUMNS``.
+        values: (B, V) of the ego's motion.
+    """
+    runs = len(empty.stamp)
+    stamp, fresh = np.full(runs, time), np.zeros(runs, dtype=np.bool_)
+    return replace(empty, stamp=stamp, fresh=fresh, estimate=estimate, values=values)
 
 
 def rear_axles(context: SensorContext) -> Floats:

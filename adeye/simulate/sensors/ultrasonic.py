@@ -7,25 +7,13 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import no_measurement, sample_at
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
 from adeye.kernel.sight import ray_box_distance
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_HEADING,
-    EGO_X,
-    EGO_Y,
-    Bools,
-    Floats,
-    Measurement,
-    Scene,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Found, Sampling, Truth
 from adeye.spec.clock import period_ticks
 from adeye.spec.sensors import Ultrasonic
@@ -120,18 +108,18 @@ def _sample_batch(parameters: Any, others: Any, fires: Bools, truth: Truth, foun
         s, c = sin_cos(own["yaw"])
         found.mask[run, 0], found.source[run, 0] = True, thing
         detection = found.detections[run, 0]
-        detection[DETECTION_X] = own["x"] + way * c
-        detection[DETECTION_Y] = own["y"] + way * s
-        detection[DETECTION_CLASS] = NOTHING_KNOWN
+        detection[signals.DETECTION_X] = own["x"] + way * c
+        detection[signals.DETECTION_Y] = own["y"] + way * s
+        detection[signals.DETECTION_CLASS] = NOTHING_KNOWN
 
 
 @inlined
 def _pose(parameters: Any, ego: Floats) -> tuple[float, float, float, float]:
     """Return place [m] and direction (a unit vector) of a sensor in the map."""
-    s, c = sin_cos(ego[EGO_HEADING])
-    x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
-    y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
-    ahead_y, ahead_x = sin_cos(ego[EGO_HEADING] + parameters["yaw"])
+    s, c = sin_cos(ego[signals.EGO_HEADING])
+    x = ego[signals.EGO_X] + c * parameters["x"] - s * parameters["y"]
+    y = ego[signals.EGO_Y] + s * parameters["x"] + c * parameters["y"]
+    ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     return x, y, ahead_x, ahead_y
 
 

@@ -13,7 +13,7 @@ from adeye.errors import UsageError, suggest
 from adeye.ports import TrafficBackend
 
 if TYPE_CHECKING:
-    from adeye.signals import Bools, Ints
+    from adeye.simulate.traffic.stage import Ending
 
 __all__ = ["BACKENDS", "VARIANTS", "Traffic", "make_traffic", "variant_of"]
 
@@ -35,24 +35,8 @@ class Traffic(TrafficBackend, Protocol):
     """A traffic implementation, and how far its runs have come."""
 
     @property
-    def running(self) -> Bools:
-        """Runs that have not ended (B,)."""
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-
-    @property
-    def arrived(self) -> Bools:
-        """Runs whose ego has reached its goal within the horizon (B,)."""
-
-    @property
-    def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,); final once a run has ended."""
-
-    @property
-    def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact (B,)."""
+    def ending(self) -> Ending:
+        """Which runs have ended, and up to which row their obligations may start."""
 
 
 def make_traffic(name: str, variant: str | None = None) -> Traffic:

@@ -14,41 +14,9 @@ import numpy as np
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import owner_id, uniform
-from adeye.kernel.traffic.lanes import LANE_WIDTH, write_arc, write_straight
-from adeye.kernel.traffic.network import (
-    ACCELERATION,
-    BRAKING,
-    CHANGING,
-    COSINE,
-    DESIRED_SPEED,
-    EXPONENT,
-    FIXED,
-    FOLLOWING,
-    GAIN,
-    HEADING,
-    JAM_DISTANCE,
-    LANE,
-    LENGTH,
-    MARK_WIDTH,
-    ORDER,
-    ORDER_X,
-    PLACED,
-    ROLE,
-    SINUS,
-    SPEED,
-    TARGET,
-    TIME_GAP,
-    TIMER,
-    TOP_SPEED,
-    VEHICLE_WIDTH,
-    Road,
-    X,
-    Y,
-    build_links,
-    make_lists,
-    mark_alongside,
-)
-from adeye.kernel.traffic.steering import advance_fast, advance_reference, locate
+from adeye.kernel.traffic import network
+from adeye.kernel.traffic.drivers import advance_fast, advance_reference, locate
+from adeye.kernel.traffic.network import Road
 from adeye.simulate.traffic import variant_of
 from adeye.simulate.traffic.stage import Stage, Staged
 from adeye.simulate.world.compile import World, compile_world
@@ -107,13 +75,13 @@ class BatchTraffic(Staged):
         self._stage = stage = Stage(world, cases)
         road = world.context.road
         pieces = road.segments.shape[1]
-        lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, LANE_WIDTH))
-        links = build_links(
+        lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, network.LANE_WIDTH))
+        links = network.build_links(
             [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
         )
         build_lanes(road.segments, links, road.lane_width, RUN_OUT, lanes)
         vehicles, marks = _begin_vehicles(world)
-        scratch = make_lists(lanes.shape[1], vehicles.shape[1])
+        scratch = network.make_lists(lanes.shape[1], vehicles.shape[1])
         self._roads = Road(lanes, links, vehicles, marks, *scratch)
         self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
         self._is_reactive = not world.scripted.all()
@@ -143,29 +111,29 @@ def _begin_vehicles(world: World) -> tuple[Floats, Ints]:
     context = world.context
     runs, things = world.objects.shape[:2]
     actors = len(world.scripted)
-    vehicles: Floats = np.zeros((runs, 1 + things, VEHICLE_WIDTH))
-    marks: Ints = np.zeros((runs, 1 + things, MARK_WIDTH), dtype=np.int64)
-    columns = [X, Y, HEADING, SPEED]
+    vehicles: Floats = np.zeros((runs, 1 + things, network.VEHICLE_WIDTH))
+    marks: Ints = np.zeros((runs, 1 + things, network.MARK_WIDTH), dtype=np.int64)
+    columns = [network.X, network.Y, network.HEADING, network.SPEED]
     vehicles[:, 0, columns] = world.ego[:, :4]
     vehicles[:, 1:, columns] = world.objects[..., :4]
-    vehicles[:, 0, LENGTH] = context.ego_size[:, 0]
-    vehicles[:, 1:, LENGTH] = context.object_sizes[..., 0]
-    vehicles[..., JAM_DISTANCE] = JAM_GAP + vehicles[..., LENGTH]
-    vehicles[..., TIME_GAP] = DESIRED_TIME_GAP
-    vehicles[..., GAIN] = COMFORT_ACCELERATION
-    vehicles[..., BRAKING] = 2.0 * math.sqrt(COMFORT_ACCELERATION * COMFORT_BRAKING)
-    vehicles[..., EXPONENT] = SPEED_EXPONENT
-    vehicles[..., TOP_SPEED] = math.inf
-    vehicles[:, 0, DESIRED_SPEED] = world.ego_desired_speed
+    vehicles[:, 0, network.LENGTH] = context.ego_size[:, 0]
+    vehicles[:, 1:, network.LENGTH] = context.object_sizes[..., 0]
+    vehicles[..., network.JAM_DISTANCE] = JAM_GAP + vehicles[..., network.LENGTH]
+    vehicles[..., network.TIME_GAP] = DESIRED_TIME_GAP
+    vehicles[..., network.GAIN] = COMFORT_ACCELERATION
+    vehicles[..., network.BRAKING] = 2.0 * math.sqrt(COMFORT_ACCELERATION * COMFORT_BRAKING)
+    vehicles[..., network.EXPONENT] = SPEED_EXPONENT
+    vehicles[..., network.TOP_SPEED] = math.inf
+    vehicles[:, 0, network.DESIRED_SPEED] = world.ego_desired_speed
     wanted = np.where(world.scripted, world.objects[:, :actors, 3], world.desired_speed)
-    vehicles[:, 1 : 1 + actors, DESIRED_SPEED] = wanted
+    vehicles[:, 1 : 1 + actors, network.DESIRED_SPEED] = wanted
     owners = np.array([owner_id(name) for name in context.object_ids[:actors]], dtype=np.uint64)
     draw_timers(context.stream_seeds, owners, vehicles)
-    marks[:, :, ORDER] = marks[:, :, ORDER_X] = np.arange(1 + things)
-    marks[:, :, ROLE] = FIXED
-    marks[:, 0, ROLE] = PLACED
-    reactive = np.where(world.lane_changes, CHANGING, FOLLOWING)
-    marks[:, 1 : 1 + actors, ROLE] = np.where(world.scripted, PLACED, reactive)
+    marks[:, :, network.ORDER] = marks[:, :, network.ORDER_X] = np.arange(1 + things)
+    marks[:, :, network.ROLE] = network.FIXED
+    marks[:, 0, network.ROLE] = network.PLACED
+    reactive = np.where(world.lane_changes, network.CHANGING, network.FOLLOWING)
+    marks[:, 1 : 1 + actors, network.ROLE] = np.where(world.scripted, network.PLACED, reactive)
     return vehicles, marks
 
 
@@ -180,7 +148,7 @@ def draw_timers(seeds: NDArray[np.uint64], owners: NDArray[np.uint64], vehicles:
     """
     for run in range(seeds.shape[0]):
         for actor in range(owners.shape[0]):
-            vehicles[run, 1 + actor, TIMER] = uniform(seeds[run], owners[actor], 0, 0)
+            vehicles[run, 1 + actor, network.TIMER] = uniform(seeds[run], owners[actor], 0, 0)
 
 
 @compiled
@@ -207,7 +175,7 @@ def build_lanes(
                 d = (lanes - 1 - place + 0.5) * width
                 if curvature == 0.0:
                     before = lead if number == 0 else 0.0
-                    write_straight(
+                    network.write_straight(
                         row,
                         x - d * sine - before * cosine,
                         y + d * cosine - before * sine,
@@ -220,7 +188,7 @@ def build_lanes(
                 radius = 1.0 / curvature
                 turn = 1.0 if curvature > 0.0 else -1.0
                 beside = abs(radius - d)
-                write_arc(
+                network.write_arc(
                     row,
                     x - radius * sine,
                     y + radius * cosine,
@@ -231,7 +199,7 @@ def build_lanes(
                     width,
                     math.inf,
                 )
-        mark_alongside(out[run], links)
+        network.mark_alongside(out[run], links)
 
 
 @inlined
@@ -259,9 +227,9 @@ def locate_all_vehicles(roads: Road) -> None:
         road = _road_of(roads, run)
         for who in range(road.vehicles.shape[0]):
             vehicle = road.vehicles[who]
-            vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
+            vehicle[network.SINUS], vehicle[network.COSINE] = sin_cos(vehicle[network.HEADING])
             locate(road, who)
-            road.marks[who, TARGET] = road.marks[who, LANE]
+            road.marks[who, network.TARGET] = road.marks[who, network.LANE]
 
 
 @compiled
@@ -279,15 +247,19 @@ def show_placed(running: Bools, ego: Floats, objects: Floats, roads: Road) -> No
             continue
         road = _road_of(roads, run)
         for who in range(road.vehicles.shape[0]):
-            if road.marks[who, ROLE] != PLACED:
+            if road.marks[who, network.ROLE] != network.PLACED:
                 continue
             vehicle = road.vehicles[who]
             state = ego[run] if who == 0 else objects[run, who - 1]
-            vehicle[X], vehicle[Y], vehicle[HEADING] = state[0], state[1], state[2]
-            vehicle[SPEED] = state[3]
+            vehicle[network.X], vehicle[network.Y], vehicle[network.HEADING] = (
+                state[0],
+                state[1],
+                state[2],
+            )
+            vehicle[network.SPEED] = state[3]
             if who > 0:
-                vehicle[DESIRED_SPEED] = state[3]
-            vehicle[SINUS], vehicle[COSINE] = sin_cos(vehicle[HEADING])
+                vehicle[network.DESIRED_SPEED] = state[3]
+            vehicle[network.SINUS], vehicle[network.COSINE] = sin_cos(vehicle[network.HEADING])
             locate(road, who)
 
 
@@ -295,11 +267,15 @@ def show_placed(running: Bools, ego: Floats, objects: Floats, roads: Road) -> No
 def _write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
     """Write the states (A, 5) of the reactive actors of a run."""
     for actor in range(reacted.shape[0]):
-        if marks[1 + actor, ROLE] >= FOLLOWING:
+        if marks[1 + actor, network.ROLE] >= network.FOLLOWING:
             vehicle = vehicles[1 + actor]
             row = reacted[actor]
-            row[0], row[1], row[2] = vehicle[X], vehicle[Y], vehicle[HEADING]
-            row[3], row[4] = vehicle[SPEED], vehicle[ACCELERATION]
+            row[0], row[1], row[2] = (
+                vehicle[network.X],
+                vehicle[network.Y],
+                vehicle[network.HEADING],
+            )
+            row[3], row[4] = vehicle[network.SPEED], vehicle[network.ACCELERATION]
 
 
 @compiled

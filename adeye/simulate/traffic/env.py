@@ -264,7 +264,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
 
     def _note_ended(self) -> None:
         ended = ~self._gathered("running")
-        arrived = self._joined([group.traffic.arrived for group in self._groups])
+        arrived = self._joined([group.traffic.ending.arrived for group in self._groups])
         self._terminated = ended & ((self._gathered("contact") >= 0) | arrived)
         self._truncated = ended & ~self._terminated
 

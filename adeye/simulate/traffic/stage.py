@@ -1,4 +1,7 @@
-"""The ego, the scripted actors and the static objects of a batch in motion."""
+"""The ego, the scripted actors and the static objects of a batch in motion, and their contacts.
+
+Contact between bodies is swept over each tick, so that nothing passes through.
+"""
 
 from __future__ import annotations
 
@@ -7,33 +10,271 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye import signals
+from adeye.kernel.boxes import swept_contact, wrap_to_pi
+from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import FRICTION, advance_ego_fading, fade
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
 from adeye.kernel.road import lane_center, lane_of, local
 from adeye.kernel.storyboard import Events, begin_events, end_actions, move_actors
-from adeye.signals import (
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_LANE,
-    PLACE_OFFSET,
-    PLACE_S,
-    ROAD_EDGE,
-    Bools,
-    Floats,
-    Ints,
-    Scene,
-)
-from adeye.simulate.traffic.contact import Contacts
+from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adeye.signals import SceneContext
     from adeye.simulate.world.compile import World
     from adeye.simulate.world.formulas import Situation
+
+# --- Contact between bodies, swept over each tick so that nothing passes through ------------------
+
+
+class Contacts:
+    """What has touched what so far.
+
+    Attributes:
+        touched: (B,) object that the ego touches, -1 for none.
+        impact_speed: (B,) size of the relative velocity at contact [m/s], 0 before.
+        foreign: (B,) whether an actor has touched another object.
+    """
+
+    def __init__(self, context: SceneContext) -> None:
+        """Start without any contact."""
+        self._context = context
+        self.touched: Ints = np.full(context.runs, -1, dtype=np.int64)
+        self.impact_speed: Floats = np.zeros(context.runs)
+        self.foreign: Bools = np.zeros(context.runs, dtype=np.bool_)
+        self._extents: Floats = np.zeros((3, len(context.object_ids)))
+
+    def update(
+        self,
+        running: Bools,
+        ego_before: Floats,
+        objects_before: Floats,
+        ego: Floats,
+        objects: Floats,
+    ) -> None:
+        """Look for contact between two ticks; runs that have ended keep what they have.
+
+        What was found before stays as it is in the arrays of before.
+
+        Args:
+            running: (B,).
+            ego_before: (B, 7) states at the earlier tick.
+            objects_before: (B, M, 5) states at the earlier tick.
+            ego: (B, 7) states at the later tick.
+            objects: (B, M, 5) states at the later tick.
+        """
+        self.touched = self.touched.copy()
+        self.impact_speed = self.impact_speed.copy()
+        self.foreign = self.foreign.copy()
+        sweep_contacts(
+            running,
+            ego_before,
+            objects_before,
+            ego,
+            objects,
+            self._context.ego_size,
+            self._context.object_sizes,
+            self._context.actor_count,
+            self._extents,
+            self.touched,
+            self.impact_speed,
+            self.foreign,
+        )
+
+
+@compiled
+def sweep_contacts(  # noqa: PLR0913, PLR0917 - a kernel over both ticks
+    running: Bools,
+    ego_before: Floats,
+    objects_before: Floats,
+    ego: Floats,
+    objects: Floats,
+    ego_size: Floats,
+    sizes: Floats,
+    actors: int,
+    extents: Floats,
+    touched: Ints,
+    impact_speed: Floats,
+    foreign: Bools,
+) -> None:
+    """Find the first contact of the ego, and any of the actors, between two ticks.
+
+    Args:
+        running: (B,).
+        ego_before: (B, 7) states at the earlier tick.
+        objects_before: (B, M, 5) states at the earlier tick.
+        ego: (B, 7) states at the later tick.
+        objects: (B, M, 5) states at the later tick.
+        ego_size: (B, 3).
+        sizes: (B, M, 3).
+        actors: How many of the objects are actors.
+        extents: (3, M) scratch: x, y and extent of each object.
+        touched: (B,) out.
+        impact_speed: (B,) out [m/s].
+        foreign: (B,) in and out.
+    """
+    for run in range(running.shape[0]):
+        if not running[run]:
+            continue
+        first = math.inf
+        x, y = ego_before[run, signals.OBJECT_X], ego_before[run, signals.OBJECT_Y]
+        extent = _extent(ego_before[run], ego[run], ego_size[run])
+        for thing in range(objects.shape[1]):
+            extents[0, thing] = objects_before[run, thing, signals.OBJECT_X]
+            extents[1, thing] = objects_before[run, thing, signals.OBJECT_Y]
+            extents[2, thing] = _extent(
+                objects_before[run, thing], objects[run, thing], sizes[run, thing]
+            )
+            if not _are_near(extents, thing, x, y, extent):
+                continue
+            share = contact_share(
+                ego_before[run],
+                ego[run],
+                ego_size[run],
+                objects_before[run, thing],
+                objects[run, thing],
+                sizes[run, thing],
+            )
+            if share < first:
+                first = share
+                touched[run] = thing
+                impact_speed[run] = speed_between(
+                    ego_before[run],
+                    ego[run],
+                    objects_before[run, thing],
+                    objects[run, thing],
+                    share,
+                )
+        if not foreign[run]:
+            foreign[run] = _do_actors_touch(
+                objects_before[run], objects[run], sizes[run], actors, extents
+            )
+
+
+@inlined
+def _do_actors_touch(
+    before: Floats, after: Floats, sizes: Floats, actors: int, extents: Floats
+) -> bool:
+    """Tell whether any of the actors of a run touches another object.
+
+    Args:
+        before: (M, 5) states at the earlier tick.
+        after: (M, 5) states at the later tick.
+        sizes: (M, 3).
+        actors: How many of the objects are actors.
+        extents: (3, M) x, y and extent of each object.
+    """
+    for one in range(actors):
+        x, y, extent = extents[0, one], extents[1, one], extents[2, one]
+        # Nobody else is near most of them, which a loop over all without jumps tells soonest.
+        near = 0
+        for other in range(extents.shape[1]):
+            near += 1 if _are_near(extents, other, x, y, extent) else 0
+        if near == 1:
+            continue
+        for other in range(one + 1, extents.shape[1]):
+            if _are_near(extents, other, x, y, extent):
+                share = contact_share(
+                    before[one], after[one], sizes[one], before[other], after[other], sizes[other]
+                )
+                if share < math.inf:
+                    return True
+    return False
+
+
+@inlined
+def _extent(start: Floats, end: Floats, size: Floats) -> float:
+    """Return how far from where it starts a body comes in the tick, its own size included [m].
+
+    In either axis; amply, by a millimetre, so that rounding does not decide who is near.
+    """
+    way = abs(end[signals.OBJECT_X] - start[signals.OBJECT_X]) + abs(
+        end[signals.OBJECT_Y] - start[signals.OBJECT_Y]
+    )
+    return float(0.5 * (size[0] + size[1]) + way + 1e-3)
+
+
+@inlined
+def _are_near(extents: Floats, thing: int, x: float, y: float, extent: float) -> bool:
+    """Tell whether an object and a body at (x, y) [m] may touch; also if nobody knows, with NaN."""
+    reach = extents[2, thing] + extent
+    return not (abs(extents[0, thing] - x) > reach) | (abs(extents[1, thing] - y) > reach)
+
+
+@compiled
+def contact_share(
+    start_1: Floats, end_1: Floats, size_1: Floats, start_2: Floats, end_2: Floats, size_2: Floats
+) -> float:
+    """Share of the tick at which two bodies first touch, inf if they do not.
+
+    Args:
+        start_1: State of one body at the earlier tick: an ego's or an object's, whose first
+            columns agree.
+        end_1: Its state at the later tick.
+        size_1: (3,) length, width, height [m].
+        start_2: State of the other body at the earlier tick.
+        end_2: Its state at the later tick.
+        size_2: (3,) [m].
+    """
+    dx, dy = (
+        start_2[signals.OBJECT_X] - start_1[signals.OBJECT_X],
+        start_2[signals.OBJECT_Y] - start_1[signals.OBJECT_Y],
+    )
+    rate_x = end_2[signals.OBJECT_X] - end_1[signals.OBJECT_X] - dx
+    rate_y = end_2[signals.OBJECT_Y] - end_1[signals.OBJECT_Y] - dy
+    # Half diagonals are at most half of length and width together.
+    reach = 0.5 * (size_1[0] + size_1[1] + size_2[0] + size_2[1])
+    reach += abs(rate_x) + abs(rate_y)
+    if dx * dx + dy * dy > reach * reach:
+        return math.inf
+    _, share = swept_contact(
+        _pose(start_1),
+        _pose(end_1),
+        (size_1[0], size_1[1]),
+        _pose(start_2),
+        _pose(end_2),
+        (size_2[0], size_2[1]),
+    )
+    return share
+
+
+@inlined
+def _pose(state: Floats) -> tuple[float, float, float]:
+    return state[signals.OBJECT_X], state[signals.OBJECT_Y], state[signals.OBJECT_HEADING]
+
+
+@compiled
+def speed_between(
+    start_1: Floats, end_1: Floats, start_2: Floats, end_2: Floats, share: float
+) -> float:
+    """Size of the relative velocity of two bodies at a share of the tick [m/s].
+
+    Speeds and headings change evenly between the ticks.
+
+    Args:
+        start_1: State of one body at the earlier tick: x, y, heading, speed first.
+        end_1: Its state at the later tick.
+        start_2: State of the other body at the earlier tick.
+        end_2: Its state at the later tick.
+        share: From 0 to 1.
+    """
+    u, v = _velocity(start_1, end_1, share)
+    other_u, other_v = _velocity(start_2, end_2, share)
+    return math.sqrt((u - other_u) * (u - other_u) + (v - other_v) * (v - other_v))
+
+
+@compiled
+def _velocity(start: Floats, end: Floats, share: float) -> tuple[float, float]:
+    speed = start[signals.OBJECT_SPEED] + share * (
+        end[signals.OBJECT_SPEED] - start[signals.OBJECT_SPEED]
+    )
+    turn = wrap_to_pi(end[signals.OBJECT_HEADING] - start[signals.OBJECT_HEADING])
+    sine, cosine = sin_cos(start[signals.OBJECT_HEADING] + share * turn)
+    return speed * cosine, speed * sine
+
 
 # --- The ego stage: commands become motion within the limits of vehicle and road ------------------
 
@@ -166,11 +407,6 @@ class Ending:
         )
 
     @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return ~self.running
-
-    @property
     def horizon_row(self) -> Ints:
         """Last row at which an obligation may start (B,): horizon, goal, contact, road's end."""
         return self._horizon_row
@@ -219,7 +455,7 @@ def end_runs(  # noqa: PLR0913, PLR0917 - a kernel
             cut_short[run] = True
             horizon_row[run] = min(horizon_row[run], tick)
             running[run] = False
-        elif ego_s[run] > road_length[run] + ROAD_EDGE or ego_s[run] < -ROAD_EDGE:
+        elif ego_s[run] > road_length[run] + signals.ROAD_EDGE or ego_s[run] < -signals.ROAD_EDGE:
             # What is true behind the end says nothing about a road.
             cut_short[run] = True
             horizon_row[run] = max(0, min(horizon_row[run], tick - 1))
@@ -247,14 +483,14 @@ def locate(
             counts from the nearest one. All NaN if the point is, but for the lane.
     """
     s, d, heading, curvature = local(segments, x, y)
-    place[PLACE_S], place[PLACE_D] = s, d
-    place[PLACE_HEADING], place[PLACE_CURVATURE] = heading, curvature
-    place[PLACE_LANE] = lane_of(d, lane_width, lanes)
+    place[signals.PLACE_S], place[signals.PLACE_D] = s, d
+    place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
+    place[signals.PLACE_LANE] = lane_of(d, lane_width, lanes)
     if math.isnan(d):
-        place[PLACE_OFFSET] = math.nan
+        place[signals.PLACE_OFFSET] = math.nan
     else:
         nearest = min(max(math.floor(d / lane_width), 0), lanes - 1)
-        place[PLACE_OFFSET] = d - lane_center(int(nearest), lane_width)
+        place[signals.PLACE_OFFSET] = d - lane_center(int(nearest), lane_width)
 
 
 @compiled
@@ -440,29 +676,9 @@ class Staged:
         self._stage: Stage | None = None
 
     @property
-    def running(self) -> Bools:
-        """Runs that have not ended (B,)."""
-        return self._require_stage().ending.running
-
-    @property
-    def ended(self) -> Bools:
-        """Runs that have ended (B,)."""
-        return self._require_stage().ending.ended
-
-    @property
-    def arrived(self) -> Bools:
-        """Runs whose ego has reached its goal within the horizon (B,)."""
-        return self._require_stage().ending.arrived
-
-    @property
-    def horizon_row(self) -> Ints:
-        """Last row at which an obligation may start (B,)."""
-        return self._require_stage().ending.horizon_row
-
-    @property
-    def complete(self) -> Bools:
-        """Runs that ended by goal or horizon, not by contact or the end of the road (B,)."""
-        return self._require_stage().ending.complete
+    def ending(self) -> Ending:
+        """Which runs have ended, and up to which row their obligations may start."""
+        return self._require_stage().ending
 
     def _require_stage(self) -> Stage:
         if self._stage is None:

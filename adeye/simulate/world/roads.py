@@ -16,20 +16,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.signals import (
-    REFUGE_COLUMNS,
-    REFUGE_DEPTH,
-    REFUGE_KIND,
-    REFUGE_KINDS,
-    REFUGE_LENGTH,
-    REFUGE_S,
-    REFUGE_TAPER,
-    Floats,
-    RoadMap,
-)
+from adeye.signals import Floats, RoadMap
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
 
 if TYPE_CHECKING:
@@ -56,21 +47,21 @@ def build_refuges(formulas: Formulas, length: Floats) -> Floats:
             road, or two of them overlap.
     """
     bays = formulas.scenario.world.road.bays
-    refuges = np.zeros((formulas.runs, len(bays), len(REFUGE_COLUMNS)))
+    refuges = np.zeros((formulas.runs, len(bays), len(signals.REFUGE_COLUMNS)))
     for row, (name, bay) in enumerate(bays.items()):
         where = f"world.road.bays.{name}"
-        refuges[:, row, REFUGE_KIND] = REFUGE_KINDS.index(bay.kind)
-        refuges[:, row, REFUGE_S] = formulas.values(f"{where}.s", _pick(name, "s"))
+        refuges[:, row, signals.REFUGE_KIND] = signals.REFUGE_KINDS.index(bay.kind)
+        refuges[:, row, signals.REFUGE_S] = formulas.values(f"{where}.s", _pick(name, "s"))
         for column, field, above in (
-            (REFUGE_LENGTH, "length", 0.0),
-            (REFUGE_DEPTH, "depth", 0.0),
-            (REFUGE_TAPER, "taper", BELOW_ZERO),
+            (signals.REFUGE_LENGTH, "length", 0.0),
+            (signals.REFUGE_DEPTH, "depth", 0.0),
+            (signals.REFUGE_TAPER, "taper", BELOW_ZERO),
         ):
             refuges[:, row, column] = formulas.limited(
                 f"{where}.{field}", _pick(name, field), above=above
             )
         _check_ends(where, refuges[:, row], length)
-    order = np.argsort(refuges[:, :, REFUGE_S], axis=1, kind="stable")
+    order = np.argsort(refuges[:, :, signals.REFUGE_S], axis=1, kind="stable")
     _check_overlaps(tuple(bays), refuges, order)
     ordered: Floats = np.take_along_axis(refuges, order[:, :, np.newaxis], axis=1)
     return ordered
@@ -82,8 +73,12 @@ def _pick(name: str, field: str) -> Pick:
 
 def _ends(refuges: Floats) -> tuple[Floats, Floats]:
     """Return where refuges (..., 5) begin and end with their tapers [m]."""
-    first = refuges[..., REFUGE_S] - refuges[..., REFUGE_TAPER]
-    last = refuges[..., REFUGE_S] + refuges[..., REFUGE_LENGTH] + refuges[..., REFUGE_TAPER]
+    first = refuges[..., signals.REFUGE_S] - refuges[..., signals.REFUGE_TAPER]
+    last = (
+        refuges[..., signals.REFUGE_S]
+        + refuges[..., signals.REFUGE_LENGTH]
+        + refuges[..., signals.REFUGE_TAPER]
+    )
     return first, last
 
 

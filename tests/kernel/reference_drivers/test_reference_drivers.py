@@ -5,10 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.drivers import reference_limit, reg157_limit
-from adeye.kernel.reference_drivers.parameters import MODELS, parameters_of, vector
-from adeye.kernel.reference_drivers.reactions import following_distance
+from adeye.kernel.reference_drivers import drivers as columns
+from adeye.kernel.reference_drivers.drivers import (
+    MODELS,
+    following_distance,
+    parameters_of,
+    reference_limit,
+    reg157_limit,
+    vector,
+)
 
 STEP = 0.01
 

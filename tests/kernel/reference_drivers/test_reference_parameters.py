@@ -5,8 +5,8 @@ from dataclasses import fields
 
 import pytest
 
-from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.parameters import (
+from adeye.kernel.reference_drivers import drivers as columns
+from adeye.kernel.reference_drivers.drivers import (
     EDITIONS,
     GROUPS,
     MODELS,
@@ -15,11 +15,11 @@ from adeye.kernel.reference_drivers.parameters import (
     CutInRule,
     FuzzyDriver,
     ResponsibleDriver,
+    cut_in_threshold,
     named,
     parameters_of,
     vector,
 )
-from adeye.kernel.reference_drivers.reactions import cut_in_threshold
 
 CLOSING_KMH = (10, 20, 30, 40, 50, 60)
 

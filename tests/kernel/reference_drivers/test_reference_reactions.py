@@ -7,15 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.parameters import (
+from adeye.kernel.reference_drivers import drivers as columns
+from adeye.kernel.reference_drivers.drivers import (
     MODELS,
     CarefulDriver,
     CutInRule,
-    parameters_of,
-    vector,
-)
-from adeye.kernel.reference_drivers.reactions import (
     critical_fuzzy_safety,
     following_distance,
     is_ahead,
@@ -23,10 +19,12 @@ from adeye.kernel.reference_drivers.reactions import (
     is_unknown,
     must_be_avoided,
     note_side,
+    parameters_of,
     proactive_fuzzy_safety,
     r157_following_distance,
     react,
     respond,
+    vector,
 )
 from tests.second.following import ramped_stopping
 

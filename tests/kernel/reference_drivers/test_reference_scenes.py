@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.reference_drivers import parameters as columns
-from adeye.kernel.reference_drivers.parameters import MODELS
+from adeye.kernel.reference_drivers import drivers as columns
+from adeye.kernel.reference_drivers.drivers import MODELS
 from tests.driven_scenes import driven, scenes_of
 
 KMH = 1.0 / 3.6

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.traffic import alongside as k
+from adeye.kernel.traffic import drivers as k
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic.drivers import MANY, decide
-from adeye.kernel.traffic.lanes import ALONGSIDE, FORBIDDEN
+from adeye.kernel.traffic.network import ALONGSIDE, FORBIDDEN
 from adeye.signals import Floats, Ints
 from benchmarks.support.crash import advance_crashing_reference
 from benchmarks.support.highway_scenes import Draw, convert, scene

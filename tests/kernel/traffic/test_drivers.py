@@ -10,7 +10,7 @@ from highway_env.vehicle.controller import MDPVehicle
 
 from adeye.kernel.traffic import drivers as k
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic.lanes import LANE_LENGTH
+from adeye.kernel.traffic.network import LANE_LENGTH
 from benchmarks.support.highway_scenes import convert, scene
 from tests.kernel.lane_road import LENGTH, LaneRoad
 

@@ -8,7 +8,7 @@ from highway_env.road.lane import CircularLane, StraightLane
 from highway_env.road.road import RoadNetwork
 from highway_env.utils import wrap_to_pi
 
-from adeye.kernel.traffic import lanes as k
+from adeye.kernel.traffic import network as k
 from adeye.signals import Floats
 from benchmarks.support.highway_scenes import convert_network
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic.lanes import LANE_WIDTH, lane_local, write_straight
-from adeye.kernel.traffic.network import build_links
-from adeye.kernel.traffic.steering import locate
+from adeye.kernel.traffic.drivers import locate
+from adeye.kernel.traffic.network import LANE_WIDTH, build_links, lane_local, write_straight
 from benchmarks.support.highway_scenes import ROADS, Converted, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad
 

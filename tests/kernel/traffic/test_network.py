@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.traffic import network as k
-from adeye.kernel.traffic.lanes import (
+from adeye.kernel.traffic.network import (
     ALONGSIDE,
     LANE_LENGTH,
     LANE_WIDTH,

@@ -8,8 +8,8 @@ import pytest
 from highway_env.vehicle.controller import ControlledVehicle
 
 from adeye.kernel.elementary import atan, sin
+from adeye.kernel.traffic import drivers as k
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic import steering as k
 from benchmarks.support.highway_scenes import STEP, Draw, convert, scene
 from tests.kernel.lane_road import LaneRoad
 

@@ -19,8 +19,8 @@ from adeye.signals import (
     Scene,
     SceneContext,
 )
-from adeye.simulate.faults.catalogue import make_injector
 from adeye.simulate.faults.injector import InjectorContext, Moment
+from adeye.simulate.faults.schedule import make_injector
 from adeye.simulate.sensors.rig import Rig
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT

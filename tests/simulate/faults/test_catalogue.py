@@ -1,6 +1,6 @@
 """Every model has its injector for every kind of target that it fits, and obeys the laws."""
 
-from adeye.simulate.faults.catalogue import INJECTORS
+from adeye.simulate.faults.schedule import INJECTORS
 from adeye.spec.fault import MODELS, model_of
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import FAULT, Authority, ControlCommand
-from adeye.simulate.faults.catalogue import INJECTORS
+from adeye.simulate.faults.schedule import INJECTORS
 from adeye.testing.sensors import injector, moment, three_objects
 from tests.simulate.faults.flows import sample
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import EGO_X, EGO_Y, ESTIMATE_PLACE, PLACE_D, PLACE_LANE, PLACE_S
-from adeye.simulate.faults.rows import FARTHEST, bearing_of, relocate, shift_points, turned
+from adeye.simulate.faults.sensor_faults import FARTHEST, bearing_of, relocate, shift_points, turned
 from tests.simulate.faults.streams import CONTEXT, RUNS
 
 

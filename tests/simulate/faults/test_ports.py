@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.simulate.faults import FaultPlan, catalogue
+from adeye.simulate.faults import FaultPlan, schedule
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.testing.sensors import scene_of
 from tests.simulate.faults.test_plan import CAMERA_OUT, CONTEXT, case, reading
@@ -22,7 +22,7 @@ def test_injector_is_told_when_its_fault_began_in_each_run(monkeypatch: pytest.M
             told.append(moment)
             return thing
 
-    monkeypatch.setattr(catalogue, "INJECTORS", {("sensors", "drop_out"): Probe})
+    monkeypatch.setattr(schedule, "INJECTORS", {("sensors", "drop_out"): Probe})
     late = {**CAMERA_OUT, "onset": {"at": "0.3 s"}, "duration": None}
     plan = FaultPlan([case(CAMERA_OUT), case(late), case(late)], CONTEXT)
     for tick in range(10):

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from adeye.signals import NO_CHANNEL, SILENT, Authority, ControlCommand, Floats, Measurement
 from adeye.simulate.channels.links import no_command
-from adeye.simulate.faults import rows as subject
+from adeye.simulate.faults import injector
+from adeye.simulate.faults import sensor_faults as subject
 from adeye.simulate.faults.injector import InjectorContext
 from adeye.spec.fault import FAULT
 from adeye.spec.sensor_faults import SIGNALS, has_signal
@@ -35,36 +36,36 @@ def command(number: float) -> ControlCommand:
 
 def test_copy_does_not_follow() -> None:
     state = Authority(np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
-    other = subject.copied(state)
+    other = injector.copied(state)
     state.channel[:] = 1
     assert other.channel.tolist() == [0, 0]
 
 
 def test_only_the_rows_asked_for_are_taken() -> None:
     target = command(1.0)
-    subject.take_rows(target, command(2.0), FIRST)
+    injector.take_rows(target, command(2.0), FIRST)
     assert target.acceleration.tolist() == [2.0, 1.0]
 
 
 def test_plan_that_the_source_lacks_is_empty() -> None:
     target = command(1.0)
-    subject.take_rows(target, no_command("a", 2), FIRST)
+    injector.take_rows(target, no_command("a", 2), FIRST)
     assert target.plan is not None
     assert np.isnan(target.plan[0]).all()
     assert (target.plan[1] == 1.0).all()
 
 
 def test_nothing_yet_is_silent_without_stamp_and_without_authority() -> None:
-    nothing = subject.nothing_yet(command(1.0))
+    nothing = injector.nothing_yet(command(1.0))
     assert nothing.status.tolist() == [SILENT, SILENT]
     assert nothing.stamp.tolist() == [-1.0, -1.0]
     assert nothing.acceleration.tolist() == [0.0, 0.0]
-    state = subject.nothing_yet(Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64)))
+    state = injector.nothing_yet(Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64)))
     assert state.channel.tolist() == [NO_CHANNEL] * 2
 
 
 def test_past_shows_each_run_its_own_age() -> None:
-    past: subject.Past[Floats] = subject.Past(2)
+    past: injector.Past[Floats] = injector.Past(2)
     for tick in range(4):
         past.add(np.full(3, float(tick)))
     target = np.full(3, 9.0)
@@ -73,7 +74,7 @@ def test_past_shows_each_run_its_own_age() -> None:
 
 
 def test_queue_lets_what_was_last_stand_and_then_hands_on_in_order() -> None:
-    queue: subject.Queue[Floats] = subject.Queue(np.array([3]))
+    queue: injector.Queue[Floats] = injector.Queue(np.array([3]))
     out = []
     for tick in range(12):
         active = np.array([4 <= tick < 10])

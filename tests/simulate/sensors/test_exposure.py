@@ -13,7 +13,7 @@ from adeye.kernel.raster import GHOST, NOTHING
 from adeye.signals import OBJECT_CLASSES, Scene
 from adeye.simulate.sensors import imaging
 from adeye.simulate.sensors.camera import PhysicalCameraSensor
-from adeye.simulate.sensors.exposure import contrast_at, judge_box, judge_part
+from adeye.simulate.sensors.imaging import contrast_at, judge_box, judge_part
 from adeye.simulate.world.objects import CONTRAST
 from adeye.simulate.world.weather import MM_PER_HOUR, light_extinction
 from tests.simulate.sensors.pictures import CONDITIONS, PERSON, camera, condition, picture, pixels

@@ -9,7 +9,7 @@ import pytest
 
 from adeye import signals
 from adeye.signals import Floats, Scene, SceneContext
-from adeye.simulate.sensors.recognition import SIZES
+from adeye.simulate.sensors.camera import SIZES
 from tests.simulate.sensors.pictures import HEIGHT, PERSON, camera, focal, look, spec
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen
 

@@ -19,7 +19,7 @@ from adeye.signals import (
     REQUESTS_AUTHORITY,
     SILENT,
 )
-from adeye.simulate.switch import policy as columns
+from adeye.simulate.switch import arbiter as columns
 from adeye.spec.switch import Switch
 from tests.simulate.switch.rig import IDS, NOMINAL, SAFETY, THIRD, holders, spec, switch, ticks
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.kernel.traffic.lanes import ALONGSIDE
+from adeye.kernel.traffic.network import ALONGSIDE
 from adeye.signals import Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.batch import BatchTraffic
@@ -193,14 +193,14 @@ def test_a_run_that_has_ended_is_frozen_and_the_others_go_on(make: Any) -> None:
     traffic = make()
     traffic.reset([make_case(near, {"ego_speed": 45.0}), make_case(free)])
     scenes: list[Scene] = []
-    while traffic.running.any():
+    while traffic.ending.running.any():
         scenes.append(traffic.step(np.zeros((2, 2))))
     ended = next(k for k, scene in enumerate(scenes) if not scene.running[0])
     assert ended < len(scenes) - 1
-    assert traffic.complete.tolist() == [False, True]
-    assert traffic.ended.tolist() == [True, True]
-    assert traffic.arrived.tolist() == [False, False]
-    assert traffic.horizon_row.tolist() == [ended + 1, 100]
+    assert traffic.ending.complete.tolist() == [False, True]
+    assert traffic.ending.running.tolist() == [False, False]
+    assert traffic.ending.arrived.tolist() == [False, False]
+    assert traffic.ending.horizon_row.tolist() == [ended + 1, 100]
     np.testing.assert_array_equal(scenes[ended].objects[0], scenes[-1].objects[0])
     assert not np.array_equal(scenes[ended].objects[1], scenes[-1].objects[1])
 
@@ -225,8 +225,7 @@ def test_timers_follow_the_situation_and_the_actor(make: Any) -> None:
 
 @TRAFFICS
 def test_using_traffic_before_its_reset_is_an_error(make: Any) -> None:
-    for name in ("running", "ended", "arrived", "horizon_row", "complete"):
-        with pytest.raises(RuntimeError, match="reset the traffic"):
-            getattr(make(), name)
+    with pytest.raises(RuntimeError, match="reset the traffic"):
+        _ = make().ending
     with pytest.raises(RuntimeError, match="reset the traffic"):
         make().step(np.zeros((1, 2)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import Floats
-from adeye.simulate.traffic.contact import contact_share, speed_between, sweep_contacts
+from adeye.simulate.traffic.stage import contact_share, speed_between, sweep_contacts
 
 CAR = np.array([4.5, 1.8, 1.5])
 WALKER = np.array([0.5, 0.6, 1.75])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adeye.kernel.traffic import network as n
-from adeye.kernel.traffic.lanes import ALONGSIDE
+from adeye.kernel.traffic.network import ALONGSIDE
 from benchmarks.support.crash import advance_crashing_fast, advance_crashing_reference
 from benchmarks.support.highway_scenes import ROADS, Converted, convert, scene
 from tests.simulate.traffic.parity import SLOWEST, Comparison, compare

@@ -290,7 +290,7 @@ def test_what_happens_first_ends_the_run() -> None:
         assert ending.horizon_row.tolist() == [row], name
         assert ending.complete.tolist() == ["complete" in went], name
         assert ending.arrived.tolist() == ["arrived" in went], name
-        assert ending.ended.tolist() == [True]
+        assert ending.running.tolist() == [False]
 
 
 def test_an_unknown_place_is_no_end_of_the_road() -> None:

@@ -22,9 +22,9 @@ from adeye.kernel.storyboard import (
     SINUSOIDAL,
     Script,
 )
+from adeye.simulate.world.compile import check_lanes, compile_script
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
-from adeye.simulate.world.storyboard import check_lanes, compile_script
 from tests.motorway import make_case, make_scenario
 
 ACTORS: dict[str, dict[str, Any]] = {

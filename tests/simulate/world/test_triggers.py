@@ -8,7 +8,7 @@ import pytest
 
 from adeye.signals import Scene
 from adeye.simulate.traffic.stage import locate_all
-from adeye.simulate.world import storyboard as subject
+from adeye.simulate.world import compile as subject
 from adeye.simulate.world.compile import compile_world
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase

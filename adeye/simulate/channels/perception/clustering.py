@@ -24,26 +24,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.signals import (
-    DETECTION_CLASS,
-    DETECTION_COLUMNS,
-    DETECTION_LENGTH,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    POINT_BEARING,
-    POINT_ELEVATION,
-    POINT_RANGE,
-    Bools,
-    Floats,
-    Ints,
-    Measurement,
-    parameter_record,
-    spec_columns,
-)
-from adeye.simulate.channels.perception.tracks import CAR_WIDTH
+from adeye.signals import Bools, Floats, Ints, Measurement, parameter_record, spec_columns
+from adeye.simulate.channels.perception.tracking import CAR_WIDTH
 from adeye.spec.sensors import LOWEST_LIDAR
 
 if TYPE_CHECKING:
@@ -210,19 +195,22 @@ def insert_box(count: int, row: Row, thing: int, detections: Floats, source: Int
     slot = count
     while slot > 0:
         before = detections[slot - 1]
-        if before[DETECTION_X] ** 2 + before[DETECTION_Y] ** 2 <= distance:
+        if before[signals.DETECTION_X] ** 2 + before[signals.DETECTION_Y] ** 2 <= distance:
             break
         slot -= 1
     if slot == SLOTS:
         return count
     for later in range(min(count, SLOTS - 1), slot, -1):
         source[later] = source[later - 1]
-        for column in range(len(DETECTION_COLUMNS)):
+        for column in range(len(signals.DETECTION_COLUMNS)):
             detections[later, column] = detections[later - 1, column]
     detections[slot] = 0.0
-    detections[slot, DETECTION_X], detections[slot, DETECTION_Y] = x, y
-    detections[slot, DETECTION_LENGTH], detections[slot, DETECTION_WIDTH] = length, width
-    detections[slot, DETECTION_CLASS] = _UNKNOWN
+    detections[slot, signals.DETECTION_X], detections[slot, signals.DETECTION_Y] = x, y
+    detections[slot, signals.DETECTION_LENGTH], detections[slot, signals.DETECTION_WIDTH] = (
+        length,
+        width,
+    )
+    detections[slot, signals.DETECTION_CLASS] = _UNKNOWN
     source[slot] = thing
     return min(count + 1, SLOTS)
 
@@ -260,7 +248,7 @@ class Clustering:
         runs, size = len(specs), specs[0].beams * specs[0].layers
         self._parameters = parameter_record(spec_columns(specs, _numbers))
         self._mask: Bools = np.zeros((runs, SLOTS), dtype=np.bool_)
-        self._detections: Floats = np.zeros((runs, SLOTS, len(DETECTION_COLUMNS)))
+        self._detections: Floats = np.zeros((runs, SLOTS, len(signals.DETECTION_COLUMNS)))
         self._source: Ints = np.full((runs, SLOTS), -1, dtype=np.int64)
         self._stamp: Floats = np.full(runs, -1.0)
         self._alive: Bools = np.ones(runs, dtype=np.bool_)
@@ -387,18 +375,18 @@ def _keep_returns(record: Any, points: Floats, places: Floats, kept: Ints) -> in
     found = 0
     for beam in range(points.shape[0]):
         kept[found] = beam
-        found += 1 if points[beam, POINT_RANGE] > 0.0 else 0
+        found += 1 if points[beam, signals.POINT_RANGE] > 0.0 else 0
     count = 0
     for entry in range(found):
         beam = kept[entry]
-        way = points[beam, POINT_RANGE]
+        way = points[beam, signals.POINT_RANGE]
         if way == math.inf:
             continue
-        elevation = points[beam, POINT_ELEVATION]
+        elevation = points[beam, signals.POINT_ELEVATION]
         rise, level = sin_cos(elevation) if elevation != 0.0 else (0.0, 1.0)
         if not record["z"] + way * rise >= GROUND_HEIGHT:
             continue
-        sine, cosine = sin_cos(points[beam, POINT_BEARING])
+        sine, cosine = sin_cos(points[beam, signals.POINT_BEARING])
         places[_X, count] = record["x"] + way * level * cosine
         places[_Y, count] = record["y"] + way * level * sine
         places[_WAY, count] = way * level

@@ -38,36 +38,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan, atan2, exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import lane_center, lane_of, local
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_STEERING,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    ESTIMATE_COLUMNS,
-    ESTIMATE_PLACE,
-    GNSS_VELOCITY_X,
-    GNSS_VELOCITY_Y,
-    GNSS_X,
-    GNSS_Y,
-    IMU_ACCELERATION_X,
-    IMU_YAW_RATE,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_LANE,
-    PLACE_OFFSET,
-    PLACE_S,
-    Floats,
-    parameter_record,
-    spec_columns,
-)
+from adeye.signals import Floats, parameter_record, spec_columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -228,15 +204,15 @@ def correct(
     change[:] = 0.0
     total = 0.0
     # One after the other: their errors are independent, so no matrix need be inverted.
-    rest = fix[GNSS_X] - state[X] - arm_x
+    rest = fix[signals.GNSS_X] - state[X] - arm_x
     total += _take(covariance, scratch, X, 1.0, -arm_y, 0.0, rest, place)
-    rest = fix[GNSS_Y] - state[Y] - arm_y
+    rest = fix[signals.GNSS_Y] - state[Y] - arm_y
     total += _take(covariance, scratch, Y, 1.0, arm_x, 0.0, rest, place)
-    rest = fix[GNSS_VELOCITY_X] - velocity_x
+    rest = fix[signals.GNSS_VELOCITY_X] - velocity_x
     total += _take(
         covariance, scratch, SPEED, cosine, -speed * sine - rate * arm_x, arm_y, rest, velocity
     )
-    rest = fix[GNSS_VELOCITY_Y] - velocity_y
+    rest = fix[signals.GNSS_VELOCITY_Y] - velocity_y
     total += _take(
         covariance, scratch, SPEED, sine, speed * cosine - rate * arm_y, -arm_x, rest, velocity
     )
@@ -300,7 +276,7 @@ def begin(
         fix: (4,), see ``signals.GNSS_COLUMNS``.
         rate: Measured yaw rate [rad/s].
     """
-    velocity_x, velocity_y = fix[GNSS_VELOCITY_X], fix[GNSS_VELOCITY_Y]
+    velocity_x, velocity_y = fix[signals.GNSS_VELOCITY_X], fix[signals.GNSS_VELOCITY_Y]
     over_ground = math.sqrt(velocity_x * velocity_x + velocity_y * velocity_y)
     noise, lever = record["velocity_variance"], record["lever_x"]
     bias = record["yaw_rate_bias"]
@@ -310,12 +286,12 @@ def begin(
         slip = lever * bias / over_ground
         turn = COURSE * COURSE + noise / (over_ground * over_ground) + slip * slip
     else:
-        heading = local(segments, fix[GNSS_X], fix[GNSS_Y])[2]
+        heading = local(segments, fix[signals.GNSS_X], fix[signals.GNSS_Y])[2]
         turn = MAP_HEADING * MAP_HEADING
     sine, cosine = sin_cos(heading)
     arm_x = cosine * lever - sine * record["lever_y"]
     arm_y = sine * lever + cosine * record["lever_y"]
-    state[X], state[Y] = fix[GNSS_X] - arm_x, fix[GNSS_Y] - arm_y
+    state[X], state[Y] = fix[signals.GNSS_X] - arm_x, fix[signals.GNSS_Y] - arm_y
     state[HEADING] = wrap_to_pi(heading)
     state[SPEED] = cosine * velocity_x + sine * velocity_y + rate * record["lever_y"]
     state[ACCELERATION_BIAS] = state[YAW_RATE_BIAS] = 0.0
@@ -443,10 +419,10 @@ class Filter(NamedTuple):
 def add_sample(of: Filter, sample: Floats, time: float) -> None:
     """Put a sample into the queue and carry the estimate on to it."""
     record, row, queue = of.record, of.row, of.queue
-    rate = sample[IMU_YAW_RATE]
+    rate = sample[signals.IMU_YAW_RATE]
     # From the mount to the rear axle. What a faster turn adds at the side sums up to a change of
     # speed, so its noise does not sum up.
-    acceleration = sample[IMU_ACCELERATION_X] + rate * rate * record["unit_x"]
+    acceleration = sample[signals.IMU_ACCELERATION_X] + rate * rate * record["unit_x"]
     if time - row[SEEN] > record["most_held"]:
         _give_up(row)
     else:
@@ -635,7 +611,7 @@ class Localiser:
         self.states: Floats = np.zeros((runs, STATES))
         self.covariances: Floats = np.zeros((runs, STATES, STATES))
         self.rows: Floats = np.tile(NOTHING, (runs, 1))
-        self.estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
+        self.estimate: Floats = np.zeros((runs, len(signals.ESTIMATE_COLUMNS)))
         self.stamp: Floats = np.full(runs, -1.0)
 
     @classmethod
@@ -752,17 +728,19 @@ def _write(record: Any, segments: Floats, state: Floats, row: Floats, estimate: 
     sine, cosine = sin_cos(heading)
     x, y = row[NOW_X] + record["rear"] * cosine, row[NOW_Y] + record["rear"] * sine
     speed = max(0.0, row[NOW_SPEED])
-    estimate[EGO_X], estimate[EGO_Y], estimate[EGO_HEADING] = x, y, heading
-    estimate[EGO_SPEED] = speed
-    estimate[EGO_ACCELERATION] = row[NOW_ACCELERATION] - state[ACCELERATION_BIAS]
+    estimate[signals.EGO_X], estimate[signals.EGO_Y], estimate[signals.EGO_HEADING] = x, y, heading
+    estimate[signals.EGO_SPEED] = speed
+    estimate[signals.EGO_ACCELERATION] = row[NOW_ACCELERATION] - state[ACCELERATION_BIAS]
     # The angle of wheels that roll where the ego goes; unknown, and so straight, at standstill.
-    estimate[EGO_STEERING] = atan(record["wheelbase"] * rate / speed) if speed > MOVING else 0.0
-    estimate[EGO_YAW_RATE] = rate
+    estimate[signals.EGO_STEERING] = (
+        atan(record["wheelbase"] * rate / speed) if speed > MOVING else 0.0
+    )
+    estimate[signals.EGO_YAW_RATE] = rate
     s, d, road_heading, curvature = local(segments, x, y)
     width, lanes = record["lane_width"], int(record["lanes"])
     lane = lane_of(d, width, lanes)
     nearest = lane if lane >= 0 else (0 if d < 0.0 else lanes - 1)
-    place = estimate[ESTIMATE_PLACE:]
-    place[PLACE_S], place[PLACE_D] = s, d
-    place[PLACE_HEADING], place[PLACE_CURVATURE] = road_heading, curvature
-    place[PLACE_LANE], place[PLACE_OFFSET] = lane, d - lane_center(nearest, width)
+    place = estimate[signals.ESTIMATE_PLACE :]
+    place[signals.PLACE_S], place[signals.PLACE_D] = s, d
+    place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = road_heading, curvature
+    place[signals.PLACE_LANE], place[signals.PLACE_OFFSET] = lane, d - lane_center(nearest, width)

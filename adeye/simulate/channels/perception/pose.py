@@ -10,24 +10,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.relation import TIME_SLACK
 from adeye.kernel.road import local, position
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_YAW_RATE,
-    ESTIMATE_COLUMNS,
-    ESTIMATE_PLACE,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    Floats,
-)
+from adeye.signals import Floats
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +49,7 @@ Of white noise a gain g leaves the share sqrt(g / (2 - g)): 0.58 at 0.5, 0.42 at
 the lane keeping of both channels is slower than the filter by a factor of ten.
 """
 
-_COLUMNS: Final = len(ESTIMATE_COLUMNS)
+_COLUMNS: Final = len(signals.ESTIMATE_COLUMNS)
 
 MAX_AGE: Final = 0.5
 """Age of the newest sample from which the ego does not know where it is [s].
@@ -180,13 +169,15 @@ def _carried(  # noqa: PLR0913, PLR0917 - a kernel; numbers, because an array co
 @inlined
 def _correct(pose: Floats, estimate: Floats, age: float, is_first: bool) -> None:  # noqa: FBT001 - a kernel
     s, d, align, now = _carried(
-        estimate[ESTIMATE_PLACE + PLACE_S],
-        estimate[ESTIMATE_PLACE + PLACE_D],
-        wrap_to_pi(estimate[EGO_HEADING] - estimate[ESTIMATE_PLACE + PLACE_HEADING]),
-        estimate[ESTIMATE_PLACE + PLACE_CURVATURE],
-        estimate[EGO_SPEED],
-        estimate[EGO_ACCELERATION],
-        estimate[EGO_YAW_RATE],
+        estimate[signals.ESTIMATE_PLACE + signals.PLACE_S],
+        estimate[signals.ESTIMATE_PLACE + signals.PLACE_D],
+        wrap_to_pi(
+            estimate[signals.EGO_HEADING] - estimate[signals.ESTIMATE_PLACE + signals.PLACE_HEADING]
+        ),
+        estimate[signals.ESTIMATE_PLACE + signals.PLACE_CURVATURE],
+        estimate[signals.EGO_SPEED],
+        estimate[signals.EGO_ACCELERATION],
+        estimate[signals.EGO_YAW_RATE],
         pose[POSE_REAR],
         age,
     )
@@ -198,5 +189,5 @@ def _correct(pose: Floats, estimate: Floats, age: float, is_first: bool) -> None
     turn = heading * wrap_to_pi(align - pose[POSE_ALIGN])
     pose[POSE_ALIGN] = wrap_to_pi(pose[POSE_ALIGN] + turn)
     pose[POSE_SPEED] += speed * (now - pose[POSE_SPEED])
-    pose[POSE_ACCELERATION] = estimate[EGO_ACCELERATION]
-    pose[POSE_YAW_RATE] = estimate[EGO_YAW_RATE]
+    pose[POSE_ACCELERATION] = estimate[signals.EGO_ACCELERATION]
+    pose[POSE_YAW_RATE] = estimate[signals.EGO_YAW_RATE]

@@ -7,43 +7,17 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.jit import compiled, inlined
-from adeye.signals import (
-    DETECTION_COLUMNS,
-    ESTIMATE_COLUMNS,
-    IMU_COLUMNS,
-    TRACK_COLUMNS,
-    Bools,
-    Floats,
-    Ints,
-    Measurement,
-    Observation,
-)
+from adeye.signals import Bools, Floats, Ints, Measurement, Observation
+from adeye.simulate.channels.perception import tracking
 from adeye.simulate.channels.perception.localisation import Localiser
 from adeye.simulate.channels.perception.pose import (
     first_poses,
     has_pose,
     update_pose,
 )
-from adeye.simulate.channels.perception.tracking import (
-    Sample,
-    assumed_accuracy,
-    drop_tentative,
-    predict_tracks,
-    update_tracks,
-)
-from adeye.simulate.channels.perception.tracks import (
-    TRACK_HITS,
-    TRACK_LENGTH,
-    TRACK_STATE,
-    TRACK_VX,
-    TRACK_VY,
-    TRACK_WIDTH,
-    TRACK_X,
-    TRACK_Y,
-    TRACKS,
-    carried_by,
-)
+from adeye.simulate.channels.perception.tracking import TRACKS, Sample
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -110,7 +84,7 @@ class Sight:
         # What knows the ego only has never seen anything, so nobody need look.
         self._seeing = tuple(name for name in self._ids if context.sensors[name] not in _BLIND)
         runs, sensors = context.runs, len(self._seeing)
-        self.accuracy: Floats = assumed_accuracy(context, self._seeing)
+        self.accuracy: Floats = tracking.assumed_accuracy(context, self._seeing)
         self.mounts: Floats = np.zeros((runs, sensors, 2))
         for index, name in enumerate(self._seeing):
             if name in context.mounts:
@@ -122,14 +96,14 @@ class Sight:
         self._nothing = (
             self._no_stamp,
             np.zeros((runs, 0), dtype=np.bool_),
-            np.zeros((runs, 0, len(DETECTION_COLUMNS))),
+            np.zeros((runs, 0, len(signals.DETECTION_COLUMNS))),
         )
         self._all_alive: Bools = np.ones(runs, dtype=np.bool_)
         self._places: Floats = np.zeros((0, 2))
         self._owner: Ints = np.zeros(0, dtype=np.int64)
-        self._no_estimate: Floats = np.zeros((runs, len(ESTIMATE_COLUMNS)))
+        self._no_estimate: Floats = np.zeros((runs, len(signals.ESTIMATE_COLUMNS)))
         self.localiser = Localiser.of(context)
-        self._no_motion: Floats = np.zeros((runs, len(IMU_COLUMNS)))
+        self._no_motion: Floats = np.zeros((runs, len(signals.IMU_COLUMNS)))
 
     def take(self, measurements: Mapping[str, Measurement], time: float = math.nan) -> Samples:
         """Look at the measurements of a tick.
@@ -257,10 +231,10 @@ class Perception:
             segments=np.ascontiguousarray(context.road.segments),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
-            tracks=np.zeros((runs, TRACKS, TRACK_STATE)),
+            tracks=np.zeros((runs, TRACKS, tracking.TRACK_STATE)),
             notes=np.zeros((runs, NOTE_WIDTH)),
             degraded=np.zeros(runs, dtype=np.bool_),
-            shown=np.full((runs, TRACKS, len(TRACK_COLUMNS)), np.nan),
+            shown=np.full((runs, TRACKS, len(signals.TRACK_COLUMNS)), np.nan),
         )
 
     def update(self, observation: Observation) -> None:
@@ -333,7 +307,7 @@ def _perceive_block(
     for run in range(begin, stop):
         if running[run]:
             end = int(notes[run, NOTE_END])
-            drop_tentative(tracks[run], end, time, records[run]["confirm_hits"])
+            tracking.drop_tentative(tracks[run], end, time, records[run]["confirm_hits"])
 
 
 @inlined
@@ -342,13 +316,13 @@ def _predict(record: Any, time: float, pose: Floats, tracks: Floats, note: Float
     if not has_pose(pose, time):
         # Every standing object would seem to move.
         for row in range(tracks.shape[0]):
-            tracks[row, TRACK_HITS] = 0.0
+            tracks[row, tracking.TRACK_HITS] = 0.0
         note[NOTE_END] = -1.0
         return
     period = record["period"]
-    motion = carried_by(pose, period)
+    motion = tracking.carried_by(pose, period)
     _note_motion(note, period, motion)
-    note[NOTE_END] = predict_tracks(tracks, pose, motion, time, period, record["coast"])
+    note[NOTE_END] = tracking.predict_tracks(tracks, pose, motion, time, period, record["coast"])
 
 
 @inlined
@@ -365,8 +339,8 @@ def _update(
     """Update the tracks of one run with a new sample of one sensor."""
     # Many a sensor is as late as the one before, so the way since then is the same.
     if sample.age != note[NOTE_AGE]:
-        _note_motion(note, sample.age, carried_by(pose, sample.age))
-    note[NOTE_END] = update_tracks(
+        _note_motion(note, sample.age, tracking.carried_by(pose, sample.age))
+    note[NOTE_END] = tracking.update_tracks(
         tracks,
         int(note[NOTE_END]),
         pose,
@@ -409,9 +383,17 @@ def _show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
     """
     for row in range(tracks.shape[0]):
         track, out = tracks[row], shown[row]
-        if track[TRACK_HITS] >= confirm_hits:
-            out[0], out[1], out[2] = track[TRACK_X], track[TRACK_Y], track[TRACK_VX]
-            out[3], out[4], out[5] = track[TRACK_VY], track[TRACK_LENGTH], track[TRACK_WIDTH]
+        if track[tracking.TRACK_HITS] >= confirm_hits:
+            out[0], out[1], out[2] = (
+                track[tracking.TRACK_X],
+                track[tracking.TRACK_Y],
+                track[tracking.TRACK_VX],
+            )
+            out[3], out[4], out[5] = (
+                track[tracking.TRACK_VY],
+                track[tracking.TRACK_LENGTH],
+                track[tracking.TRACK_WIDTH],
+            )
         elif not np.isnan(out[0]):
             # Most rows are empty, and were so at the tick before.
             out[:] = np.nan

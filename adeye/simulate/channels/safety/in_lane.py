@@ -13,42 +13,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye import signals
 from adeye.kernel.control import limit_jerk
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
 from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
-from adeye.signals import (
-    DEGRADED,
-    FAULT,
-    OK,
-    REASON_DEFAULT,
-    REASON_NONE,
-    REASON_VOTED,
-    REQUESTS_AUTHORITY,
-    Bools,
-    ControlCommand,
-    Floats,
-    Ints,
-    Observation,
-    spec_columns,
-)
-from adeye.simulate.channels.corridor import (
-    PATH_GAP,
-    PATH_REQUIRED,
-    PATH_SPEED,
-    PATH_WIDTH,
-    view_path,
-)
-from adeye.simulate.channels.driving import (
-    HOLD_DECELERATION,
-    STANDSTILL,
-    allowed_speed,
-    channel_records,
-    follow,
-    is_number,
-    path_of_lane,
-    steer,
-)
+from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation, spec_columns
+from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import SAFETY_HOOKS, PerceivingChannel
 from adeye.simulate.channels.links import SWITCH, linked_channels
 from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
@@ -230,7 +201,7 @@ def gather_commands(time: float, numbers: Floats, status: Ints, heard: Bools, se
     seen[SEEN_ACCELERATION] = seen[SEEN_STEERING] = 0.0
     for channel in range(status.shape[0]):
         # A silent channel says nothing, so only the age of its last command tells.
-        is_down = status[channel] == FAULT
+        is_down = status[channel] == signals.FAULT
         if numbers[channel, 2] >= 0.0 and not is_down:
             heard[channel] = True
         if not heard[channel]:
@@ -308,8 +279,8 @@ def brake(  # noqa: PLR0913, PLR0917 - a kernel
         is_danger: Whether an object ahead is a confirmed danger.
     """
     hardest = max(record["emergency_deceleration"], record["stop_deceleration"])
-    if speed < STANDSTILL:
-        return -float(min(HOLD_DECELERATION, hardest))
+    if speed < driving.STANDSTILL:
+        return -float(min(driving.HOLD_DECELERATION, hardest))
     if RESERVE * required > wanted:
         wanted = min(RESERVE * required, hardest)
         jerk = BRAKES_AT_ONCE
@@ -407,7 +378,7 @@ def perceive(batch: Batch, run: int, time: float) -> bool:
 def coast(batch: Batch, run: int) -> int:
     """Coast with the steering held, for want of anything better."""
     batch.command[run, 0] = 0.0
-    return FAULT
+    return signals.FAULT
 
 
 @inlined
@@ -421,16 +392,18 @@ def answer(batch: Batch, run: int, acceleration: float, steering: float, request
         steering: [rad].
         requests: Whether authority is wanted.
     """
-    if not is_number(acceleration, steering):
+    if not driving.is_number(acceleration, steering):
         return coast(batch, run)
     batch.command[run, 0], batch.command[run, 1] = acceleration, steering
-    return REQUESTS_AUTHORITY if requests else OK
+    return signals.REQUESTS_AUTHORITY if requests else signals.OK
 
 
 @inlined
 def tell(batch: Batch, run: int, state: int) -> None:
     """Write the state of the channel; one without all of its sensors is degraded."""
-    batch.status[run] = DEGRADED if state == OK and batch.seen.degraded[run] else state
+    batch.status[run] = (
+        signals.DEGRADED if state == signals.OK and batch.seen.degraded[run] else state
+    )
 
 
 @inlined
@@ -438,14 +411,14 @@ def look(batch: Batch, run: int) -> None:
     """Take the evidence of the scene: the lane, and the objects in the path."""
     record, pose, memory = batch.seen.records[run], batch.seen.pose[run], batch.memory[run]
     path, seen = batch.path, batch.evidence
-    nearest = path_of_lane(record, pose[POSE_D])
+    nearest = driving.path_of_lane(record, pose[POSE_D])
     offset = pose[POSE_D] - nearest
     # A lane is taken over once the ego is well inside it, so a departure leads back.
     if np.isnan(memory[MEMORY_PATH]) or abs(offset) <= 0.5 * record["max_lane_offset"]:
         memory[MEMORY_PATH] = nearest
-    view_path(batch.seen, run, memory[MEMORY_PATH], path)
+    corridor.view_path(batch.seen, run, memory[MEMORY_PATH], path)
     seen[SEEN_POSE] = 1.0
-    seen[SEEN_REQUIRED] = path[PATH_REQUIRED]
+    seen[SEEN_REQUIRED] = path[corridor.PATH_REQUIRED]
     seen[SEEN_OFFSET] = offset
     seen[SEEN_D] = pose[POSE_D]
 
@@ -462,7 +435,7 @@ def update_stopping(memory: Floats, confirmed: bool, reason: int, acceleration: 
         if memory[MEMORY_STOPPING] <= 0.0:
             memory[MEMORY_BRAKING] = min(0.0, acceleration)
         memory[MEMORY_STOPPING] = 1.0
-    elif reason in (REASON_NONE, REASON_DEFAULT, REASON_VOTED):
+    elif reason in (signals.REASON_NONE, signals.REASON_DEFAULT, signals.REASON_VOTED):
         memory[MEMORY_STOPPING] = 0.0
 
 
@@ -478,9 +451,13 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
     """
     record, pose, memory = batch.seen.records[run], batch.seen.pose[run], batch.memory[run]
     memory[MEMORY_BRAKING] = stop_acceleration(
-        record, memory[MEMORY_BRAKING], pose[POSE_SPEED], batch.path[PATH_REQUIRED], is_danger
+        record,
+        memory[MEMORY_BRAKING],
+        pose[POSE_SPEED],
+        batch.path[corridor.PATH_REQUIRED],
+        is_danger,
     )
-    steering = steer(record, pose, memory[MEMORY_PATH])
+    steering = driving.steer(record, pose, memory[MEMORY_PATH])
     return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
 
 
@@ -488,7 +465,7 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
 def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a kernel
     """Give the command while no stop is driven: car following in the lane."""
     record, pose = batch.seen.records[run], batch.seen.pose[run]
-    steering = steer(record, pose, batch.memory[run, MEMORY_PATH])
+    steering = driving.steer(record, pose, batch.memory[run, MEMORY_PATH])
     return answer(batch, run, follow_lane(batch, run), steering, requests)
 
 
@@ -496,12 +473,14 @@ def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a k
 def follow_lane(batch: Batch, run: int) -> float:
     """Return the acceleration of car following in the lane [m/s²]."""
     record, pose, path = batch.seen.records[run], batch.seen.pose[run], batch.path
-    return follow(
+    return driving.follow(
         record,
         pose[POSE_SPEED],
-        allowed_speed(record, batch.seen.segments[run], pose, batch.memory[run, MEMORY_PATH]),
-        path[PATH_GAP],
-        path[PATH_SPEED],
+        driving.allowed_speed(
+            record, batch.seen.segments[run], pose, batch.memory[run, MEMORY_PATH]
+        ),
+        path[corridor.PATH_GAP],
+        path[corridor.PATH_SPEED],
         record["stop_deceleration"],
     )
 
@@ -535,7 +514,7 @@ class SafetyChannel(PerceivingChannel):
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
         runs, monitors = context.runs, len(self.monitor_ids)
-        records = channel_records(context, self._fields(context))
+        records = driving.channel_records(context, self._fields(context))
         self._prepare(context, records, self._candidates)
         self._supervised = linked_channels(context.links)
         self._has_switch = SWITCH in context.links
@@ -551,7 +530,7 @@ class SafetyChannel(PerceivingChannel):
             command=self._command,
             status=self._status,
             monitors=np.zeros((runs, monitors, 2), dtype=np.bool_),
-            path=np.zeros(PATH_WIDTH),
+            path=np.zeros(corridor.PATH_WIDTH),
             evidence=np.zeros(EVIDENCE_WIDTH),
         )
         self._batch.memory[:, MEMORY_PATH] = np.nan

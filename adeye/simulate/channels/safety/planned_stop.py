@@ -13,57 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.kernel import profiles, stops
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.profiles import (
-    OBJECT_BEHIND,
-    OBJECT_GROWTH,
-    OBJECT_ROW,
-    PATH_EXISTS,
-    PATH_LENGTH,
-    PATH_ROW,
-    PATH_START,
-    PATH_TARGET,
-    PROFILE_ACCELERATION,
-    PROFILE_ROW,
-    PROFILE_S,
-    PROFILE_SPEED,
-    WAY_D,
-    WAY_ROW,
-    WAY_S,
-    WAY_SPEED,
-    at_path,
-    margin_at,
-)
 from adeye.kernel.road import NO_REFUGE, REST_AREA, position
-from adeye.kernel.stops import (
-    ANYWHERE,
-    IN_LANE,
-    LAID_PATHS,
-    LAID_PROFILES,
-    ONLY_REST_AREA,
-    REFUGE,
-    RIGHT_LANE,
-    ROADSIDE,
-    RULE_NAMES,
-    SHOULDER,
-    STOP_INTERVAL,
-    STOP_LEVELS,
-    STOP_SAMPLES,
-    STOPS,
-    STRAIGHT,
-    fill_stop,
-    fits_limits,
-    lay_refuge_stops,
-    lay_stops,
-    path_of,
-    profile_of,
-    rate_stop,
-    refuge_of,
-    stands_at,
-    stop_jerk,
-    stop_level,
-)
 from adeye.signals import FAULT, Floats, spec_columns
 from adeye.simulate.channels.corridor import PATH_REQUIRED
 from adeye.simulate.channels.driving import MAX_LATERAL, parameter_columns
@@ -76,29 +29,11 @@ from adeye.simulate.channels.perception.pose import (
     POSE_S,
     POSE_SPEED,
 )
-from adeye.simulate.channels.perception.tracks import TRACKS
-from adeye.simulate.channels.safety.in_lane import (
-    MEMORY_BRAKING,
-    MEMORY_PATH,
-    MEMORY_STOPPING,
-    MONITOR_IDS,
-    OBJECT_DANGER,
-    SEEN_D,
-    SEEN_OFFSET,
-    Batch,
-    SafetyChannel,
-    answer,
-    brake,
-    coast,
-    follow_lane,
-    perceive,
-    run_monitors,
-    shadow,
-    tell,
-    update_stopping,
-)
+from adeye.simulate.channels.perception.tracking import TRACKS
+from adeye.simulate.channels.safety import in_lane
+from adeye.simulate.channels.safety.in_lane import Batch, SafetyChannel
+from adeye.simulate.channels.trajectory.channel import LOST, steer_along
 from adeye.simulate.channels.trajectory.cost import Others, is_cut_up, overlap, predict_objects
-from adeye.simulate.channels.trajectory.planner import LOST, steer_along
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -154,17 +89,17 @@ def cuts_up(task: StopTask, row: int, path: Floats, begun: float, profile: Float
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
     record, d, others = task.record, task.pose[POSE_D], task.others
-    target, width = path[PATH_TARGET], record["lane_width"]
+    target, width = path[profiles.PATH_TARGET], record["lane_width"]
     speed = 0.0
     if np.isnan(target) or target < 0.0:
         # Only those who come before the ego has left the lane count.
-        for sample in range(STOP_SAMPLES):
-            way = begun + profile[sample, PROFILE_S]
-            is_out = way >= path[PATH_LENGTH]
-            if row == REFUGE:
-                is_out = at_path(path, way)[0] <= -0.5 * record["width"]
+        for sample in range(stops.STOP_SAMPLES):
+            way = begun + profile[sample, profiles.PROFILE_S]
+            is_out = way >= path[profiles.PATH_LENGTH]
+            if row == stops.REFUGE:
+                is_out = profiles.at_path(path, way)[0] <= -0.5 * record["width"]
             if is_out:
-                speed = profile[sample, PROFILE_SPEED]
+                speed = profile[sample, profiles.PROFILE_SPEED]
                 break
         if is_cut_up(record, target, False, d, 0.0, others):  # noqa: FBT003 - a kernel
             return True
@@ -188,7 +123,7 @@ def strays(task: StopTask, path: Floats, begun: float, profile: Floats) -> bool:
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
     record, center = task.record, task.center
-    end = at_path(path, begun + profile[STOP_SAMPLES - 1, PROFILE_S])[0]
+    end = profiles.at_path(path, begun + profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S])[0]
     width = record["lane_width"]
     beside = 0.5 * (width + record["width"])
     for row in range(int(record["lanes"])):
@@ -247,25 +182,25 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
         The stop that is chosen; ``NO_STOP`` if places are asked for and none can be had.
     """
     record, pose, driven, found = task.record, task.pose, task.driven, task.found
-    paths, profiles = task.paths, task.profiles
+    paths, speeds = task.paths, task.profiles
     s, d, slope, bend = _start(pose, wait, kept, driven)
     speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
-    lay_stops(record, s, d, slope, bend, speed, task.center, curvature, driven, paths)
-    for stop in range(STOPS):
-        row, level = stop // STOP_LEVELS, stop % STOP_LEVELS
+    stops.lay_stops(record, s, d, slope, bend, speed, task.center, curvature, driven, paths)
+    for stop in range(stops.STOPS):
+        row, level = stop // stops.STOP_LEVELS, stop % stops.STOP_LEVELS
         # What is laid out as it is needed costs nothing where the first stop will do.
         if row == 0:
-            fill_stop(
+            stops.fill_stop(
                 speed,
                 pose[POSE_ACCELERATION],
-                stop_level(record, level),
-                stop_jerk(level),
+                stops.stop_level(record, level),
+                stops.stop_jerk(level),
                 # The brakes answer to the command with their lag.
                 wait + record["acceleration_lag"],
-                profiles[level],
+                speeds[level],
             )
-        if stop == REFUGE * STOP_LEVELS:
-            lay_refuge_stops(
+        if stop == stops.REFUGE * stops.STOP_LEVELS:
+            stops.lay_refuge_stops(
                 record,
                 task.refuges,
                 places,
@@ -273,16 +208,16 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
                 (s, d, slope, bend),
                 wait,
                 task.center,
-                kept % STOP_LEVELS if kept // STOP_LEVELS == REFUGE else NO_STOP,
+                kept % stops.STOP_LEVELS if kept // stops.STOP_LEVELS == stops.REFUGE else NO_STOP,
                 driven,
                 paths,
-                profiles,
+                speeds,
             )
-        _judge(task, row, paths[path_of(stop)], profiles[profile_of(stop)], found[stop])
+        _judge(task, row, paths[stops.path_of(stop)], speeds[stops.profile_of(stop)], found[stop])
         if any_will_do and found[stop, FOUND_FEASIBLE] > 0.0:
             return stop
         found[stop, FOUND_COST] = found[stop, FOUND_RATING] + _LEVEL_COSTS[level] + _PATH_COSTS[row]
-    if kept // STOP_LEVELS == REFUGE and driven[PATH_START] > pose[POSE_S]:
+    if kept // stops.STOP_LEVELS == stops.REFUGE and driven[profiles.PATH_START] > pose[POSE_S]:
         # On the way to a refuge nothing has been begun: what has come within reach may be milder.
         kept = NO_STOP
     return choose_stop(found, kept, places)
@@ -294,10 +229,10 @@ def _start(
 ) -> tuple[float, float, float, float]:
     """Return where the paths begin: s, d, slope and bend; on the path that is being driven."""
     if kept != NO_STOP:
-        d, slope, bend = at_path(driven, pose[POSE_S] - driven[PATH_START])
+        d, slope, bend = profiles.at_path(driven, pose[POSE_S] - driven[profiles.PATH_START])
         if abs(d - pose[POSE_D]) < LOST:
             return pose[POSE_S], d, slope, bend
-    driven[PATH_TARGET] = math.nan
+    driven[profiles.PATH_TARGET] = math.nan
     speed = pose[POSE_SPEED]
     later = max(0.0, speed + pose[POSE_ACCELERATION] * wait)
     way = 0.5 * (speed + later) * wait
@@ -310,26 +245,28 @@ def _judge(task: StopTask, row: int, path: Floats, profile: Floats, found: Float
     """Find whether a stop is feasible, what it meets and how its end is rated."""
     record, refuges, pose = task.record, task.refuges, task.pose
     found[FOUND_FEASIBLE], found[FOUND_RATING] = 0.0, math.inf
-    found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, ANYWHERE
-    if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
+    found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, stops.ANYWHERE
+    if path[profiles.PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
         return
-    begun = pose[POSE_S] - path[PATH_START]
-    fits = fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
+    begun = pose[POSE_S] - path[profiles.PATH_START]
+    fits = stops.fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
     # To stay in the lane is to be had in any case.
-    if not fits and row != IN_LANE:
+    if not fits and row != stops.IN_LANE:
         return
-    if row == SHOULDER:
-        found[FOUND_PLACE] = ROADSIDE
-    elif row == REFUGE:
-        kind = refuge_of(record, refuges, pose[POSE_S], path, profile)
+    if row == stops.SHOULDER:
+        found[FOUND_PLACE] = stops.ROADSIDE
+    elif row == stops.REFUGE:
+        kind = stops.refuge_of(record, refuges, pose[POSE_S], path, profile)
         if kind == NO_REFUGE:
             return
-        found[FOUND_PLACE] = ONLY_REST_AREA if kind == REST_AREA else ROADSIDE
-    if row in (RIGHT_LANE, SHOULDER, REFUGE) and cuts_up(task, row, path, begun, profile):
+        found[FOUND_PLACE] = stops.ONLY_REST_AREA if kind == REST_AREA else stops.ROADSIDE
+    if row in (stops.RIGHT_LANE, stops.SHOULDER, stops.REFUGE) and cuts_up(
+        task, row, path, begun, profile
+    ):
         return
-    if row == STRAIGHT and strays(task, path, begun, profile):
+    if row == stops.STRAIGHT and strays(task, path, begun, profile):
         return
-    found[FOUND_RATING] = rate_stop(
+    found[FOUND_RATING] = stops.rate_stop(
         record, task.rules, task.segments, refuges, pose[POSE_S], path, profile
     )
     is_near, impact = meet_objects(record, path, begun, profile, task.others, task.line)
@@ -355,28 +292,30 @@ def meet_objects(
         Whether it comes too near to any, and the speed against the first one that it touches [m/s],
         0 for none.
     """
-    end = min(stands_at(profile) + 1, STOP_SAMPLES)
+    end = min(stops.stands_at(profile) + 1, stops.STOP_SAMPLES)
     for sample in range(end):
-        line[sample, 0], line[sample, 1], _ = at_path(path, begun + profile[sample, PROFILE_S])
+        line[sample, 0], line[sample, 1], _ = profiles.at_path(
+            path, begun + profile[sample, profiles.PROFILE_S]
+        )
     is_near, impact, first = False, 0.0, end
     for row in range(others.objects.shape[0]):
         body, way = others.objects[row], others.ways[row]
-        if body[OBJECT_BEHIND] > 0.0:
+        if body[profiles.OBJECT_BEHIND] > 0.0:
             continue
         for sample in range(min(first + 1, end)):
-            closing = abs(profile[sample, PROFILE_SPEED] - way[sample, WAY_SPEED])
-            time = min(_GROWS, (sample + 1) * STOP_INTERVAL)
+            closing = abs(profile[sample, profiles.PROFILE_SPEED] - way[sample, profiles.WAY_SPEED])
+            time = min(_GROWS, (sample + 1) * stops.STOP_INTERVAL)
             depth = overlap(
                 record,
-                way[sample, WAY_S] - profile[sample, PROFILE_S],
-                way[sample, WAY_D] - line[sample, 0],
+                way[sample, profiles.WAY_S] - profile[sample, profiles.PROFILE_S],
+                way[sample, profiles.WAY_D] - line[sample, 0],
                 line[sample, 1],
                 body,
-                closing * STOP_INTERVAL,
-                margin_at(
+                closing * stops.STOP_INTERVAL,
+                profiles.margin_at(
                     record["lateral_margin"],
                     record["uncertainty_growth"],
-                    body[OBJECT_GROWTH],
+                    body[profiles.OBJECT_GROWTH],
                     time,
                 ),
             )
@@ -404,7 +343,7 @@ def choose_stop(found: Floats, kept: int, places: int) -> int:
         feasible one an impact that is noticeably harder.
     """
     best, least = NO_STOP, math.inf
-    for stop in range(STOPS):
+    for stop in range(stops.STOPS):
         is_allowed = found[stop, FOUND_FEASIBLE] > 0.0 and found[stop, FOUND_PLACE] >= places
         if is_allowed and found[stop, FOUND_COST] < least:
             best, least = stop, found[stop, FOUND_COST]
@@ -413,10 +352,10 @@ def choose_stop(found: Floats, kept: int, places: int) -> int:
         if is_kept and found[kept, FOUND_FEASIBLE] > 0.0:
             return kept if found[kept, FOUND_RATING] <= found[best, FOUND_RATING] else best
         return best
-    if places != ANYWHERE:
+    if places != stops.ANYWHERE:
         return NO_STOP
-    best = IN_LANE * STOP_LEVELS + STOP_LEVELS - 1
-    for stop in range(STOPS):
+    best = stops.IN_LANE * stops.STOP_LEVELS + stops.STOP_LEVELS - 1
+    for stop in range(stops.STOPS):
         softer = found[stop, FOUND_IMPACT] - found[best, FOUND_IMPACT]
         if softer < 0.0 or (
             found[stop, FOUND_IMPACT] == found[best, FOUND_IMPACT]
@@ -430,7 +369,7 @@ def choose_stop(found: Floats, kept: int, places: int) -> int:
 
 # --- The planned stop at one tick: supervise, plan, and the command that it would give ------------
 
-LAST_SAFE_STOP: Final = len(MONITOR_IDS)
+LAST_SAFE_STOP: Final = len(in_lane.MONITOR_IDS)
 """Column of the monitor that the planner adds."""
 
 # Columns of what is kept of the choice.
@@ -482,7 +421,7 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
         OK, REQUESTS_AUTHORITY, or FAULT without a recent ego estimate.
     """
     record, shown, kept = batch.seen.records[run], batch.monitors[run], plans.kept[run]
-    knows_pose = perceive(batch, run, time)
+    knows_pose = in_lane.perceive(batch, run, time)
     others = Others(plans.others.objects[:0], plans.others.ways[:0])
     shown[LAST_SAFE_STOP, 0] = False
     if knows_pose:
@@ -490,22 +429,24 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
         # One tick more, and those in which the monitor is confirmed.
         wait = (record["confirm_ticks"] + 1.0) * record["period"]
         shown[LAST_SAFE_STOP, 0] = is_last_stop(batch, plans, run, others, wait)
-    confirmed = run_monitors(record, batch.evidence, batch.states[run], shown)
+    confirmed = in_lane.run_monitors(record, batch.evidence, batch.states[run], shown)
     if not knows_pose:
         kept[KEPT_STOP] = NO_STOP
-        return coast(batch, run)
+        return in_lane.coast(batch, run)
     memory = batch.memory[run]
-    update_stopping(memory, confirmed, batch.reason[run], batch.seen.pose[run, POSE_ACCELERATION])
-    is_stopping = memory[MEMORY_STOPPING] > 0.0
+    in_lane.update_stopping(
+        memory, confirmed, batch.reason[run], batch.seen.pose[run, POSE_ACCELERATION]
+    )
+    is_stopping = memory[in_lane.MEMORY_STOPPING] > 0.0
     if not is_stopping:
         kept[KEPT_STOP] = NO_STOP
     if is_stopping or shows:
-        stop = ask_for_stop(batch, plans, run, others, ANYWHERE, 0.0, int(kept[KEPT_STOP]))
+        stop = ask_for_stop(batch, plans, run, others, stops.ANYWHERE, 0.0, int(kept[KEPT_STOP]))
         if is_stopping:
             take_stop(plans, run, stop)
     if not is_stopping:
-        return shadow(batch, run, confirmed)
-    return drive_stop(batch, plans, run, confirmed, shown[OBJECT_DANGER, 1])
+        return in_lane.shadow(batch, run, confirmed)
+    return drive_stop(batch, plans, run, confirmed, shown[in_lane.OBJECT_DANGER, 1])
 
 
 @inlined
@@ -513,7 +454,7 @@ def foresee(batch: Batch, plans: Plans, run: int) -> Others:
     """Predict the objects, and take the stop that is driven for the lane."""
     if _is_driven(batch.memory[run], plans.kept[run]):
         _look_along(batch.seen.pose[run], batch.memory[run], plans.driven[run], batch.evidence)
-    return predict_objects(batch.seen, run, STOP_INTERVAL, plans.others)
+    return predict_objects(batch.seen, run, stops.STOP_INTERVAL, plans.others)
 
 
 @inlined
@@ -534,7 +475,7 @@ def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
         batch.seen.segments[run],
         plans.refuges[run],
         batch.seen.pose[run],
-        batch.memory[run, MEMORY_PATH],
+        batch.memory[run, in_lane.MEMORY_PATH],
         others,
         plans.driven[run],
         plans.paths,
@@ -550,8 +491,8 @@ def take_stop(plans: Plans, run: int, stop: int) -> None:
     """Keep a choice and its path."""
     kept, driven = plans.kept[run], plans.driven[run]
     kept[KEPT_STOP], kept[KEPT_FEASIBLE] = stop, plans.found[stop, FOUND_FEASIBLE]
-    for item in range(PATH_ROW):
-        driven[item] = plans.paths[path_of(stop), item]
+    for item in range(profiles.PATH_ROW):
+        driven[item] = plans.paths[stops.path_of(stop), item]
 
 
 @inlined
@@ -569,34 +510,36 @@ def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: 
     stop, memory = int(plans.kept[run, KEPT_STOP]), batch.memory[run]
     if _drives_on(plans, stop):
         # On the way to a refuge nothing makes the ego faster.
-        memory[MEMORY_BRAKING] = min(0.0, follow_lane(batch, run))
-        acceleration = float(memory[MEMORY_BRAKING])
+        memory[in_lane.MEMORY_BRAKING] = min(0.0, in_lane.follow_lane(batch, run))
+        acceleration = float(memory[in_lane.MEMORY_BRAKING])
     else:
-        is_in_lane = stop // STOP_LEVELS <= STRAIGHT
+        is_in_lane = stop // stops.STOP_LEVELS <= stops.STRAIGHT
         acceleration = _stop(record, pose, memory, stop, batch.path, is_in_lane, is_danger)
-    return answer(batch, run, acceleration, steer_along(record, pose, plans.driven[run]), requests)
+    return in_lane.answer(
+        batch, run, acceleration, steer_along(record, pose, plans.driven[run]), requests
+    )
 
 
 @inlined
 def _drives_on(plans: Plans, stop: int) -> bool:
     """Tell whether a stop is one in a refuge that does not brake yet."""
-    first = plans.profiles[profile_of(stop), 0]
-    is_ahead = stop // STOP_LEVELS == REFUGE and first[PROFILE_SPEED] > 0.0
-    return bool(is_ahead and first[PROFILE_ACCELERATION] >= 0.0)
+    first = plans.profiles[stops.profile_of(stop), 0]
+    is_ahead = stop // stops.STOP_LEVELS == stops.REFUGE and first[profiles.PROFILE_SPEED] > 0.0
+    return bool(is_ahead and first[profiles.PROFILE_ACCELERATION] >= 0.0)
 
 
 @inlined
 def _is_driven(memory: Floats, kept: Floats) -> bool:
     """Tell whether the ego is in a stop that was chosen."""
-    return bool(memory[MEMORY_STOPPING] > 0.0 and kept[KEPT_STOP] != NO_STOP)
+    return bool(memory[in_lane.MEMORY_STOPPING] > 0.0 and kept[KEPT_STOP] != NO_STOP)
 
 
 @inlined
 def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> None:
     """Take a departure for one from the stop that is driven, wherever that leads."""
-    way = pose[POSE_S] - driven[PATH_START]
-    seen[SEEN_OFFSET] = pose[POSE_D] - at_path(driven, way)[0]
-    seen[SEEN_D] = memory[MEMORY_PATH]
+    way = pose[POSE_S] - driven[profiles.PATH_START]
+    seen[in_lane.SEEN_OFFSET] = pose[POSE_D] - profiles.at_path(driven, way)[0]
+    seen[in_lane.SEEN_D] = memory[in_lane.MEMORY_PATH]
 
 
 @inlined
@@ -604,7 +547,7 @@ def is_last_stop(batch: Batch, plans: Plans, run: int, others: Others, wait: flo
     """Tell whether no safe stop is left, after a while [s] or in the stop that the ego is in."""
     if _is_driven(batch.memory[run], plans.kept[run]):
         return bool(plans.kept[run, KEPT_FEASIBLE] <= 0.0)
-    stop = ask_for_stop(batch, plans, run, others, ANYWHERE, wait, NO_STOP, True)  # noqa: FBT003
+    stop = ask_for_stop(batch, plans, run, others, stops.ANYWHERE, wait, NO_STOP, True)  # noqa: FBT003
     return bool(plans.found[stop, FOUND_FEASIBLE] <= 0.0)
 
 
@@ -619,17 +562,17 @@ def _stop(  # noqa: PLR0913, PLR0917 - a kernel
     is_danger: bool,  # noqa: FBT001 - a kernel
 ) -> float:
     """Return the acceleration of a stop; in the lane, an object ahead may ask for more [m/s²]."""
-    level = stop % STOP_LEVELS
-    memory[MEMORY_BRAKING] = brake(
+    level = stop % stops.STOP_LEVELS
+    memory[in_lane.MEMORY_BRAKING] = in_lane.brake(
         record,
-        memory[MEMORY_BRAKING],
+        memory[in_lane.MEMORY_BRAKING],
         pose[POSE_SPEED],
-        stop_level(record, level),
-        stop_jerk(level),
+        stops.stop_level(record, level),
+        stops.stop_jerk(level),
         path[PATH_REQUIRED] if is_in_lane else 0.0,
         is_in_lane and is_danger,
     )
-    return float(memory[MEMORY_BRAKING])
+    return float(memory[in_lane.MEMORY_BRAKING])
 
 
 @inlined
@@ -658,17 +601,17 @@ def show_stops(seen: Seen, plans: Plans, run: int, shown: Shown) -> None:
     Stops that do not exist stay NaN; what is not feasible costs infinity.
     """
     pose, segments = seen.pose[run], seen.segments[run]
-    paths, profiles, found = plans.paths, plans.profiles, plans.found
+    paths, speeds, found = plans.paths, plans.profiles, plans.found
     places, costs = shown.candidates[run], shown.costs[run]
-    for stop in range(STOPS):
-        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
-        if path[PATH_EXISTS] == 0.0:
+    for stop in range(stops.STOPS):
+        path, profile = paths[stops.path_of(stop)], speeds[stops.profile_of(stop)]
+        if path[profiles.PATH_EXISTS] == 0.0:
             continue
         is_feasible = found[stop, FOUND_FEASIBLE] > 0.0
         costs[stop] = found[stop, FOUND_COST] if is_feasible else math.inf
         for point in range(POINTS):
-            way = profile[STOP_SAMPLES - 1, PROFILE_S] * point / (POINTS - 1.0)
-            d = at_path(path, pose[POSE_S] + way - path[PATH_START])[0]
+            way = profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S] * point / (POINTS - 1.0)
+            d = profiles.at_path(path, pose[POSE_S] + way - path[profiles.PATH_START])[0]
             x, y, _ = position(segments, pose[POSE_S] + way, d)
             places[stop, point, 0], places[stop, point, 1] = x, y
 
@@ -693,8 +636,8 @@ class PlannedSafetyChannel(SafetyChannel):
     monitor more fires when no safe stop would exist once the monitor could be confirmed.
     """
 
-    monitor_ids: tuple[str, ...] = (*MONITOR_IDS, "last_safe_stop")
-    _candidates = STOPS
+    monitor_ids: tuple[str, ...] = (*in_lane.MONITOR_IDS, "last_safe_stop")
+    _candidates = stops.STOPS
 
     def reset(self, context: ChannelContext) -> None:
         """Prepare for the runs of a batch."""
@@ -702,20 +645,21 @@ class PlannedSafetyChannel(SafetyChannel):
         runs = context.runs
         rules = spec_columns(context.parameters, _rules)
         self._plans = Plans(
-            rules=np.stack([rules[name] for name in RULE_NAMES], axis=1),
+            rules=np.stack([rules[name] for name in stops.RULE_NAMES], axis=1),
             refuges=np.ascontiguousarray(context.road.refuges),
             kept=np.zeros((runs, KEPT_ROW)),
-            driven=np.zeros((runs, PATH_ROW)),
+            driven=np.zeros((runs, profiles.PATH_ROW)),
             others=Others(
-                np.zeros((TRACKS, OBJECT_ROW)), np.zeros((TRACKS, STOP_SAMPLES, WAY_ROW))
+                np.zeros((TRACKS, profiles.OBJECT_ROW)),
+                np.zeros((TRACKS, stops.STOP_SAMPLES, profiles.WAY_ROW)),
             ),
-            paths=np.zeros((LAID_PATHS, PATH_ROW)),
-            profiles=np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW)),
-            line=np.zeros((STOP_SAMPLES, 2)),
-            found=np.zeros((STOPS, FOUND_ROW)),
+            paths=np.zeros((stops.LAID_PATHS, profiles.PATH_ROW)),
+            profiles=np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, profiles.PROFILE_ROW)),
+            line=np.zeros((stops.STOP_SAMPLES, 2)),
+            found=np.zeros((stops.STOPS, FOUND_ROW)),
         )
         self._plans.kept[:, KEPT_STOP] = NO_STOP
-        self._plans.driven[:, PATH_TARGET] = np.nan
+        self._plans.driven[:, profiles.PATH_TARGET] = np.nan
 
     def _fields(self, context: ChannelContext) -> dict[str, Any]:
         rear = parameter_columns(context, ["rear_sight"])
@@ -727,7 +671,7 @@ class PlannedSafetyChannel(SafetyChannel):
 
 
 def _rules(item: SafetyParameters) -> dict[str, float]:
-    return {name: float(getattr(item.ratings, name)) for name in RULE_NAMES}
+    return {name: float(getattr(item.ratings, name)) for name in stops.RULE_NAMES}
 
 
 def _limits(vehicle: Vehicle) -> dict[str, float]:
@@ -744,6 +688,6 @@ def _act(batch: Batch, plans: Plans, time: float, shown: Shown) -> None:
     for run in range(batch.seen.records.shape[0]):
         if batch.seen.running[run]:
             state = planned_step(batch, plans, run, time, shows)
-            tell(batch, run, state)
+            in_lane.tell(batch, run, state)
             if shows:
                 show_plan(batch, plans, run, state, shown)

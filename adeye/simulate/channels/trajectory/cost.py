@@ -43,21 +43,9 @@ from adeye.kernel.profiles import (
 from adeye.kernel.road import local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
+from adeye.simulate.channels.perception import tracking
 from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
 from adeye.simulate.channels.perception.step import NOTE_END
-from adeye.simulate.channels.perception.tracks import (
-    TRACK_BRAKING,
-    TRACK_CLASS,
-    TRACK_HITS,
-    TRACK_LENGTH,
-    TRACK_VAR_VX,
-    TRACK_VAR_VY,
-    TRACK_VX,
-    TRACK_VY,
-    TRACK_WIDTH,
-    TRACK_X,
-    TRACK_Y,
-)
 
 if TYPE_CHECKING:
     from adeye.signals import Floats, Ints
@@ -100,32 +88,35 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
     sine, cosine = sin_cos(pose[POSE_HEADING])
     for row in range(int(seen.notes[run, NOTE_END])):
         track = seen.tracks[run, row]
-        is_confirmed = track[TRACK_HITS] >= record["confirm_hits"]
-        if not is_confirmed or track[TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+        is_confirmed = track[tracking.TRACK_HITS] >= record["confirm_hits"]
+        if not is_confirmed or track[tracking.TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
-        x = pose[POSE_X] + cosine * track[TRACK_X] - sine * track[TRACK_Y]
-        y = pose[POSE_Y] + sine * track[TRACK_X] + cosine * track[TRACK_Y]
+        x = pose[POSE_X] + cosine * track[tracking.TRACK_X] - sine * track[tracking.TRACK_Y]
+        y = pose[POSE_Y] + sine * track[tracking.TRACK_X] + cosine * track[tracking.TRACK_Y]
         s, d, heading, _ = local(seen.segments[run], x, y)
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
-        forward = turn_cosine * track[TRACK_VX] - turn_sine * track[TRACK_VY]
-        sideways = turn_sine * track[TRACK_VX] + turn_cosine * track[TRACK_VY]
+        forward = turn_cosine * track[tracking.TRACK_VX] - turn_sine * track[tracking.TRACK_VY]
+        sideways = turn_sine * track[tracking.TRACK_VX] + turn_cosine * track[tracking.TRACK_VY]
         if not np.isfinite(s + d + forward + sideways):
             continue
         body = objects[count]
-        body[OBJECT_LENGTH], body[OBJECT_WIDTH] = track[TRACK_LENGTH], track[TRACK_WIDTH]
+        body[OBJECT_LENGTH], body[OBJECT_WIDTH] = (
+            track[tracking.TRACK_LENGTH],
+            track[tracking.TRACK_WIDTH],
+        )
         body[OBJECT_S], body[OBJECT_D] = s - pose[POSE_S], d
         body[OBJECT_SPEED] = forward
-        reach = 0.5 * (record["length"] + track[TRACK_LENGTH])
+        reach = 0.5 * (record["length"] + track[tracking.TRACK_LENGTH])
         body[OBJECT_BEHIND] = 1.0 if body[OBJECT_S] <= -reach else 0.0
-        is_free = FIRST_FREE <= track[TRACK_CLASS] <= LAST_FREE
-        is_sure = abs(sideways) - math.sqrt(track[TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
+        is_free = FIRST_FREE <= track[tracking.TRACK_CLASS] <= LAST_FREE
+        is_sure = abs(sideways) - math.sqrt(track[tracking.TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
         if not is_free and not is_sure:
             sideways = 0.0
         predict_body(
             body,
             sideways,
             is_free,
-            track[TRACK_BRAKING],
+            track[tracking.TRACK_BRAKING],
             record["lane_width"],
             int(record["lanes"]),
             interval,
@@ -414,17 +405,14 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
         return 0.0
     cosine = 1.0 / math.sqrt(1.0 + slope * slope)
     sine = slope * cosine
-    apart = placed_box_distance(
+    placed = (
         cosine * ahead + sine * across,
         cosine * across - sine * ahead,
         body[OBJECT_SINE] * cosine - body[OBJECT_COSINE] * sine,
         body[OBJECT_COSINE] * cosine + body[OBJECT_SINE] * sine,
-        length,
-        width,
-        body[OBJECT_LENGTH],
-        body[OBJECT_WIDTH],
-        0.0,
     )
+    size = (body[OBJECT_LENGTH], body[OBJECT_WIDTH])
+    apart = placed_box_distance(placed, (length, width), size, 0.0)
     if apart <= 0.0:
         return 1.0
     return (margin - apart) / margin if apart < margin else 0.0

@@ -9,8 +9,7 @@ from adeye.ports import ChannelContext
 from adeye.signals import Bools, Measurement, Observation
 from adeye.simulate.channels.driving import channel_records
 from adeye.simulate.channels.perception.step import NOTE_END, Perception, Sight
-from adeye.simulate.channels.perception.tracking import assumed_accuracy
-from adeye.simulate.channels.perception.tracks import TRACK_HITS
+from adeye.simulate.channels.perception.tracking import TRACK_HITS, assumed_accuracy
 from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.channels import NominalParameters
 from adeye.testing import channel_context

@@ -13,7 +13,7 @@ from adeye.signals import (
     DETECTION_RANGE_RATE,
     Floats,
 )
-from adeye.simulate.channels.perception import tracks as kept
+from adeye.simulate.channels.perception import tracking as kept
 from adeye.simulate.channels.perception.pose import POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 
 GATE = 4.0
@@ -44,7 +44,8 @@ def owners_of(
     """Return the track of each detection."""
     owner = np.full(len(places), kept.FREE, dtype=np.int64)
     at = np.array(places)
-    kept.associate(tracks, kept.TRACKS, detections, at, owner, len(places), 0.0, GATE, turning)
+    offers = kept.Offers(detections, at, owner, len(places), 0.0, GATE, turning)
+    kept.associate(tracks, kept.TRACKS, offers)
     found: list[int] = owner.tolist()
     return found
 
@@ -93,9 +94,8 @@ def test_other_class_does_not_fit_and_an_unknown_one_does() -> None:
 def test_row_without_a_detection_belongs_to_nobody() -> None:
     places = np.array([[20.0, 0.0], [21.0, 0.0]])
     owner = np.array([kept.BLOCKED, kept.FREE])
-    kept.associate(
-        tracks_at((20.0, 0.0)), kept.TRACKS, np.zeros((2, 7)), places, owner, 2, 0.0, GATE, ORIGIN
-    )
+    offers = kept.Offers(np.zeros((2, 7)), places, owner, 2, 0.0, GATE, ORIGIN)
+    kept.associate(tracks_at((20.0, 0.0)), kept.TRACKS, offers)
     assert owner.tolist() == [kept.BLOCKED, 0]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from adeye.errors import PlatformError
-from adeye.simulate.channels.process.children import LONGEST_LINE, Broken, Ceilings, Children
+from adeye.simulate.channels.process.channel import LONGEST_LINE, Broken, Ceilings, Children
 
 CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
 ECHO = "import sys\nfor line in sys.stdin: print(line, end='', flush=True)"
@@ -125,7 +125,7 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
 
 
 def test_other_systems_are_told_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.simulate.channels.process.children.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
     with pytest.raises(PlatformError, match="POSIX"):
         Children()
 

@@ -9,7 +9,7 @@ import pytest
 from adeye.signals import FAULT, OK, ControlCommand, Floats
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.safety import SupervisedSafetyChannel
-from adeye.simulate.channels.safety.monitor_kinds import (
+from adeye.simulate.channels.safety.supervisor import (
     RULE_FIRST,
     RULE_ROW,
     count,

@@ -14,7 +14,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_X,
     POSE_Y,
 )
-from adeye.simulate.channels.trajectory.planner import MEMORY_LANE, MEMORY_WIDTH
+from adeye.simulate.channels.trajectory.channel import MEMORY_LANE, MEMORY_WIDTH
 from adeye.spec.channels import TrajectoryParameters
 
 LANE = 5.25

@@ -8,9 +8,8 @@ import pytest
 
 from adeye.signals import ControlCommand
 from adeye.simulate.channels.hooks import POINTS
-from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
+from adeye.simulate.channels.trajectory.channel import CANDIDATES, TrajectoryChannel
 from adeye.simulate.channels.trajectory.cost import SAMPLES
-from adeye.simulate.channels.trajectory.planner import CANDIDATES
 from adeye.spec.channels import TrajectoryParameters
 from adeye.testing import Drive, World, channel_context, check_channel, drive
 from tests.simulate.channels.perceived import LINKS, SENSORS, shown

@@ -7,7 +7,7 @@ import pytest
 
 from adeye.kernel import profiles
 from adeye.signals import Floats
-from adeye.simulate.channels.trajectory import planner
+from adeye.simulate.channels.trajectory import channel as planner
 from tests.simulate.channels.trajectory.record import LANE, memory, pose, record
 
 

@@ -21,7 +21,7 @@ from adeye.kernel.road import position
 from adeye.signals import Floats
 from adeye.simulate.channels.driving import HOLD_DECELERATION
 from adeye.simulate.channels.hooks import POINTS
-from adeye.simulate.channels.trajectory import planner
+from adeye.simulate.channels.trajectory import channel as planner
 from adeye.simulate.channels.trajectory.cost import LINE_D, LINE_ROW, LINE_SLOPE, SAMPLES
 from tests.simulate.channels.trajectory.record import LANE, memory, pose, record
 from tests.simulate.channels.trajectory.test_obstacles import others, thing
