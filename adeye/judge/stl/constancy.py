@@ -6,21 +6,7 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from adeye.judge.stl.syntax import (
-    Assertion,
-    Comparison,
-    Connective,
-    Constant,
-    Edge,
-    Equality,
-    Not,
-    Past,
-    Signal,
-    Temporal,
-    canonical,
-    children,
-    label_of,
-)
+from adeye.judge.stl import syntax
 from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
@@ -52,26 +38,26 @@ def first_constant(node: Node) -> tuple[Node, bool] | None:
     Returns:
         The first such part, innermost, and whether it always holds; None if there is none.
     """
-    for child in children(node):
+    for child in syntax.children(node):
         if (found := first_constant(child)) is not None:
             return found
     held: bool | None = None
-    if isinstance(node, Comparison):
+    if isinstance(node, syntax.Comparison):
         held = _ordered(node)
-    elif isinstance(node, Equality) and label_of(node) is None:
+    elif isinstance(node, syntax.Equality) and syntax.label_of(node) is None:
         held = _equal(node)
-    elif isinstance(node, Connective):
+    elif isinstance(node, syntax.Connective):
         held = _joined(node)
     return None if held is None else (node, held)
 
 
-def _ordered(node: Comparison) -> bool | None:
+def _ordered(node: syntax.Comparison) -> bool | None:
     """Tell how a comparison comes out for all numbers, None if that depends on them."""
     low, high = node.left, node.right
     if node.operator in {">", ">="}:
         low, high = high, low
     is_strict = node.operator in {"<", ">"}
-    if canonical(low) == canonical(high):
+    if syntax.canonical(low) == syntax.canonical(high):
         return not is_strict
     (least, below), (above, most) = _limit(low), _limit(high)
     if above == most and math.isinf(above):
@@ -85,9 +71,9 @@ def _ordered(node: Comparison) -> bool | None:
     return None
 
 
-def _equal(node: Equality) -> bool | None:
+def _equal(node: syntax.Equality) -> bool | None:
     """Tell how an equality of two terms comes out, None if that depends on them."""
-    if canonical(node.left) == canonical(node.right):
+    if syntax.canonical(node.left) == syntax.canonical(node.right):
         return not node.is_negated
     (least, below), (above, most) = _limit(node.left), _limit(node.right)
     return node.is_negated if below < above or most < least else None
@@ -96,7 +82,7 @@ def _equal(node: Equality) -> bool | None:
 def _limit(term: Term) -> Interval:
     """Give the values of a term; a limit that nothing plausible reaches counts as infinite."""
     low, high = _values(term)
-    exponents = term.exponents if isinstance(term, Constant) else _UNKNOWN
+    exponents = term.exponents if isinstance(term, syntax.Constant) else _UNKNOWN
     if low == high and abs(low) > farthest(exponents):
         low = high = math.copysign(math.inf, low)
     return low, high
@@ -104,9 +90,9 @@ def _limit(term: Term) -> Interval:
 
 def _values(term: Term) -> Interval:
     """Give the least and the largest value of a term."""
-    if isinstance(term, Constant):
+    if isinstance(term, syntax.Constant):
         return term.value, term.value
-    if isinstance(term, Signal):
+    if isinstance(term, syntax.Signal):
         return (0.0, math.inf) if term.name == "time" else _ANY
     found = _applied(term)
     return _ANY if any(map(math.isnan, found)) else found
@@ -115,7 +101,7 @@ def _values(term: Term) -> Interval:
 def _applied(term: Arithmetic) -> Interval:
     first, second = term.operands[0], term.operands[-1]
     (low, high), (least, most) = _values(first), _values(second)
-    is_same = canonical(first) == canonical(second)
+    is_same = syntax.canonical(first) == syntax.canonical(second)
     found = {
         "negate": (-high, -low),
         "abs": (max(low, -high, 0.0), max(-low, high)),
@@ -142,7 +128,7 @@ def _times(left: float, right: float) -> float:
     return 0.0 if 0.0 in {left, right} else left * right
 
 
-def _joined(node: Connective) -> bool | None:
+def _joined(node: syntax.Connective) -> bool | None:
     """Tell how a condition comes out however its parts hold, None if that depends on them."""
     if node.operator == "implies" and _entails(node.left, node.right):
         return True
@@ -160,7 +146,7 @@ def _entails(given: Condition, asked: Condition) -> bool:
     What has just begun to hold does so within any time from now: such an answer is never late.
     """
     return (
-        canonical(given) == canonical(asked)
+        syntax.canonical(given) == syntax.canonical(asked)
         or _is_answered(given, asked)
         or any(_entails(part, asked) for part in _parts_that_hold(given))
     )
@@ -168,13 +154,13 @@ def _entails(given: Condition, asked: Condition) -> bool:
 
 def _is_answered(given: Condition, asked: Condition) -> bool:
     match asked:
-        case Temporal(operator="eventually") | Past(operator="once"):
+        case syntax.Temporal(operator="eventually") | syntax.Past(operator="once"):
             return _has_now(asked.window) and _entails(given, asked.operand)
-        case Connective(operator="or"):
+        case syntax.Connective(operator="or"):
             return _entails(given, asked.left) or _entails(given, asked.right)
-        case Connective(operator="and"):
+        case syntax.Connective(operator="and"):
             return _entails(given, asked.left) and _entails(given, asked.right)
-        case Connective(operator="implies"):
+        case syntax.Connective(operator="implies"):
             return _entails(given, asked.right)
     return False
 
@@ -182,11 +168,11 @@ def _is_answered(given: Condition, asked: Condition) -> bool:
 def _parts_that_hold(given: Condition) -> tuple[Condition, ...]:
     """List what holds at a row at which a condition does."""
     match given:
-        case Edge(operator="rise"):
+        case syntax.Edge(operator="rise"):
             return (given.operand,)
-        case Temporal(operator="always") | Past(operator="historically"):
+        case syntax.Temporal(operator="always") | syntax.Past(operator="historically"):
             return (given.operand,) if _has_now(given.window) else ()
-        case Connective(operator="and"):
+        case syntax.Connective(operator="and"):
             return given.left, given.right
     return ()
 
@@ -196,15 +182,15 @@ def _has_now(window: Window | None) -> bool:
 
 
 def _parts(node: Condition) -> set[str]:
-    if isinstance(node, Connective):
+    if isinstance(node, syntax.Connective):
         return _parts(node.left) | _parts(node.right)
-    return _parts(node.operand) if isinstance(node, Not) else {_part(node)[0]}
+    return _parts(node.operand) if isinstance(node, syntax.Not) else {_part(node)[0]}
 
 
 def _holds(node: Condition, parts: Mapping[str, bool]) -> bool:
-    if isinstance(node, Not):
+    if isinstance(node, syntax.Not):
         return not _holds(node.operand, parts)
-    if not isinstance(node, Connective):
+    if not isinstance(node, syntax.Connective):
         name, is_plain = _part(node)
         return parts[name] is is_plain
     left, right = _holds(node.left, parts), _holds(node.right, parts)
@@ -215,16 +201,16 @@ def _holds(node: Condition, parts: Mapping[str, bool]) -> bool:
 
 def _part(node: Condition) -> tuple[str, bool]:
     """Name a part without connectives, and tell whether it is what is named or its opposite."""
-    if isinstance(node, Comparison):
-        left, right = canonical(node.left), canonical(node.right)
+    if isinstance(node, syntax.Comparison):
+        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
         # a <= b is the opposite of b < a.
         is_less = node.operator in {"<", ">="}
         name = f"(< {left} {right})" if is_less else f"(< {right} {left})"
         return name, node.operator in {"<", ">"}
-    if isinstance(node, Equality):
-        label = label_of(node)
-        left, right = canonical(node.left), canonical(node.right)
+    if isinstance(node, syntax.Equality):
+        label = syntax.label_of(node)
+        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
         if label in {"true", "false"}:
             return left, (label == "true") is not node.is_negated
         return f"(== {left} {right})", not node.is_negated
-    return (node.name if isinstance(node, Assertion) else canonical(node)), True
+    return (node.name if isinstance(node, syntax.Assertion) else syntax.canonical(node)), True
