@@ -21,22 +21,12 @@ Nothing that a bound leaves out changes a result: it would have been kept only i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from adeye.kernel import criticality
 from adeye.kernel.boxes import box_distance, placed_box_distance
-from adeye.kernel.criticality import (
-    deceleration_rate_to_avoid_crash,
-    required_deceleration,
-    rss_lateral_distance,
-    rss_lateral_distance_printed,
-    rss_longitudinal_distance,
-    rss_opposite_distance,
-    time_gap,
-    time_headway,
-    time_to_collision,
-)
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.road import lane_way
@@ -59,9 +49,6 @@ from adeye.signals import (
     Shorts,
 )
 from adeye.simulate.world.compile import road_gap
-
-if TYPE_CHECKING:
-    pass
 
 
 class Scene(NamedTuple):
@@ -392,6 +379,7 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
         The last two: the least distance, if it is less, is found.
     """
     _, ego, ego_place, ego_size, objects, places, sizes, _ = scene
+    here, who = values[:, run, row], actors[:, run, row]
     x, y, heading = ego[run, row, EGO_X], ego[run, row, EGO_Y], ego[run, row, EGO_HEADING]
     speed, acceleration = ego[run, row, EGO_SPEED], ego[run, row, EGO_ACCELERATION]
     s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
@@ -427,8 +415,7 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
             )  # fmt: skip
             if apart < nearest or (is_open and apart == nearest):
                 nearest, is_open = apart, False
-                values[DISTANCE, run, row] = apart
-                actors[DISTANCE, run, row] = thing
+                here[DISTANCE], who[DISTANCE] = apart, thing
         if os > s and not (
             can_cull
             and is_far_beside(
@@ -447,34 +434,25 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
                         dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1],
                         thing, math.inf,
                     )  # fmt: skip
-                _measure_ahead(
-                    body, other, acceleration * cosine, gap, thing, run, row, values, actors
-                )
-            _measure_rss(body, other, rss, free, thing, run, row, values, actors)
+                _measure_ahead(body, other, acceleration * cosine, gap, thing, here, who)
+            _measure_rss(body, other, rss, free, thing, here, who)
     if not is_finite:
-        for quantity in range(8):
-            values[quantity, run, row] = math.nan
-            actors[quantity, run, row] = -1
+        here[:] = math.nan
+        who[:] = -1
     return nearest, is_open
 
 
 @inlined
-def _keep_least(  # noqa: PLR0913, PLR0917 - where it is kept
-    quantity: int, value: float, thing: int, run: int, row: int, values: Floats, actors: Shorts
-) -> None:
-    if value < values[quantity, run, row]:
-        values[quantity, run, row] = value
-        actors[quantity, run, row] = thing
+def _keep_least(quantity: int, value: float, thing: int, values: Floats, actors: Shorts) -> None:
+    if value < values[quantity]:
+        values[quantity], actors[quantity] = value, thing
 
 
 @inlined
-def _keep_largest(  # noqa: PLR0913, PLR0917 - where it is kept
-    quantity: int, value: float, thing: int, run: int, row: int, values: Floats, actors: Shorts
-) -> None:
+def _keep_largest(quantity: int, value: float, thing: int, values: Floats, actors: Shorts) -> None:
     # An object in the path is somebody's worst case also where it demands nothing.
-    if value > values[quantity, run, row] or actors[quantity, run, row] < 0:
-        values[quantity, run, row] = value
-        actors[quantity, run, row] = thing
+    if value > values[quantity] or actors[quantity] < 0:
+        values[quantity], actors[quantity] = value, thing
 
 
 @inlined
@@ -484,8 +462,6 @@ def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
     acceleration: float,
     gap: float,
     thing: int,
-    run: int,
-    row: int,
     values: Floats,
     actors: Shorts,
 ) -> None:
@@ -497,27 +473,27 @@ def _measure_ahead(  # noqa: PLR0913, PLR0917 - a kernel
         acceleration: Of the object along the road [m/s²].
         gap: Along the road, or the distance of the bodies where they overlap along it [m].
         thing: Index of the object.
-        run: Where it is kept.
-        row: Where it is kept.
-        values: (8, B, T) in and out.
-        actors: (8, B, T) in and out.
+        values: (8,) in and out.
+        actors: (8,) in and out.
     """
     speed, lead = own[ALONG], other[ALONG]
     closing = speed - lead
-    headway = time_headway(gap, 2.0 * other[HALF_LENGTH], speed)
-    drac = limited_demand(deceleration_rate_to_avoid_crash(gap, closing))
+    headway = criticality.time_headway(gap, 2.0 * other[HALF_LENGTH], speed)
+    drac = limited_demand(criticality.deceleration_rate_to_avoid_crash(gap, closing))
     # The closed form is for a lead that goes the same way; of oncoming ones the speed counts.
-    needed = drac if lead < 0.0 else required_deceleration(gap, speed, lead, acceleration)
+    needed = (
+        drac if lead < 0.0 else criticality.required_deceleration(gap, speed, lead, acceleration)
+    )
     needed = limited_demand(needed)
-    if gap < values[GAP, run, row]:
+    if gap < values[GAP]:
         # Who is nearer is nearer in time as well.
-        _keep_least(GAP, gap, thing, run, row, values, actors)
-        _keep_least(TIME_GAP, time_gap(gap, speed), thing, run, row, values, actors)
+        _keep_least(GAP, gap, thing, values, actors)
+        _keep_least(TIME_GAP, criticality.time_gap(gap, speed), thing, values, actors)
     if closing > 0.0 or gap <= 0.0:
-        _keep_least(TTC, time_to_collision(gap, closing), thing, run, row, values, actors)
-    _keep_least(TIME_HEADWAY, headway, thing, run, row, values, actors)
-    _keep_largest(DRAC, drac, thing, run, row, values, actors)
-    _keep_largest(REQUIRED, needed, thing, run, row, values, actors)
+        _keep_least(TTC, criticality.time_to_collision(gap, closing), thing, values, actors)
+    _keep_least(TIME_HEADWAY, headway, thing, values, actors)
+    _keep_largest(DRAC, drac, thing, values, actors)
+    _keep_largest(REQUIRED, needed, thing, values, actors)
 
 
 @compiled
@@ -533,8 +509,6 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
     rss: Floats,
     gap: float,
     thing: int,
-    run: int,
-    row: int,
     values: Floats,
     actors: Shorts,
 ) -> None:
@@ -546,31 +520,31 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
         rss: (12,) parameters, in the order of ``series.RssParameters``.
         gap: Along the road [m].
         thing: Index of the object.
-        run: Where it is kept.
-        row: Where it is kept.
-        values: (8, B, T) in and out.
-        actors: (8, B, T) in and out.
+        values: (8,) in and out.
+        actors: (8,) in and out.
     """
     beside = other[D] - own[D]
     side = math.copysign(1.0, beside)
     towards, away = side * own[ACROSS], side * other[ACROSS]
     if rss[11] > 0.0:
-        lateral = rss_lateral_distance_printed(
+        lateral = criticality.rss_lateral_distance_printed(
             towards, away, rss[0], rss[1], rss[6], rss[7], rss[8]
         )
     else:
-        lateral = rss_lateral_distance(towards, away, rss[0], rss[1], rss[6], rss[7], rss[8])
+        lateral = criticality.rss_lateral_distance(
+            towards, away, rss[0], rss[1], rss[6], rss[7], rss[8]
+        )
     if not abs(beside) - own[HALF_WIDTH] - other[HALF_WIDTH] >= lateral:
         speed, lead = own[ALONG], other[ALONG]
         if lead < 0.0:
-            safe = rss_opposite_distance(
+            safe = criticality.rss_opposite_distance(
                 speed, -lead, rss[0], rss[2], rss[5], rss[3], rss[9], rss[10]
             )
         else:
-            safe = rss_longitudinal_distance(
+            safe = criticality.rss_longitudinal_distance(
                 speed, lead, rss[0], rss[2], rss[3], rss[4], rss[9], rss[10]
             )
-        _keep_least(RSS_MARGIN, gap - safe, thing, run, row, values, actors)
+        _keep_least(RSS_MARGIN, gap - safe, thing, values, actors)
 
 
 # --- Compiled: how near the ego is to one object at every row of its runs -------------------------
@@ -596,11 +570,8 @@ def measure_object(scene: Scene, thing: int, distances: Floats, gaps: Floats) ->
         length, width = sizes[run, thing, 0], sizes[run, thing, 1]
         for row in range(rows[run]):
             x, y, heading = own[row, EGO_X], own[row, EGO_Y], own[row, EGO_HEADING]
-            ox, oy, o_heading = (
-                state[row, OBJECT_X],
-                state[row, OBJECT_Y],
-                state[row, OBJECT_HEADING],
-            )
+            ox, oy = state[row, OBJECT_X], state[row, OBJECT_Y]
+            o_heading = state[row, OBJECT_HEADING]
             s, os = own_place[row, PLACE_S], place[row, PLACE_S]
             is_finite = are_finite(
                 x, y, heading, own[row, OBJECT_SPEED], own[row, OBJECT_ACCELERATION], s,

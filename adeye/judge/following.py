@@ -8,7 +8,7 @@ says what a manoeuvre avoids.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -25,23 +25,8 @@ from adeye.judge.conflict import (
     on_road,
     turn,
 )
+from adeye.kernel import criticality, encounter
 from adeye.kernel.boxes import box_distance
-from adeye.kernel.criticality import (
-    deceleration_to_safety_time,
-    enhanced_time_to_collision,
-    margin_to_collision,
-    modified_deceleration_rate,
-    modified_time_to_collision,
-    time_to_collision,
-)
-from adeye.kernel.encounter import (
-    evasive_offset,
-    steer_threat_number,
-    time_to_brake,
-    time_to_kickdown,
-    time_to_react,
-    time_to_steer,
-)
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.road import lane_way
 from adeye.signals import (
@@ -63,10 +48,6 @@ from adeye.signals import (
     Shorts,
 )
 from adeye.simulate.world.compile import road_gap
-
-if TYPE_CHECKING:
-    pass
-
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10
@@ -232,15 +213,19 @@ def _follow(  # noqa: PLR0913, PLR0917 - a kernel
     closing = speed - lead
     relative = acceleration - other_acceleration
     if closing > 0.0 or relative > 0.0:
-        mttc = modified_time_to_collision(gap, speed, lead, acceleration, other_acceleration)
+        mttc = criticality.modified_time_to_collision(
+            gap, speed, lead, acceleration, other_acceleration
+        )
         _keep(MTTC, mttc, thing, found, who)
-        _keep(ETTC, enhanced_time_to_collision(gap, closing, relative), thing, found, who)
-    mdrac = modified_deceleration_rate(gap, closing, RESPONSE_TIME)
+        _keep(
+            ETTC, criticality.enhanced_time_to_collision(gap, closing, relative), thing, found, who
+        )
+    mdrac = criticality.modified_deceleration_rate(gap, closing, RESPONSE_TIME)
     _keep(MDRAC, limited_demand(min(mdrac, 1e300)), thing, found, who)
     # Nobody keeps a time gap to who comes towards him.
-    dst = deceleration_to_safety_time(gap, closing, max(lead, 0.0), SAFETY_TIME)
+    dst = criticality.deceleration_to_safety_time(gap, closing, max(lead, 0.0), SAFETY_TIME)
     _keep(DST, limited_demand(dst), thing, found, who)
-    _keep(MTC, margin_to_collision(gap, speed, lead, MARGIN_BRAKING), thing, found, who)
+    _keep(MTC, criticality.margin_to_collision(gap, speed, lead, MARGIN_BRAKING), thing, found, who)
 
 
 @inlined
@@ -259,7 +244,7 @@ def _evade(  # noqa: PLR0913, PLR0917 - a kernel
     if closing <= 0.0:
         _keep(STN, 0.0, thing, found, who)
         return
-    arrival = time_to_collision(gap, closing)
+    arrival = criticality.time_to_collision(gap, closing)
     way = 2.0 * (own[HALF_LENGTH] + other[HALF_LENGTH])
     reach, beside, across = corridor + other[HALF_WIDTH], other[D] - own[D], other[ACROSS]
     enter, leave = -math.inf, math.inf
@@ -269,13 +254,13 @@ def _evade(  # noqa: PLR0913, PLR0917 - a kernel
     if enter > (gap + way) / closing or leave < arrival:
         _keep(STN, 0.0, thing, found, who)
         return
-    offset = evasive_offset(beside + across * arrival, across * way / closing, reach)
-    brake = time_to_brake(gap, closing, own[ALONG], leave, limits[BRAKING])
-    steer = time_to_steer(arrival, offset, limits[LATERAL])
-    kick = time_to_kickdown(gap, closing, way, enter, limits[ACCELERATION])
+    offset = encounter.evasive_offset(beside + across * arrival, across * way / closing, reach)
+    brake = encounter.time_to_brake(gap, closing, own[ALONG], leave, limits[BRAKING])
+    steer = encounter.time_to_steer(arrival, offset, limits[LATERAL])
+    kick = encounter.time_to_kickdown(gap, closing, way, enter, limits[ACCELERATION])
     _keep(TTB, max(brake, LATEST), thing, found, who)
     _keep(TTS, max(steer, LATEST), thing, found, who)
     _keep(TTK, max(kick, LATEST), thing, found, who)
-    _keep(TTR, max(time_to_react(brake, steer, kick), LATEST), thing, found, who)
-    threat = steer_threat_number(arrival, offset, limits[LATERAL])
+    _keep(TTR, max(encounter.time_to_react(brake, steer, kick), LATEST), thing, found, who)
+    threat = encounter.steer_threat_number(arrival, offset, limits[LATERAL])
     _keep(STN, min(threat, 100.0), thing, found, who)

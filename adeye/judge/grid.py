@@ -14,25 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.errors import UsageError, suggest
 from adeye.judge.safe_stop import ratings_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.grid import count_cover, cover_at, fill_ground, sweep
 from adeye.kernel.stops import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER, STOP_INTERVAL, Ground
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_X,
-    EGO_Y,
-    FIRST_FREE,
-    LAST_FREE,
-    OBJECT_ACCELERATION,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    REFUGE_KIND,
-    REFUGE_KINDS,
-)
 from adeye.spec.grid import CellCosts, GridSettings, rating_costs
 
 if TYPE_CHECKING:
@@ -231,7 +218,9 @@ class _Making:
         across = math.ceil(settings.width / cell - 1e-9)
         self.x = (np.arange(along) + 0.5) * cell - settings.behind
         self.y = (np.arange(across) + 0.5) * cell - 0.5 * settings.width
-        self.ego = trace["ego"][run, row, [EGO_X, EGO_Y, EGO_HEADING]].astype(np.float64)
+        self.ego = trace["ego"][
+            run, row, [columns.EGO_X, columns.EGO_Y, columns.EGO_HEADING]
+        ].astype(np.float64)
         self.layers: dict[str, NDArray[Any]] = {}
         road = trace.layout.context.road
         self._ground = Ground(
@@ -267,10 +256,12 @@ class _Making:
             refuge,
             number,
         )
-        kinds = [REFUGE_KINDS[int(kind)] for kind in self._ground.refuges[:, REFUGE_KIND]]
+        kinds = [
+            columns.REFUGE_KINDS[int(kind)] for kind in self._ground.refuges[:, columns.REFUGE_KIND]
+        ]
         inside = {
             kind: np.isin(refuge, [row for row, name in enumerate(kinds) if name == kind])
-            for kind in REFUGE_KINDS
+            for kind in columns.REFUGE_KINDS
         }
         self.layers |= {
             "place": place,
@@ -290,7 +281,11 @@ class _Making:
         sizes = context.object_sizes[self._run]
         for index, state in enumerate(states):
             length, width, height = sizes[index]
-            x, y, heading = state[OBJECT_X], state[OBJECT_Y], state[OBJECT_HEADING]
+            x, y, heading = (
+                state[columns.OBJECT_X],
+                state[columns.OBJECT_Y],
+                state[columns.OBJECT_HEADING],
+            )
             body = np.array([x, y, heading, length, width])
             if index >= context.actor_count:
                 under = self._layer(np.inf)
@@ -299,8 +294,8 @@ class _Making:
                 continue
             kind = int(context.object_classes[index])
             sine, cosine = sin_cos(heading)
-            velocity = np.array([cosine, sine]) * state[OBJECT_SPEED]
-            self._sweep(body, velocity, float(state[OBJECT_ACCELERATION]), kind, times)
+            velocity = np.array([cosine, sine]) * state[columns.OBJECT_SPEED]
+            self._sweep(body, velocity, float(state[columns.OBJECT_ACCELERATION]), kind, times)
         self.layers |= {"static": static, "time_to_occupancy": times}
 
     def lay_tracks(self, channel: int) -> None:
@@ -311,7 +306,9 @@ class _Making:
         row = max(0, min(self._row, int(trace.length[run]) - 2))
         tracks, stamp = trace["tracks"][run, row, channel], trace["stamp"][run, row, channel]
         looked = min(max(0, round(float(stamp) / trace.layout.context.step)), row)
-        x, y, heading = trace["ego"][run, looked, [EGO_X, EGO_Y, EGO_HEADING]]
+        x, y, heading = trace["ego"][
+            run, looked, [columns.EGO_X, columns.EGO_Y, columns.EGO_HEADING]
+        ]
         sine, cosine = sin_cos(heading)
         for track in tracks[np.isfinite(tracks).all(axis=-1)].astype(np.float64):
             along, across, forward, aside, length, width = track
@@ -335,7 +332,7 @@ class _Making:
             body,
             velocity,
             acceleration,
-            FIRST_FREE <= kind <= LAST_FREE,
+            columns.FIRST_FREE <= kind <= columns.LAST_FREE,
             STOP_INTERVAL,
             math.ceil(self._settings.horizon / STOP_INTERVAL - 1e-9),
             self.x,

@@ -14,24 +14,10 @@ import numpy as np
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
+from adeye.judge.stl import syntax
 from adeye.judge.stl.constancy import first_constant
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
-from adeye.judge.stl.syntax import (
-    PREDICATES,
-    Node,
-    Temporal,
-    Until,
-    Window,
-    canonical,
-    children,
-    names_in,
-    needed_time,
-    nested_implications,
-    read_back,
-    window_of,
-    window_rows,
-)
 from adeye.judge.trace_signals import is_decision, plan_dictionary
 from adeye.kernel.relation import differences
 from adeye.signals import SignalType
@@ -122,8 +108,8 @@ def _written(
 ) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     """Read a formula; give its canonical text, the signals that it names and nested antecedents."""
     formula = parse_formula(text, parameters=dict(constants))
-    nested = tuple(formula.quote(node.left) for node in nested_implications(formula.root))
-    return canonical(formula.root), formula.names, nested
+    nested = tuple(formula.quote(node.left) for node in syntax.nested_implications(formula.root))
+    return syntax.canonical(formula.root), formula.names, nested
 
 
 # --- A bound on a metric: what an FSR without a formula asks for ----------------------------------
@@ -561,7 +547,7 @@ class _Check:
     def _check_windows(self, formula: Formula, scenarios: Sequence[str]) -> None:
         step = self._plan.step
         for window in _windows(formula.root):
-            window_rows(window, step)
+            syntax.window_rows(window, step)
         if not math.isfinite(formula.reach_s):
             raise self._refuse(
                 "an operator below another one has no window, so that no trace is long enough",
@@ -570,7 +556,7 @@ class _Check:
         for name in scenarios:
             scenario = self._plan.scenarios[name]
             self._check_past(formula, name, scenario.horizon)
-            last = needed_time(formula.root, scenario.horizon)
+            last = syntax.needed_time(formula.root, scenario.horizon)
             # Nothing is decided from the last row, so decisions must be read before it.
             last = max(last, last_decision(formula.root, scenario.horizon) + step)
             needed = last - scenario.horizon
@@ -593,7 +579,9 @@ class _Check:
             )
 
 
-def _empty_past(node: Node, latest: float, horizon: float) -> Iterator[tuple[Node, float]]:
+def _empty_past(
+    node: syntax.Node, latest: float, horizon: float
+) -> Iterator[tuple[syntax.Node, float]]:
     """Find the operators whose window lies before the beginning of a run wherever they are asked.
 
     Args:
@@ -604,16 +592,16 @@ def _empty_past(node: Node, latest: float, horizon: float) -> Iterator[tuple[Nod
     Yields:
         Each of them, with the last time at which it is asked [s].
     """
-    window = window_of(node)
-    if isinstance(node, Temporal | Until):
+    window = syntax.window_of(node)
+    if isinstance(node, syntax.Temporal | syntax.Until):
         latest += horizon if window is None else window.last_s
     elif window is not None and window.first_s > latest + _SLACK_S:
         yield node, latest
-    for child, back in read_back(node):
+    for child, back in syntax.read_back(node):
         yield from _empty_past(child, latest - back, horizon)
 
 
-def last_decision(node: Node, horizon_s: float) -> float:
+def last_decision(node: syntax.Node, horizon_s: float) -> float:
     """Give the last time at which a formula of finite reach reads what was decided [s].
 
     Args:
@@ -623,18 +611,18 @@ def last_decision(node: Node, horizon_s: float) -> float:
     Returns:
         The time; minus infinity if the formula reads scenes only.
     """
-    if isinstance(node, PREDICATES):
-        return 0.0 if any(is_decision(name) for name in names_in(node)) else -math.inf
-    reads = (last_decision(child, horizon_s) - back for child, back in read_back(node))
+    if isinstance(node, syntax.PREDICATES):
+        return 0.0 if any(is_decision(name) for name in syntax.names_in(node)) else -math.inf
+    reads = (last_decision(child, horizon_s) - back for child, back in syntax.read_back(node))
     inner = max(reads, default=-math.inf)
-    if isinstance(node, Temporal | Until):
+    if isinstance(node, syntax.Temporal | syntax.Until):
         return inner + (horizon_s if node.window is None else node.window.last_s)
     return inner
 
 
-def _windows(node: Node) -> Iterator[Window]:
-    window = window_of(node)
+def _windows(node: syntax.Node) -> Iterator[syntax.Window]:
+    window = syntax.window_of(node)
     if window is not None:
         yield window
-    for child in children(node):
+    for child in syntax.children(node):
         yield from _windows(child)

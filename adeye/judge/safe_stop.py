@@ -11,48 +11,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.judge.trace_signals import STANDSTILL_SPEED
+from adeye.kernel import stops
 from adeye.kernel.boxes import signed_box_distance
 from adeye.kernel.elementary import atan, tan
 from adeye.kernel.jit import compiled
 from adeye.kernel.profiles import PATH_EXISTS, PATH_ROW, PATH_START, PROFILE_ROW, PROFILE_S, at_path
 from adeye.kernel.road import NO_REFUGE, position
-from adeye.kernel.stops import (
-    ANYWHERE,
-    CONTACT,
-    LAID_PATHS,
-    LAID_PROFILES,
-    RULE_NAMES,
-    STOP_INTERVAL,
-    STOP_LEVELS,
-    STOP_SAMPLES,
-    STOPS,
-    Ground,
-    fill_stop,
-    fits_limits,
-    lay_refuge_stops,
-    lay_stops,
-    path_of,
-    profile_of,
-    rate_footprint,
-    rate_stop,
-    stands_at,
-    stop_jerk,
-    stop_level,
-)
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    OBJECT_HEADING,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    parameter_record,
-)
+from adeye.signals import parameter_record
 from adeye.spec.channels import SafetyChannel, SafetyParameters, StopRatings
 
 if TYPE_CHECKING:
@@ -75,13 +42,13 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     """
     last = int(trace.length[run]) - 1
     if trace["contact"][run, last] >= 0:
-        return CONTACT
+        return stops.CONTACT
     ego, place = trace["ego"][run, last], trace["ego_place"][run, last]
-    if not ego[EGO_SPEED] <= STANDSTILL_SPEED:
+    if not ego[columns.EGO_SPEED] <= STANDSTILL_SPEED:
         return np.nan
     road = trace.layout.context.road
     length, width = trace.layout.context.ego_size[run, :2]
-    ground = Ground(
+    ground = stops.Ground(
         road.segments[run],
         road.refuges[run],
         road.lane_width[run],
@@ -90,8 +57,10 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
         road.verge[run],
         road.speed_limit[run],
     )
-    slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
-    return rate_footprint(rules, ground, place[PLACE_S], place[PLACE_D], slope, length, width)
+    slope = tan(ego[columns.EGO_HEADING] - place[columns.PLACE_HEADING])
+    return stops.rate_footprint(
+        rules, ground, place[columns.PLACE_S], place[columns.PLACE_D], slope, length, width
+    )
 
 
 def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
@@ -106,21 +75,23 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     record = _record(trace, run, trace.layout.architectures[run])
     road = trace.layout.context.road
     ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
-    s, d, speed = place[PLACE_S], place[PLACE_D], ego[EGO_SPEED]
-    slope = tan(ego[EGO_HEADING] - place[PLACE_HEADING])
+    s, d, speed = place[columns.PLACE_S], place[columns.PLACE_D], ego[columns.EGO_SPEED]
+    slope = tan(ego[columns.EGO_HEADING] - place[columns.PLACE_HEADING])
     lane = min(road.lanes - 1, max(0, int(d // road.lane_width[run])))
-    paths = np.zeros((LAID_PATHS, PATH_ROW))
-    profiles = np.zeros((LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW))
+    paths = np.zeros((stops.LAID_PATHS, PATH_ROW))
+    profiles = np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, PROFILE_ROW))
     center, driven = (lane + 0.5) * road.lane_width[run], np.full(PATH_ROW, np.nan)
-    curvature, acceleration = place[PLACE_CURVATURE], ego[EGO_ACCELERATION]
-    lay_stops(record, s, d, slope, 0.0, speed, center, curvature, driven, paths)
-    for level in range(STOP_LEVELS):
-        wanted, jerk = stop_level(record, level), stop_jerk(level)
-        fill_stop(speed, acceleration, wanted, jerk, record["acceleration_lag"], profiles[level])
-    lay_refuge_stops(
+    curvature, acceleration = place[columns.PLACE_CURVATURE], ego[columns.EGO_ACCELERATION]
+    stops.lay_stops(record, s, d, slope, 0.0, speed, center, curvature, driven, paths)
+    for level in range(stops.STOP_LEVELS):
+        wanted, jerk = stops.stop_level(record, level), stops.stop_jerk(level)
+        stops.fill_stop(
+            speed, acceleration, wanted, jerk, record["acceleration_lag"], profiles[level]
+        )
+    stops.lay_refuge_stops(
         record,
         road.refuges[run],
-        ANYWHERE,
+        stops.ANYWHERE,
         (s, d, speed, acceleration),
         (s, d, slope, 0.0),
         0.0,
@@ -132,9 +103,11 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     )
     context, objects = trace.layout.context, trace["object_places"][run, row]
     beside = 0.5 * (context.object_sizes[run, :, 1] + context.ego_size[run, 1])
-    follows = (objects[:, PLACE_S] < s) & (abs(objects[:, PLACE_D] - d) < beside)
+    follows = (objects[:, columns.PLACE_S] < s) & (abs(objects[:, columns.PLACE_D] - d) < beside)
     meets = np.flatnonzero(~follows)
-    later = np.rint((np.arange(STOP_SAMPLES) + 1) * STOP_INTERVAL / context.step).astype(np.int64)
+    later = np.rint(
+        (np.arange(stops.STOP_SAMPLES) + 1) * stops.STOP_INTERVAL / context.step
+    ).astype(np.int64)
     rows = np.minimum(int(trace.length[run]) - 1, row + later)
     return _best_of(
         record,
@@ -175,7 +148,7 @@ def _safety_of(architecture: Architecture) -> SafetyParameters | None:
 def rules_of(architecture: Architecture) -> Floats:
     """Return the ratings (RULES,) of ``ratings_of`` as a table."""
     ratings = ratings_of(architecture)
-    return np.array([getattr(ratings, name) for name in RULE_NAMES], dtype=np.float64)
+    return np.array([getattr(ratings, name) for name in stops.RULE_NAMES], dtype=np.float64)
 
 
 def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
@@ -222,14 +195,14 @@ def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are 
         sizes: (M, 3).
     """
     s, d = start
-    best = CONTACT
-    for stop in range(STOPS):
-        path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
-        if path[PATH_EXISTS] == 0.0 or stands_at(profile) == STOP_SAMPLES:
+    best = stops.CONTACT
+    for stop in range(stops.STOPS):
+        path, profile = paths[stops.path_of(stop)], profiles[stops.profile_of(stop)]
+        if path[PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
             continue
-        if not fits_limits(record, refuges, path, s - path[PATH_START], profile, d):
+        if not stops.fits_limits(record, refuges, path, s - path[PATH_START], profile, d):
             continue
-        rating = rate_stop(record, rules, segments, refuges, s, path, profile)
+        rating = stops.rate_stop(record, rules, segments, refuges, s, path, profile)
         if rating < best and _is_free(record, segments, s, path, profile, objects, sizes):
             best = rating
     return best
@@ -246,7 +219,7 @@ def _is_free(  # noqa: PLR0913, PLR0917 - a stop and what it may meet
     sizes: Floats,
 ) -> bool:
     """Tell whether a stop meets no object, as these moved; after the end of the run they stay."""
-    for sample in range(min(stands_at(profile) + 1, STOP_SAMPLES)):
+    for sample in range(min(stops.stands_at(profile) + 1, stops.STOP_SAMPLES)):
         s = start + profile[sample, PROFILE_S]
         d, slope, _ = at_path(path, s - path[PATH_START])
         x, y, heading = position(segments, s, d)
@@ -257,9 +230,9 @@ def _is_free(  # noqa: PLR0913, PLR0917 - a stop and what it may meet
                 heading + atan(slope),
                 record["length"],
                 record["width"],
-                objects[sample, index, OBJECT_X],
-                objects[sample, index, OBJECT_Y],
-                objects[sample, index, OBJECT_HEADING],
+                objects[sample, index, columns.OBJECT_X],
+                objects[sample, index, columns.OBJECT_Y],
+                objects[sample, index, columns.OBJECT_HEADING],
                 sizes[index, 0],
                 sizes[index, 1],
             )

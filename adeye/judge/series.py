@@ -9,19 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
 import numpy as np
 
-from adeye.judge.conflict import (
-    DISTANCE,
-    DRAC,
-    GAP,
-    REQUIRED,
-    RSS_MARGIN,
-    TIME_GAP,
-    TIME_HEADWAY,
-    TTC,
-    Scene,
-    measure_object,
-    measure_runs,
-)
+from adeye.judge import conflict
 from adeye.judge.following import MTTC, TTR, following_series
 from adeye.judge.outcome import abilities
 from adeye.judge.stl.series import SampleStatus, declared_series
@@ -64,7 +52,7 @@ class Samples:
 
 def is_demand(column: int) -> bool:
     """Tell whether a quantity of ``conflict`` is a deceleration, worse when larger."""
-    return column in {DRAC, REQUIRED}
+    return column in {conflict.DRAC, conflict.REQUIRED}
 
 
 @inlined
@@ -273,20 +261,20 @@ class TraceSeries:
     def object_distance(self, index: int) -> Floats:
         """Measure the body distance (B, T) to one object [m]; NaN is an error."""
         distances = np.zeros(self.shape)
-        measure_object(self.scene, index, distances, np.zeros((self.trace.runs, 0)))
+        conflict.measure_object(self.scene, index, distances, np.zeros((self.trace.runs, 0)))
         return distances
 
     def object_gap(self, index: int) -> Floats:
         """Measure the signed gap (B, T) to one object [m]; NaN is an error."""
         gaps = np.zeros(self.shape)
-        measure_object(self.scene, index, np.zeros((self.trace.runs, 0)), gaps)
+        conflict.measure_object(self.scene, index, np.zeros((self.trace.runs, 0)), gaps)
         return gaps
 
     @cached_property
-    def scene(self) -> Scene:
+    def scene(self) -> conflict.Scene:
         """What scans read of the runs."""
         context, columns = self.trace.layout.context, self.column
-        return Scene(
+        return conflict.Scene(
             length=self.trace.length,
             ego=columns("ego"),
             ego_place=columns("ego_place"),
@@ -301,7 +289,7 @@ class TraceSeries:
     def nearest(self) -> tuple[Floats, Shorts]:
         """Gap to the nearest object in the path (B, T) [m] and that object, -1 for none."""
         values, actors = self.worst_conflicts
-        return values[GAP], actors[GAP]
+        return values[conflict.GAP], actors[conflict.GAP]
 
     @cached_property
     def conflicts(self) -> tuple[Floats, Shorts]:
@@ -319,18 +307,18 @@ class TraceSeries:
     def least_distance(self) -> Samples:
         """Samples of the distance of which only the least of each run is exact."""
         values, actors = self.worst_conflicts
-        return _sampled(self, values[DISTANCE], actors[DISTANCE])
+        return _sampled(self, values[conflict.DISTANCE], actors[conflict.DISTANCE])
 
     def _measured(self, *, is_least_only: bool) -> tuple[Floats, Shorts]:
         values = np.empty((8, *self.shape))
         actors = np.empty(values.shape, dtype=np.int16)
-        measure_runs(self.scene, self._rss, is_least_only, values, actors)
+        conflict.measure_runs(self.scene, self._rss, is_least_only, values, actors)
         return values, actors
 
 
 def _conflict(column: int) -> Callable[[TraceSeries], Samples]:
     def measure(series: TraceSeries) -> Samples:
-        is_whole = column == DISTANCE
+        is_whole = column == conflict.DISTANCE
         values, actors = series.conflicts if is_whole else series.worst_conflicts
         return _sampled(series, values[column], actors[column], demands=is_demand(column))
 
@@ -487,16 +475,16 @@ SERIES: Final = {definition.name: definition for definition in _DEFINITIONS}
 """Metric series by name."""
 
 _MEASURES: Final[dict[str, Callable[[TraceSeries], Samples]]] = {
-    "distance": _conflict(DISTANCE),
-    "gap": _conflict(GAP),
-    "ttc": _conflict(TTC),
-    "time_gap": _conflict(TIME_GAP),
-    "time_headway": _conflict(TIME_HEADWAY),
+    "distance": _conflict(conflict.DISTANCE),
+    "gap": _conflict(conflict.GAP),
+    "ttc": _conflict(conflict.TTC),
+    "time_gap": _conflict(conflict.TIME_GAP),
+    "time_headway": _conflict(conflict.TIME_HEADWAY),
     "mttc": _following(MTTC),
     "ttr": _following(TTR),
-    "drac": _conflict(DRAC),
-    "required_deceleration": _conflict(REQUIRED),
-    "rss_margin": _conflict(RSS_MARGIN),
+    "drac": _conflict(conflict.DRAC),
+    "required_deceleration": _conflict(conflict.REQUIRED),
+    "rss_margin": _conflict(conflict.RSS_MARGIN),
     "rss_violation": _rss_violation,
     "jerk": _jerk,
 }

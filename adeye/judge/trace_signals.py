@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.judge.outcome import in_refuge, on_road
 from adeye.judge.series import (
     SERIES,
@@ -18,29 +19,7 @@ from adeye.judge.series import (
 )
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_STEERING,
-    EGO_X,
-    EGO_Y,
-    OBJECT_ACCELERATION,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_LANE,
-    PLACE_OFFSET,
-    SILENT,
-    Bools,
-    Bytes,
-    Floats,
-    SignalType,
-    architecture_signals,
-    scene_signals,
-)
+from adeye.signals import Bools, Bytes, Floats, SignalType, architecture_signals, scene_signals
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -69,19 +48,19 @@ DECISION_FAMILIES: Final = (
 """First words of signals that the last row of a run lacks: nothing is decided from it."""
 
 _EGO: Final = {
-    "x": EGO_X,
-    "y": EGO_Y,
-    "heading": EGO_HEADING,
-    "speed": EGO_SPEED,
-    "acceleration": EGO_ACCELERATION,
-    "steering_angle": EGO_STEERING,
+    "x": columns.EGO_X,
+    "y": columns.EGO_Y,
+    "heading": columns.EGO_HEADING,
+    "speed": columns.EGO_SPEED,
+    "acceleration": columns.EGO_ACCELERATION,
+    "steering_angle": columns.EGO_STEERING,
 }
 _OBJECT: Final = {
-    "x": OBJECT_X,
-    "y": OBJECT_Y,
-    "heading": OBJECT_HEADING,
-    "speed": OBJECT_SPEED,
-    "acceleration": OBJECT_ACCELERATION,
+    "x": columns.OBJECT_X,
+    "y": columns.OBJECT_Y,
+    "heading": columns.OBJECT_HEADING,
+    "speed": columns.OBJECT_SPEED,
+    "acceleration": columns.OBJECT_ACCELERATION,
 }
 
 
@@ -228,7 +207,7 @@ class TraceSignals:
     @cached_property
     def is_standstill(self) -> Bools:
         """(B, T) whether the ego stands."""
-        return np.asarray(np.abs(self._ego(EGO_SPEED)) <= STANDSTILL_SPEED)
+        return np.asarray(np.abs(self._ego(columns.EGO_SPEED)) <= STANDSTILL_SPEED)
 
     @cached_property
     def is_on_road(self) -> Bools:
@@ -266,7 +245,7 @@ class TraceSignals:
         if name == "time":
             times = np.broadcast_to(self.trace.time, self.measured.shape)
             return times, np.zeros(times.shape, dtype=np.int8), None
-        speed, d = self._ego(EGO_SPEED), self._place(PLACE_D)
+        speed, d = self._ego(columns.EGO_SPEED), self._place(columns.PLACE_D)
         if name == "contact":
             touched = self._column("contact")
             return _reading(touched >= 0, actor=touched)
@@ -283,15 +262,16 @@ class TraceSignals:
 
     def _of_ego(self, what: str) -> Reading:
         if what == "on_road":
-            return _reading(self.is_on_road, self._place(PLACE_D))
+            return _reading(self.is_on_road, self._place(columns.PLACE_D))
         if what == "in_refuge":
-            places, heading = cast("Floats", self._column("ego_place")), self._ego(EGO_HEADING)
+            places = cast("Floats", self._column("ego_place"))
+            heading = self._ego(columns.EGO_HEADING)
             stands = in_refuge(self.trace.layout.context, places, heading)
-            return _reading(stands, self._place(PLACE_D), heading)
+            return _reading(stands, self._place(columns.PLACE_D), heading)
         if what == "lane":
-            return _reading(self._place(PLACE_LANE), self._place(PLACE_D))
+            return _reading(self._place(columns.PLACE_LANE), self._place(columns.PLACE_D))
         if what == "lane_offset":
-            return _reading(self._place(PLACE_OFFSET))
+            return _reading(self._place(columns.PLACE_OFFSET))
         return _reading(self._ego(_EGO[what]))
 
     def _of_actor(self, rest: str) -> Reading:
@@ -299,7 +279,7 @@ class TraceSignals:
         index = self.trace.layout.context.object_ids.index(actor)
         if what == "lane":
             place = self._column("object_places")[:, :, index]
-            values, *checked = place[..., PLACE_LANE], place[..., PLACE_D]
+            values, *checked = place[..., columns.PLACE_LANE], place[..., columns.PLACE_D]
         elif what in _OBJECT:
             values, checked = self._column("objects")[:, :, index, _OBJECT[what]], []
         else:
@@ -322,7 +302,7 @@ class TraceSignals:
             return self._age(self._column("stamp")[..., index])
         values, status, nobody = _reading(self._column(what)[..., index])
         if what != "status":
-            silent = self._column("status")[..., index] == SILENT
+            silent = self._column("status")[..., index] == columns.SILENT
             status[silent] = SampleStatus.NOT_APPLICABLE
         return values, status, nobody
 
@@ -332,7 +312,7 @@ class TraceSignals:
         is_tracked = np.isfinite(self._column("track_error")[:, :, channel, thing, 0])
         values, status, nobody = _reading(is_tracked)
         hidden = self._column("false_tracks")[..., channel] == NO_TRACKS
-        status[hidden & (self._column("status")[..., channel] != SILENT)] = (
+        status[hidden & (self._column("status")[..., channel] != columns.SILENT)] = (
             SampleStatus.NOT_APPLICABLE
         )
         return values, status, nobody

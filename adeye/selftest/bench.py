@@ -11,7 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import yaml
 
 from adeye import api
 from adeye.errors import AdeyeError
@@ -181,3 +183,38 @@ def is_good(seen: Seen) -> bool:
 def running(*edits: Edit, odd: str = DRIVING) -> Examine:
     """Take the bench with some edits through plan, run, judge, store and exit code."""
     return lambda bench: bench.run(edits, odd)
+
+
+# --- The masters as they are written: what is there, and by what it is replaced -------------------
+
+_CHECK: Final = "check of the files, before anything is executed"
+
+
+def written(group: Group) -> dict[str, dict[str, Any]]:
+    """Read the masters of a group, by name, from ``masters.yaml``, which says what keys mean."""
+    text = (resources.files("adeye.selftest") / "masters.yaml").read_text("utf-8")
+    return {name: item for name, item in yaml.safe_load(text).items() if item["group"] == group}
+
+
+def master_of(name: str, item: dict[str, Any], examine: Examine, twin: Examine) -> Master:
+    """Make a master of what is written of it, and of what takes it through the production path."""
+    code = item.get("exit_code", 2)
+    finder = item.get(
+        "finder", _CHECK if code == 2 else "judging, on runs that are known to be good"
+    )
+    return Master(name, item["group"], item["wrong"], finder, code, item["words"], examine, twin)
+
+
+def edited(name: str, item: dict[str, Any]) -> Master:
+    """Make a master that is edits of the bench."""
+    bad, good = (_edits(item, key) for key in ("bad", "good"))
+    is_handover = not {HANDOVER, HANDOVER_CONCEPT, GUARDED}.isdisjoint(edit.file for edit in bad)
+    odd = HANDOVER if is_handover else DRIVING
+    return master_of(name, item, running(*bad, odd=odd), running(*good, odd=odd))
+
+
+def _edits(item: dict[str, Any], key: str) -> list[Edit]:
+    new = item.get(key, ())
+    edits = [(item["file"], item["old"], new)] if isinstance(new, str) else new
+    also = [item["also"]] if "also" in item else []
+    return [Edit(*edit) for edit in (*edits, *also)]

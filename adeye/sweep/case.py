@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from adeye.identity import JsonRows, digest, digests, stream_seed
 from adeye.spec.scenario import LogicalScenario
@@ -13,11 +13,12 @@ from adeye.spec.sensors import model_name
 from adeye.sweep.axes import MOST_VARIANTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
     from adeye.spec.odd import Attributes
+    from adeye.sweep.groups import Shared
 
 # --- The test case: one situation, one architecture, one fault entry; and what identifies it ------
 
@@ -136,61 +137,41 @@ def case_json(
     return JsonRows.of(shared, ("situation",))
 
 
-_CONTENT: dict[int, tuple[LogicalScenario | Architecture, str]] = {}
+_Digests: TypeAlias = "dict[int, tuple[LogicalScenario | Architecture, str]]"
+"""By identity of the record, which is its own while the reference is kept."""
+_CONTENT: _Digests = {}
+_STRUCTURE: _Digests = {}
+
+
+def _once(
+    known: _Digests, part: LogicalScenario | Architecture, content: Callable[[], object]
+) -> str:
+    """Hash something of a shared record once."""
+    found = known.get(id(part))
+    if found is None or found[0] is not part:
+        found = (part, digest(content()))
+        if len(known) >= MOST_VARIANTS:
+            known.clear()
+        known[id(part)] = found
+    return found[1]
 
 
 def content_digest(part: LogicalScenario | Architecture) -> str:
     """Hash the executable content of a scenario or architecture, once per shared record.
 
     Args:
-        part: A frozen record; while it is known the reference is kept, so its identity is its own.
+        part: A frozen record.
 
     Returns:
         sha256 in hex.
     """
-    known = _CONTENT.get(id(part))
-    if known is None or known[0] is not part:
-        known = (part, digest(part.executable()))
-        if len(_CONTENT) >= MOST_VARIANTS:
-            _CONTENT.clear()
-        _CONTENT[id(part)] = known
-    return known[1]
+    return _once(_CONTENT, part, part.executable)
 
 
 # --- Group test cases into batches: one structure inside a batch, only values vary ----------------
 
-_KNOWN: dict[int, tuple[Any, str]] = {}
 
-
-class Structured(Protocol):
-    """What tells the structure of a test case."""
-
-    @property
-    def scenario_id(self) -> str:
-        """Id of the scenario in its ODD."""
-
-    @property
-    def scenario(self) -> LogicalScenario:
-        """The scenario, overrides applied."""
-
-    @property
-    def architecture(self) -> Architecture:
-        """The architecture, overrides applied."""
-
-    @property
-    def faults(self) -> tuple[Fault, ...]:
-        """The faults of its entry."""
-
-    @property
-    def fault_entry(self) -> str:
-        """Name of the entry."""
-
-    @property
-    def step(self) -> float:
-        """Master clock [s]."""
-
-
-def structure_key(case: Structured) -> str:
+def structure_key(case: TestCase | Shared) -> str:
     """Hash what must be equal inside a batch.
 
     Scenario, actors, storyboard, sensors, channels, links, rates, latencies, switch policy, fault
@@ -240,26 +221,15 @@ def batches(cases: Iterable[TestCase], size: int) -> Iterator[list[TestCase]]:
 
 
 def _structure(part: LogicalScenario | Architecture) -> str:
-    known = _KNOWN.get(id(part))
-    if known is None or known[0] is not part:
-        made = _of_scenario(part) if isinstance(part, LogicalScenario) else _of_architecture(part)
-        known = (part, digest(made))
-        if len(_KNOWN) >= MOST_VARIANTS:
-            _KNOWN.clear()
-        _KNOWN[id(part)] = known
-    return known[1]
+    if isinstance(part, LogicalScenario):
+        return _once(_STRUCTURE, part, partial(_of_scenario, part))
+    return _once(_STRUCTURE, part, partial(_of_architecture, part))
 
 
 def _of_scenario(scenario: LogicalScenario) -> Any:
-    content = scenario.executable()
-    content["environment"] = None
-    return content | {
-        "environment": {
-            key: text
-            for key, text in scenario.environment.model_dump(mode="json").items()
-            if key != "illumination"
-        }
-    }
+    content, environment = scenario.executable(), scenario.environment.model_dump(mode="json")
+    environment.pop("illumination")
+    return {**content, "environment": environment}
 
 
 def _of_architecture(architecture: Architecture) -> Any:

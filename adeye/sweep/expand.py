@@ -31,7 +31,7 @@ from adeye.sweep.groups import (
     sections_of,
     shared_of,
 )
-from adeye.sweep.sampling import RandomDesign, SpaceFillingDesign
+from adeye.sweep.sampling import filling_points, random_points
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
@@ -299,9 +299,9 @@ def _designed(files: OddFiles, use: ScenarioUse, space: Space) -> Points:
         _check_samples(files, sweep.samples, space.where)
         seed = files.odd.spec.seed
         if sweep.design == "random":
-            return RandomDesign(sweep.samples, seed, use.name).draw(space)
+            return random_points(space, sweep.samples, seed, use.name)
         kind: FillingKind = "lhs" if sweep.design == "lhs" else "sobol"
-        return SpaceFillingDesign(kind, sweep.samples, seed, use.name).points(space)
+        return filling_points(space, kind, sweep.samples, seed, use.name)
     combine = full_factorial if sweep.design == "full_factorial" else zipped
     return combine(space)
 

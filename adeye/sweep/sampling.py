@@ -6,7 +6,7 @@ declared distribution, or evenly between its ends.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -36,135 +36,119 @@ NEAREST_END: Final = 2.0**-32
 LARGEST_SOBOL: Final = 2**20
 
 
-@dataclass(frozen=True, slots=True)
-class RandomDesign:
-    """A seeded sample of independent draws.
+def random_points(space: Space, samples: int, seed: int, stream: str) -> Points:
+    """Draw points independently and keep the first feasible ones, whatever the size of the chunks.
 
-    Attributes:
+    Args:
+        space: Axes and relations.
         samples: Number of feasible points to draw.
         seed: Seed of the ODD.
         stream: Name of the stream: the scenario's id in the ODD.
+
+    Raises:
+        SweepError: An axis is not numeric, or feasible points are too rare.
     """
-
-    samples: int
-    seed: int
-    stream: str
-
-    def draw(self, space: Space) -> Points:
-        """Draw points and keep the first feasible ones, whatever the size of the chunks.
-
-        Raises:
-            SweepError: An axis is not numeric, or feasible points are too rare.
-        """
-        axes = space.axes
-        _require_drawable(axes, "random")
-        seed = np.uint64(stream_seed(self.seed, 0, f"sweep/{self.stream}", {}))
-        owners = [np.uint64(owner_id(axis.name)) for axis in axes]
-        kept: list[NDArray[np.float64]] = []
-        limit = min(self.samples * MAX_DRAWS_PER_SAMPLE, 2**32)
-        drawn = found = looked = 0
-        while found < self.samples and drawn < limit:
-            count = min(DRAWS, limit - drawn)
-            table = np.empty((count, len(axes)))
-            for at, (axis, owner) in enumerate(zip(axes, owners, strict=True)):
-                _draw(seed, owner, drawn, table[:, at])
-                table[:, at] = _placed(axis, table[:, at])
-            mask = _feasible(space, table)
-            kept.append(table[mask])
-            missing, found = self.samples - found, found + int(mask.sum())
-            if found >= self.samples:
-                looked = drawn + int(np.flatnonzero(mask)[missing - 1]) + 1
-            drawn += count
-            if not found and drawn >= HOPELESS:
-                break
-        if found < self.samples:
-            raise SweepError(
-                f"only {found} of {drawn:,} draws fulfil {space.wanted}",
-                where=space.where,
-                remedy="Widen the ranges or relax the relations.",
-            )
-        feasible = np.concatenate(kept)
-        points = _points(space, feasible[: self.samples], self.samples, looked)
-        return replace(points, absent=_vanished(axes, table, feasible))
+    axes = space.axes
+    _require_drawable(axes, "random")
+    own_seed = np.uint64(stream_seed(seed, 0, f"sweep/{stream}", {}))
+    owners = [np.uint64(owner_id(axis.name)) for axis in axes]
+    kept: list[NDArray[np.float64]] = []
+    limit = min(samples * MAX_DRAWS_PER_SAMPLE, 2**32)
+    drawn = found = looked = 0
+    while found < samples and drawn < limit:
+        count = min(DRAWS, limit - drawn)
+        table = np.empty((count, len(axes)))
+        for at, (axis, owner) in enumerate(zip(axes, owners, strict=True)):
+            _draw(own_seed, owner, drawn, table[:, at])
+            table[:, at] = _placed(axis, table[:, at])
+        mask = _feasible(space, table)
+        kept.append(table[mask])
+        missing, found = samples - found, found + int(mask.sum())
+        if found >= samples:
+            looked = drawn + int(np.flatnonzero(mask)[missing - 1]) + 1
+        drawn += count
+        if not found and drawn >= HOPELESS:
+            break
+    if found < samples:
+        raise SweepError(
+            f"only {found} of {drawn:,} draws fulfil {space.wanted}",
+            where=space.where,
+            remedy="Widen the ranges or relax the relations.",
+        )
+    feasible = np.concatenate(kept)
+    points = _points(space, feasible[:samples], samples, looked)
+    return replace(points, absent=_vanished(axes, table, feasible))
 
 
-@dataclass(frozen=True, slots=True)
-class SpaceFillingDesign:
-    """A seeded design whose points fill the space of the axes more evenly than chance.
+def filling_points(space: Space, kind: FillingKind, samples: int, seed: int, stream: str) -> Points:
+    """Place points that fill the space more evenly than chance, and keep the feasible ones.
 
     The points depend on each other, so they are no random sample. Points that relations exclude
     are left out and not replaced: whatever replaced them would not be of the design.
 
-    Attributes:
+    Args:
+        space: Axes and relations.
         kind: ``lhs``, a Latin hypercube, or ``sobol``, a scrambled Sobol sequence.
         samples: Number of points before relations.
         seed: Seed of the ODD.
         stream: Name of the stream: the scenario's id in the ODD.
+
+    Raises:
+        SweepError: An axis is not numeric, the number of points does not fit the design, or none is
+            feasible.
     """
+    axes, where = space.axes, space.where
+    _require_drawable(axes, kind)
+    if not axes:
+        raise SweepError(
+            f"design: {kind} needs at least one axis",
+            where=where,
+            remedy="Vary something.",
+        )
+    if kind == "sobol":
+        _require_balance(samples, where)
+    # The order in which a file lists the axes does not matter.
+    order = sorted(range(len(axes)), key=lambda at: axes[at].name)
+    shares = np.empty((samples, len(axes)))
+    own_seed = stream_seed(seed, 0, f"sweep/{stream}/{kind}", {})
+    shares[:, order] = _shares(kind, samples, len(axes), own_seed)
+    table = np.empty_like(shares)
+    for at, axis in enumerate(axes):
+        table[:, at] = _placed(axis, shares[:, at])
+    mask = _feasible(space, table)
+    if not mask.any():
+        raise SweepError(
+            f"none of {samples:,} points fulfils {space.wanted}",
+            where=where,
+            remedy="Widen the ranges or relax the relations.",
+        )
+    points = _points(space, table[mask], samples, samples)
+    return replace(points, absent=_vanished(axes, table, table[mask]))
 
-    kind: FillingKind
-    samples: int
-    seed: int
-    stream: str
 
-    def points(self, space: Space) -> Points:
-        """Place the points and keep the feasible ones.
+def _require_balance(samples: int, where: SourceLocation) -> None:
+    below = 1 << (samples.bit_length() - 1)
+    if samples != below or samples > LARGEST_SOBOL:
+        nearest = [n for n in (below, 2 * below) if n <= LARGEST_SOBOL] or [LARGEST_SOBOL]
+        raise SweepError(
+            f"{samples:,} points of a Sobol sequence do not fill the space evenly; their "
+            f"number is a power of two, at most {LARGEST_SOBOL:,}",
+            where=where,
+            remedy=f"Write samples: {' or '.join(map(str, nearest))}.",
+        )
 
-        Raises:
-            SweepError: An axis is not numeric, the number of points does not fit the design, or
-                none is feasible.
-        """
-        axes, where = space.axes, space.where
-        _require_drawable(axes, self.kind)
-        if not axes:
-            raise SweepError(
-                f"design: {self.kind} needs at least one axis",
-                where=where,
-                remedy="Vary something.",
-            )
-        self._require_balance(where)
-        # The order in which a file lists the axes does not matter.
-        order = sorted(range(len(axes)), key=lambda at: axes[at].name)
-        shares = np.empty((self.samples, len(axes)))
-        shares[:, order] = self._shares(len(axes))
-        table = np.empty_like(shares)
-        for at, axis in enumerate(axes):
-            table[:, at] = _placed(axis, shares[:, at])
-        mask = _feasible(space, table)
-        if not mask.any():
-            raise SweepError(
-                f"none of {self.samples:,} points fulfils {space.wanted}",
-                where=where,
-                remedy="Widen the ranges or relax the relations.",
-            )
-        points = _points(space, table[mask], self.samples, self.samples)
-        return replace(points, absent=_vanished(axes, table, table[mask]))
 
-    def _require_balance(self, where: SourceLocation) -> None:
-        if self.kind != "sobol":
-            return
-        below = 1 << (self.samples.bit_length() - 1)
-        if self.samples != below or self.samples > LARGEST_SOBOL:
-            nearest = [n for n in (below, 2 * below) if n <= LARGEST_SOBOL] or [LARGEST_SOBOL]
-            raise SweepError(
-                f"{self.samples:,} points of a Sobol sequence do not fill the space evenly; their "
-                f"number is a power of two, at most {LARGEST_SOBOL:,}",
-                where=where,
-                remedy=f"Write samples: {' or '.join(map(str, nearest))}.",
-            )
+def _shares(kind: FillingKind, samples: int, axes: int, seed: int) -> NDArray[np.float64]:
+    """Ask SciPy for the numbers on (0, 1): (N, A)."""
+    from scipy.stats import qmc
 
-    def _shares(self, count: int) -> NDArray[np.float64]:
-        """Ask SciPy for the numbers on (0, 1): (N, A)."""
-        from scipy.stats import qmc
-
-        seed = stream_seed(self.seed, 0, f"sweep/{self.stream}/{self.kind}", {})
-        generator = np.random.Generator(np.random.PCG64(seed))
-        if self.kind == "lhs":
-            shares = qmc.LatinHypercube(count, seed=generator).random(self.samples)
-        else:
-            sequence = qmc.Sobol(count, scramble=True, bits=30, seed=generator)
-            shares = sequence.random_base2(self.samples.bit_length() - 1)
-        return np.asarray(np.clip(shares, NEAREST_END, 1.0 - NEAREST_END), dtype=np.float64)
+    generator = np.random.Generator(np.random.PCG64(seed))
+    if kind == "lhs":
+        shares = qmc.LatinHypercube(axes, seed=generator).random(samples)
+    else:
+        sequence = qmc.Sobol(axes, scramble=True, bits=30, seed=generator)
+        shares = sequence.random_base2(samples.bit_length() - 1)
+    return np.asarray(np.clip(shares, NEAREST_END, 1.0 - NEAREST_END), dtype=np.float64)
 
 
 def _require_drawable(axes: Sequence[Axis], kind: str) -> None:

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.kernel.relation import tick_time
 from adeye.ports import ChannelContext, ControlChannel, ScalarFactory
 from adeye.signals import (
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    FAULT,
-    OK,
-    REASON_DEFAULT,
-    SILENT,
-    STATUS_LABELS,
-    TRACK_COLUMNS,
     Authority,
     Bools,
     ControlCommand,
@@ -30,6 +23,7 @@ from adeye.signals import (
 )
 from adeye.simulate.channels.links import CHANNEL_PREFIX, observe
 from adeye.simulate.channels.scalar import ScalarChannel
+from adeye.testing.demands import demand, demand_equal
 from adeye.testing.scenes import channel_context, object_measurement
 
 if TYPE_CHECKING:
@@ -57,7 +51,7 @@ class ScriptedChannel:
         self,
         acceleration: Sequence[float] | Floats,
         steering_angle: Sequence[float] | Floats = (0.0,),
-        status: Sequence[int] | Ints = (OK,),
+        status: Sequence[int] | Ints = (columns.OK,),
     ) -> None:
         """Take the script.
 
@@ -137,14 +131,17 @@ def check_channel(
     )
     script = _script(context, kinds)
     channel = _make(factory)
+    demand_alike = partial(demand_equal, names=_COMPARED, shown=True)
     first = _play(channel, context, script)
     _check_answers(channel, context, first)
-    _demand_equal(first, _play(channel, context, script), "a second reset() gives other commands")
-    _demand_equal(first, _play(_make(factory), context, script), "equal inputs, other commands")
+    demand_alike(
+        first, _play(channel, context, script), rule="a second reset() gives other commands"
+    )
+    demand_alike(first, _play(_make(factory), context, script), rule="equal inputs, other commands")
     for run in range(RUNS):
         alone = _play(_make(factory), _one_context(context, run), _one_script(script, run))
         part = [_one_command(command, run) for command in first]
-        _demand_equal(part, alone, f"run {run} depends on the other runs of its batch")
+        demand_alike(part, alone, rule=f"run {run} depends on the other runs of its batch")
     blind = [replace(tick, readings=_nothing(tick.readings)) for tick in script]
     _check_answers(channel, context, _play(channel, context, blind))
 
@@ -156,11 +153,6 @@ def _make(factory: Callable[..., Any]) -> ControlChannel:
     else:
         made = factory()
     return made
-
-
-def _demand(*, holds: bool, rule: str) -> None:
-    if not holds:
-        raise AssertionError(rule)
 
 
 def _play(
@@ -179,9 +171,9 @@ def _play(
             protect=True,
         )
         answer = channel.act(observation)
-        _demand(
-            holds=isinstance(answer, ControlCommand),
-            rule=f"act() returned {type(answer).__name__}, not ControlCommand",
+        demand(
+            isinstance(answer, ControlCommand),
+            f"act() returned {type(answer).__name__}, not ControlCommand",
         )
         answers.append(answer.copy())
     return answers
@@ -191,27 +183,27 @@ def _check_answers(
     channel: ControlChannel, context: ChannelContext, answers: Sequence[ControlCommand]
 ) -> None:
     failures = [event for event in getattr(channel, "events", []) if event is not None]
-    _demand(holds=not failures, rule=f"the channel failed: {failures[:1]}")
+    demand(not failures, f"the channel failed: {failures[:1]}")
     runs = context.runs
     for answer in answers:
-        _demand(holds=answer.channel == context.channel_id, rule="the command has another id")
+        demand(answer.channel == context.channel_id, "the command has another id")
         for name in ("acceleration", "steering_angle", "stamp", "status"):
             shape = getattr(answer, name).shape
-            _demand(holds=shape == (runs,), rule=f"{name} has shape {shape}, not ({runs},)")
-        known = (answer.status >= 0) & (answer.status < len(STATUS_LABELS))
-        _demand(holds=bool(known.all()), rule=f"status {answer.status} is unknown")
-        usable = (answer.status != FAULT) & (answer.status != SILENT)
+            demand(shape == (runs,), f"{name} has shape {shape}, not ({runs},)")
+        known = (answer.status >= 0) & (answer.status < len(columns.STATUS_LABELS))
+        demand(bool(known.all()), f"status {answer.status} is unknown")
+        usable = (answer.status != columns.FAULT) & (answer.status != columns.SILENT)
         finite = np.isfinite(answer.acceleration) & np.isfinite(answer.steering_angle)
-        _demand(holds=bool((finite | ~usable).all()), rule="a usable command is not finite")
+        demand(bool((finite | ~usable).all()), "a usable command is not finite")
         count = len(channel.monitor_ids)
         if count or answer.monitors is not None:
             shape = () if answer.monitors is None else answer.monitors.shape
-            _demand(holds=shape == (runs, count, 2), rule=f"monitors have shape {shape}")
+            demand(shape == (runs, count, 2), f"monitors have shape {shape}")
         _check_fan(answer, runs)
         if answer.tracks is not None:
             shape = answer.tracks.shape
-            fits = len(shape) == 3 and (shape[0], shape[2]) == (runs, len(TRACK_COLUMNS))
-            _demand(holds=fits, rule=f"tracks have shape {shape}")
+            fits = len(shape) == 3 and (shape[0], shape[2]) == (runs, len(columns.TRACK_COLUMNS))
+            demand(fits, f"tracks have shape {shape}")
 
 
 def _check_fan(answer: ControlCommand, runs: int) -> None:
@@ -219,24 +211,11 @@ def _check_fan(answer: ControlCommand, runs: int) -> None:
         return
     shape = answer.candidates.shape
     fits = len(shape) == 4 and (shape[0], shape[3]) == (runs, 2)
-    _demand(holds=fits, rule=f"candidates have shape {shape}")
+    demand(fits, f"candidates have shape {shape}")
     costs = () if answer.candidate_costs is None else answer.candidate_costs.shape
-    _demand(holds=costs == shape[:2], rule=f"candidate_costs have shape {costs}")
+    demand(costs == shape[:2], f"candidate_costs have shape {costs}")
     chosen = () if answer.chosen is None else answer.chosen.shape
-    _demand(holds=chosen == (runs,), rule=f"chosen has shape {chosen}")
-
-
-def _demand_equal(
-    one: Sequence[ControlCommand], other: Sequence[ControlCommand], rule: str
-) -> None:
-    for tick, (a, b) in enumerate(zip(one, other, strict=True)):
-        for name in _COMPARED:
-            left, right = getattr(a, name), getattr(b, name)
-            if left is None or right is None:
-                _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
-                continue
-            same = np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
-            _demand(holds=same, rule=f"{rule}: {name} at tick {tick}: {left} and {right}")
+    demand(chosen == (runs,), f"chosen has shape {chosen}")
 
 
 def _script(context: ChannelContext, kinds: Mapping[str, str]) -> list[_Tick]:
@@ -248,9 +227,9 @@ def _script(context: ChannelContext, kinds: Mapping[str, str]) -> list[_Tick]:
     for tick in range(TICKS):
         time = tick_time(tick, context.step)
         ego = np.zeros((runs, 7))
-        ego[:, EGO_SPEED] = context.desired_speed
-        ego[:, EGO_X] = context.desired_speed * time
-        ego[:, EGO_Y] = 5.25 + 0.2 * np.arange(runs)
+        ego[:, columns.EGO_SPEED] = context.desired_speed
+        ego[:, columns.EGO_X] = context.desired_speed * time
+        ego[:, columns.EGO_Y] = 5.25 + 0.2 * np.arange(runs)
         objects[:, 0, :4] = [40.0 + 8.0 * time, 5.25, 0.0, 8.0]
         objects[:, 1, :4] = [60.0 + 12.0 * time, 8.75, 0.0, 12.0]
         out = tick in OUTAGE
@@ -267,12 +246,12 @@ def _script(context: ChannelContext, kinds: Mapping[str, str]) -> list[_Tick]:
                 np.full(runs, 0.5),
                 np.zeros(runs),
                 np.full(runs, stamp),
-                np.full(runs, SILENT if out else OK, dtype=np.int64),
+                np.full(runs, columns.SILENT if out else columns.OK, dtype=np.int64),
             )
             for name in others
         }
         authority = Authority(
-            np.zeros(runs, dtype=np.int64), np.full(runs, REASON_DEFAULT, dtype=np.int64)
+            np.zeros(runs, dtype=np.int64), np.full(runs, columns.REASON_DEFAULT, dtype=np.int64)
         )
         running = np.ones(runs, dtype=np.bool_)
         running[0] = tick < TICKS - 5

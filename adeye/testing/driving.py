@@ -17,31 +17,14 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from pydantic import TypeAdapter
 
+from adeye import signals as columns
 from adeye.errors import InputError, SourceLocation
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.relation import tick_time
 from adeye.kernel.road import position
 from adeye.ports import ChannelContext, ControlChannel, ScalarFactory, SwitchContext
-from adeye.signals import (
-    DETECTION_COLUMNS,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_HEADING,
-    OBJECT_X,
-    OBJECT_Y,
-    REASON_LABELS,
-    REFUGE_COLUMNS,
-    STATUS_LABELS,
-    Authority,
-    ControlCommand,
-    Floats,
-    Measurement,
-    Observation,
-    RoadMap,
-)
+from adeye.signals import Authority, ControlCommand, Floats, Measurement, Observation, RoadMap
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.process.protocol import PROTOCOL
@@ -189,8 +172,10 @@ def drive(  # noqa: PLR0913 - what a loop consists of
 def _start(world: World, road: RoadMap) -> Floats:
     ego = np.zeros(7)
     d = (world.lane + 0.5) * road.lane_width[0] + world.offset
-    ego[EGO_X], ego[EGO_Y], ego[EGO_HEADING] = position(road.segments[0], 0.0, d)
-    ego[EGO_SPEED] = world.speed
+    ego[columns.EGO_X], ego[columns.EGO_Y], ego[columns.EGO_HEADING] = position(
+        road.segments[0], 0.0, d
+    )
+    ego[columns.EGO_SPEED] = world.speed
     return ego
 
 
@@ -214,24 +199,10 @@ def _sense(
 
 def _distance(ego: Floats, objects: Floats, size: tuple[float, float]) -> float:
     car = passenger_car()
-    return min(
-        (
-            box_distance(
-                ego[EGO_X],
-                ego[EGO_Y],
-                ego[EGO_HEADING],
-                car.length,
-                car.width,
-                item[OBJECT_X],
-                item[OBJECT_Y],
-                item[OBJECT_HEADING],
-                size[0],
-                size[1],
-            )
-            for item in objects
-        ),
-        default=math.inf,
-    )
+    own = ego[columns.EGO_X], ego[columns.EGO_Y], ego[columns.EGO_HEADING], car.length, car.width
+    x, y, heading = columns.OBJECT_X, columns.OBJECT_Y, columns.OBJECT_HEADING
+    distances = (box_distance(*own, item[x], item[y], item[heading], *size) for item in objects)
+    return min(distances, default=math.inf)
 
 
 def _advance(ego: Floats, command: Floats, step: float, friction: float) -> None:
@@ -378,7 +349,7 @@ def observation_of(content: dict[str, Any]) -> Observation:
     switch = content["switch"]
     authority = None
     if switch is not None:
-        reason = REASON_LABELS.index(switch["reason"])
+        reason = columns.REASON_LABELS.index(switch["reason"])
         authority = Authority(np.array([switch["authority"]]), np.array([reason]))
     return Observation(
         time=content["time"],
@@ -433,13 +404,13 @@ def _array(values: Any) -> Floats:
 
 
 def _refuges(rows: list[Any]) -> Floats:
-    return _array(rows).reshape(1, len(rows), len(REFUGE_COLUMNS))
+    return _array(rows).reshape(1, len(rows), len(columns.REFUGE_COLUMNS))
 
 
 def _measurement(item: dict[str, Any]) -> Measurement:
     most, seen = item["most"], item["detections"]
     mask = np.zeros((1, most), dtype=np.bool_)
-    detections = np.zeros((1, most, len(DETECTION_COLUMNS)))
+    detections = np.zeros((1, most, len(columns.DETECTION_COLUMNS)))
     mask[0, : len(seen)] = True
     for place, row in enumerate(seen):
         detections[0, place] = np.array(row, dtype=np.float64)
@@ -464,7 +435,7 @@ def _command(name: str, item: dict[str, Any]) -> ControlCommand:
         _array(item["acceleration"]),
         _array(item["steering_angle"]),
         _array(item["stamp"]),
-        np.array([STATUS_LABELS.index(item["status"])], dtype=np.int64),
+        np.array([columns.STATUS_LABELS.index(item["status"])], dtype=np.int64),
         plan=_array(item["plan"]) if "plan" in item else None,
         monitors=None if monitors is None else np.array([monitors], dtype=np.bool_),
         tracks=_array(item["tracks"]) if "tracks" in item else None,

@@ -9,6 +9,7 @@ from contextlib import closing
 from typing import Final
 
 from adeye.ports import Done, Executor, ExecutorContext
+from adeye.testing.demands import demand
 
 WORKERS: Final = 2
 DIES: Final = "die"
@@ -81,7 +82,7 @@ def check_executor(
             _check_death(executor)
     executor = make(context)
     first = next(executor.run(_Tasks(["a", "b", "c"])), None)
-    _demand(first is not None, "no result of three tasks comes while somebody waits for it")
+    demand(first is not None, "no result of three tasks comes while somebody waits for it")
     executor.close()
     executor.close()
 
@@ -92,16 +93,16 @@ def _check_all_come_back(executor: Executor[str, str]) -> None:
     ended: list[Done[str, str]] = []
     for done in executor.run(tasks):
         if not ended:
-            _demand(
+            demand(
                 tasks.asked <= _MOST_AHEAD,
                 f"{tasks.asked} tasks are asked for before the first result: each of them is kept "
                 "from everybody else",
             )
         ended.append(done)
-    _demand(sorted(done.task for done in ended) == sorted(names), "a task is lost, or comes twice")
+    demand(sorted(done.task for done in ended) == sorted(names), "a task is lost, or comes twice")
     wrong = [done for done in ended if done.result != f"answer to {done.task}" or done.lost]
-    _demand(not wrong, f"results are not those of their tasks: {wrong[:1]}")
-    _demand(
+    demand(not wrong, f"results are not those of their tasks: {wrong[:1]}")
+    demand(
         tasks.threads == {threading.get_ident()}, "tasks are asked for outside the caller's thread"
     )
 
@@ -114,27 +115,22 @@ def _check_asked_again(executor: Executor[str, str]) -> None:
         if done.task == "first":
             # As a block that was lost: it comes back after the iterator has ended.
             tasks.waiting.append("again")
-    _demand(seen == ["first", "again"], "what comes back after the last task is not executed")
+    demand(seen == ["first", "again"], "what comes back after the last task is not executed")
 
 
 def _check_raises(executor: Executor[str, str]) -> None:
     try:
         list(executor.run(_Tasks([RAISES, "a"])))
     except ValueError as error:
-        _demand("the work raised" in str(error), f"another error than that of the work: {error}")
+        demand("the work raised" in str(error), f"another error than that of the work: {error}")
     else:
-        _demand(is_kept=False, rule="an exception of the work is not raised in the caller")
+        demand(is_kept=False, rule="an exception of the work is not raised in the caller")
 
 
 def _check_death(executor: Executor[str, str]) -> None:
     ended = {done.task: done for done in executor.run(_Tasks(["a", DIES, "b", "c"]))}
-    _demand(set(ended) == {"a", DIES, "b", "c"}, "a worker that dies takes other tasks with it")
+    demand(set(ended) == {"a", DIES, "b", "c"}, "a worker that dies takes other tasks with it")
     dead = ended[DIES]
-    _demand(dead.result is None and bool(dead.lost), "a worker's death is not told")
+    demand(dead.result is None and bool(dead.lost), "a worker's death is not told")
     others = [name for name in "abc" if ended[name].result != f"answer to {name}"]
-    _demand(not others, "a worker that dies takes results with it")
-
-
-def _demand(is_kept: bool, rule: str) -> None:  # noqa: FBT001 - as assert
-    if not is_kept:
-        raise AssertionError(rule)
+    demand(not others, "a worker that dies takes results with it")

@@ -7,31 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.kernel.road import local
 from adeye.ports import ChannelContext
-from adeye.signals import (
-    DETECTION_COLUMNS,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    ESTIMATE_COLUMNS,
-    ESTIMATE_PLACE,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_LANE,
-    PLACE_OFFSET,
-    PLACE_S,
-    REFUGE_COLUMNS,
-    Floats,
-    Measurement,
-    RoadMap,
-)
+from adeye.signals import Floats, Measurement, RoadMap
 from adeye.spec.architecture import Vehicle
 
 if TYPE_CHECKING:
@@ -74,7 +53,7 @@ def straight_road(runs: int = 1, *, lanes: int = 3, curvature: float = 0.0) -> R
         np.full(runs, 2.5),
         np.full(runs, 130.0 / 3.6),
         np.zeros(runs),
-        np.zeros((runs, 0, len(REFUGE_COLUMNS))),
+        np.zeros((runs, 0, len(columns.REFUGE_COLUMNS))),
         segments[:, 0, 3],
     )
 
@@ -129,17 +108,17 @@ def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
     Returns:
         (B, 13), see ``signals.ESTIMATE_COLUMNS``.
     """
-    estimate = np.zeros((ego.shape[0], len(ESTIMATE_COLUMNS)))
-    estimate[:, :ESTIMATE_PLACE] = ego
+    estimate = np.zeros((ego.shape[0], len(columns.ESTIMATE_COLUMNS)))
+    estimate[:, : columns.ESTIMATE_PLACE] = ego
     for run, row in enumerate(estimate):
-        s, d, heading, curvature = local(road.segments[run], row[EGO_X], row[EGO_Y])
+        s, d, heading, curvature = local(road.segments[run], row[columns.EGO_X], row[columns.EGO_Y])
         width = road.lane_width[run]
         nearest = min(max(math.floor(d / width), 0), road.lanes - 1)
-        place = row[ESTIMATE_PLACE:]
-        place[PLACE_S], place[PLACE_D] = s, d
-        place[PLACE_HEADING], place[PLACE_CURVATURE] = heading, curvature
-        place[PLACE_LANE] = nearest if 0.0 <= d < road.lanes * width else -1
-        place[PLACE_OFFSET] = d - (nearest + 0.5) * width
+        place = row[columns.ESTIMATE_PLACE :]
+        place[columns.PLACE_S], place[columns.PLACE_D] = s, d
+        place[columns.PLACE_HEADING], place[columns.PLACE_CURVATURE] = heading, curvature
+        place[columns.PLACE_LANE] = nearest if 0.0 <= d < road.lanes * width else -1
+        place[columns.PLACE_OFFSET] = d - (nearest + 0.5) * width
     return estimate
 
 
@@ -177,7 +156,7 @@ def object_measurement(  # noqa: PLR0913 - a sensor has that many properties
     """
     runs, count = objects.shape[:2]
     mask = np.zeros((runs, count), dtype=np.bool_)
-    detections = np.zeros((runs, count, len(DETECTION_COLUMNS)))
+    detections = np.zeros((runs, count, len(columns.DETECTION_COLUMNS)))
     source = np.full((runs, count), -1, dtype=np.int64)
     for run in range(runs):
         rows = [_detection(ego[run], item, size, object_class) for item in objects[run]]
@@ -201,10 +180,12 @@ def object_measurement(  # noqa: PLR0913 - a sensor has that many properties
 def _detection(
     ego: Floats, item: Floats, size: tuple[float, float], object_class: int
 ) -> list[float]:
-    dx, dy = item[OBJECT_X] - ego[EGO_X], item[OBJECT_Y] - ego[EGO_Y]
-    cos, sin = math.cos(ego[EGO_HEADING]), math.sin(ego[EGO_HEADING])
-    vx = item[OBJECT_SPEED] * math.cos(item[OBJECT_HEADING]) - ego[EGO_SPEED] * cos
-    vy = item[OBJECT_SPEED] * math.sin(item[OBJECT_HEADING]) - ego[EGO_SPEED] * sin
+    dx = item[columns.OBJECT_X] - ego[columns.EGO_X]
+    dy = item[columns.OBJECT_Y] - ego[columns.EGO_Y]
+    cos, sin = math.cos(ego[columns.EGO_HEADING]), math.sin(ego[columns.EGO_HEADING])
+    heading, speed = item[columns.OBJECT_HEADING], item[columns.OBJECT_SPEED]
+    vx = speed * math.cos(heading) - ego[columns.EGO_SPEED] * cos
+    vy = speed * math.sin(heading) - ego[columns.EGO_SPEED] * sin
     distance = math.hypot(dx, dy)
     rate = (vx * dx + vy * dy) / distance if distance > 0.0 else 0.0
     return [

@@ -4,32 +4,20 @@ from __future__ import annotations
 
 import copy
 from dataclasses import fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.kernel.random import owner_id
 from adeye.kernel.relation import tick_time
 from adeye.ports import SensorContext, SensorModel
-from adeye.signals import (
-    DETECTION_COLUMNS,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_COLUMNS,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    ESTIMATE_COLUMNS,
-    Bools,
-    Floats,
-    Measurement,
-    Scene,
-    SceneContext,
-    Surroundings,
-)
+from adeye.signals import Bools, Floats, Measurement, Scene, SceneContext, Surroundings
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.simulate.faults.schedule import make_injector
 from adeye.spec.fault import FAULT
+from adeye.testing.demands import demand, demand_equal
 from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
 
 if TYPE_CHECKING:
@@ -81,9 +69,11 @@ def check_sensor(
         vehicles=[passenger_car()] * RUNS,
     )
     scenes = [scene_of(context.scene, tick) for tick in range(TICKS)]
+    names = [field.name for field in fields(Measurement)]
+    demand_alike = partial(demand_equal, names=names, shown=False)
     first = _play(factory(context), scenes)
     _check_samples(context, scenes, first)
-    _demand_equal(first, _play(factory(context), scenes), "equal inputs, other measurements")
+    demand_alike(first, _play(factory(context), scenes), rule="equal inputs, other measurements")
     for run in range(RUNS):
         alone = _play(
             factory(
@@ -97,12 +87,7 @@ def check_sensor(
             [_one_scene(scene, run) for scene in scenes],
         )
         part = [_one_measurement(item, run) for item in first]
-        _demand_equal(part, alone, f"run {run} depends on the other runs of its batch")
-
-
-def _demand(*, holds: bool, rule: str) -> None:
-    if not holds:
-        raise AssertionError(rule)
+        demand_alike(part, alone, rule=f"run {run} depends on the other runs of its batch")
 
 
 def _play(sensor: SensorModel, scenes: Sequence[Scene]) -> list[Measurement]:
@@ -112,7 +97,7 @@ def _play(sensor: SensorModel, scenes: Sequence[Scene]) -> list[Measurement]:
         delivered.append(copy.deepcopy(sensor.sense(shown)))
         for name in ("ego", "ego_place", "objects", "object_places"):
             same = np.array_equal(getattr(shown, name), getattr(scene, name))
-            _demand(holds=same, rule=f"the sensor alters {name} of the scene")
+            demand(same, f"the sensor alters {name} of the scene")
     return delivered
 
 
@@ -128,17 +113,16 @@ def _check_samples(
     for scene, item in zip(scenes, delivered, strict=True):
         due = scene.tick - context.latency
         is_new = due >= 0 and due % context.every == 0
-        _demand(
-            holds=bool((item.fresh == is_new).all()),
-            rule=f"tick {scene.tick}: fresh is {item.fresh}, a sample is{'' if is_new else ' not'} "
-            "due",
+        demand(
+            bool((item.fresh == is_new).all()),
+            f"tick {scene.tick}: fresh is {item.fresh}, a sample is{'' if is_new else ' not'} due",
         )
         if is_new:
             newest[:] = due * context.scene.step
         wrong = np.abs(item.stamp - newest) > TOLERANCE
-        _demand(
-            holds=not wrong.any(),
-            rule=f"tick {scene.tick}: stamp {item.stamp}, the sample is of {newest}",
+        demand(
+            not wrong.any(),
+            f"tick {scene.tick}: stamp {item.stamp}, the sample is of {newest}",
         )
 
 
@@ -151,76 +135,63 @@ def _check_late(
     for scene, item in zip(scenes, delivered, strict=True):
         place = f"tick {scene.tick}"
         changed = np.abs(item.stamp - newest) > TOLERANCE
-        _demand(holds=bool((item.stamp >= newest).all()), rule=f"{place}: a sample overtakes")
+        demand(bool((item.stamp >= newest).all()), f"{place}: a sample overtakes")
         same = np.array_equal(changed, item.fresh)
-        _demand(holds=same, rule=f"{place}: fresh is {item.fresh}, new is {changed}")
+        demand(same, f"{place}: fresh is {item.fresh}, new is {changed}")
         newest = item.stamp.copy()
         made = np.where(newest < 0.0, -every, np.round(newest / step))
         early = newest > (scene.tick - context.latency) * step + TOLERANCE
-        _demand(holds=not early.any(), rule=f"{place}: stamp {newest}, before the latency")
+        demand(not early.any(), f"{place}: stamp {newest}, before the latency")
         due = scene.tick - context.latency - context.jitter - made
-        _demand(holds=bool((due < every).all()), rule=f"{place}: stamp {newest}, after the jitter")
+        demand(bool((due < every).all()), f"{place}: stamp {newest}, after the jitter")
         is_late |= bool((scene.tick - context.latency - made >= every).any())
-    _demand(holds=is_late, rule="no sample comes later than its latency: the jitter is not used")
+    demand(is_late, "no sample comes later than its latency: the jitter is not used")
 
 
 def _check_form(scene: SceneContext, item: Measurement) -> None:
     runs = scene.runs
     # A sensor has as many rows as it may report: one, one an object, or more with false alarms.
     rows = item.mask.shape[1:2]
-    _demand(holds=len(rows) == 1, rule=f"mask has shape {item.mask.shape}")
+    demand(len(rows) == 1, f"mask has shape {item.mask.shape}")
     for name, array, tail in (
         ("stamp", item.stamp, ()),
         ("fresh", item.fresh, ()),
         ("alive", item.alive, ()),
         ("mask", item.mask, rows),
-        ("detections", item.detections, (*rows, len(DETECTION_COLUMNS))),
+        ("detections", item.detections, (*rows, len(columns.DETECTION_COLUMNS))),
         ("source", item.source, rows),
     ):
-        _demand(holds=array.shape == (runs, *tail), rule=f"{name} has shape {array.shape}")
+        demand(array.shape == (runs, *tail), f"{name} has shape {array.shape}")
     known = (item.source >= -1) & (item.source < len(scene.object_ids))
-    _demand(holds=bool(known.all()), rule="source names an object that is not there")
+    demand(bool(known.all()), "source names an object that is not there")
     if item.points is not None and item.hits is not None:
         rows = item.points.shape[1]
         fits = item.points.shape == (runs, rows, 3) and item.hits.shape == (runs, rows)
-        _demand(
-            holds=fits, rule=f"points and hits have shapes {item.points.shape}, {item.hits.shape}"
-        )
-        _demand(holds=bool(np.isfinite(item.points).all()), rule="a point is not finite")
+        demand(fits, f"points and hits have shapes {item.points.shape}, {item.hits.shape}")
+        demand(bool(np.isfinite(item.points).all()), "a point is not finite")
     if item.estimate is not None:
-        fits = item.estimate.shape == (runs, len(ESTIMATE_COLUMNS))
-        _demand(holds=fits, rule=f"estimate has shape {item.estimate.shape}")
-        _demand(holds=bool(np.isfinite(item.estimate).all()), rule="the estimate is not finite")
+        fits = item.estimate.shape == (runs, len(columns.ESTIMATE_COLUMNS))
+        demand(fits, f"estimate has shape {item.estimate.shape}")
+        demand(bool(np.isfinite(item.estimate).all()), "the estimate is not finite")
     if item.values is not None:
         fits = item.values.ndim == 2 and item.values.shape[0] == runs
-        _demand(holds=fits, rule=f"values have shape {item.values.shape}")
+        demand(fits, f"values have shape {item.values.shape}")
         whole = np.isfinite(item.values).all(axis=1) | np.isnan(item.values).all(axis=1)
-        _demand(holds=bool(whole.all()), rule="a row of values is neither finite nor all NaN")
+        demand(bool(whole.all()), "a row of values is neither finite nor all NaN")
     for run in range(runs):
         _check_detections(item.mask[run], item.detections[run], item.source[run])
 
 
 def _check_detections(mask: Floats, detections: Floats, source: Floats) -> None:
     found = int(np.count_nonzero(mask))
-    _demand(holds=bool(mask[:found].all()), rule="detections are not packed to the front")
+    demand(bool(mask[:found].all()), "detections are not packed to the front")
     seen = detections[:found]
-    _demand(holds=bool(np.isfinite(seen).all()), rule="a detection is not finite")
-    distance = np.hypot(seen[:, DETECTION_X], seen[:, DETECTION_Y])
+    demand(bool(np.isfinite(seen).all()), "a detection is not finite")
+    distance = np.hypot(seen[:, columns.DETECTION_X], seen[:, columns.DETECTION_Y])
     nearest_first = bool((np.diff(distance) >= -TOLERANCE).all())
-    _demand(holds=nearest_first, rule="detections are not in order of distance")
+    demand(nearest_first, "detections are not in order of distance")
     known = source[:found][source[:found] >= 0]
-    _demand(holds=len(set(known.tolist())) == len(known), rule="an object is detected twice")
-
-
-def _demand_equal(one: Sequence[Measurement], other: Sequence[Measurement], rule: str) -> None:
-    for tick, (a, b) in enumerate(zip(one, other, strict=True)):
-        for name in (field.name for field in fields(Measurement)):
-            left, right = getattr(a, name), getattr(b, name)
-            if left is None or right is None:
-                _demand(holds=left is right, rule=f"{rule}: {name} at tick {tick}")
-                continue
-            same = np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
-            _demand(holds=same, rule=f"{rule}: {name} at tick {tick}")
+    demand(len(set(known.tolist())) == len(known), "an object is detected twice")
 
 
 def three_objects() -> SceneContext:
@@ -244,9 +215,9 @@ def scene_of(context: SceneContext, tick: int) -> Scene:
     """Return the scene of ``three_objects`` at a tick: three ego speeds, constant velocities."""
     runs, time = context.runs, tick_time(tick, context.step)
     ego = np.zeros((runs, 7))
-    ego[:, EGO_SPEED] = 10.0 + 5.0 * np.arange(runs)
-    ego[:, EGO_X] = ego[:, EGO_SPEED] * time
-    ego[:, EGO_Y] = 5.25
+    ego[:, columns.EGO_SPEED] = 10.0 + 5.0 * np.arange(runs)
+    ego[:, columns.EGO_X] = ego[:, columns.EGO_SPEED] * time
+    ego[:, columns.EGO_Y] = 5.25
     objects = np.zeros((runs, 3, 5))
     objects[:, 0, :4] = [40.0 + 8.0 * time, 5.25, 0.0, 8.0]
     objects[:, 1, :4] = [30.0 + 20.0 * time, 8.75, 0.0, 20.0]
@@ -352,5 +323,5 @@ def moment(
         ego: (B, 7) states; at rest in the origin unless given.
     """
     ages = np.broadcast_to(np.asarray(age, dtype=np.float64), active.shape).copy()
-    states = np.zeros((len(active), len(EGO_COLUMNS))) if ego is None else ego
+    states = np.zeros((len(active), len(columns.EGO_COLUMNS))) if ego is None else ego
     return Moment(time, active, ages, states)

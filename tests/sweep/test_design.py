@@ -15,7 +15,7 @@ from adeye.spec.expression import parse
 from adeye.sweep import design, sampling
 from adeye.sweep.axes import Axis
 from adeye.sweep.design import Relation, Space, design_statement, full_factorial, zipped
-from adeye.sweep.sampling import RandomDesign
+from adeye.sweep.sampling import random_points
 
 # --- Designs on hand-made axes: which combinations are points, in which order, and how many -------
 
@@ -155,7 +155,7 @@ AXES = [axis("a", 0.0, 10.0), axis("b", -1.0, 1.0)]
 
 def draw(samples: int = 50, seed: int = 7, stream: str = "cut_in", **given: Any) -> Any:
     arguments: dict[str, Any] = {"axes": AXES, "relations": [], "fixed": {}, **given}
-    return RandomDesign(samples, seed, stream).draw(Space(where=WHERE, **arguments))
+    return random_points(Space(where=WHERE, **arguments), samples, seed, stream)
 
 
 def test_draws_lie_between_the_ends_and_fill_the_range() -> None:

@@ -11,21 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import yaml
 
+from adeye.analysis.suite import speeds
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
 from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
 from adeye.analysis.suite.geometry import reach_of, view_of, zones_of
 from adeye.analysis.suite.records import NotAnalysed, Removal, Suite, SuiteReach, SuiteSensor
-from adeye.analysis.suite.speeds import (
-    SHOWN,
-    SPEEDS,
-    Path,
-    chains_of,
-    forward_range,
-    last_run,
-    slack_at,
-    speed_range,
-    supported,
-)
 from adeye.spec.sensors import PluginSensor, model_name
 
 if TYPE_CHECKING:
@@ -86,8 +76,8 @@ def _highest(bench: _Bench, condition: str, case: str, lost: Collection[str]) ->
         for path, ok in zip(bench.paths, bench.supported[condition, case], strict=True)
         if path.chain.sensor not in lost
     ]
-    run = last_run(np.any(left, axis=0)) if left else None
-    return None if run is None else float(SPEEDS[run[1]])
+    run = speeds.last_run(np.any(left, axis=0)) if left else None
+    return None if run is None else float(speeds.SPEEDS[run[1]])
 
 
 def groups_of(
@@ -191,7 +181,7 @@ def analyse(
         slacks=tuple(bench.slacks(odd_speed)),
         speeds=tuple(bench.speeds()),
         forward=tuple(
-            forward_range(bench.paths, condition, bench.front, odd_speed)
+            speeds.forward_range(bench.paths, condition, bench.front, odd_speed)
             for condition in bench.conditions
         ),
         whole=whole,
@@ -256,11 +246,11 @@ class _Bench:
         }
 
     @cached_property
-    def paths(self) -> tuple[Path, ...]:
+    def paths(self) -> tuple[speeds.Path, ...]:
         """Ways from these sensors to the brakes."""
         return tuple(
-            Path(chain, self.views[chain.sensor], self.eyes[chain.sensor])
-            for chain in chains_of(self.architecture)
+            speeds.Path(chain, self.views[chain.sensor], self.eyes[chain.sensor])
+            for chain in speeds.chains_of(self.architecture)
             if chain.sensor in self.eyes
         )
 
@@ -269,7 +259,7 @@ class _Bench:
         """Speeds that each path supports, by condition and case."""
         return {
             (condition.id, case.id): [
-                supported(path, condition, case, self.front) for path in self.paths
+                speeds.supported(path, condition, case, self.front) for path in self.paths
             ]
             for condition in self.conditions
             for case in CASES
@@ -310,14 +300,12 @@ class _Bench:
     def coverage(self) -> Iterator[ZoneCoverage]:
         """Measure what is seen of each zone."""
         for condition, target in product(self.conditions, TARGETS):
-            seen = self.seen[condition.id, target]
-            yield from coverage(self.look, seen, target, condition)
+            yield from coverage(self.look, self.seen[condition.id, target], target, condition)
 
     def blind_spots(self) -> Iterator[BlindSpot]:
         """Measure what is blind of each zone."""
         for condition, target in product(self.conditions, TARGETS):
-            seen = self.seen[condition.id, target]
-            yield from blind_spots(self.look, seen, target, condition)
+            yield from blind_spots(self.look, self.seen[condition.id, target], target, condition)
 
     def bearings(self) -> Iterator[BlindBearing]:
         """Look for the nearest blind place in each direction."""
@@ -328,16 +316,16 @@ class _Bench:
 
     def slacks(self, odd_speed: float | None) -> Iterator[Slack]:
         """Compare range and need at round speeds and at the ODD's highest."""
-        shown = {speed / 3.6 for speed in SHOWN}
+        shown = {speed / 3.6 for speed in speeds.SHOWN}
         shown |= set() if odd_speed is None else {odd_speed}
         for condition, case, speed in product(self.conditions, CASES, sorted(shown)):
-            yield slack_at(self.paths, condition, case, speed, self.front)
+            yield speeds.slack_at(self.paths, condition, case, speed, self.front)
 
     def speeds(self) -> Iterator[SpeedRange]:
         """Find the speeds that the suite supports."""
         for condition, case in product(self.conditions, CASES):
             oks = self.supported[condition.id, case.id]
-            yield speed_range(self.paths, oks, condition, case)
+            yield speeds.speed_range(self.paths, oks, condition, case)
 
     def notes(self) -> Iterator[str]:
         """Say what is left out or assumed."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -368,8 +368,7 @@ def reach_of(sensor: Sensor, target: Target, condition: Condition) -> Reach | No
     return None if model is None else model(sensor, target, condition)
 
 
-def _camera(sensor: Sensor, _target: Target, condition: Condition) -> Reach:
-    spec = cast("Camera", sensor)
+def _camera(spec: Camera, _target: Target, condition: Condition) -> Reach:
     share = weather.light_share(spec.night_range, condition.illuminance)
     if share <= 0.0:
         return NOTHING
@@ -401,12 +400,11 @@ def _behind_lens(spec: PhysicalCamera, condition: Condition) -> float:
     return float(spec.transmission * veiled)
 
 
-def _physical_camera(sensor: Sensor, target: Target, condition: Condition) -> Reach:
+def _physical_camera(spec: PhysicalCamera, target: Target, condition: Condition) -> Reach:
     """Both rows and contrast must suffice, with sky, street and headlamps for light.
 
     Only rows within the image count: a camera that looks down or up loses what is far or near.
     """
-    spec = cast("PhysicalCamera", sensor)
     rows = float(spec.min_pixel_height)
     focal = detection_range.focal_length(spec.columns, spec.field_of_view)
     tall = detection_range.pixel_range(target.height_m, focal, rows)
@@ -450,24 +448,22 @@ def _longest_stretch(far: float, is_seen: Callable[[float], bool]) -> Reach:
     return Reach(0.0, best.far) if best.near == _STEP else best
 
 
-def _radar(sensor: Sensor, _target: Target, _condition: Condition) -> Reach:
-    return Reach(0.0, cast("Radar", sensor).range)
+def _radar(spec: Radar, _target: Target, _condition: Condition) -> Reach:
+    return Reach(0.0, spec.range)
 
 
-def _physical_radar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
+def _physical_radar(spec: PhysicalRadar, target: Target, condition: Condition) -> Reach:
     """Straight ahead of the antenna: z·exp(extinction·z / 2) is the range in clear air.
 
     The power falls with exp(-2·extinction·z) / z⁴.
     """
-    spec = cast("PhysicalRadar", sensor)
     reference = spec.reference_cross_section
     clear = detection_range.cross_section_range(spec.range, target.cross_section_m2, reference)
     extinction = weather.radar_rain_extinction(condition.rain_mps)
     return Reach(0.0, weather.range_in_extinction(clear, 0.5 * extinction))
 
 
-def _lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
-    spec = cast("Lidar | PhysicalLidar", sensor)
+def _lidar(spec: Lidar | PhysicalLidar, target: Target, condition: Condition) -> Reach:
     far = weather.lidar_range(
         spec.range,
         target.reflectivity,
@@ -478,14 +474,13 @@ def _lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
     return Reach(0.0, far)
 
 
-def _physical_lidar(sensor: Sensor, target: Target, condition: Condition) -> Reach:
+def _physical_lidar(spec: PhysicalLidar, target: Target, condition: Condition) -> Reach:
     """Enough beams must hit the target between the ground and its top.
 
     Layers leave gaps: what counts is the longest stretch without one.
     """
-    spec = cast("PhysicalLidar", sensor)
     return _longest_stretch(
-        _lidar(sensor, target, condition).far,
+        _lidar(spec, target, condition).far,
         lambda distance: _returns(spec, target, distance) >= spec.min_points,
     )
 
@@ -502,12 +497,11 @@ def _returns(spec: PhysicalLidar, target: Target, distance: float) -> float:
     return float(beams * layers * (1.0 - spec.drop_out))
 
 
-def _ultrasonic(sensor: Sensor, _target: Target, _condition: Condition) -> Reach:
-    spec = cast("Ultrasonic", sensor)
+def _ultrasonic(spec: Ultrasonic, _target: Target, _condition: Condition) -> Reach:
     return Reach(min(spec.blind_zone, spec.range), spec.range)
 
 
-_MODELS: Final[dict[str, Callable[[Sensor, Target, Condition], Reach]]] = {
+_MODELS: Final[dict[str, Callable[[Any, Target, Condition], Reach]]] = {
     "camera": _camera,
     "camera/physical": _physical_camera,
     "radar": _radar,

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 @metric_entry(
     "adeye:arbitration.acceleration_disagreement@1",
-    "max_acceleration_disagreement_mps2",
     "m/s²",
     "higher",
     "own definition: difference of commands",
+    column="max_acceleration_disagreement_mps2",
 )
 def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
     """Largest difference of the accelerations that the default and another channel command.
@@ -34,10 +34,10 @@ def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:arbitration.steering_disagreement@1",
-    "max_steering_disagreement_rad",
     "rad",
     "higher",
     "own definition: difference of commands",
+    column="max_steering_disagreement_rad",
     scale=0.1,
 )
 def steering_disagreement(series: TraceSeries) -> MetricColumn:

@@ -102,49 +102,37 @@ def worst_comfort(
     return values, rows, codes
 
 
-@metric_entry(
-    "adeye:comfort.max_acceleration@1", "max_acceleration_mps2", "m/s²", "higher", _SOURCE,
-)  # fmt: skip
+@metric_entry("adeye:comfort.max_acceleration@1", "m/s²", "higher", _SOURCE)
 def max_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal acceleration; 0 if the ego never speeds up."""
     return _column(series, _ACCELERATION)
 
 
-@metric_entry(
-    "adeye:comfort.max_lateral_acceleration@1", "max_lateral_acceleration_mps2", "m/s²", "higher",
-    _SOURCE,
-)  # fmt: skip
+@metric_entry("adeye:comfort.max_lateral_acceleration@1", "m/s²", "higher", _SOURCE)
 def max_lateral_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the lateral acceleration, speed times yaw rate."""
     return _column(series, _LATERAL)
 
 
-@metric_entry(
-    "adeye:comfort.max_total_jerk@2", "max_total_jerk_mps3", "m/s³", "higher", _SOURCE, scale=10.0
-)
+@metric_entry("adeye:comfort.max_total_jerk@2", "m/s³", "higher", _SOURCE, scale=10.0)
 def max_total_jerk(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the acceleration, along and across, averaged over 1 s."""
     return _column(series, _JERK)
 
 
-@metric_entry(
-    "adeye:comfort.max_yaw_rate@1", "max_yaw_rate_radps", "rad/s", "higher", _SOURCE, scale=0.1
-)
+@metric_entry("adeye:comfort.max_yaw_rate@1", "rad/s", "higher", _SOURCE, scale=0.1)
 def max_yaw_rate(series: TraceSeries) -> MetricColumn:
     """Largest size of the yaw rate."""
     return _column(series, _YAW_RATE)
 
 
-@metric_entry(
-    "adeye:comfort.max_yaw_acceleration@2", "max_yaw_acceleration_radps2", "rad/s²", "higher",
-    _SOURCE,
-)  # fmt: skip
+@metric_entry("adeye:comfort.max_yaw_acceleration@2", "rad/s²", "higher", _SOURCE)
 def max_yaw_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the yaw rate, averaged over 1 s."""
     return _column(series, _YAW_ACCELERATION)
 
 
-@metric_entry("adeye:comfort.uncomfortable_time@2", "uncomfortable_time_s", "s", "higher", _SOURCE)
+@metric_entry("adeye:comfort.uncomfortable_time@2", "s", "higher", _SOURCE)
 def uncomfortable_time(series: TraceSeries) -> MetricColumn:
     """Time with any of the motions beyond the limits of comfort, each row counting one step."""
     return _column(series, _TIME)
@@ -170,34 +158,20 @@ def _worst(series: TraceSeries) -> tuple[Floats, Ints, Bytes]:
 # --- Metrics of how the ego moves: jerk, deceleration, place in the lane --------------------------
 
 
-@metric_entry(
-    "adeye:motion.max_jerk@2", "max_jerk_mps3", "m/s³", "higher", SERIES["jerk"].source, scale=10.0
-)
+@metric_entry("adeye:motion.max_jerk@2", "m/s³", "higher", SERIES["jerk"], scale=10.0)
 def max_jerk(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the longitudinal acceleration, averaged over 1 s."""
     jerk = mean_change(series.column("ego")[..., EGO_ACCELERATION], series.step)
     return _largest(series, jerk, CHANGE)
 
 
-@metric_entry(
-    "adeye:motion.max_deceleration@1",
-    "max_deceleration_mps2",
-    "m/s²",
-    "higher",
-    "recorded state",
-)
+@metric_entry("adeye:motion.max_deceleration@1", "m/s²", "higher", "recorded state")
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
     return _largest(series, series.column("ego")[..., EGO_ACCELERATION], DECELERATION)
 
 
-@metric_entry(
-    "adeye:motion.max_lane_offset@1",
-    "max_lane_offset_m",
-    "m",
-    "higher",
-    "recorded state",
-)
+@metric_entry("adeye:motion.max_lane_offset@1", "m", "higher", "recorded state")
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""
     return _largest(series, series.column("ego_place")[..., PLACE_OFFSET], SIZE)

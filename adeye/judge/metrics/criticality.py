@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.judge import following
 from adeye.judge.conflict import (
     ALONG,
     DISTANCE,
@@ -23,21 +24,6 @@ from adeye.judge.conflict import (
     on_road,
     turn,
 )
-from adeye.judge.following import (
-    DST,
-    ETTC,
-    FOLLOWING,
-    MDRAC,
-    MTC,
-    MTTC,
-    STN,
-    TTB,
-    TTK,
-    TTR,
-    TTS,
-    is_worse_when_larger,
-    measure_following,
-)
 from adeye.judge.metrics.registry import StatusColumn, column_at, column_of, metric_entry
 from adeye.judge.metrics.scans import (
     ERROR,
@@ -47,7 +33,6 @@ from adeye.judge.metrics.scans import (
     Found,
     first_contacts,
     found_column,
-    nothing_found,
     worst_at_standstill,
     worst_conflicts,
     worst_violations,
@@ -80,13 +65,7 @@ if TYPE_CHECKING:
 
 
 @metric_entry(
-    "adeye:criticality.contact@1",
-    "contact",
-    "1",
-    "higher",
-    "geometry of swept boxes",
-    least=0.0,
-    most=1.0,
+    "adeye:criticality.contact@1", "1", "higher", "geometry of swept boxes", least=0.0, most=1.0
 )
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
@@ -98,7 +77,6 @@ def contact(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.impact_speed@1",
-    "impact_speed_mps",
     "m/s",
     "higher",
     "size of the relative velocity at contact",
@@ -113,55 +91,28 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_distance@1",
-    "min_distance_m",
-    "m",
-    "lower",
-    SERIES["distance"].source,
-    scale=10.0,
-    cap=SERIES["distance"].type.cap,
-    least=0.0,
+    "adeye:criticality.min_distance@1", "m", "lower", SERIES["distance"], scale=10.0, least=0.0
 )
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
     return worst_of(series, DISTANCE)
 
 
-@metric_entry(
-    "adeye:criticality.min_ttc@1",
-    "min_ttc_s",
-    "s",
-    "lower",
-    SERIES["ttc"].source,
-    cap=SERIES["ttc"].type.cap,
-    least=0.0,
-)
+@metric_entry("adeye:criticality.min_ttc@1", "s", "lower", SERIES["ttc"], least=0.0)
 def min_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant speeds with an object in the path; 0 at contact."""
     return worst_of(series, TTC)
 
 
 @metric_entry(
-    "adeye:criticality.min_time_headway@1",
-    "min_time_headway_s",
-    "s",
-    "lower",
-    SERIES["time_headway"].source,
-    cap=SERIES["time_headway"].type.cap,
-    least=0.0,
+    "adeye:criticality.min_time_headway@1", "s", "lower", SERIES["time_headway"], least=0.0
 )
 def min_time_headway(series: TraceSeries) -> MetricColumn:
     """Least time between the front bumpers of ego and object in the path passing one place."""
     return worst_of(series, TIME_HEADWAY)
 
 
-@metric_entry(
-    "adeye:criticality.max_drac@1",
-    "max_drac_mps2",
-    "m/s²",
-    "higher",
-    SERIES["drac"].source,
-)
+@metric_entry("adeye:criticality.max_drac@1", "m/s²", "higher", SERIES["drac"])
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
     return worst_of(series, DRAC)
@@ -169,23 +120,16 @@ def max_drac(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:criticality.max_required_deceleration@1",
-    "max_required_deceleration_mps2",
     "m/s²",
     "higher",
-    SERIES["required_deceleration"].source,
+    SERIES["required_deceleration"],
 )
 def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration needed, before contact, against who goes on braking."""
     return worst_of(series, REQUIRED)
 
 
-@metric_entry(
-    "adeye:criticality.rss_violation@2",
-    "rss_violation_s",
-    "s",
-    "higher",
-    SERIES["rss_violation"].source,
-)
+@metric_entry("adeye:criticality.rss_violation@2", "s", "higher", SERIES["rss_violation"])
 def rss_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation, each row counting one step; when and who was the worst."""
     row, count, is_error = worst_violations(
@@ -197,15 +141,7 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
     return MetricColumn(seconds, status, worst.time, worst.actor)
 
 
-@metric_entry(
-    "adeye:criticality.standstill_gap@1",
-    "standstill_gap_m",
-    "m",
-    "lower",
-    SERIES["gap"].source,
-    scale=10.0,
-    cap=SERIES["gap"].type.cap,
-)
+@metric_entry("adeye:criticality.standstill_gap@1", "m", "lower", SERIES["gap"], scale=10.0)
 def standstill_gap(series: TraceSeries) -> MetricColumn:
     """Least gap to an object in the path while the ego stands; not applicable if it never does."""
     gaps, speed = series.nearest[0], series.column("ego")[..., EGO_SPEED]
@@ -250,12 +186,14 @@ def worst_following(  # noqa: C901 - a kernel over the whole scene
     """
     length, contact = scene.length, scene.contact
     values, rows, actors, codes = worst
-    found, who = np.zeros(FOLLOWING), np.zeros(FOLLOWING, dtype=np.int64)
+    found, who = np.zeros(following.FOLLOWING), np.zeros(following.FOLLOWING, dtype=np.int64)
     turns = np.zeros((scene.objects.shape[2] + 1, 3))
     for run in range(length.shape[0]):
         turns[:] = math.nan
-        for quantity in range(FOLLOWING):
-            values[quantity, run] = -math.inf if is_worse_when_larger(quantity) else math.inf
+        for quantity in range(following.FOLLOWING):
+            values[quantity, run] = (
+                -math.inf if following.is_worse_when_larger(quantity) else math.inf
+            )
             rows[quantity, run], actors[quantity, run] = 0, -1
             codes[quantity, run] = UNDEFINED
         is_free, is_lost = False, False
@@ -266,24 +204,24 @@ def worst_following(  # noqa: C901 - a kernel over the whole scene
             if ahead[run, row] < 0 and contact[run, row] < 0:
                 is_free = True
                 continue
-            measure_following(run, row, scene, limits, turns, found, who)
-            for quantity in range(FOLLOWING):
+            following.measure_following(run, row, scene, limits, turns, found, who)
+            for quantity in range(following.FOLLOWING):
                 if who[quantity] < 0:
                     is_free |= contact[run, row] < 0
                     continue
                 value = found[quantity]
-                if quantity == DST and value == math.inf:
+                if quantity == following.DST and value == math.inf:
                     is_lost = True
-                sign = -1.0 if is_worse_when_larger(quantity) else 1.0
+                sign = -1.0 if following.is_worse_when_larger(quantity) else 1.0
                 if sign * value < sign * values[quantity, run]:
                     values[quantity, run] = value
                     rows[quantity, run], actors[quantity, run] = row, who[quantity]
                     codes[quantity, run] = VALUE
-        for quantity in range(FOLLOWING):
+        for quantity in range(following.FOLLOWING):
             if is_free and codes[quantity, run] == UNDEFINED:
                 codes[quantity, run] = NO_CONFLICT
-        if is_lost and codes[DST, run] != ERROR:
-            codes[DST, run] = UNDEFINED
+        if is_lost and codes[following.DST, run] != ERROR:
+            codes[following.DST, run] = UNDEFINED
 
 
 # --- Compiled: what the ego demands of who follows it in its path ---------------------------------
@@ -375,28 +313,26 @@ _BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessm
 
 
 @metric_entry(
-    "adeye:criticality.min_mttc@1", "min_mttc_s", "s", "lower",
+    "adeye:criticality.min_mttc@1", "s", "lower",
     "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
-    " measure",
-    cap=10.0, least=0.0,
+    " measure", cap=10.0, least=0.0,
 )  # fmt: skip
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
-    return _column(series, MTTC)
+    return _column(series, following.MTTC)
 
 
 @metric_entry(
-    "adeye:criticality.min_ettc@1", "min_ettc_s", "s", "lower",
-    "ISO 15623, enhanced time to collision", cap=10.0,
-    least=0.0,
+    "adeye:criticality.min_ettc@1", "s", "lower", "ISO 15623, enhanced time to collision",
+    cap=10.0, least=0.0,
 )  # fmt: skip
 def min_ettc(series: TraceSeries) -> MetricColumn:
     """Least time to collision while the relative acceleration stays; nobody stops."""
-    return _column(series, ETTC)
+    return _column(series, following.ETTC)
 
 
 @metric_entry(
-    "adeye:criticality.max_mdrac@1", "max_mdrac_mps2", "m/s²", "higher",
+    "adeye:criticality.max_mdrac@1", "m/s²", "higher",
     "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC",
 )  # fmt: skip
 def max_mdrac(series: TraceSeries) -> MetricColumn:
@@ -404,32 +340,29 @@ def max_mdrac(series: TraceSeries) -> MetricColumn:
 
     An object in the path keeps its speed.
     """
-    return _column(series, MDRAC)
+    return _column(series, following.MDRAC)
 
 
 @metric_entry(
-    "adeye:criticality.max_dst@1", "max_dst_mps2", "m/s²", "higher",
+    "adeye:criticality.max_dst@1", "m/s²", "higher",
     "Hupfer (1997), Deceleration to safety time (DST)",
 )  # fmt: skip
 def max_dst(series: TraceSeries) -> MetricColumn:
     """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
-    return _column(series, DST)
+    return _column(series, following.DST)
 
 
 @metric_entry(
-    "adeye:criticality.min_mtc@1", "min_mtc", "1", "lower",
+    "adeye:criticality.min_mtc@1", "1", "lower",
     "Kitajima et al. (2009), Comparison of evaluation indices concerning estimation of driver's "
-    "risk perception",
-    cap=10.0,
+    "risk perception", cap=10.0,
 )  # fmt: skip
 def min_mtc(series: TraceSeries) -> MetricColumn:
     """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
-    return _column(series, MTC)
+    return _column(series, following.MTC)
 
 
-@metric_entry(
-    "adeye:criticality.max_btn@1", "max_btn", "1", "higher", _BRANNSTROM, scale=0.1
-)  # fmt: skip
+@metric_entry("adeye:criticality.max_btn@1", "1", "higher", _BRANNSTROM, scale=0.1)
 def max_btn(series: TraceSeries) -> MetricColumn:
     """Largest required deceleration over what vehicle and friction allow; from 1 on too late."""
     needed = max_required_deceleration(series)
@@ -437,52 +370,39 @@ def max_btn(series: TraceSeries) -> MetricColumn:
     return MetricColumn(number, needed.status, needed.time, needed.actor)
 
 
-@metric_entry("adeye:criticality.max_stn@1", "max_stn", "1", "higher", _BRANNSTROM, scale=0.1)
+@metric_entry("adeye:criticality.max_stn@1", "1", "higher", _BRANNSTROM, scale=0.1)
 def max_stn(series: TraceSeries) -> MetricColumn:
     """Largest lateral acceleration to pass an object in the path over friction; from 1 too late."""
-    return _column(series, STN)
+    return _column(series, following.STN)
 
 
-@metric_entry(
-    "adeye:criticality.min_ttb@1", "min_ttb_s", "s", "lower", _HILLENBRAND, cap=10.0,
-    least=-10.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_ttb@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
 def min_ttb(series: TraceSeries) -> MetricColumn:
     """Least time to brake: how long full braking may wait; negative when late, at least -10 s."""
-    return _column(series, TTB)
+    return _column(series, following.TTB)
 
 
-@metric_entry(
-    "adeye:criticality.min_tts@1", "min_tts_s", "s", "lower", _HILLENBRAND, cap=10.0,
-    least=-10.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_tts@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
 def min_tts(series: TraceSeries) -> MetricColumn:
     """Least time to steer: how long passing at the limit of friction may wait; at least -10 s."""
-    return _column(series, TTS)
+    return _column(series, following.TTS)
 
 
-@metric_entry(
-    "adeye:criticality.min_ttk@1", "min_ttk_s", "s", "lower", _HILLENBRAND, cap=10.0,
-    least=-10.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_ttk@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
 def min_ttk(series: TraceSeries) -> MetricColumn:
     """Least time to kickdown: how long full acceleration may wait; -10 s where it never helps."""
-    return _column(series, TTK)
+    return _column(series, following.TTK)
 
 
-@metric_entry(
-    "adeye:criticality.min_ttr@1", "min_ttr_s", "s", "lower", _HILLENBRAND, cap=10.0,
-    least=-10.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_ttr@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
 def min_ttr(series: TraceSeries) -> MetricColumn:
     """Least time to react: how long the best of braking, steering and kickdown may wait."""
-    return _column(series, TTR)
+    return _column(series, following.TTR)
 
 
 @metric_entry(
-    "adeye:criticality.min_rear_ttc@1", "min_rear_ttc_s", "s", "lower",
-    "Hayward (1972), Near-miss determination through use of a scale of danger",
-    cap=10.0, least=0.0,
+    "adeye:criticality.min_rear_ttc@1", "s", "lower",
+    "Hayward (1972), Near-miss determination through use of a scale of danger", cap=10.0, least=0.0,
 )  # fmt: skip
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision of somebody who follows the ego in its path."""
@@ -490,8 +410,8 @@ def min_rear_ttc(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.max_follower_deceleration@1", "max_follower_deceleration_mps2", "m/s²",
-    "higher", "Jansson (2005), Collision avoidance theory, 4.2",
+    "adeye:criticality.max_follower_deceleration@1", "m/s²", "higher",
+    "Jansson (2005), Collision avoidance theory, 4.2",
 )  # fmt: skip
 def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration that the ego's braking demands of who follows it."""
@@ -499,18 +419,14 @@ def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
 
 
 def _column(series: TraceSeries, quantity: int) -> MetricColumn:
-    def read() -> Found:
-        found = nothing_found(FOLLOWING, series)
-        worst_following(series.scene, *series.nearest, series.abilities, found)
-        return found
+    def scan(worst: Found) -> None:
+        worst_following(series.scene, *series.nearest, series.abilities, worst)
 
-    return found_column(series, series.once("following", read), quantity)
+    return found_column(series, "following", following.FOLLOWING, scan, quantity)
 
 
 def _of_followers(series: TraceSeries, quantity: int) -> MetricColumn:
-    def read() -> Found:
-        found = nothing_found(2, series)
-        worst_followers(series.scene, series.nearest[0], found)
-        return found
+    def scan(worst: Found) -> None:
+        worst_followers(series.scene, series.nearest[0], worst)
 
-    return found_column(series, series.once("followers", read), quantity)
+    return found_column(series, "followers", 2, scan, quantity)

@@ -39,7 +39,6 @@ from adeye.judge.metrics.scans import (
     VALUE,
     Found,
     found_column,
-    nothing_found,
 )
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import closest_encounter, passing_line, worst_time_to_collision
@@ -507,7 +506,7 @@ _ALLEN: Final = "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and c
 
 
 @metric_entry(
-    "adeye:criticality.min_ttc_2d@1", "min_ttc_2d_s", "s", "lower",
+    "adeye:criticality.min_ttc_2d@1", "s", "lower",
     "Westhofen et al. (2023), Criticality metrics for automated driving; by separating axes",
     cap=10.0, least=0.0,
 )  # fmt: skip
@@ -517,7 +516,7 @@ def min_ttc_2d(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_wttc@1", "min_wttc_s", "s", "lower",
+    "adeye:criticality.min_wttc@1", "s", "lower",
     "Wachenfeld et al. (2016), The worst-time-to-collision metric for situation identification",
     cap=10.0, least=0.0,
 )  # fmt: skip
@@ -527,35 +526,20 @@ def min_wttc(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_dce@1",
-    "min_dce_m",
-    "m",
-    "lower",
-    _EGGERT,
-    scale=10.0,
-    cap=100.0,
-    least=0.0,
+    "adeye:criticality.min_dce@1", "m", "lower", _EGGERT, scale=10.0, cap=100.0, least=0.0
 )
 def min_dce(series: TraceSeries) -> MetricColumn:
     """Least distance of closest encounter with any object within 10 s of constant velocity."""
     return _encounter(series, DCE)
 
 
-@metric_entry(
-    "adeye:criticality.min_ttce@1",
-    "min_ttce_s",
-    "s",
-    "lower",
-    _EGGERT,
-    cap=10.0,
-    least=0.0,
-)
+@metric_entry("adeye:criticality.min_ttce@1", "s", "lower", _EGGERT, cap=10.0, least=0.0)
 def min_ttce(series: TraceSeries) -> MetricColumn:
     """Least time to a closest encounter of at most 1 m with any object, at constant velocity."""
     return _encounter(series, TTCE)
 
 
-@metric_entry("adeye:criticality.min_pet@1", "min_pet_s", "s", "lower", _ALLEN, cap=10.0, least=0.0)
+@metric_entry("adeye:criticality.min_pet@1", "s", "lower", _ALLEN, cap=10.0, least=0.0)
 def min_pet(series: TraceSeries) -> MetricColumn:
     """Least time from the first one's exit of a conflict area to the second one's entry.
 
@@ -564,22 +548,20 @@ def min_pet(series: TraceSeries) -> MetricColumn:
     return _crossing(series, PET)
 
 
-@metric_entry("adeye:criticality.pet_overlap@1", "pet_overlap_s", "s", "higher", _ALLEN)
+@metric_entry("adeye:criticality.pet_overlap@1", "s", "higher", _ALLEN)
 def pet_overlap(series: TraceSeries) -> MetricColumn:
     """Longest time in which ego and a crossing actor are both in their conflict area."""
     return _crossing(series, OVERLAP)
 
 
-@metric_entry(
-    "adeye:criticality.max_encroachment_time@1", "max_encroachment_time_s", "s", "higher", _ALLEN,
-)  # fmt: skip
+@metric_entry("adeye:criticality.max_encroachment_time@1", "s", "higher", _ALLEN)
 def max_encroachment_time(series: TraceSeries) -> MetricColumn:
     """Longest time for which an actor that crosses takes up the ego's corridor."""
     return _crossing(series, ENCROACHMENT)
 
 
 @metric_entry(
-    "adeye:criticality.min_predicted_pet@1", "min_predicted_pet_s", "s", "lower",
+    "adeye:criticality.min_predicted_pet@1", "s", "lower",
     f"{_ALLEN}; initially attempted post-encroachment time", cap=10.0, least=0.0,
 )  # fmt: skip
 def min_predicted_pet(series: TraceSeries) -> MetricColumn:
@@ -588,22 +570,18 @@ def min_predicted_pet(series: TraceSeries) -> MetricColumn:
 
 
 def _encounter(series: TraceSeries, quantity: int) -> MetricColumn:
-    def read() -> Found:
-        found = nothing_found(ENCOUNTERS, series)
+    def scan(worst: Found) -> None:
         grip = np.ascontiguousarray(series.abilities[:, 1])
-        worst_encounters(series.scene, series.nearest[0], _actor_count(series), grip, found)
-        return found
+        worst_encounters(series.scene, series.nearest[0], _actor_count(series), grip, worst)
 
-    return found_column(series, series.once("encounters", read), quantity)
+    return found_column(series, "encounters", ENCOUNTERS, scan, quantity)
 
 
 def _crossing(series: TraceSeries, quantity: int) -> MetricColumn:
-    def read() -> Found:
-        found = nothing_found(CROSSINGS, series)
-        worst_crossings(series.scene, series.step, series.nearest[0], _actor_count(series), found)
-        return found
+    def scan(worst: Found) -> None:
+        worst_crossings(series.scene, series.step, series.nearest[0], _actor_count(series), worst)
 
-    return found_column(series, series.once("crossings", read), quantity)
+    return found_column(series, "crossings", CROSSINGS, scan, quantity)
 
 
 def _actor_count(series: TraceSeries) -> int:

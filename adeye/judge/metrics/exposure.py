@@ -261,53 +261,42 @@ _MINDERHOUD: Final = (
 _RSS: Final = SERIES["rss_margin"].source
 
 
-@metric_entry(
-    "adeye:criticality.min_time_gap@1", "min_time_gap_s", "s", "lower",
-    SERIES["time_gap"].source, cap=SERIES["time_gap"].type.cap,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_time_gap@1", "s", "lower", SERIES["time_gap"])
 def min_time_gap(series: TraceSeries) -> MetricColumn:
     """Least time in which the ego drives the gap to the nearest object in the path."""
     return worst_of(series, TIME_GAP)
 
 
-@metric_entry("adeye:criticality.tet@1", "tet_s", "s", "higher", _MINDERHOUD)
+@metric_entry("adeye:criticality.tet@1", "s", "higher", _MINDERHOUD)
 def tet(series: TraceSeries) -> MetricColumn:
     """Time exposed: with a time to collision of at most 3 s, each row counting one step."""
     return _sum(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit@1", "tit_s2", "s²", "higher", _MINDERHOUD)
+@metric_entry("adeye:criticality.tit@1", "s²", "higher", _MINDERHOUD)
 def tit(series: TraceSeries) -> MetricColumn:
     """Time integrated: by how much the time to collision was below 3 s, summed over time."""
     return _sum(series, INTEGRATED)
 
 
 @metric_entry(
-    "adeye:criticality.tet_share@1",
-    "tet_share",
-    "1",
-    "higher",
-    _MINDERHOUD,
-    scale=0.1,
-    least=0.0,
-    most=1.0,
+    "adeye:criticality.tet_share@1", "1", "higher", _MINDERHOUD, scale=0.1, least=0.0, most=1.0
 )
 def tet_share(series: TraceSeries) -> MetricColumn:
     """Share of the run with a time to collision of at most 3 s."""
     return _mean(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit_mean@1", "tit_mean_s", "s", "higher", _MINDERHOUD, scale=0.1)
+@metric_entry("adeye:criticality.tit_mean@1", "s", "higher", _MINDERHOUD, scale=0.1)
 def tit_mean(series: TraceSeries) -> MetricColumn:
     """By how much the time to collision was below 3 s, on average over the run."""
     return _mean(series, INTEGRATED)
 
 
 @metric_entry(
-    "adeye:criticality.crash_potential@1", "crash_potential", "1", "higher",
+    "adeye:criticality.crash_potential@1", "1", "higher",
     "Cunto and Saccomanno (2008), Calibration and validation of simulated vehicle safety "
-    "performance at signalized intersections",
-    scale=0.01,
+    "performance at signalized intersections", scale=0.01,
 )  # fmt: skip
 def crash_potential(series: TraceSeries) -> MetricColumn:
     """Crash potential index: mean probability that cars cannot brake as hard as they had to."""
@@ -315,7 +304,7 @@ def crash_potential(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.time_to_accident@1", "time_to_accident_s", "s", "lower",
+    "adeye:criticality.time_to_accident@1", "s", "lower",
     "Hydén (1987), The development of a method for traffic safety evaluation",
     cap=10.0, settles=True, least=0.0,
 )  # fmt: skip
@@ -332,9 +321,8 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
 
 
 @metric_entry(
-    "adeye:criticality.min_psd@1", "min_psd", "1", "lower",
-    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions",
-    cap=10.0,
+    "adeye:criticality.min_psd@1", "1", "lower",
+    "Allen, Shin, Cooper (1978), Analysis of traffic conflicts and collisions", cap=10.0,
 )  # fmt: skip
 def min_psd(series: TraceSeries) -> MetricColumn:
     """Least gap in the path over the least way to standstill; below 1 there is no return."""
@@ -346,9 +334,7 @@ def min_psd(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
-@metric_entry(
-    "adeye:criticality.min_rss_ratio@2", "min_rss_ratio", "1", "lower", _RSS, scale=0.1, cap=10.0
-)
+@metric_entry("adeye:criticality.min_rss_ratio@2", "1", "lower", _RSS, scale=0.1, cap=10.0)
 def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     """Least gap over the RSS distance, to who is laterally unsafe and has the least RSS margin."""
     margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
@@ -356,9 +342,7 @@ def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
-@metric_entry(
-    "adeye:criticality.rss_response_violation@2", "rss_response_violation_s", "s", "higher", _RSS,
-)  # fmt: skip
+@metric_entry("adeye:criticality.rss_response_violation@2", "s", "higher", _RSS)
 def rss_response_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation older than the response time and no braking as RSS asks for."""
     return _sum(series, RESPONSE)

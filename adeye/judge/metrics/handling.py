@@ -30,18 +30,8 @@ from adeye.judge.intervals import (
     operates_in_emergency,
     others_act,
 )
+from adeye.judge.metrics import scans
 from adeye.judge.metrics.registry import column_of, metric_entry
-from adeye.judge.metrics.scans import (
-    ERROR,
-    INCOMPLETE,
-    NOT_APPLICABLE,
-    UNDEFINED,
-    VALUE,
-    as_flags,
-    first_faults,
-    first_takeovers,
-    safe_from,
-)
 from adeye.judge.outcome import on_road
 from adeye.judge.safe_stop import achieved_rating, best_rating, rules_of
 from adeye.judge.trace_signals import STANDSTILL_SPEED
@@ -83,7 +73,7 @@ class Handled:
 
 def handled(trace: Trace) -> Handled:
     """Read how the first fault of each run is handled."""
-    fault = np.asarray(first_faults(trace.length, as_flags(trace["fault_active"])))
+    fault = np.asarray(scans.first_faults(trace.length, scans.as_flags(trace["fault_active"])))
     rows = np.full((3, trace.runs), -1, dtype=np.int64)
     is_unknown = np.zeros(trace.runs, dtype=np.bool_)
     chosen = np.flatnonzero(fault >= 0)
@@ -92,7 +82,7 @@ def handled(trace: Trace) -> Handled:
         onset = fault[chosen]
         places = columns["ego_place"][chosen]
         speed = columns["ego"][chosen, :, EGO_SPEED]
-        found = safe_from(
+        found = scans.safe_from(
             trace.length[chosen],
             speed,
             places[..., PLACE_D],
@@ -132,7 +122,6 @@ def default_channel(trace: Trace) -> int:
 
 @metric_entry(
     "adeye:handling.fault_to_safe_state@1",
-    "fault_to_safe_state_s",
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
@@ -144,7 +133,7 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     It is incomplete where the run ends before.
     """
     trace, place = series.trace, series.column("ego_place")
-    row = safe_from(
+    row = scans.safe_from(
         trace.length,
         series.column("ego")[..., EGO_SPEED],
         place[..., PLACE_D],
@@ -157,7 +146,6 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.distance_to_safe_state@1",
-    "distance_to_safe_state_m",
     "m",
     "higher",
     "own definition: way driven meanwhile",
@@ -183,7 +171,6 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.takeover_time@1",
-    "takeover_time_s",
     "s",
     "higher",
     "own definition: latency of the arbitration",
@@ -197,13 +184,12 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     trace = series.trace
     onset = _onset(series)
     default = default_channel(trace)
-    row = first_takeovers(trace.length, onset, series.column("authority"), default)
+    row = scans.first_takeovers(trace.length, onset, series.column("authority"), default)
     return _since_fault(series, onset, row, row >= 0, np.zeros(trace.runs, dtype=np.bool_))
 
 
 @metric_entry(
     "adeye:handling.fault_detection_time@1",
-    "fault_detection_time_s",
     "s",
     "higher",
     "ISO 26262-1:2018, 3.55 (fault detection time interval), measured",
@@ -220,7 +206,6 @@ def fault_detection_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.fault_reaction_time@1",
-    "fault_reaction_time_s",
     "s",
     "higher",
     "ISO 26262-1:2018, 3.59 (fault reaction time interval), measured",
@@ -236,7 +221,6 @@ def fault_reaction_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.fault_handling_time@1",
-    "fault_handling_time_s",
     "s",
     "higher",
     "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
@@ -252,7 +236,6 @@ def fault_handling_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.emergency_operation_time@1",
-    "emergency_operation_time_s",
     "s",
     "higher",
     "ISO 26262-1:2018, 3.44 (emergency operation time interval), measured",
@@ -271,7 +254,6 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:handling.nominal_availability@1",
-    "nominal_availability",
     "1",
     "lower",
     "own definition: share of time",
@@ -285,29 +267,19 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     decided = decided_rows(trace)
     away = decided & (series.column("authority") != default_channel(trace))
     rows = decided.sum(axis=1)
-    codes = np.where(rows > 0, VALUE, UNDEFINED)
+    codes = np.where(rows > 0, scans.VALUE, scans.UNDEFINED)
     share = 1.0 - away.sum(axis=1) / np.maximum(rows, 1)
     return column_of(series, codes, away.argmax(axis=1), share)
 
 
-@metric_entry(
-    "adeye:handling.takeovers@1",
-    "takeovers",
-    "1",
-    "higher",
-    "own definition: count of handovers",
-)
+@metric_entry("adeye:handling.takeovers@1", "1", "higher", "own definition: count of handovers")
 def takeovers(series: TraceSeries) -> MetricColumn:
     """How often authority passes from the default channel to another."""
     return _counted(series, series.once("away", lambda: _away(series)))
 
 
 @metric_entry(
-    "adeye:handling.trips@1",
-    "trips",
-    "1",
-    "higher",
-    "own definition: count of alarms and handovers",
+    "adeye:handling.trips@1", "1", "higher", "own definition: count of alarms and handovers"
 )
 def trips(series: TraceSeries) -> MetricColumn:
     """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
@@ -340,7 +312,7 @@ def _counted(series: TraceSeries, on: Bools) -> MetricColumn:
     """Count the rows (B, T) at which something begins."""
     begins = on & decided_rows(series.trace)
     begins[:, 1:] &= ~on[:, :-1]
-    codes = np.full(len(on), VALUE)
+    codes = np.full(len(on), scans.VALUE)
     return column_of(series, codes, begins.argmax(axis=1), begins.sum(axis=1).astype(np.float64))
 
 
@@ -364,15 +336,15 @@ def _interval(
     unknown = np.zeros(len(fault), dtype=np.bool_) if is_unknown is None else is_unknown
     codes = np.select(
         [unknown & (fault >= 0), fault < 0, np.isfinite(value)],
-        [ERROR, NOT_APPLICABLE, VALUE],
-        INCOMPLETE,
+        [scans.ERROR, scans.NOT_APPLICABLE, scans.VALUE],
+        scans.INCOMPLETE,
     )
     return column_of(series, codes, np.maximum(row, 0), value)
 
 
 def _onset(series: TraceSeries) -> Ints:
     """Give the first row (B,) with a fault, -1 for none."""
-    return first_faults(series.trace.length, as_flags(series.column("fault_active")))
+    return scans.first_faults(series.trace.length, scans.as_flags(series.column("fault_active")))
 
 
 def _since_fault(
@@ -388,8 +360,12 @@ def _since_fault(
         is_error: (B,) whether that cannot be told.
     """
     time = series.trace.time
-    codes = np.select([is_error, onset < 0, is_reached], [ERROR, NOT_APPLICABLE, VALUE], INCOMPLETE)
-    reached = np.where(codes == VALUE, np.maximum(row, onset), 0)
+    codes = np.select(
+        [is_error, onset < 0, is_reached],
+        [scans.ERROR, scans.NOT_APPLICABLE, scans.VALUE],
+        scans.INCOMPLETE,
+    )
+    reached = np.where(codes == scans.VALUE, np.maximum(row, onset), 0)
     return column_of(series, codes, reached, time[reached] - time[onset])
 
 
@@ -398,7 +374,6 @@ def _since_fault(
 
 @metric_entry(
     "adeye:stopping.stop_rating@1",
-    "stop_rating",
     "1",
     "higher",
     "own definition: rating of the place, kernel.stop_rating",
@@ -416,7 +391,6 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:stopping.stop_regret@1",
-    "stop_regret",
     "1",
     "higher",
     "own definition: achieved rating minus the best that was reachable",
@@ -430,12 +404,12 @@ def stop_regret(series: TraceSeries) -> MetricColumn:
     trace = series.trace
     ends, ratings = series.once("stops", lambda: _ends(series))
     fault = _onset(series)
-    codes = np.where(fault < 0, np.int8(NOT_APPLICABLE), ends)
+    codes = np.where(fault < 0, np.int8(scans.NOT_APPLICABLE), ends)
     values = np.full(trace.runs, np.nan)
-    for run in np.flatnonzero(codes == VALUE).tolist():
+    for run in np.flatnonzero(codes == scans.VALUE).tolist():
         row = int(fault[run])
         if not _is_known(trace, run, row):
-            codes[run] = ERROR
+            codes[run] = scans.ERROR
             continue
         best = best_rating(trace, run, row, rules_of(trace.layout.architectures[run]))
         values[run] = ratings[run] - best
@@ -453,11 +427,11 @@ def _ends(series: TraceSeries) -> Ends:
     stands = touched | (np.abs(ego[:, EGO_SPEED]) <= STANDSTILL_SPEED)
     codes = np.select(
         [~is_known & ~touched, stands],
-        [np.int8(ERROR), np.int8(VALUE)],
-        np.int8(NOT_APPLICABLE),
+        [np.int8(scans.ERROR), np.int8(scans.VALUE)],
+        np.int8(scans.NOT_APPLICABLE),
     )
     values = np.full(trace.runs, np.nan)
-    for run in np.flatnonzero(codes == VALUE).tolist():
+    for run in np.flatnonzero(codes == scans.VALUE).tolist():
         values[run] = achieved_rating(trace, run, rules_of(trace.layout.architectures[run]))
     return codes, values
 

@@ -450,7 +450,6 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
 
 @metric_entry(
     "adeye:perception.first_detection_distance@1",
-    "first_detection_distance_m",
     "m",
     "lower",
     "own definition: distance between the bodies at the first detection",
@@ -477,7 +476,6 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.detection_latency@1",
-    "detection_latency_s",
     "s",
     "higher",
     "own definition over the stopping sight distance",
@@ -497,7 +495,6 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.missed_time@1",
-    "missed_time_s",
     "s",
     "higher",
     "own definition over the stopping sight distance",
@@ -520,7 +517,6 @@ def missed_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.false_track_time@1",
-    "false_track_time_s",
     "s",
     "higher",
     "own definition over the stopping sight distance",
@@ -539,7 +535,6 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.range_error_rms@1",
-    "range_error_rms_m",
     "m",
     "higher",
     "root mean square over the rows with a track",
@@ -555,7 +550,6 @@ def range_error_rms(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.position_error_p95@1",
-    "position_error_p95_m",
     "m",
     "higher",
     "95th percentile over the rows with a track",
@@ -570,7 +564,6 @@ def position_error_p95(series: TraceSeries) -> MetricColumn:
 
 @metric_entry(
     "adeye:perception.rear_detection_margin@1",
-    "rear_detection_margin_m",
     "m",
     "lower",
     "UN R79, 5.6.4.7: critical situation of a lane change",

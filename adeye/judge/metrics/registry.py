@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.judge.series import SeriesDefinition
     from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
@@ -149,22 +150,42 @@ METRICS: Final[dict[str, MetricDefinition]] = {}
 
 def metric_entry(  # noqa: PLR0913 - what a metric declares
     uid: str,
-    column: str,
     unit: str,
     worse: Worse,
-    source: str,
+    source: str | SeriesDefinition,
     *,
+    column: str | None = None,
     scale: float = 1.0,
     cap: float | None = None,
     settles: bool = False,
     least: float | None = None,
     most: float | None = None,
 ) -> Callable[[Measure], Measure]:
-    """Register a function over the series of a trace as a metric; its docstring is the text."""
+    """Register a function over the series of a trace as a metric; its docstring is the text.
+
+    Args:
+        uid: See ``MetricDefinition``, as all that is not said here.
+        unit: SI unit.
+        worse: Direction of danger.
+        source: Publication or standard; or the series whose worst it is, with its source and cap.
+        column: By default the name in the uid with the unit: ``min_ttc_s``.
+        scale: Size of one unit of robustness.
+        cap: Of "no conflict".
+        settles: Whether a value is final.
+        least: No value is below it.
+        most: No value is above it.
+    """
+    if column is None:
+        name = uid.partition(".")[2].partition("@")[0]
+        ending = unit.replace("/", "p").replace("²", "2").replace("³", "3")
+        column = name if unit == "1" else f"{name}_{ending}"
+    publication = source if isinstance(source, str) else source.source
+    if not isinstance(source, str):
+        cap = source.type.cap
 
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]
-        words = (uid, column, unit, worse, source, text)
+        words = (uid, column, unit, worse, publication, text)
         _add(MetricDefinition(*words, scale, measure, cap, settles, least=least, most=most))
         return measure
 

@@ -17,6 +17,8 @@ from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.jit import allocating
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from adeye.judge.series import TraceSeries
@@ -52,16 +54,27 @@ class Found(NamedTuple):
     codes: Bytes
 
 
-def nothing_found(quantities: int, series: TraceSeries) -> Found:
-    """Make room for what a scan finds."""
-    shape = (quantities, series.trace.runs)
-    rows = np.zeros(shape, dtype=np.int64)
-    return Found(np.zeros(shape), rows, rows.copy(), np.zeros(shape, dtype=np.int8))
+def found_column(
+    series: TraceSeries, name: str, quantities: int, scan: Callable[[Found], None], quantity: int
+) -> MetricColumn:
+    """Make a column of one of the quantities that one scan finds for several metrics.
 
+    Args:
+        series: Series of the trace.
+        name: Of the scan, which is made once.
+        quantities: How many it finds.
+        scan: Writes them.
+        quantity: Which one.
+    """
 
-def found_column(series: TraceSeries, found: Found, quantity: int) -> MetricColumn:
-    """Make a column of one quantity."""
-    values, rows, actors, codes = (part[quantity] for part in found)
+    def read() -> Found:
+        shape = (quantities, series.trace.runs)
+        rows = np.zeros(shape, dtype=np.int64)
+        found = Found(np.zeros(shape), rows, rows.copy(), np.zeros(shape, dtype=np.int8))
+        scan(found)
+        return found
+
+    values, rows, actors, codes = (part[quantity] for part in series.once(name, read))
     # A least time of infinity was found with nobody to blame: there is no conflict.
     codes = np.where((codes == VALUE) & np.isinf(values), np.int8(NO_CONFLICT), codes)
     return column_of(series, codes, rows, values, actors)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.judge.metrics.criticality import contacts_of
 from adeye.judge.metrics.registry import column_of, metric_entry
 from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, VALUE
@@ -15,19 +16,6 @@ from adeye.judge.trace_signals import STANDSTILL_SPEED
 from adeye.kernel.boxes import boxes_overlap
 from adeye.kernel.criticality import fatality_probability, speed_change
 from adeye.ports import MetricColumn
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_CLASSES,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_HEADING,
-    PLACE_OFFSET,
-)
 
 if TYPE_CHECKING:
     from adeye.judge.series import TraceSeries
@@ -51,30 +39,26 @@ MASSES: Final = {
 """Mass that each kind of object is taken to have, riders included [kg]; what stands fast has no
 end. The ego's is that of its vehicle."""
 
-_MASS_OF_CLASS: Final = np.array([MASSES[name] for name in OBJECT_CLASSES])
+_MASS_OF_CLASS: Final = np.array([MASSES[name] for name in columns.OBJECT_CLASSES])
 _SHELBY: Final = "Shelby (2011), Delta-V as a measure of traffic conflict severity"
 
 
-@metric_entry(
-    "adeye:severity.delta_v@1", "delta_v_mps", "m/s", "higher", _SHELBY, scale=10.0
-)  # fmt: skip
+@metric_entry("adeye:severity.delta_v@1", "m/s", "higher", _SHELBY, scale=10.0)
 def delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the ego's speed by its collision, both going on as one; masses by kind."""
     return _reported(series, 0)
 
 
-@metric_entry(
-    "adeye:severity.other_delta_v@1", "other_delta_v_mps", "m/s", "higher", _SHELBY, scale=10.0
-)
+@metric_entry("adeye:severity.other_delta_v@1", "m/s", "higher", _SHELBY, scale=10.0)
 def other_delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the speed of what the ego collides with; masses by kind, 0 of what stands fast."""
     return _reported(series, 1)
 
 
 @metric_entry(
-    "adeye:severity.fatality_probability@1", "fatality_probability", "1", "higher",
-    "Joksch (1993), Velocity change and fatality risk in a crash: a rule of thumb", scale=0.1,
-    least=0.0, most=1.0,
+    "adeye:severity.fatality_probability@1", "1", "higher",
+    "Joksch (1993), Velocity change and fatality risk in a crash: a rule of thumb",
+    scale=0.1, least=0.0, most=1.0,
 )  # fmt: skip
 def fatality(series: TraceSeries) -> MetricColumn:
     """Probability that somebody dies of the larger change of speed, by the rule for car occupants.
@@ -117,10 +101,10 @@ BEHIND: Final = math.radians(150.0)
 
 @metric_entry(
     "adeye:at_fault.contact@1",
-    "contact_at_fault",
     "1",
     "higher",
     "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
+    column="contact_at_fault",
     least=0.0,
     most=1.0,
 )
@@ -144,20 +128,26 @@ def _is_at_fault(series: TraceSeries, run: int, row: int, other: int) -> float:
     state, context = series.column("objects")[run, row, other], series.trace.layout.context
     if not (np.isfinite(ego).all() and np.isfinite(place).all() and np.isfinite(state).all()):
         return math.nan
-    if abs(ego[EGO_SPEED]) <= STANDSTILL_SPEED:
+    if abs(ego[columns.EGO_SPEED]) <= STANDSTILL_SPEED:
         return 0.0
-    if abs(state[OBJECT_SPEED]) <= STANDSTILL_SPEED:
+    if abs(state[columns.OBJECT_SPEED]) <= STANDSTILL_SPEED:
         return 1.0
     length, width = context.ego_size[run, :2]
-    heading = ego[EGO_HEADING]
-    away_x, away_y = state[OBJECT_X] - ego[EGO_X], state[OBJECT_Y] - ego[EGO_Y]
+    heading = ego[columns.EGO_HEADING]
+    away_x, away_y = (
+        state[columns.OBJECT_X] - ego[columns.EGO_X],
+        state[columns.OBJECT_Y] - ego[columns.EGO_Y],
+    )
     along = away_x * math.cos(heading) + away_y * math.sin(heading)
     across = away_y * math.cos(heading) - away_x * math.sin(heading)
     if abs(math.atan2(across, along)) > BEHIND:
         return 0.0
     half = 0.5 * length
-    bumper = (ego[EGO_X] + half * math.cos(heading), ego[EGO_Y] + half * math.sin(heading))
-    other_box = (state[OBJECT_X], state[OBJECT_Y], state[OBJECT_HEADING])
+    bumper = (
+        ego[columns.EGO_X] + half * math.cos(heading),
+        ego[columns.EGO_Y] + half * math.sin(heading),
+    )
+    other_box = (state[columns.OBJECT_X], state[columns.OBJECT_Y], state[columns.OBJECT_HEADING])
     size = context.object_sizes[run, other, :2]
     # Where the step ends beyond the contact, the bodies may have parted again.
     is_ahead = along >= half and abs(across) <= 0.5 * width
@@ -174,6 +164,6 @@ def _is_within_lane(
     road = series.trace.layout.context.road.of(np.array([run]))
     if not on_road(road, place[np.newaxis, np.newaxis])[0, 0]:
         return False
-    turned = series.column("ego")[run, row, EGO_HEADING] - place[PLACE_HEADING]
+    turned = series.column("ego")[run, row, columns.EGO_HEADING] - place[columns.PLACE_HEADING]
     extent = half_width * abs(math.cos(turned)) + half_length * abs(math.sin(turned))
-    return bool(abs(place[PLACE_OFFSET]) + extent <= 0.5 * road.lane_width[0])
+    return bool(abs(place[columns.PLACE_OFFSET]) + extent <= 0.5 * road.lane_width[0])

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from adeye.judge.stl.program import (
     SECOND_PART,
     UNTIL,
     WORD,
+    Extent,
     Program,
     State,
     compile_formula,
@@ -64,28 +65,33 @@ C = TypeVar("C", bound="DataclassInstance")
 # --- Compiled: evaluate a numbered formula run by run, all of its conditions at every row ---------
 
 
-@allocating
-def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole program
-    chosen: Bools,
-    length: Ints,
-    horizon: Ints,
-    complete: Bools,
-    samples: Floats,
-    statuses: Bytes,
-    tables: Tables,
-    numbers: Floats,
-    facts: Ints,
-    held: Bytes,
-) -> None:
-    """Evaluate a formula on B runs and find what each robustness comes from.
+class Runs(NamedTuple):
+    """What is known of B runs of up to T rows.
 
-    Args:
-        chosen: (B,) runs to evaluate; the others are left as they are.
+    Attributes:
         length: (B,) rows of each run.
         horizon: (B,) last row at which an outermost obligation may start.
         complete: (B,) whether the scenario was over.
         samples: (S, B, T) of the signals.
         statuses: (S, B, T) ``SampleStatus``, or ``NO_STATUS``.
+    """
+
+    length: Ints
+    horizon: Ints
+    complete: Bools
+    samples: Floats
+    statuses: Bytes
+
+
+@allocating
+def evaluate_runs(  # noqa: C901 - a kernel over a whole program
+    chosen: Bools, runs: Runs, tables: Tables, numbers: Floats, facts: Ints, held: Bytes
+) -> None:
+    """Evaluate a formula on B runs and find what each robustness comes from.
+
+    Args:
+        chosen: (B,) runs to evaluate; the others are left as they are.
+        runs: The runs.
         tables: The formula; the binding predicate is none of ``decided``, unless they never held.
         numbers: (B, 5) out: bounds of the robustness; value, threshold and difference of the
             binding predicate, NaN for none.
@@ -93,29 +99,25 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
             binding predicate node, row (-1 beyond the trace), obligation, status.
         held: (B, J) out: whether the antecedent held where a nested implication was asked for.
     """
-    nodes, nested, rows = tables.nodes, tables.nested, samples.shape[2]
+    nodes, nested, rows = tables.nodes, tables.nested, runs.samples.shape[2]
     state = _empty_state(tables, rows)
     start = state.start
     is_changed = np.zeros(nodes.shape[0], dtype=np.bool_)
     scope = np.zeros((nodes.shape[0] if nested.shape[0] else 0, rows), dtype=np.int8)
     root = nodes.shape[0] - 1
-    for run in range(length.shape[0]):
+    for run in range(chosen.shape[0]):
         if not chosen[run]:
             continue
-        known = length[run]
-        last = min(horizon[run], known - 1)
-        is_cut = not complete[run] and horizon[run] > known - 1
-        for term in range(tables.terms.shape[0]):
-            fill_term(term, tables, samples[:, run], statuses[:, run], known, state)
+        extent = _begin(run, runs, tables, state)
         is_error = False
         for node in range(nodes.shape[0]):
             kind = nodes[node, KIND]
             if kind <= WORD:
-                is_error |= fill_predicate(node, tables, known, state)
+                is_error |= fill_predicate(node, tables, extent.known, state)
             elif needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, state)
+                fill_operator(node, nodes, extent.known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, last, is_cut, state)
+                fill_start(node, nodes, extent, state)
         facts[run, 0] = is_error
         if is_error:
             facts[run, 1] = 0
@@ -128,15 +130,24 @@ def evaluate_runs(  # noqa: C901, PLR0913, PLR0917 - a kernel over a whole progr
         elif start[root, 3] < 0.0:
             verdict = -1
         facts[run, 1] = verdict
-        facts[run, 2] = is_vacuous(tables, known, last, state)
+        facts[run, 2] = is_vacuous(tables, extent, state)
         if nested.shape[0]:
-            find_held(tables, known, last, state, scope, held[run])
+            find_held(tables, extent, state, scope, held[run])
         numbers[run, 0] = start[root, 0]
         numbers[run, 1] = start[root, 1]
         if tables.decided.shape[0] and not (facts[run, 2] and verdict > 0):
-            fill_decided(tables, known, last, is_cut, state, is_changed)
+            fill_decided(tables, extent, state, is_changed)
         bound = 1 if verdict < 0 else 0
-        find_binding_row(bound, tables, known, last, is_cut, state, numbers[run], facts[run])
+        find_binding_row(bound, tables, extent, state, numbers[run], facts[run])
+
+
+@compiled
+def _begin(run: int, runs: Runs, tables: Tables, state: State) -> Extent:
+    """Calculate the terms at the known rows of a run, and tell how far it goes."""
+    known, horizon = runs.length[run], runs.horizon[run]
+    for term in range(tables.terms.shape[0]):
+        fill_term(term, tables, runs.samples[:, run], runs.statuses[:, run], known, state)
+    return Extent(known, min(horizon, known - 1), not runs.complete[run] and horizon > known - 1)
 
 
 @allocating
@@ -252,25 +263,15 @@ def evaluate_columns(  # noqa: PLR0913 - what a formula is evaluated on
     """
     inputs = checked_inputs(formula, source, step_s, (length, horizon, complete, chosen))
     program = compile_formula(formula, inputs, step_s, row_slack)
-    samples, statuses = stacked(inputs)
+    runs = _runs(inputs, length, horizon, complete)
 
     def run(program: Program, chosen: Bools) -> tuple[Floats, Ints, NDArray[np.int8]]:
         numbers = np.full((len(length), 5), np.nan)
         facts = np.zeros((len(length), 7), dtype=np.int64)
         facts[:, 4] = -1
         held = np.ones((len(length), len(program.tables.nested)), dtype=np.int8)
-        evaluate_runs(
-            np.asarray(chosen, dtype=np.bool_),
-            np.asarray(length, dtype=np.int64),
-            np.asarray(horizon, dtype=np.int64),
-            np.asarray(complete, dtype=np.bool_),
-            samples,
-            statuses,
-            program.tables,
-            numbers,
-            facts,
-            held,
-        )
+        chosen = np.asarray(chosen, dtype=np.bool_)
+        evaluate_runs(chosen, runs, program.tables, numbers, facts, held)
         return numbers, facts, held
 
     numbers, facts, held = run(program, chosen)
@@ -350,15 +351,21 @@ def checked_inputs(
     return inputs
 
 
-def stacked(inputs: Mapping[str, Series]) -> tuple[Floats, NDArray[np.int8]]:
-    """Give samples (S, B, T) and their statuses."""
+def _runs(inputs: Mapping[str, Series], length: Ints, horizon: Ints, complete: Bools) -> Runs:
+    """Give runs as compiled code reads them."""
     shape = next(iter(inputs.values())).values.shape
     samples = np.empty((len(inputs), *shape))
     statuses = np.empty(samples.shape, dtype=np.int8)
     for place, series in enumerate(inputs.values()):
         samples[place] = series.values
         statuses[place] = NO_STATUS if series.status is None else series.status
-    return samples, statuses
+    return Runs(
+        np.asarray(length, dtype=np.int64),
+        np.asarray(horizon, dtype=np.int64),
+        np.asarray(complete, dtype=np.bool_),
+        samples,
+        statuses,
+    )
 
 
 def _actors(program: Program, inputs: Mapping[str, Series], node: Ints, row: Ints) -> Ints:
@@ -411,73 +418,46 @@ def evaluate_rows(  # noqa: PLR0913 - what a formula is evaluated on
     """
     inputs = checked_inputs(formula, source, step_s, (length, horizon, complete))
     program = compile_formula(formula, inputs, step_s, row_slack)
-    samples, statuses = stacked(inputs)
-    out = np.full((2, *samples.shape[1:]), np.nan)
-    _fill_rows(
-        np.asarray(length, dtype=np.int64),
-        np.asarray(horizon, dtype=np.int64),
-        np.asarray(complete, dtype=np.bool_),
-        samples,
-        statuses,
-        program.tables,
-        out,
-    )
+    runs = _runs(inputs, length, horizon, complete)
+    out = np.full((2, *runs.samples.shape[1:]), np.nan)
+    _fill_rows(runs, program.tables, out)
     return out[0], out[1]
 
 
 @allocating
-def _fill_rows(  # noqa: PLR0913, PLR0917 - a kernel over a whole program
-    length: Ints,
-    horizon: Ints,
-    complete: Bools,
-    samples: Floats,
-    statuses: Bytes,
-    tables: Tables,
-    out: Floats,
-) -> None:
-    """Write the bounds (2, B, T) of the last condition; see ``machine.evaluate_runs``."""
+def _fill_rows(runs: Runs, tables: Tables, out: Floats) -> None:
+    """Write the bounds (2, B, T) of the last condition; see ``evaluate_runs``."""
     nodes = tables.nodes
-    state = _empty_state(tables, samples.shape[2])
+    state = _empty_state(tables, runs.samples.shape[2])
     bounds = state.bounds
     root = nodes.shape[0] - 1
-    for run in range(length.shape[0]):
-        known = length[run]
-        last = min(horizon[run], known - 1)
-        is_cut = not complete[run] and horizon[run] > known - 1
-        for term in range(tables.terms.shape[0]):
-            fill_term(term, tables, samples[:, run], statuses[:, run], known, state)
+    for run in range(runs.length.shape[0]):
+        extent = _begin(run, runs, tables, state)
         is_error = False
         for node in range(nodes.shape[0]):
             if nodes[node, KIND] <= WORD:
-                is_error |= fill_predicate(node, tables, known, state)
+                is_error |= fill_predicate(node, tables, extent.known, state)
             elif is_open_ended(nodes[node]):
-                _fill_to_horizon(nodes[node], known, last, is_cut, bounds, bounds[node])
+                _fill_to_horizon(nodes[node], extent, bounds, bounds[node])
                 state.exact[node] = OPEN
             else:
-                fill_operator(node, nodes, known, state)
+                fill_operator(node, nodes, extent.known, state)
         if not is_error:
-            for k in range(last + 1):
+            for k in range(extent.last + 1):
                 out[0, run, k], out[1, run, k] = bounds[root, 0, k], bounds[root, 1, k]
 
 
 @compiled
-def _fill_to_horizon(
-    node: Ints,
-    known: int,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    out: Floats,
-) -> None:
+def _fill_to_horizon(node: Ints, extent: Extent, bounds: Floats, out: Floats) -> None:
     """Write the bounds of an outermost operator without a window: from each row to ``last``."""
     kind, first, second = node[KIND], node[FIRST_PART], node[SECOND_PART]
     for plane in range(2):
         most = math.inf if kind == ALWAYS else -math.inf
-        if is_cut and plane == (0 if kind == ALWAYS else 1):
+        if extent.is_cut and plane == (0 if kind == ALWAYS else 1):
             most = -most
-        for k in range(last + 1, known):
+        for k in range(extent.last + 1, extent.known):
             out[plane, k] = -math.inf if plane == 0 else math.inf
-        for k in range(last, -1, -1):
+        for k in range(extent.last, -1, -1):
             here = bounds[first, plane, k]
             if kind == ALWAYS:
                 most = min(most, here)

@@ -6,22 +6,7 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from adeye.judge.stl.syntax import (
-    Arithmetic,
-    Assertion,
-    Comparison,
-    Connective,
-    Constant,
-    Edge,
-    Equality,
-    Not,
-    Past,
-    Signal,
-    Temporal,
-    canonical,
-    children,
-    label_of,
-)
+from adeye.judge.stl import syntax
 from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
@@ -37,7 +22,17 @@ Interval: TypeAlias = tuple[float, float]
 _ANY: Final = (-math.inf, math.inf)
 _UNKNOWN: Final = (0, 0, 0)
 _NEVER_NEGATIVE: Final = frozenset(
-    "time age distance ttc time_gap time_headway mttc drac required_deceleration".split()
+    [
+        "time",
+        "age",
+        "distance",
+        "ttc",
+        "time_gap",
+        "time_headway",
+        "mttc",
+        "drac",
+        "required_deceleration",
+    ]
 )
 """Last words of the names of signals that are 0 or more, whatever happens."""
 _MOST_PARTS: Final = 8
@@ -47,9 +42,9 @@ _MOST_PARTS: Final = 8
 def first_constant(node: Node) -> tuple[Node, bool] | None:
     """Find a part that always or never holds, whatever numbers and truth values its signals have.
 
-    Signals range over all numbers, times and distances over those from 0 on. What depends on a value is never
-    found; of what does not, comparisons by the ranges of their terms, equal parts, and an answer
-    that its question contains, are.
+    Signals range over all numbers, times and distances over those from 0 on. What depends on a
+    value is never found; of what does not, comparisons by the ranges of their terms, equal parts,
+    and an answer that its question contains, are.
 
     Args:
         node: The formula's root.
@@ -57,50 +52,49 @@ def first_constant(node: Node) -> tuple[Node, bool] | None:
     Returns:
         The first such part, innermost, and whether it always holds; None if there is none.
     """
-    for child in children(node):
+    for child in syntax.children(node):
         if (found := first_constant(child)) is not None:
             return found
     held: bool | None = None
-    if isinstance(node, Comparison):
+    if isinstance(node, syntax.Comparison):
         held = _ordered(node)
-    elif isinstance(node, Equality) and label_of(node) is None:
+    elif isinstance(node, syntax.Equality) and syntax.label_of(node) is None:
         held = _equal(node)
-    elif isinstance(node, Connective):
+    elif isinstance(node, syntax.Connective):
         held = _joined(node)
     return None if held is None else (node, held)
 
 
-def _ordered(node: Comparison) -> bool | None:
+def _ordered(node: syntax.Comparison) -> bool | None:
     """Tell how a comparison comes out for all numbers, None if that depends on them."""
     low, high = node.left, node.right
     if node.operator in {">", ">="}:
         low, high = high, low
     is_strict = node.operator in {"<", ">"}
-    if canonical(low) == canonical(high):
+    if syntax.canonical(low) == syntax.canonical(high):
         return not is_strict
-    if _is_among(high, low, "min") or _is_among(low, high, "max"):
-        return None if is_strict else True
+    is_chosen = _is_among(high, low, "min") or _is_among(low, high, "max")
     (least, below), (above, most) = _limit(low), _limit(high)
     if above == most and math.isinf(above):
         return above > 0.0
     if least == below and math.isinf(below):
         return below < 0.0
-    if below < above or (below == above and not is_strict):
+    if below < above or (not is_strict and (is_chosen or below == above)):
         return True
     if most < least or (most == least and is_strict):
         return False
     return None
 
 
-def _is_among(part: Term, whole: Term, operator: str) -> bool:
+def _is_among(part: syntax.Term, whole: syntax.Term, operator: str) -> bool:
     """Tell whether a term is one of those of which another takes the least or the largest."""
-    is_choice = isinstance(whole, Arithmetic) and whole.operator == operator
-    return is_choice and canonical(part) in map(canonical, children(whole))
+    is_choice = isinstance(whole, syntax.Arithmetic) and whole.operator == operator
+    return is_choice and syntax.canonical(part) in map(syntax.canonical, syntax.children(whole))
 
 
-def _equal(node: Equality) -> bool | None:
+def _equal(node: syntax.Equality) -> bool | None:
     """Tell how an equality of two terms comes out, None if that depends on them."""
-    if canonical(node.left) == canonical(node.right):
+    if syntax.canonical(node.left) == syntax.canonical(node.right):
         return not node.is_negated
     (least, below), (above, most) = _limit(node.left), _limit(node.right)
     return node.is_negated if below < above or most < least else None
@@ -109,7 +103,7 @@ def _equal(node: Equality) -> bool | None:
 def _limit(term: Term) -> Interval:
     """Give the values of a term; a limit that nothing plausible reaches counts as infinite."""
     low, high = _values(term)
-    exponents = term.exponents if isinstance(term, Constant) else _UNKNOWN
+    exponents = term.exponents if isinstance(term, syntax.Constant) else _UNKNOWN
     if low == high and abs(low) > farthest(exponents):
         low = high = math.copysign(math.inf, low)
     return low, high
@@ -117,19 +111,18 @@ def _limit(term: Term) -> Interval:
 
 def _values(term: Term) -> Interval:
     """Give the least and the largest value of a term."""
-    if isinstance(term, Constant):
+    if isinstance(term, syntax.Constant):
         return term.value, term.value
-    if isinstance(term, Signal):
-        last = term.name.rpartition(".")[2]
-        return (0.0, math.inf) if last in _NEVER_NEGATIVE else _ANY
+    if isinstance(term, syntax.Signal):
+        return (0.0, math.inf) if term.name == "time" else _ANY
     found = _applied(term)
     return _ANY if any(map(math.isnan, found)) else found
 
 
-def _applied(term: Arithmetic) -> Interval:
+def _applied(term: syntax.Arithmetic) -> Interval:
     first, second = term.operands[0], term.operands[-1]
     (low, high), (least, most) = _values(first), _values(second)
-    is_same = canonical(first) == canonical(second)
+    is_same = syntax.canonical(first) == syntax.canonical(second)
     found = {
         "negate": (-high, -low),
         "abs": (max(low, -high, 0.0), max(-low, high)),
@@ -156,7 +149,7 @@ def _times(left: float, right: float) -> float:
     return 0.0 if 0.0 in {left, right} else left * right
 
 
-def _joined(node: Connective) -> bool | None:
+def _joined(node: syntax.Connective) -> bool | None:
     """Tell how a condition comes out however its parts hold, None if that depends on them."""
     if node.operator == "implies" and _entails(node.left, node.right):
         return True
@@ -174,7 +167,7 @@ def _entails(given: Condition, asked: Condition) -> bool:
     What has just begun to hold does so within any time from now: such an answer is never late.
     """
     return (
-        canonical(given) == canonical(asked)
+        syntax.canonical(given) == syntax.canonical(asked)
         or _is_answered(given, asked)
         or any(_entails(part, asked) for part in _parts_that_hold(given))
     )
@@ -182,13 +175,13 @@ def _entails(given: Condition, asked: Condition) -> bool:
 
 def _is_answered(given: Condition, asked: Condition) -> bool:
     match asked:
-        case Temporal(operator="eventually") | Past(operator="once"):
+        case syntax.Temporal(operator="eventually") | syntax.Past(operator="once"):
             return _has_now(asked.window) and _entails(given, asked.operand)
-        case Connective(operator="or"):
+        case syntax.Connective(operator="or"):
             return _entails(given, asked.left) or _entails(given, asked.right)
-        case Connective(operator="and"):
+        case syntax.Connective(operator="and"):
             return _entails(given, asked.left) and _entails(given, asked.right)
-        case Connective(operator="implies"):
+        case syntax.Connective(operator="implies"):
             return _entails(given, asked.right)
     return False
 
@@ -196,11 +189,11 @@ def _is_answered(given: Condition, asked: Condition) -> bool:
 def _parts_that_hold(given: Condition) -> tuple[Condition, ...]:
     """List what holds at a row at which a condition does."""
     match given:
-        case Edge(operator="rise"):
+        case syntax.Edge(operator="rise"):
             return (given.operand,)
-        case Temporal(operator="always") | Past(operator="historically"):
+        case syntax.Temporal(operator="always") | syntax.Past(operator="historically"):
             return (given.operand,) if _has_now(given.window) else ()
-        case Connective(operator="and"):
+        case syntax.Connective(operator="and"):
             return given.left, given.right
     return ()
 
@@ -210,15 +203,15 @@ def _has_now(window: Window | None) -> bool:
 
 
 def _parts(node: Condition) -> set[str]:
-    if isinstance(node, Connective):
+    if isinstance(node, syntax.Connective):
         return _parts(node.left) | _parts(node.right)
-    return _parts(node.operand) if isinstance(node, Not) else {_part(node)[0]}
+    return _parts(node.operand) if isinstance(node, syntax.Not) else {_part(node)[0]}
 
 
 def _holds(node: Condition, parts: Mapping[str, bool]) -> bool:
-    if isinstance(node, Not):
+    if isinstance(node, syntax.Not):
         return not _holds(node.operand, parts)
-    if not isinstance(node, Connective):
+    if not isinstance(node, syntax.Connective):
         name, is_plain = _part(node)
         return parts[name] is is_plain
     left, right = _holds(node.left, parts), _holds(node.right, parts)
@@ -229,16 +222,16 @@ def _holds(node: Condition, parts: Mapping[str, bool]) -> bool:
 
 def _part(node: Condition) -> tuple[str, bool]:
     """Name a part without connectives, and tell whether it is what is named or its opposite."""
-    if isinstance(node, Comparison):
-        left, right = canonical(node.left), canonical(node.right)
+    if isinstance(node, syntax.Comparison):
+        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
         # a <= b is the opposite of b < a.
         is_less = node.operator in {"<", ">="}
         name = f"(< {left} {right})" if is_less else f"(< {right} {left})"
         return name, node.operator in {"<", ">"}
-    if isinstance(node, Equality):
-        label = label_of(node)
-        left, right = canonical(node.left), canonical(node.right)
+    if isinstance(node, syntax.Equality):
+        label = syntax.label_of(node)
+        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
         if label in {"true", "false"}:
             return left, (label == "true") is not node.is_negated
         return f"(== {left} {right})", not node.is_negated
-    return (node.name if isinstance(node, Assertion) else canonical(node)), True
+    return (node.name if isinstance(node, syntax.Assertion) else syntax.canonical(node)), True

@@ -43,7 +43,7 @@ from adeye.judge.stl.program import (
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
-    from adeye.judge.stl.program import State, Tables
+    from adeye.judge.stl.program import Extent, State, Tables
     from adeye.signals import Bytes, Floats, Ints
 
 
@@ -59,52 +59,39 @@ _NO_CONFLICT, _NOT_APPLICABLE, _BEYOND, _BEFORE = 1, 2, 3, 4
 
 
 @compiled
-def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
-    bound: int,
-    tables: Tables,
-    known: int,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    state: State,
-    numbers: Floats,
-    facts: Ints,
+def find_binding_row(
+    bound: int, tables: Tables, extent: Extent, state: State, numbers: Floats, facts: Ints
 ) -> None:
     """Find the binding predicate of a run and what it says there.
 
     Args:
         bound: Which bound of the robustness to explain: 0 lower, 1 upper.
         tables: The formula.
-        known: Rows of the run.
-        last: Last known row at which an outermost obligation starts.
-        is_cut: Whether obligations lie beyond the trace.
+        extent: Of the run.
         state: Of its terms and conditions.
         numbers: (5,) out, from 2: value, threshold, difference.
         facts: (7,) out, from 3: node, row, obligation, status.
     """
-    nodes, bounds, truth = tables.nodes, state.bounds, state.truth
+    nodes, known = tables.nodes, extent.known
     node, row, side, obligation = nodes.shape[0] - 1, 0, bound, 0
     while row < known and nodes[node, KIND] > WORD:
-        kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
-        is_start = nodes[node, IS_START] != 0
-        above = node
+        above, kind, first = node, nodes[node, KIND], nodes[node, FIRST_PART]
         if kind == NOT:
             node, side = first, 1 - side
         elif kind in (AND, OR, IMPLIES):
-            is_left, side = _connective(
-                kind, first, second, row, side, is_start, known, bounds, truth, state.start
-            )
-            node = first if is_left else second
+            is_left, side = _connective(nodes[node], row, side, known, state)
+            node = first if is_left else nodes[node, SECOND_PART]
         elif kind in (RISE, FALL):
             if row == 0:
                 break
-            row, side = _edge(kind, first, row, side, bounds, truth)
+            row, side = _edge(kind, first, row, side, state.bounds, state.truth)
             node = first
         else:
-            node, row = _through_time(node, nodes, row, side, known, last, is_cut, bounds, truth)
+            node, row = _through_time(node, nodes, row, side, extent, state)
             if row < 0:
                 row = -1 - row
                 break
-            if is_start and not nodes[above, HAS_WINDOW] and kind != UNTIL:
+            if nodes[above, IS_START] and not nodes[above, HAS_WINDOW] and kind != UNTIL:
                 obligation = row
     facts[3], facts[4], facts[5] = node, row, obligation
     if row >= known:
@@ -117,32 +104,25 @@ def find_binding_row(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def _through_time(  # noqa: PLR0913, PLR0917 - a kernel
-    node: int,
-    nodes: Ints,
-    row: int,
-    side: int,
-    known: int,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    bounds: Floats,
-    truth: Bytes,
+def _through_time(
+    node: int, nodes: Ints, row: int, side: int, extent: Extent, state: State
 ) -> tuple[int, int]:
     """Go to the part and row that decide a temporal operator; row is -1 - row if there is none."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    known = extent.known
     if kind < PREVIOUS:
-        is_start = nodes[node, IS_START] != 0
-        begin, end = _window(nodes[node], row, is_start, known, last, is_cut)
+        begin, end = _window(nodes[node], row, extent)
         if kind == UNTIL:
-            return _until(first, second, row, begin, end, side, known, bounds, truth)
-        return first, _temporal(kind == ALWAYS, first, begin, end, side, known, bounds, truth)
+            return _until(first, second, row, begin, end, side, known, state)
+        sign = 1.0 if kind == ALWAYS else -1.0
+        return first, _temporal(sign, first, begin, end, side, known, state)
     oldest, newest = _look_back(nodes[node], row)
     if newest < 0:
         return node, -1 - row
     if kind == SINCE:
-        return _since(first, second, row, oldest, newest, side, bounds, truth)
-    is_least = kind == HISTORICALLY
-    return first, _temporal(is_least, first, oldest, newest, side, known, bounds, truth)
+        return _since(first, second, row, oldest, newest, side, state)
+    sign = 1.0 if kind == HISTORICALLY else -1.0
+    return first, _temporal(sign, first, oldest, newest, side, known, state)
 
 
 @compiled
@@ -161,21 +141,12 @@ def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
 
 
 @compiled
-def _connective(  # noqa: PLR0913, PLR0917 - a kernel
-    kind: int,
-    first: int,
-    second: int,
-    row: int,
-    side: int,
-    is_start: bool,  # noqa: FBT001 - compiled
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
-    start: Floats,
-) -> tuple[bool, int]:
+def _connective(node: Ints, row: int, side: int, known: int, state: State) -> tuple[bool, int]:
     """Tell whether the left part decides, and which of its bounds."""
+    kind, first, second = node[KIND], node[FIRST_PART], node[SECOND_PART]
+    bounds, truth, start = state.bounds, state.truth, state.start
     near = 1 - side if kind == IMPLIES else side
-    if is_start:
+    if node[IS_START]:
         left = (start[first, 2] + start[first, 3], start[first, near])
         right = (start[second, 2] + start[second, 3], start[second, side])
     else:
@@ -209,21 +180,14 @@ def _edge(
 
 
 @compiled
-def _window(
-    node: Ints,
-    row: int,
-    is_start: bool,  # noqa: FBT001 - compiled
-    known: int,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-) -> tuple[int, int]:
+def _window(node: Ints, row: int, extent: Extent) -> tuple[int, int]:
     """Give first and last row; the first row beyond the trace stands for all of them."""
+    known = extent.known
+    begin, end = 0, known
     if node[HAS_WINDOW]:
         begin, end = node[FROM_ROW], node[TO_ROW]
-    elif is_start:
-        begin, end = 0, known if is_cut else last
-    else:
-        begin, end = 0, known
+    elif node[IS_START] and not extent.is_cut:
+        end = extent.last
     return min(row + begin, known), min(row + end, known)
 
 
@@ -239,17 +203,10 @@ def _look_back(node: Ints, row: int) -> tuple[int, int]:
 
 @compiled
 def _temporal(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    first: int,
-    begin: int,
-    end: int,
-    side: int,
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
+    sign: float, first: int, begin: int, end: int, side: int, known: int, state: State
 ) -> int:
-    """Find the earliest row that decides."""
-    sign = 1.0 if is_always else -1.0
+    """Find the earliest row that decides: the least, or with the sign -1 the largest."""
+    bounds, truth = state.bounds, state.truth
     found = begin
     best = (math.inf, math.inf)
     for row in range(begin, end + 1):
@@ -262,17 +219,10 @@ def _temporal(  # noqa: PLR0913, PLR0917 - a kernel
 
 @compiled
 def _until(  # noqa: PLR0913, PLR0917 - a kernel
-    first: int,
-    second: int,
-    row: int,
-    begin: int,
-    end: int,
-    side: int,
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
+    first: int, second: int, row: int, begin: int, end: int, side: int, known: int, state: State
 ) -> tuple[int, int]:
     """Find the part and row that decide an ``until``."""
+    bounds, truth = state.bounds, state.truth
     held = (math.inf, math.inf)
     held_row = -1
     best = (-math.inf, -math.inf)
@@ -303,16 +253,10 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
 
 @compiled
 def _since(  # noqa: PLR0913, PLR0917 - a kernel
-    first: int,
-    second: int,
-    row: int,
-    oldest: int,
-    newest: int,
-    side: int,
-    bounds: Floats,
-    truth: Bytes,
+    first: int, second: int, row: int, oldest: int, newest: int, side: int, state: State
 ) -> tuple[int, int]:
     """Find the part and row that decide a ``since``: of several, the latest."""
+    bounds, truth = state.bounds, state.truth
     held = best = (math.inf, math.inf)
     held_row = -1
     found_node, found_row = second, newest

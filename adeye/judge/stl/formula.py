@@ -9,23 +9,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from adeye.errors import ExpressionError
+from adeye.judge.stl import syntax
 from adeye.judge.stl.parser import Parameters, cut, parse_with
-from adeye.judge.stl.syntax import (
-    Arithmetic,
-    Assertion,
-    Comparison,
-    Condition,
-    Constant,
-    Equality,
-    Node,
-    Signal,
-    Term,
-    children,
-    first_looking_back,
-    future_reach,
-    label_of,
-    names_in,
-)
 from adeye.units import UNITS, Dimension
 
 if TYPE_CHECKING:
@@ -60,7 +45,7 @@ def unit_exponents(text: str) -> Exponents | None:
 
 
 def check_condition(
-    root: Condition,
+    root: syntax.Condition,
     dictionary: Mapping[str, SignalEntry],
     text: str,
     where: SourceLocation | None = None,
@@ -87,45 +72,45 @@ class _Checker:
         self._text = text
         self._where = where
 
-    def condition(self, node: Node) -> None:
+    def condition(self, node: syntax.Node) -> None:
         match node:
-            case Comparison():
+            case syntax.Comparison():
                 self._same(node, node.left, node.right)
-            case Equality():
+            case syntax.Equality():
                 self._equality(node)
-            case Assertion():
+            case syntax.Assertion():
                 if self.entry(node.name, node).kind != "boolean":
                     self._refuse(
                         node, f"'{node.name}' is not a truth value", "Compare it with a value."
                     )
             case _:
-                for child in children(node):
+                for child in syntax.children(node):
                     self.condition(child)
 
-    def entry(self, name: str, node: Node) -> SignalEntry:
+    def entry(self, name: str, node: syntax.Node) -> SignalEntry:
         if name not in self._dictionary:
             close = difflib.get_close_matches(name, list(self._dictionary), n=3)
             remedy = f"Did you mean {' or '.join(close)}?" if close else "See `adeye signals`."
             self._refuse(node, f"there is no signal '{name}'", remedy)
         return self._dictionary[name]
 
-    def _refuse(self, node: Node, what: str, remedy: str) -> NoReturn:
+    def _refuse(self, node: syntax.Node, what: str, remedy: str) -> NoReturn:
         raise ExpressionError(
             f"formula '{cut(self._text)}', character {node.span[0] + 1}: {what}",
             where=self._where,
             remedy=remedy,
         )
 
-    def _quote(self, node: Node) -> str:
+    def _quote(self, node: syntax.Node) -> str:
         return self._text[slice(*node.span)]
 
-    def _equality(self, node: Equality) -> None:
+    def _equality(self, node: syntax.Equality) -> None:
         left = node.left
-        if not isinstance(left, Signal) or self.entry(left.name, left).kind == "number":
+        if not isinstance(left, syntax.Signal) or self.entry(left.name, left).kind == "number":
             self._numeric_equality(node)
             return
         kind = self._words(left.name, left)
-        label = label_of(node)
+        label = syntax.label_of(node)
         if label is not None:
             if label not in kind:
                 self._refuse(
@@ -133,21 +118,24 @@ class _Checker:
                     f"'{label}' is not a value of '{left.name}'",
                     f"It is one of {', '.join(kind)}.",
                 )
-        elif not isinstance(node.right, Signal) or self._words(node.right.name, node.right) != kind:
+        elif (
+            not isinstance(node.right, syntax.Signal)
+            or self._words(node.right.name, node.right) != kind
+        ):
             self._refuse(
                 node.right,
                 f"'{self._quote(node.right)}' cannot be compared with '{left.name}'",
                 f"Compare with one of {', '.join(kind)}.",
             )
 
-    def _words(self, name: str, node: Node) -> tuple[str, ...]:
+    def _words(self, name: str, node: syntax.Node) -> tuple[str, ...]:
         entry = self.entry(name, node)
         if entry.kind == "boolean":
             return TRUTH_LABELS
         return entry.labels if entry.kind == "enumeration" else ()
 
-    def _numeric_equality(self, node: Equality) -> None:
-        label = label_of(node)
+    def _numeric_equality(self, node: syntax.Equality) -> None:
+        label = syntax.label_of(node)
         if label is not None:
             self._refuse(
                 node.right,
@@ -155,7 +143,7 @@ class _Checker:
                 "Write a number, or the signal on the left of the comparison.",
             )
         exponents = self._same(node, node.left, node.right)
-        is_time = all(self.entry(name, node).slack > 0.0 for name in names_in(node))
+        is_time = all(self.entry(name, node).slack > 0.0 for name in syntax.names_in(node))
         if any(exponents) and not is_time:
             self._refuse(
                 node,
@@ -163,13 +151,15 @@ class _Checker:
                 "Write abs(a - b) <= a tolerance with a unit.",
             )
 
-    def _same(self, node: Node, left: Term, right: Term) -> Exponents:
+    def _same(self, node: syntax.Node, left: syntax.Term, right: syntax.Term) -> Exponents:
         """Require two terms of one dimension; a zero without unit has every dimension."""
         first, second = self._exponents(left), self._exponents(right)
         if first is None or second is None:
             return first or second or Dimension.NONE.exponents
         if first != second:
-            bare = any(isinstance(side, Constant) and not side.has_unit for side in (left, right))
+            bare = any(
+                isinstance(side, syntax.Constant) and not side.has_unit for side in (left, right)
+            )
             self._refuse(
                 node,
                 f"'{self._quote(left)}' is {_label(first)}, "
@@ -178,15 +168,15 @@ class _Checker:
             )
         return first
 
-    def _exponents(self, term: Term) -> Exponents | None:
-        if isinstance(term, Signal):
+    def _exponents(self, term: syntax.Term) -> Exponents | None:
+        if isinstance(term, syntax.Signal):
             return self._signal(term)
-        if isinstance(term, Arithmetic):
+        if isinstance(term, syntax.Arithmetic):
             return self._arithmetic(term)
         is_any = term.value == 0.0 and not term.has_unit
         return None if is_any else term.exponents
 
-    def _signal(self, term: Signal) -> Exponents:
+    def _signal(self, term: syntax.Signal) -> Exponents:
         entry = self.entry(term.name, term)
         if entry.kind != "number":
             self._refuse(
@@ -199,7 +189,7 @@ class _Checker:
             )
         return exponents
 
-    def _arithmetic(self, term: Arithmetic) -> Exponents | None:
+    def _arithmetic(self, term: syntax.Arithmetic) -> Exponents | None:
         reference, *others = term.operands
         exponents = self._exponents(reference)
         for other in others:
@@ -243,12 +233,12 @@ class Formula:
 
     text: str
     where: SourceLocation | None
-    root: Condition
+    root: syntax.Condition
     names: tuple[str, ...]
     reach_s: float
     parameters: tuple[tuple[str, float], ...] = ()
 
-    def quote(self, node: Node) -> str:
+    def quote(self, node: syntax.Node) -> str:
         """Give the part of the text that a node was read from, on one line."""
         return " ".join(self.text[slice(*node.span)].split())
 
@@ -282,7 +272,7 @@ def parse_formula(
             look back from the first row only, before which there is nothing.
     """
     root, used = parse_with(parameters, text, where)
-    looking_back = first_looking_back(root)
+    looking_back = syntax.first_looking_back(root)
     if looking_back is not None:
         part = " ".join(text[slice(*looking_back.span)].split())
         raise ExpressionError(
@@ -292,4 +282,4 @@ def parse_formula(
             remedy=f"Ask for it at every row: always({part}).",
         )
     named = tuple((name, parameters[name][0]) for name in sorted(used))
-    return Formula(text, where, root, names_in(root), future_reach(root), named)
+    return Formula(text, where, root, syntax.names_in(root), syntax.future_reach(root), named)

@@ -194,34 +194,26 @@ def _read_signal(  # noqa: C901 - one branch for each status
 @compiled
 def fill_predicate(node: int, tables: Tables, known: int, state: State) -> bool:
     """Measure a predicate at the known rows; tell whether one of them is an error."""
-    row, limit, values, flags = tables.nodes[node], tables.limits[node], state.values, state.flags
-    bounds, truth = state.bounds[node], state.truth[node]
-    if row[KIND] == WORD:
-        begin, marks = _fill_words(row, limit[CODE], values, flags, known, bounds, truth)
+    if tables.nodes[node, KIND] == WORD:
+        begin, marks = _fill_words(node, tables, known, state)
         state.exact[node] = SIGN if begin == known - 1 else OPEN
     else:
-        begin, marks = _fill_differences(row, limit, values, flags, known, bounds, truth)
+        begin, marks = _fill_differences(node, tables, known, state)
         state.exact[node] = EXACT if begin == known - 1 else OPEN
     return bool(marks & IS_ERROR)
 
 
 @compiled
-def _fill_words(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    code: float,
-    values: Floats,
-    flags: Bytes,
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
-) -> tuple[int, int]:
+def _fill_words(node: int, tables: Tables, known: int, state: State) -> tuple[int, int]:
     """Measure a predicate about words or truth values.
 
     Returns:
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
-    first, second, flag = node[FIRST_PART], node[SECOND_PART], node[FLAG] != 0
-    left, right = values[first], values[second]
+    what, code, flags = tables.nodes[node], tables.limits[node, CODE], state.flags
+    first, second, flag = what[FIRST_PART], what[SECOND_PART], what[FLAG] != 0
+    left, right = state.values[first], state.values[second]
+    bounds, truth = state.bounds[node], state.truth[node]
     marks = 0
     for k in range(known - 1):
         marks |= flags[first, k] | flags[second, k]
@@ -235,28 +227,23 @@ def _fill_words(  # noqa: PLR0913, PLR0917 - a kernel
         mark = flags[first, k] | flags[second, k]
         marks |= mark
         holds = (left[k] == (code if code >= 0.0 else right[k])) != flag
-        _write(k, 1.0 if holds else -1.0, holds, mark, bounds, truth)
+        sign = 1 if holds else -1
+        _write(k, float(sign), sign, mark, bounds, truth)
     return begin, marks
 
 
 @compiled
-def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    limits: Floats,
-    values: Floats,
-    flags: Bytes,
-    known: int,
-    bounds: Floats,
-    truth: Bytes,
-) -> tuple[int, int]:
+def _fill_differences(node: int, tables: Tables, known: int, state: State) -> tuple[int, int]:
     """Measure a comparison or equality of numbers.
 
     Returns:
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
-    first, second, flag = node[FIRST_PART], node[SECOND_PART], node[FLAG] != 0
-    left, right = values[first], values[second]
-    is_comparison = node[KIND] == COMPARE
+    what, limits, flags = tables.nodes[node], tables.limits[node], state.flags
+    first, second, flag = what[FIRST_PART], what[SECOND_PART], what[FLAG] != 0
+    left, right = state.values[first], state.values[second]
+    bounds, truth = state.bounds[node], state.truth[node]
+    is_comparison = what[KIND] == COMPARE
     lowest, highest, scale = limits[LOWER_CAP], limits[UPPER_CAP], limits[SCALE]
     slack = limits[SLACK]
     marks = 0
@@ -288,7 +275,7 @@ def _fill_differences(  # noqa: PLR0913, PLR0917 - a kernel
         if not is_finite:
             mark |= IS_ERROR
         marks |= mark
-        _write(k, margin / scale, holds, mark, bounds, truth)
+        _write(k, margin / scale, 1 if holds else -1, mark, bounds, truth)
     return begin, marks
 
 
@@ -314,18 +301,11 @@ def _are_comparable(
 
 
 @compiled
-def _write(
-    k: int,
-    robustness: float,
-    holds: bool,  # noqa: FBT001 - compiled
-    mark: int,
-    bounds: Floats,
-    truth: Bytes,
-) -> None:
+def _write(k: int, robustness: float, sign: int, mark: int, bounds: Floats, truth: Bytes) -> None:
     """Write the state at a row, as wide as can be where it is unknown or an error."""
     if mark == 0:
         bounds[0, k] = bounds[1, k] = robustness
-        truth[0, k] = truth[1, k] = 1 if holds else -1
+        truth[0, k] = truth[1, k] = sign
     else:
         bounds[0, k], bounds[1, k] = -math.inf, math.inf
         truth[0, k], truth[1, k] = -1, 1

@@ -28,7 +28,7 @@ last one of what is decided, is as one beyond the trace.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -58,7 +58,7 @@ from adeye.judge.stl.program import (
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
-    from adeye.judge.stl.program import State, Tables
+    from adeye.judge.stl.program import Extent, State, Tables
     from adeye.signals import Bools, Bytes, Floats, Ints
 
 
@@ -107,48 +107,33 @@ def sliding_maximum(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def fill_previous(state: Floats, truth: Bytes, known: int, out: Floats, sign: Bytes) -> None:
+def fill_previous(node: int, nodes: Ints, known: int, state: State) -> None:
     """Write the state of ``previous``: that of the row before; false at row 0."""
+    part = nodes[node, FIRST_PART]
+    out, sign = state.bounds[node], state.truth[node]
+    before, truth = state.bounds[part], state.truth[part]
     for plane in range(2):
         out[plane, 0], sign[plane, 0] = -math.inf, -1
         for k in range(1, known):
-            out[plane, k], sign[plane, k] = state[plane, k - 1], truth[plane, k - 1]
+            out[plane, k], sign[plane, k] = before[plane, k - 1], truth[plane, k - 1]
 
 
 @compiled
-def fill_once(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    state: Floats,
-    truth: Bytes,
-    known: int,
-    rows: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of ``once``, or of ``historically`` as its dual, at the known rows.
-
-    Args:
-        node: Of the ``Program``.
-        state: (2, T) bounds of the operand's robustness.
-        truth: (2, T) bounds of its truth.
-        known: Rows of the run.
-        rows: Of the arrays: the reach of an operator without a window.
-        scratch: (3, T).
-        queue: (T,) scratch.
-        out: (2, T) bounds of the robustness, out.
-        sign: (2, T) bounds of the truth, out.
-    """
-    first, last = 0, rows
-    if node[HAS_WINDOW]:
-        first, last = node[FROM_ROW], node[TO_ROW]
-    factor = -1.0 if node[KIND] == HISTORICALLY else 1.0
+def fill_once(node: int, nodes: Ints, known: int, state: State) -> None:
+    """Write the state of ``once``, or of ``historically`` as its dual, at the known rows."""
+    what, part, queue = nodes[node], nodes[node, FIRST_PART], state.queue
+    out, sign = state.bounds[node], state.truth[node]
+    bounds, truth = state.bounds[part], state.truth[part]
+    turned, found = state.scratch[0], state.scratch[1]
+    # Without a window it reaches as far back as the arrays do.
+    first, last = 0, queue.shape[0]
+    if what[HAS_WINDOW]:
+        first, last = what[FROM_ROW], what[TO_ROW]
+    factor = -1.0 if what[KIND] == HISTORICALLY else 1.0
     for plane in range(4):
         half = plane % 2
-        turned, found = scratch[0], scratch[1]
         for k in range(known):
-            value = state[half, k] if plane < 2 else float(truth[half, k])
+            value = bounds[half, k] if plane < 2 else float(truth[half, k])
             turned[known - 1 - k] = factor * value
         nothing = -math.inf if plane < 2 else -1.0
         sliding_maximum(turned, known, first, last, nothing, queue, found)
@@ -161,28 +146,19 @@ def fill_once(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @allocating
-def restrict(  # noqa: PLR0913, PLR0917 - a kernel
-    before: Floats,
-    after: Floats,
-    endless: Floats,
-    known: int,
-    first: int,
-    last: int,
-    beyond: float,
-    queue: Ints,
-) -> None:
-    """Restrict an ``until`` without end to a window; ``before`` comes negated.
+def restrict(what: Ints, known: int, beyond: float, state: State) -> None:
+    """Restrict an ``until`` without end to its window.
 
     Args:
-        before: (T,) what has to hold before, negated.
-        after: (T,) what has to hold in the window.
-        endless: (T,) the ``until`` without end, in and out.
+        what: Its node.
         known: Rows of the run.
-        first: Rows to the window's first row.
-        last: Rows to the window's last row.
         beyond: Bound of every row from ``known`` on.
-        queue: (T,) scratch.
+        state: In its scratch, row by row: what has to hold before, negated; what has to hold in the
+            window; and the ``until`` without end, in and out.
     """
+    first, last = what[FROM_ROW], what[TO_ROW]
+    before, after, endless = state.scratch[0], state.scratch[1], state.scratch[2]
+    queue = state.queue
     found = np.empty(before.shape[0])
     sliding_maximum(after, known, first, last, beyond, queue, found)
     for k in range(known):
@@ -197,44 +173,42 @@ def restrict(  # noqa: PLR0913, PLR0917 - a kernel
 # --- Compiled: ``eventually`` and ``always`` over a window that slides along one run --------------
 
 
-@compiled
-def slide(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    level: int,
-    state: Floats,
-    truth: Bytes,
-    known: int,
-    first: int,
-    last: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
-    """Write the state of ``eventually``, or of ``always``, at the known rows.
+class Sliding(NamedTuple):
+    """A window that slides along a run.
 
-    Args:
-        is_always: Which of them.
-        level: ``OPEN``, ``EXACT`` or ``SIGN``: what is known of the condition beforehand.
-        state: (2, T) bounds of its robustness.
-        truth: (2, T) bounds of its truth.
+    Attributes:
+        is_always: Whether it is that of ``always``, else of ``eventually``.
         known: Rows of the run.
         first: Rows to the window's first row.
         last: Rows to the window's last row.
-        scratch: (3, T).
-        queue: (T,) scratch.
-        out: (2, T) bounds of the robustness, out.
-        sign: (2, T) bounds of the truth, out.
     """
-    level, reach = _known_part(level, state, truth, known)
+
+    is_always: bool
+    known: int
+    first: int
+    last: int
+
+
+@compiled
+def slide(node: int, part: int, window: Sliding, state: State) -> None:
+    """Write the state of ``eventually``, or of ``always``, of a condition at the known rows.
+
+    Args:
+        node: Which is written.
+        part: The condition.
+        window: Over which rows.
+        state: Of both.
+    """
+    bounds, truth, sign = state.bounds[part], state.truth[part], state.truth[node]
+    level, reach = _known_part(state.exact[part], bounds, truth, window.known)
     if level == OPEN:
-        _slide_open_truth(is_always, truth, known, first, last, sign)
+        _slide_open_truth(window, truth, sign)
     else:
-        _slide_truth(is_always, truth[0], known, reach, first, last, sign)
+        _slide_truth(window, truth[0], reach, sign)
     if level == SIGN:
-        _slide_signs(is_always, sign, known, reach, first, last, out)
+        _slide_signs(window, sign, reach, state.bounds[node])
     else:
-        _slide(is_always, state, known, reach, first, last, level == EXACT, scratch, queue, out)
+        _slide(node, part, window, level, reach, state)
 
 
 @compiled
@@ -250,52 +224,37 @@ def _known_part(level: int, state: Floats, truth: Bytes, known: int) -> tuple[in
 
 
 @compiled
-def _slide(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    state: Floats,
-    known: int,
-    reach: int,
-    first: int,
-    last: int,
-    is_exact: bool,  # noqa: FBT001 - compiled
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-) -> None:
+def _slide(node: int, part: int, window: Sliding, level: int, reach: int, state: State) -> None:
     """Write the bounds of ``eventually``, or of ``always`` as its dual, over a window.
 
     The lower bound of ``always`` is the negated upper bound of ``eventually not``.
     """
+    is_always, known, first, last = window
+    bounds, out, scratch = state.bounds[part], state.bounds[node], state.scratch
     for plane in range(2):
         beyond = -math.inf if plane == 0 else math.inf
         target = 1 - plane if is_always else plane
-        if plane == 1 and is_exact:
+        if plane == 1 and level == EXACT:
             # Bounds differ only where the window reaches beyond the trace.
             near = 1 if is_always else 0
             for k in range(known):
                 is_open = k + last >= reach
                 out[target, k] = (-math.inf if is_always else math.inf) if is_open else out[near, k]
         else:
-            source = state[plane]
+            source = bounds[plane]
             if is_always:
                 source = scratch[0]
                 for k in range(known):
-                    source[k] = -state[target, k]
-            sliding_maximum(source, reach, first, last, beyond, queue, scratch[1])
+                    source[k] = -bounds[target, k]
+            sliding_maximum(source, reach, first, last, beyond, state.queue, scratch[1])
             for k in range(known):
                 out[target, k] = -scratch[1, k] if is_always else scratch[1, k]
 
 
 @compiled
-def _slide_open_truth(
-    is_always: bool,  # noqa: FBT001 - compiled
-    truth: Bytes,
-    known: int,
-    first: int,
-    last: int,
-    sign: Bytes,
-) -> None:
+def _slide_open_truth(window: Sliding, truth: Bytes, sign: Bytes) -> None:
     """Write the truth of ``eventually`` or ``always`` of what may be open at some rows."""
+    is_always, known, first, last = window
     wanted = -1 if is_always else 1
     for plane in range(2):
         target = 1 - plane if is_always else plane
@@ -309,16 +268,9 @@ def _slide_open_truth(
 
 
 @compiled
-def _slide_truth(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    truth: Bytes,
-    known: int,
-    reach: int,
-    first: int,
-    last: int,
-    sign: Bytes,
-) -> None:
+def _slide_truth(window: Sliding, truth: Bytes, reach: int, sign: Bytes) -> None:
     """Write the truth of ``eventually`` or ``always`` of what is known at the rows to ``reach``."""
+    is_always, known, first, last = window
     wanted = -1 if is_always else 1
     near = 1 if is_always else 0
     nearest = known + last + 1
@@ -336,16 +288,9 @@ def _slide_truth(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def _slide_signs(  # noqa: PLR0913, PLR0917 - a kernel
-    is_always: bool,  # noqa: FBT001 - compiled
-    sign: Bytes,
-    known: int,
-    reach: int,
-    first: int,
-    last: int,
-    out: Floats,
-) -> None:
+def _slide_signs(window: Sliding, sign: Bytes, reach: int, out: Floats) -> None:
     """Write the bounds of ``eventually`` or ``always`` where they are 1 or -1, as the truth is."""
+    is_always, known, first, last = window
     near = 1 if is_always else 0
     beyond = math.inf if is_always else -math.inf
     for k in range(known):
@@ -387,31 +332,28 @@ def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
     kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
-    _, _, bounds, truth, _, exact, scratch, queue = state
-    rows = queue.shape[0]
+    bounds, truth, exact = state.bounds, state.truth, state.exact
     exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
     if kind in (EVENTUALLY, ALWAYS):
-        from_row, to_row = 0, rows
+        from_row, to_row = 0, state.queue.shape[0]
         if nodes[node, HAS_WINDOW]:
             from_row, to_row = nodes[node, FROM_ROW], nodes[node, TO_ROW]
-        slide(
-            kind == ALWAYS, exact[first], a, p, known, from_row, to_row, scratch, queue, out, sign
-        )
+        slide(node, first, Sliding(kind == ALWAYS, known, from_row, to_row), state)
         exact[node] = OPEN
         return
     if kind == UNTIL:
-        _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+        _until(node, nodes, known, state)
         exact[node] = OPEN
         return
     if kind >= PREVIOUS:
         if kind == SINCE:
-            _until(nodes[node], a, p, b, q, known, scratch, queue, out, sign)
+            _until(node, nodes, known, state)
         elif kind == PREVIOUS:
-            fill_previous(a, p, known, out, sign)
+            fill_previous(node, nodes, known, state)
         else:
-            fill_once(nodes[node], a, p, known, rows, scratch, queue, out, sign)
+            fill_once(node, nodes, known, state)
         # Where nothing lies in a window, the bounds are infinite.
         exact[node] = min(exact[node], EXACT)
         return
@@ -445,24 +387,17 @@ def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
 
 
 @compiled
-def _until(  # noqa: PLR0913, PLR0917 - a kernel
-    node: Ints,
-    left: Floats,
-    left_truth: Bytes,
-    right: Floats,
-    right_truth: Bytes,
-    known: int,
-    scratch: Floats,
-    queue: Ints,
-    out: Floats,
-    sign: Bytes,
-) -> None:
+def _until(node: int, nodes: Ints, known: int, state: State) -> None:
     """Write the state of ``until``: that of one without end, restricted to the window.
 
     ``since`` is the same on the rows in reverse order; before row 0 there is nothing.
     """
-    is_past = node[KIND] == SINCE
-    before, after, endless = scratch[0], scratch[1], scratch[2]
+    what, first, second = nodes[node], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    left, left_truth = state.bounds[first], state.truth[first]
+    right, right_truth = state.bounds[second], state.truth[second]
+    out, sign = state.bounds[node], state.truth[node]
+    is_past = what[KIND] == SINCE
+    before, after, endless = state.scratch[0], state.scratch[1], state.scratch[2]
     for plane in range(4):
         half = plane % 2
         beyond = (-math.inf if half == 0 else math.inf) if plane < 2 else 2.0 * half - 1.0
@@ -475,8 +410,8 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
             after[k] = right[half, row] if plane < 2 else float(right_truth[half, row])
             later = max(after[k], min(-before[k], later))
             endless[k] = later
-        if node[HAS_WINDOW]:
-            restrict(before, after, endless, known, node[FROM_ROW], node[TO_ROW], beyond, queue)
+        if what[HAS_WINDOW]:
+            restrict(what, known, beyond, state)
         for k in range(known):
             row = known - 1 - k if is_past else k
             if plane < 2:
@@ -486,13 +421,7 @@ def _until(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def fill_start(
-    node: int,
-    nodes: Ints,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    state: State,
-) -> None:
+def fill_start(node: int, nodes: Ints, extent: Extent, state: State) -> None:
     """Write the state (4,) of a condition as a whole formula.
 
     Operators without a window that no temporal operator encloses range over the rows 0 to ``last``
@@ -506,7 +435,7 @@ def fill_start(
         out[2], out[3] = truth[node, 0, 0], truth[node, 1, 0]
         return
     if kind in (EVENTUALLY, ALWAYS):
-        _start_over_rows(kind == ALWAYS, bounds[first], truth[first], last, is_cut, out)
+        _start_over_rows(kind, bounds[first], truth[first], extent, out)
         return
     for plane in range(4):
         half = plane % 2
@@ -521,9 +450,9 @@ def fill_start(
             out[plane] = max(-start[first, other], start[second, plane])
         else:
             most = -math.inf if plane < 2 else -1.0
-            if is_cut and half == 1:
+            if extent.is_cut and half == 1:
                 most = -most
-            for k in range(last, -1, -1):
+            for k in range(extent.last, -1, -1):
                 one = bounds[first, half, k] if plane < 2 else float(truth[first, half, k])
                 two = bounds[second, half, k] if plane < 2 else float(truth[second, half, k])
                 most = max(two, min(one, most))
@@ -531,42 +460,28 @@ def fill_start(
 
 
 @compiled
-def _start_over_rows(
-    is_always: bool,  # noqa: FBT001 - compiled
-    state: Floats,
-    truth: Bytes,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    out: Floats,
-) -> None:
+def _start_over_rows(kind: int, state: Floats, truth: Bytes, extent: Extent, out: Floats) -> None:
     """Write the extremes of a condition over the rows that obligations start at."""
     # One loop for all four: each alone would wait for its last comparison.
     low, high = state[0, 0], state[1, 0]
     no, yes = truth[0, 0], truth[1, 0]
-    if is_always:
-        for k in range(1, last + 1):
+    if kind == ALWAYS:
+        for k in range(1, extent.last + 1):
             low, high = min(low, state[0, k]), min(high, state[1, k])
             no, yes = min(no, truth[0, k]), min(yes, truth[1, k])
-        if is_cut:
+        if extent.is_cut:
             low, no = -math.inf, np.int8(-1)
     else:
-        for k in range(1, last + 1):
+        for k in range(1, extent.last + 1):
             low, high = max(low, state[0, k]), max(high, state[1, k])
             no, yes = max(no, truth[0, k]), max(yes, truth[1, k])
-        if is_cut:
+        if extent.is_cut:
             high, yes = math.inf, np.int8(1)
     out[0], out[1], out[2], out[3] = low, high, float(no), float(yes)
 
 
 @compiled
-def fill_decided(
-    tables: Tables,
-    known: int,
-    last: int,
-    is_cut: bool,  # noqa: FBT001 - compiled
-    state: State,
-    is_changed: Bools,
-) -> None:
+def fill_decided(tables: Tables, extent: Extent, state: State, is_changed: Bools) -> None:
     """Take antecedents as true or false without a degree, and write again what hangs on them.
 
     An implication is worth its consequent then at the rows at which its antecedent held, and
@@ -579,7 +494,7 @@ def fill_decided(
         node = decided[place]
         is_changed[node] = True
         exact[node] = min(exact[node], EXACT)
-        for k in range(known):
+        for k in range(extent.known):
             if truth[node, 0, k] == truth[node, 1, k]:
                 bounds[node, 0, k] = bounds[node, 1, k] = math.inf * truth[node, 0, k]
         if start[node, 2] == start[node, 3]:
@@ -590,13 +505,13 @@ def fill_decided(
         if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
             is_changed[node] = True
             if needs_rows(nodes[node]):
-                fill_operator(node, nodes, known, state)
+                fill_operator(node, nodes, extent.known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, last, is_cut, state)
+                fill_start(node, nodes, extent, state)
 
 
 @compiled
-def is_vacuous(tables: Tables, known: int, last: int, state: State) -> bool:
+def is_vacuous(tables: Tables, extent: Extent, state: State) -> bool:
     """Tell whether a top-level implication was never exercised."""
     implied, antecedents, truth, start = (
         tables.implied, tables.antecedents, state.truth, state.start,
@@ -609,7 +524,9 @@ def is_vacuous(tables: Tables, known: int, last: int, state: State) -> bool:
             for place in range(begin, end):
                 is_held = is_held and start[antecedents[place], 2] > 0.0
         else:
-            stop = last if implied[item, 4] < 0 else min(implied[item, 4], known - 1)
+            stop = extent.last
+            if implied[item, 4] >= 0:
+                stop = min(implied[item, 4], extent.known - 1)
             for k in range(implied[item, 3], stop + 1):
                 is_held = True
                 for place in range(begin, end):
@@ -630,19 +547,19 @@ def is_vacuous(tables: Tables, known: int, last: int, state: State) -> bool:
 
 @compiled
 def find_held(  # noqa: PLR0912, C901 - one branch for each operator
-    tables: Tables, known: int, last: int, state: State, scope: Bytes, held: Bytes
+    tables: Tables, extent: Extent, state: State, scope: Bytes, held: Bytes
 ) -> None:
     """Tell of each nested implication whether its antecedent held where it was asked for.
 
     Args:
         tables: The formula.
-        known: Rows of the run.
-        last: Last known row at which an outermost obligation starts.
+        extent: Of the run.
         state: Of its conditions.
         scope: (N, T) scratch: whether a condition is asked for at a row.
         held: (J,) out.
     """
     nodes, nested, truth, start = tables.nodes, tables.nested, state.truth, state.start
+    known = extent.known
     scope[:] = 0
     scope[nodes.shape[0] - 1, 0] = 1
     for node in range(nodes.shape[0] - 1, -1, -1):
@@ -663,7 +580,7 @@ def find_held(  # noqa: PLR0912, C901 - one branch for each operator
                     if kind != PREVIOUS:
                         scope[first, k] = 1
         else:
-            _ask_over_time(node, nodes[node], known, last, truth, scope)
+            _ask_over_time(node, nodes[node], extent, truth, scope)
     for place in range(nested.shape[0]):
         node, held[place] = nested[place], 0
         for k in range(known):
@@ -683,10 +600,11 @@ def _part_holds(part: int, row: int, above: Ints, truth: Bytes, start: Floats) -
 
 @compiled
 def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
-    node: int, what: Ints, known: int, last: int, truth: Bytes, scope: Bytes
+    node: int, what: Ints, extent: Extent, truth: Bytes, scope: Bytes
 ) -> None:
     """Mark the rows that the parts of a temporal operator are asked for at."""
     kind, first, second = what[KIND], what[FIRST_PART], what[SECOND_PART]
+    known = extent.known
     done = 0
     for k in range(known):
         if not scope[node, k]:
@@ -697,7 +615,7 @@ def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
         if kind in (EVENTUALLY, ALWAYS, UNTIL):
             begin, end = k + near, min(k + far, known - 1)
             if is_open_ended(what):
-                end = last
+                end = extent.last
         else:
             begin, end = max(k - far, 0), k - near
         if kind == UNTIL:

@@ -16,29 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NoReturn, TypeAlias, cast
 
 from adeye.errors import ExpressionError
-from adeye.judge.stl.syntax import (
-    TERMS,
-    Arithmetic,
-    Assertion,
-    Comparison,
-    Condition,
-    Connective,
-    Constant,
-    Edge,
-    Equality,
-    Node,
-    Not,
-    Past,
-    Previous,
-    Signal,
-    Since,
-    Span,
-    Temporal,
-    Term,
-    Until,
-    Window,
-    names_in,
-)
+from adeye.judge.stl import syntax
 from adeye.units import UNITS, Dimension, convert
 
 if TYPE_CHECKING:
@@ -86,7 +64,7 @@ class Token:
 
     kind: Literal["number", "word", "symbol", "end"]
     text: str
-    span: Span
+    span: syntax.Span
     value: float = 0.0
     exponents: tuple[int, int, int] = (0, 0, 0)
     has_unit: bool = False
@@ -179,7 +157,7 @@ Parameters: TypeAlias = Mapping[str, tuple[float, tuple[int, int, int]]]
 """Values in SI with their exponents of length, time and angle, by name."""
 
 
-def parse_text(text: str, where: SourceLocation | None = None) -> Condition:
+def parse_text(text: str, where: SourceLocation | None = None) -> syntax.Condition:
     """Parse a formula without parameters.
 
     Raises:
@@ -190,7 +168,7 @@ def parse_text(text: str, where: SourceLocation | None = None) -> Condition:
 
 def parse_with(
     parameters: Parameters, text: str, where: SourceLocation | None = None
-) -> tuple[Condition, frozenset[str]]:
+) -> tuple[syntax.Condition, frozenset[str]]:
     """Parse a formula with parameters.
 
     Args:
@@ -220,7 +198,7 @@ class _Parser:
         self._next = 0
         self._depth = 0
 
-    def read(self) -> Condition:
+    def read(self) -> syntax.Condition:
         if len(self._tokens) > MAX_TOKENS:
             self._refuse(f"longer than {MAX_TOKENS} words", "Split the formula into FSRs.")
         root = self._condition(self._implication())
@@ -259,15 +237,15 @@ class _Parser:
             remedy=remedy,
         )
 
-    def _span(self, first: int) -> Span:
+    def _span(self, first: int) -> syntax.Span:
         return (first, self._tokens[self._next - 1].span[1])
 
     # --- conditions
 
-    def _condition(self, node: Node) -> Condition:
-        if isinstance(node, Signal):
-            return Assertion(node.span, node.name)
-        if isinstance(node, TERMS):
+    def _condition(self, node: syntax.Node) -> syntax.Condition:
+        if isinstance(node, syntax.Signal):
+            return syntax.Assertion(node.span, node.name)
+        if isinstance(node, syntax.TERMS):
             self._refuse(
                 f"'{self._quote(node)}' is a number where a condition is needed",
                 "Compare it with a threshold.",
@@ -275,7 +253,7 @@ class _Parser:
             )
         return node
 
-    def _quote(self, node: Node) -> str:
+    def _quote(self, node: syntax.Node) -> str:
         return self._text[slice(*node.span)]
 
     def _deeper(self) -> None:
@@ -283,32 +261,32 @@ class _Parser:
         if self._depth > MAX_DEPTH:
             self._refuse(f"nested more than {MAX_DEPTH} deep", "Split the formula into FSRs.")
 
-    def _implication(self) -> Node:
+    def _implication(self) -> syntax.Node:
         self._deeper()
         first = self._token.span[0]
         node = self._joined("or", lambda: self._joined("and", self._until))
         if self._accept("implies"):
             left, right = self._condition(node), self._condition(self._implication())
-            node = Connective(self._span(first), "implies", left, right)
+            node = syntax.Connective(self._span(first), "implies", left, right)
         self._depth -= 1
         return node
 
-    def _joined(self, word: Literal["or", "and"], part: Callable[[], Node]) -> Node:
+    def _joined(self, word: Literal["or", "and"], part: Callable[[], syntax.Node]) -> syntax.Node:
         first = self._token.span[0]
         node = part()
         while self._accept(word):
             left, right = self._condition(node), self._condition(part())
-            node = Connective(self._span(first), word, left, right)
+            node = syntax.Connective(self._span(first), word, left, right)
         return node
 
-    def _until(self) -> Node:
+    def _until(self) -> syntax.Node:
         first = self._token.span[0]
         node = self._unary()
         operator = self._accept("until", "since")
         if operator is not None:
             window = self._window()
             left, right = self._condition(node), self._condition(self._unary())
-            kind = Until if operator.text == "until" else Since
+            kind = syntax.Until if operator.text == "until" else syntax.Since
             node = kind(self._span(first), window, left, right)
             if self._token.text in {"until", "since"}:
                 self._refuse(
@@ -317,33 +295,33 @@ class _Parser:
                 )
         return node
 
-    def _unary(self) -> Node:
+    def _unary(self) -> syntax.Node:
         token = self._token
         if self._accept("not"):
             operand = self._nested_unary()
-            return Not(self._span(token.span[0]), operand)
+            return syntax.Not(self._span(token.span[0]), operand)
         if self._accept("always", "eventually", "once", "historically"):
             return self._temporal(token)
         return self._comparison()
 
-    def _nested_unary(self) -> Condition:
+    def _nested_unary(self) -> syntax.Condition:
         self._deeper()
         operand = self._condition(self._unary())
         self._depth -= 1
         return operand
 
-    def _temporal(self, keyword: Token) -> Node:
+    def _temporal(self, keyword: Token) -> syntax.Node:
         window = self._window()
         start = self._next
         operand = self._nested_unary()
         span = self._span(keyword.span[0])
-        node: Node
+        node: syntax.Node
         if keyword.text in {"once", "historically"}:
             past = cast("Literal['once', 'historically']", keyword.text)
-            node = Past(span, past, window, operand)
+            node = syntax.Past(span, past, window, operand)
         else:
             future = cast("Literal['always', 'eventually']", keyword.text)
-            node = Temporal(span, future, window, operand)
+            node = syntax.Temporal(span, future, window, operand)
         if self._token.text in _CONNECTIVES and not self._is_enclosed(start):
             following = self._token.text
             self._refuse(
@@ -359,7 +337,7 @@ class _Parser:
         depths = list(itertools.accumulate(steps))
         return depths.index(0) == len(depths) - 1 and steps[0] == 1
 
-    def _window(self) -> Window | None:
+    def _window(self) -> syntax.Window | None:
         opening = self._accept("[")
         if opening is None:
             return None
@@ -373,13 +351,13 @@ class _Parser:
                 "Give 0 s <= first <= last; once, historically and since look back.",
                 opening.span[0],
             )
-        return Window(first, last)
+        return syntax.Window(first, last)
 
     def _time(self) -> float:
         token = self._token
         constant = self._parameter(token)
         if constant is None and token.kind == "number":
-            constant = Constant(token.span, token.value, token.exponents, token.has_unit)
+            constant = syntax.Constant(token.span, token.value, token.exponents, token.has_unit)
         if constant is None:
             self._refuse("a window needs two times", "Write for example [0 s, 2 s].")
         if constant.has_unit and constant.exponents != Dimension.TIME.exponents:
@@ -387,19 +365,19 @@ class _Parser:
         self._take()
         return constant.value
 
-    def _parameter(self, token: Token) -> Constant | None:
+    def _parameter(self, token: Token) -> syntax.Constant | None:
         """Give the constant that a word stands for; None if it is no parameter."""
         if token.kind != "word" or token.text not in self._parameters:
             return None
         self.used.add(token.text)
         value, exponents = self._parameters[token.text]
-        return Constant(token.span, value, exponents, any(exponents))
+        return syntax.Constant(token.span, value, exponents, any(exponents))
 
     # --- predicates and terms
 
-    def _comparison(self) -> Node:
+    def _comparison(self) -> syntax.Node:
         first = self._token.span[0]
-        node: Node = self._sum()
+        node: syntax.Node = self._sum()
         operator = self._accept("==", "!=", *_COMPARISONS)
         if operator is None:
             return node
@@ -409,42 +387,46 @@ class _Parser:
             operator = self._take()
             left, right = right, self._sum()
             link = self._relate(operator, left, right, self._span(left.span[0]))
-            relation = Connective(self._span(first), "and", relation, link)
+            relation = syntax.Connective(self._span(first), "and", relation, link)
         return relation
 
-    def _relate(self, operator: Token, left: Node, right: Node, span: Span) -> Condition:
+    def _relate(
+        self, operator: Token, left: syntax.Node, right: syntax.Node, span: syntax.Span
+    ) -> syntax.Condition:
         for side in (left, right):
-            if not isinstance(side, TERMS):
+            if not isinstance(side, syntax.TERMS):
                 self._refuse(
                     f"'{self._quote(side)}' is a condition and cannot be compared",
                     "Compare numbers; combine conditions with and, or, implies.",
                     operator.span[0],
                 )
-        if not names_in(left) + names_in(right):
+        if not syntax.names_in(left) + syntax.names_in(right):
             self._refuse("only constants are compared", "Compare with a signal.", operator.span[0])
-        terms = cast("Term", left), cast("Term", right)
+        terms = cast("syntax.Term", left), cast("syntax.Term", right)
         if operator.text in _COMPARISONS:
             order = cast("Literal['<', '<=', '>', '>=']", operator.text)
-            return Comparison(span, order, *terms)
-        return Equality(span, *terms, is_negated=operator.text == "!=")
+            return syntax.Comparison(span, order, *terms)
+        return syntax.Equality(span, *terms, is_negated=operator.text == "!=")
 
-    def _sum(self) -> Node:
+    def _sum(self) -> syntax.Node:
         return self._calculation(("+", "-"), lambda: self._calculation(("*", "/"), self._sign))
 
-    def _calculation(self, signs: tuple[str, str], part: Callable[[], Node]) -> Node:
+    def _calculation(self, signs: tuple[str, str], part: Callable[[], syntax.Node]) -> syntax.Node:
         first = self._token.span[0]
         node = part()
         while (operator := self._accept(*signs)) is not None:
             node = self._apply(operator, node, part(), first)
         return node
 
-    def _apply(self, operator: Token, left: Node, right: Node, first: int) -> Term:
+    def _apply(
+        self, operator: Token, left: syntax.Node, right: syntax.Node, first: int
+    ) -> syntax.Term:
         terms = (self._term(left), self._term(right))
         sign = cast("Literal['+', '-', '*', '/']", operator.text)
-        return Arithmetic(self._span(first), sign, terms)
+        return syntax.Arithmetic(self._span(first), sign, terms)
 
-    def _term(self, node: Node) -> Term:
-        if not isinstance(node, TERMS):
+    def _term(self, node: syntax.Node) -> syntax.Term:
+        if not isinstance(node, syntax.TERMS):
             self._refuse(
                 f"'{self._quote(node)}' is a condition where a number is needed",
                 "Calculate with signals and quantities only.",
@@ -452,21 +434,21 @@ class _Parser:
             )
         return node
 
-    def _sign(self) -> Node:
+    def _sign(self) -> syntax.Node:
         sign = self._accept("-")
         if sign is None:
             return self._primary()
         operand = self._term(self._primary())
         span = self._span(sign.span[0])
-        if isinstance(operand, Constant):
-            return Constant(span, -operand.value, operand.exponents, operand.has_unit)
-        return Arithmetic(span, "negate", (operand,))
+        if isinstance(operand, syntax.Constant):
+            return syntax.Constant(span, -operand.value, operand.exponents, operand.has_unit)
+        return syntax.Arithmetic(span, "negate", (operand,))
 
-    def _primary(self) -> Node:
+    def _primary(self) -> syntax.Node:
         token = self._token
         if token.kind == "number":
             self._take()
-            return Constant(token.span, token.value, token.exponents, token.has_unit)
+            return syntax.Constant(token.span, token.value, token.exponents, token.has_unit)
         if self._accept("("):
             node = self._implication()
             self._expect(")")
@@ -477,9 +459,9 @@ class _Parser:
             found = f"'{token.text}'" if token.text else "the end"
             self._refuse(f"a signal, number or '(' is expected before {found}", "Complete it.")
         self._take()
-        return self._parameter(token) or Signal(token.span, token.text)
+        return self._parameter(token) or syntax.Signal(token.span, token.text)
 
-    def _call(self) -> Node:
+    def _call(self) -> syntax.Node:
         keyword = self._take()
         self._expect("(")
         arguments = [self._implication()]
@@ -488,7 +470,9 @@ class _Parser:
         self._expect(")")
         return self._function(keyword, arguments, self._span(keyword.span[0]))
 
-    def _function(self, keyword: Token, arguments: list[Node], span: Span) -> Node:
+    def _function(
+        self, keyword: Token, arguments: list[syntax.Node], span: syntax.Span
+    ) -> syntax.Node:
         name = keyword.text
         wanted = 1 if name == "abs" or name in _ON_CONDITIONS else 2
         if (len(arguments) != wanted) if wanted == 1 else (len(arguments) < wanted):
@@ -496,9 +480,9 @@ class _Parser:
             self._refuse(f"{name} takes {what}, not {len(arguments)}", "", keyword.span[0])
         if name in {"rise", "fall"}:
             edge = cast("Literal['rise', 'fall']", name)
-            return Edge(span, edge, self._condition(arguments[0]))
+            return syntax.Edge(span, edge, self._condition(arguments[0]))
         if name == "previous":
-            return Previous(span, self._condition(arguments[0]))
+            return syntax.Previous(span, self._condition(arguments[0]))
         function = cast("Literal['min', 'max', 'abs']", name)
         terms = tuple(self._term(argument) for argument in arguments)
-        return Arithmetic(span, function, terms)
+        return syntax.Arithmetic(span, function, terms)

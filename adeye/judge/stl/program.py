@@ -11,31 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.judge.stl import syntax
 from adeye.judge.stl.series import Scale, combined, label_code, unit_of
-from adeye.judge.stl.syntax import (
-    PREDICATES,
-    ROW_SLACK,
-    Arithmetic,
-    Assertion,
-    Comparison,
-    Condition,
-    Connective,
-    Constant,
-    Equality,
-    Not,
-    Operator,
-    Predicate,
-    Signal,
-    Term,
-    children,
-    find_implications,
-    head_of,
-    label_of,
-    names_in,
-    nested_implications,
-    window_of,
-    window_rows,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -149,6 +126,20 @@ class State(NamedTuple):
     queue: Ints
 
 
+class Extent(NamedTuple):
+    """How far a run goes.
+
+    Attributes:
+        known: Its rows.
+        last: Last known row at which an outermost obligation starts.
+        is_cut: Whether obligations lie beyond the trace.
+    """
+
+    known: int
+    last: int
+    is_cut: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Program:
     """A formula for given signals and a given step.
@@ -180,7 +171,7 @@ def compile_formula(
     formula: Formula,
     inputs: Mapping[str, Series],
     step_s: float,
-    row_slack: float = ROW_SLACK,
+    row_slack: float = syntax.ROW_SLACK,
 ) -> Program:
     """Number the parts of a formula; the same again is remembered.
 
@@ -224,7 +215,7 @@ class _Compiler:
     def program(self) -> Program:
         self._condition(self.formula.root, is_start=True)
         implied, antecedents, decided = self._implied()
-        nested = nested_implications(self.formula.root)
+        nested = syntax.nested_implications(self.formula.root)
         signals = [
             (int(series.cap is not None), _KINDS[series.kind], len(series.labels))
             for series in self.inputs.values()
@@ -246,10 +237,10 @@ class _Compiler:
         implied: list[tuple[int, ...]] = []
         antecedents: list[int] = []
         decided: list[int] = []
-        for parts, operator in find_implications(self.formula.root):
+        for parts, operator in syntax.find_implications(self.formula.root):
             first, last = 0, -1
             if operator is not None and operator.window is not None:
-                first, last = window_rows(operator.window, self.step_s, self.row_slack)
+                first, last = syntax.window_rows(operator.window, self.step_s, self.row_slack)
             implied.append((len(antecedents), len(parts), int(operator is not None), first, last))
             numbers = [self.numbers[id(part)] for part in parts]
             antecedents += numbers
@@ -258,20 +249,20 @@ class _Compiler:
                 decided += numbers
         return implied, antecedents, decided
 
-    def _condition(self, node: Condition, *, is_start: bool) -> int:
+    def _condition(self, node: syntax.Condition, *, is_start: bool) -> int:
         row = [0] * 10
         limits: tuple[float, ...] = (0.0, 0.0, 1.0, 0.0, 0.0)
-        words = Words(self.formula.quote(node), names_in(node)[0], names_in(node))
-        if isinstance(node, PREDICATES):
+        words = Words(self.formula.quote(node), syntax.names_in(node)[0], syntax.names_in(node))
+        if isinstance(node, syntax.PREDICATES):
             row, limits, words = self._predicate(node)
         else:
-            goes_on = is_start and isinstance(node, Not | Connective)
+            goes_on = is_start and isinstance(node, syntax.Not | syntax.Connective)
             parts = [self._condition(child, is_start=goes_on) for child in _conditions(node)]
             row[FIRST_PART], row[SECOND_PART] = parts[0], parts[-1]
-            row[KIND] = _CONDITIONS[head_of(node)]
-            window = window_of(node)
+            row[KIND] = _CONDITIONS[syntax.head_of(node)]
+            window = syntax.window_of(node)
             if window is not None:
-                row[FROM_ROW], row[TO_ROW] = window_rows(window, self.step_s, self.row_slack)
+                row[FROM_ROW], row[TO_ROW] = syntax.window_rows(window, self.step_s, self.row_slack)
                 row[HAS_WINDOW] = 1
         row[IS_START] = int(is_start)
         self.nodes.append(row)
@@ -280,19 +271,22 @@ class _Compiler:
         self.numbers[id(node)] = len(self.nodes) - 1
         return len(self.nodes) - 1
 
-    def _predicate(self, node: Predicate) -> tuple[list[int], tuple[float, ...], Words]:
-        if isinstance(node, Assertion):
+    def _predicate(self, node: syntax.Predicate) -> tuple[list[int], tuple[float, ...], Words]:
+        if isinstance(node, syntax.Assertion):
             return self._word(node, node.name, None, is_negated=False)
-        if isinstance(node, Equality) and self.inputs[names_in(node)[0]].kind != "number":
-            return self._word(node, names_in(node)[0], node, is_negated=node.is_negated)
+        if (
+            isinstance(node, syntax.Equality)
+            and self.inputs[syntax.names_in(node)[0]].kind != "number"
+        ):
+            return self._word(node, syntax.names_in(node)[0], node, is_negated=node.is_negated)
         left, right = self._term(node.left), self._term(node.right)
         value, threshold = left.index, right.index
-        if isinstance(node.left, Constant):
+        if isinstance(node.left, syntax.Constant):
             value, threshold = threshold, value
         row = [0] * 10
         row[KIND], row[VALUE], row[THRESHOLD] = COMPARE, value, threshold
-        is_comparison = isinstance(node, Comparison)
-        if isinstance(node, Equality):
+        is_comparison = isinstance(node, syntax.Comparison)
+        if isinstance(node, syntax.Equality):
             row[KIND], row[FLAG] = EQUAL, int(node.is_negated)
         else:
             row[FLAG] = int(node.operator in {">", "<"})
@@ -306,18 +300,23 @@ class _Compiler:
             np.inf if upper is None or not is_comparison else upper,
             difference.divisor if self.is_scaled else 1.0,
             0.0,
-            max(self.inputs[name].slack for name in names_in(node)),
+            max(self.inputs[name].slack for name in syntax.names_in(node)),
         )
-        names, unit = names_in(node), unit_of(node, self.inputs)
+        names, unit = syntax.names_in(node), unit_of(node, self.inputs)
         return row, limits, Words(self.formula.quote(node), names[0], names, unit, unit)
 
     def _word(
-        self, node: Predicate, name: str, equality: Equality | None, *, is_negated: bool
+        self,
+        node: syntax.Predicate,
+        name: str,
+        equality: syntax.Equality | None,
+        *,
+        is_negated: bool,
     ) -> tuple[list[int], tuple[float, ...], Words]:
         row, code = [0] * 10, 1.0
-        label = None if equality is None else label_of(equality)
+        label = None if equality is None else syntax.label_of(equality)
         first = second = self._load(name).index
-        names = names_in(node)
+        names = syntax.names_in(node)
         if label is not None:
             code = float(label_code(self.inputs[name], label))
         elif equality is not None:
@@ -349,16 +348,16 @@ class _Compiler:
         self.constants.append(value)
         return len(self.terms) - 1
 
-    def _term(self, term: Term) -> _Term:
-        if isinstance(term, Constant):
+    def _term(self, term: syntax.Term) -> _Term:
+        if isinstance(term, syntax.Constant):
             index = self._add(CONSTANT, value=term.value)
             return _Term(index, Scale(1.0, term.value))
-        if isinstance(term, Signal):
+        if isinstance(term, syntax.Signal):
             return self._load(term.name)
         parts = [self._term(operand) for operand in term.operands]
         return self._operation(term, parts)
 
-    def _operation(self, term: Arithmetic, parts: list[_Term]) -> _Term:
+    def _operation(self, term: syntax.Arithmetic, parts: list[_Term]) -> _Term:
         result = parts[0]
         if term.operator == "negate":
             return _Term(self._add(NEGATE, result.index), result.scale.opposite)
@@ -370,5 +369,9 @@ class _Compiler:
         return result
 
 
-def _conditions(node: Operator) -> list[Condition]:
-    return [part for part in children(node) if not isinstance(part, Constant | Signal | Arithmetic)]
+def _conditions(node: syntax.Operator) -> list[syntax.Condition]:
+    return [
+        part
+        for part in syntax.children(node)
+        if not isinstance(part, syntax.Constant | syntax.Signal | syntax.Arithmetic)
+    ]

@@ -16,15 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
 
-from adeye.judge.stl.syntax import (
-    Arithmetic,
-    Comparison,
-    Constant,
-    Equality,
-    Predicate,
-    Signal,
-    Term,
-)
+from adeye.judge.stl import syntax
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -245,9 +237,9 @@ def label_code(series: Series, label: str) -> int:
     return words.index(label)
 
 
-def unit_of(node: Predicate, inputs: Mapping[str, Series]) -> str:
+def unit_of(node: syntax.Predicate, inputs: Mapping[str, Series]) -> str:
     """Give the unit in which both sides are compared; of a product of signals, it is SI."""
-    if isinstance(node, Comparison | Equality):
+    if isinstance(node, syntax.Comparison | syntax.Equality):
         for side in (node.left, node.right):
             unit = _term_unit(side, inputs)
             if unit is not None:
@@ -256,11 +248,11 @@ def unit_of(node: Predicate, inputs: Mapping[str, Series]) -> str:
     return inputs[node.name].unit
 
 
-def _term_unit(term: Term, inputs: Mapping[str, Series]) -> str | None:
+def _term_unit(term: syntax.Term, inputs: Mapping[str, Series]) -> str | None:
     """Give the unit of a term that its operations leave as it is; None where they do not."""
-    if isinstance(term, Signal):
+    if isinstance(term, syntax.Signal):
         return inputs[term.name].unit if term.name in inputs else None
-    if isinstance(term, Arithmetic):
+    if isinstance(term, syntax.Arithmetic):
         operands = list(term.operands)
         if term.operator in {"*", "/"}:
             # A plain number leaves the unit as it is, unless it is what is divided.
@@ -274,8 +266,8 @@ def _term_unit(term: Term, inputs: Mapping[str, Series]) -> str | None:
     return None
 
 
-def _is_plain(term: Term) -> bool:
+def _is_plain(term: syntax.Term) -> bool:
     """Tell whether a term is made of numbers without unit only."""
-    if isinstance(term, Constant):
+    if isinstance(term, syntax.Constant):
         return not any(term.exponents)
-    return isinstance(term, Arithmetic) and all(map(_is_plain, term.operands))
+    return isinstance(term, syntax.Arithmetic) and all(map(_is_plain, term.operands))

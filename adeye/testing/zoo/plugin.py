@@ -245,6 +245,10 @@ def _with(**changes: Any) -> Callable[[Any, Arrays], Arrays]:
     return lambda _seen, arrays: {**arrays, **changes}
 
 
+def _altered(name: str, alter: Callable[[Any], Any]) -> Callable[[Any, Arrays], Arrays]:
+    return lambda _seen, arrays: {**arrays, name: alter(arrays[name])}
+
+
 HERD: Final[dict[str, Callable[[Any, Arrays], Arrays]]] = {
     "raises": lambda _seen, _: _raise(RuntimeError("no track")),
     "leaves": lambda _seen, _: sys.exit(0),
@@ -255,29 +259,15 @@ HERD: Final[dict[str, Callable[[Any, Arrays], Arrays]]] = {
     "returns_too_few_runs": lambda _seen, arrays: {
         name: value[:-1] if name != "channel" else value for name, value in arrays.items()
     },
-    "returns_columns": lambda _seen, arrays: {
-        **arrays, "acceleration": arrays["acceleration"][:, np.newaxis]
-    },
-    "returns_texts": lambda _seen, arrays: {
-        **arrays, "steering_angle": arrays["steering_angle"].astype(str)
-    },
-    "returns_objects": lambda _seen, arrays: {
-        **arrays, "steering_angle": arrays["steering_angle"].astype(object)
-    },
-    "returns_a_status_in_parts": lambda _seen, arrays: {
-        **arrays, "status": arrays["status"] + 0.5
-    },
-    "returns_nan": lambda _seen, arrays: {
-        **arrays, "acceleration": arrays["acceleration"] * np.nan
-    },
-    "returns_an_unknown_status": lambda _seen, arrays: {**arrays, "status": arrays["status"] + 99},
-    "returns_too_much": lambda _seen, arrays: {
-        **arrays, "acceleration": arrays["acceleration"] - 1e6
-    },
-    "returns_half_floats": lambda _seen, arrays: {
-        **arrays, "acceleration": arrays["acceleration"].astype(np.float16)
-    },
-    "answers_the_future": lambda _seen, arrays: {**arrays, "stamp": arrays["stamp"] + 100.0},
+    "returns_columns": _altered("acceleration", lambda array: array[:, np.newaxis]),
+    "returns_texts": _altered("steering_angle", lambda array: array.astype(str)),
+    "returns_objects": _altered("steering_angle", lambda array: array.astype(object)),
+    "returns_a_status_in_parts": _altered("status", lambda array: array + 0.5),
+    "returns_nan": _altered("acceleration", lambda array: array * np.nan),
+    "returns_an_unknown_status": _altered("status", lambda array: array + 99),
+    "returns_too_much": _altered("acceleration", lambda array: array - 1e6),
+    "returns_half_floats": _altered("acceleration", lambda array: array.astype(np.float16)),
+    "answers_the_future": _altered("stamp", lambda array: array + 100.0),
     "answers_for_another_channel": _with(channel="nominal"),
     "claims_monitors": _with(monitors=np.ones((1, 1, 2), dtype=np.bool_)),
     "returns_a_ragged_plan": _with(plan=np.zeros((1, 3))),

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from adeye.judge.stl.measures import EXACT, OPEN, SIGN
-from adeye.judge.stl.operators import slide, sliding_maximum
+from adeye.judge.stl.operators import Sliding, slide, sliding_maximum
+from adeye.judge.stl.program import State
 from tests.judge.stl.batch import binding, judge, numbers, standing, truths
 from tests.stored import stored
 
@@ -168,10 +169,16 @@ ROWS_OF_WINDOW, KNOWN = 40, 33
 
 
 def slid(level: int, state: Any, truth: Any, first: int, last: int, *, always: bool) -> Any:
-    out, sign = np.zeros((2, ROWS_OF_WINDOW)), np.zeros((2, ROWS_OF_WINDOW), dtype=np.int8)
-    scratch, queue = np.zeros((3, ROWS_OF_WINDOW)), np.zeros(ROWS_OF_WINDOW, dtype=np.int64)
-    slide(always, level, state, truth, KNOWN, first, last, scratch, queue, out, sign)
-    return out[:, :KNOWN], sign[:, :KNOWN]
+    """Slide over condition 0 to condition 1."""
+    rows = ROWS_OF_WINDOW
+    bounds, sign = np.zeros((2, 2, rows)), np.zeros((2, 2, rows), dtype=np.int8)
+    bounds[0], sign[0] = state, truth
+    exact = np.array([level, OPEN], dtype=np.int8)
+    scratch, queue = np.zeros((3, rows)), np.zeros(rows, dtype=np.int64)
+    no_terms = np.zeros((0, rows)), np.zeros((0, rows), dtype=np.int8)
+    of_run = State(*no_terms, bounds, sign, np.zeros((2, 4)), exact, scratch, queue)
+    slide(1, 0, Sliding(always, KNOWN, first, last), of_run)
+    return bounds[1, :, :KNOWN], sign[1, :, :KNOWN]
 
 
 @pytest.mark.slow
