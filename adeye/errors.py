@@ -16,6 +16,7 @@ from __future__ import annotations
 import difflib
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -68,13 +69,7 @@ class InputError(AdeyeError):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the keyword arguments when the error crosses a process boundary."""
-        return _rebuild, (type(self), self.message, self.where, self.remedy)
-
-
-def _rebuild(
-    kind: type[InputError], message: str, where: SourceLocation | None, remedy: str
-) -> InputError:
-    return kind(message, where=where, remedy=remedy)
+        return partial(type(self), where=self.where, remedy=self.remedy), (self.message,)
 
 
 class SpecError(InputError):
@@ -118,11 +113,7 @@ class InputErrors(InputError):  # noqa: N818 - several errors
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the list when the error crosses a process boundary."""
-        return _rebuild_several, (self.errors, self.unlisted)
-
-
-def _rebuild_several(errors: tuple[InputError, ...], unlisted: int) -> InputErrors:
-    return InputErrors(errors, unlisted=unlisted)
+        return partial(InputErrors, unlisted=self.unlisted), (self.errors,)
 
 
 @contextmanager

@@ -115,8 +115,7 @@ def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(made) != len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        msg = f"{twice!r} is there twice"
-        raise ValueError(msg)
+        raise ValueError(f"{twice!r} is there twice")
     return made
 
 

@@ -71,17 +71,29 @@ def waiting_for(what: str) -> Iterator[None]:
     Args:
         what: For people, as it follows ``waiting for``.
     """
-    over = threading.Event()
     began = time.monotonic()
 
-    def tell() -> None:
+    def tell(over: threading.Event) -> None:
         pause = PATIENCE_S
         while not over.wait(pause):
             elapsed = time.monotonic() - began
             notice(f"waiting for {what}, {elapsed:.0f} s so far", topic=what, every_s=PATIENCE_S)
             pause = AGAIN_S
 
-    thread = threading.Thread(target=tell, name="notices", daemon=True)
+    with meanwhile(tell, "notices"):
+        yield
+
+
+@contextmanager
+def meanwhile(act: Callable[[threading.Event], None], name: str) -> Iterator[None]:
+    """Do something in a thread of its own while the block runs.
+
+    Args:
+        act: Told when the block is over, and ends then.
+        name: Of the thread.
+    """
+    over = threading.Event()
+    thread = threading.Thread(target=act, args=(over,), name=name, daemon=True)
     thread.start()
     try:
         yield

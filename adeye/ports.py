@@ -70,14 +70,7 @@ from adeye.trace import Trace
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from adeye.signals import (
-        Authority,
-        Bools,
-        Floats,
-        Ints,
-        RoadMap,
-        SwitchFaults,
-    )
+    from adeye.signals import Authority, Bools, Floats, Ints, RoadMap, SwitchFaults
     from adeye.spec.architecture import Vehicle
     from adeye.spec.switch import Switch
     from adeye.sweep.case import TestCase

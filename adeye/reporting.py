@@ -7,16 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from adeye.campaign import summary
 from adeye.campaign.replay import Execution, rerun
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
-from adeye.campaign.summary import (
-    campaign_called,
-    campaign_of_file,
-    find_called,
-    is_file_name,
-    planned_as,
-)
 from adeye.errors import InputError
 from adeye.outputs import write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
@@ -43,7 +37,6 @@ from adeye.sweep.axes import named_values
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from adeye.campaign.stale import Staleness
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison.records import CompareOptions, Comparison
     from adeye.report.model.evidence import Impact
@@ -102,13 +95,10 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
     if not path.is_file():
         return f"The ODD of the campaign is no longer at {path}."
     try:
-        plan = planned_as(campaign, path)
+        plan = summary.planned_as(campaign, path)
     except InputError as error:
         return f"The files cannot be planned as they are now: {error}"
-    return _told(find_stale(repository, plan, campaign), path)
-
-
-def _told(found: Staleness, path: Path) -> StaleFiles:
+    found = find_stale(repository, plan, campaign)
     return StaleFiles.of(found, odd=str(path), causes=tuple(map(StaleEvidence.of, found.stale)))
 
 
@@ -190,7 +180,7 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
         InputError: There is no such campaign.
     """
     with Repository.open(db, create=False) as repository:
-        found = find_called(repository, campaign)
+        found = summary.find_called(repository, campaign)
         builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
         return builder.build(lambda _: (), replays=0)
 
@@ -256,7 +246,7 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
         InputError: There is no such campaign, or an option is out of range.
     """
     with Repository.open(db, create=False) as repository:
-        return claims_of(repository, find_called(repository, name), options)
+        return claims_of(repository, summary.find_called(repository, name), options)
 
 
 def _campaign_among(
@@ -265,7 +255,7 @@ def _campaign_among(
     """Tell the campaign from the architectures that follow it."""
     if not names:
         return repository.find_campaign(), ()
-    found = campaign_called(repository, names[0])
+    found = summary.campaign_called(repository, names[0])
     if found is None:
         return repository.find_campaign(), names
     return found, names[1:]
@@ -330,9 +320,9 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
 
 def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]:
     """Find the campaign to judge and, of an ODD's file, what makes it another one by now."""
-    if name is None or not is_file_name(name):
-        return find_called(repository, name), ""
-    meant = campaign_of_file(repository, name)
+    if name is None or not summary.is_file_name(name):
+        return summary.find_called(repository, name), ""
+    meant = summary.campaign_of_file(repository, name)
     if not meant.edits:
         return meant.campaign, ""
     text = (

@@ -65,27 +65,31 @@ UNITS: dict[str, Unit] = {
 
 
 class Dimension(Enum):
-    """What a quantity measures: exponents of length, time and angle, name and example."""
+    """What a quantity measures: exponents of length, time and angle, name, example and unit.
 
-    NONE = ((0, 0, 0), "a plain number", "0.5", "")
-    LENGTH = (_L, "a length", "15 m", "m")
-    TIME = (_T, "a time", "0.5 s", "s")
-    SPEED = (_SPEED, "a speed", "60 km/h", "km/h")
-    ACCELERATION = (_ACCELERATION, "an acceleration", "3 m/s^2", "m/s²")
-    JERK = (_JERK, "a jerk", "12 m/s^3", "m/s³")
-    ANGLE = (_A, "an angle", "-3 deg", "deg")
-    ANGULAR_RATE = (_TURN, "an angular rate", "20 deg/s", "deg/s")
-    RAIN_RATE = (_SPEED, "a rain rate", "7.5 mm/h", "mm/h")
-    FREQUENCY = (_RATE, "a rate", "20 Hz", "Hz")
-    CURVATURE = ((-1, 0, 0), "a curvature", "0.01 1/m", "1/m")
+    The suffix is that of the SI unit in the name of a column.
+    """
+
+    NONE = ((0, 0, 0), "a plain number", "0.5", "", "")
+    LENGTH = (_L, "a length", "15 m", "m", "m")
+    TIME = (_T, "a time", "0.5 s", "s", "s")
+    SPEED = (_SPEED, "a speed", "60 km/h", "km/h", "mps")
+    ACCELERATION = (_ACCELERATION, "an acceleration", "3 m/s^2", "m/s²", "mps2")
+    JERK = (_JERK, "a jerk", "12 m/s^3", "m/s³", "mps3")
+    ANGLE = (_A, "an angle", "-3 deg", "deg", "rad")
+    ANGULAR_RATE = (_TURN, "an angular rate", "20 deg/s", "deg/s", "radps")
+    RAIN_RATE = (_SPEED, "a rain rate", "7.5 mm/h", "mm/h", "mps")
+    FREQUENCY = (_RATE, "a rate", "20 Hz", "Hz", "hz")
+    CURVATURE = ((-1, 0, 0), "a curvature", "0.01 1/m", "1/m", "pm")
 
     def __init__(
-        self, exponents: tuple[int, int, int], label: str, example: str, unit: str
+        self, exponents: tuple[int, int, int], label: str, example: str, unit: str, suffix: str
     ) -> None:
         self.exponents = exponents
         self.label = label
         self.example = example
         self.unit = unit
+        self.suffix = suffix
 
 
 MAX_LENGTH: Final = 100

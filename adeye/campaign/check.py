@@ -13,15 +13,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from adeye.campaign.parts import Parts, load_code, named_files
-from adeye.errors import (
-    ExpressionError,
-    InputError,
-    SourceLocation,
-    SpecError,
-    SweepError,
-    placed,
-    suggest,
-)
+from adeye.errors import ExpressionError, InputError, SpecError, SweepError, placed, suggest
 from adeye.identity import digest
 from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
@@ -43,6 +35,7 @@ from adeye.sweep.groups import guilty_path
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
+    from adeye.errors import SourceLocation
     from adeye.signals import Floats
     from adeye.spec.architecture import Architecture
     from adeye.spec.document import Loc

@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.judge.metrics.perception import measuring_sensors
-from adeye.signals import (
-    NO_CHANNEL,
-    REASON_HANDOVER,
-    REASON_LABELS,
-    STATUS_LABELS,
-    Bools,
-    Floats,
-    Ints,
-)
+from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS
 from adeye.store.block import EventBlock
 from adeye.store.encoding import Dictionary, Texts
 from adeye.store.records import EventRecord
@@ -26,6 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
 _KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")
@@ -33,13 +26,11 @@ _KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "swi
 
 @dataclass
 class _Found:
-    """Events as they are found, one part for each kind and subject."""
+    """Events as they are found: parts with codes of kind, subject and text."""
 
     runs: list[Ints] = field(default_factory=list)
     times: list[Floats] = field(default_factory=list)
-    kinds: list[Ints] = field(default_factory=list)
-    subjects: list[Ints] = field(default_factory=list)
-    texts: list[Ints] = field(default_factory=list)
+    codes: list[tuple[int, int, int]] = field(default_factory=list)
     names: dict[str, int] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
 
@@ -47,23 +38,21 @@ class _Found:
         """Add events that differ in run and time only."""
         if not len(runs):
             return
-        same = np.zeros(len(runs), dtype=np.int64)
         self.runs.append(np.asarray(runs, dtype=np.int64))
         self.times.append(np.asarray(times, dtype=np.float64))
-        self.kinds.append(same + _KINDS.index(kind))
-        self.subjects.append(same + self.names.setdefault(subject, len(self.names)))
-        self.texts.append(same + self.lines.setdefault(text, len(self.lines)))
+        name = self.names.setdefault(subject, len(self.names))
+        line = self.lines.setdefault(text, len(self.lines))
+        self.codes.append((_KINDS.index(kind), name, line))
 
     def block(self) -> EventBlock:
         """Sort by run, time, kind and subject; what is found first stays first."""
-
-        def whole(parts: Iterable[Ints]) -> Ints:
-            return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
-
         names = tuple(self.names)
         order = {name: place for place, name in enumerate(sorted(names))}
         rank = np.array([order[name] for name in names], dtype=np.int64)
-        run, kind, subject = whole(self.runs), whole(self.kinds), whole(self.subjects)
+        codes = np.array(self.codes, dtype=np.int64).reshape(-1, 3)
+        counts = np.array([len(part) for part in self.runs], dtype=np.int64)
+        kind, subject, text = np.repeat(codes, counts, axis=0).T
+        run = np.concatenate([np.zeros(0, dtype=np.int64), *self.runs])
         time = np.concatenate([np.zeros(0), *self.times])
         chosen = np.lexsort((rank[subject], kind, time, run))
         return EventBlock(
@@ -71,7 +60,7 @@ class _Found:
             time[chosen],
             Texts(kind[chosen], Dictionary(_KINDS)),
             Texts(subject[chosen], Dictionary(names)),
-            Texts(whole(self.texts)[chosen], Dictionary(tuple(self.lines))),
+            Texts(text[chosen], Dictionary(tuple(self.lines))),
         )
 
 

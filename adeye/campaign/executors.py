@@ -294,7 +294,7 @@ def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
     allow_children()
     for name in _SIGNALS:
         # A handler, because who is started here would inherit that a signal is ignored.
-        signal.signal(name, _disregard)
+        signal.signal(name, lambda _number, _frame: None)
     settle_children(partial(_leave, end))
     os.setpgid(0, 0)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -321,10 +321,6 @@ def allow_children() -> None:
     ends their group.
     """
     multiprocessing.current_process().daemon = False
-
-
-def _disregard(_number: int, _frame: object) -> None:
-    """Do nothing about a signal."""
 
 
 def _leave(end: Connection) -> None:

@@ -8,18 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.errors import SourceLocation, SpecError
+from adeye.store.read import checking
 from adeye.store.read.bulk import coverage_of_runs, executed_runs
-from adeye.store.read.checking import (
-    EVIDENCE_RULES,
-    PLAN_RULES,
-    CampaignViolations,
-    Checked,
-    Violation,
-    check_campaign,
-    check_plan,
-    count_unknown,
-    idle_violations,
-)
+from adeye.store.records import of_fields
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
 from adeye.sweep.coverage import Coverage, Situations, bins_of, coverage_of
@@ -73,7 +64,7 @@ _LISTS: Final[Mapping[str, tuple[str, str]]] = {
 _STALE: Final = "stale_evidence"
 
 
-def check_stored(db: str | Path | None, name: str | None = None) -> Checked | None:
+def check_stored(db: str | Path | None, name: str | None = None) -> checking.Checked | None:
     """Check a stored campaign, the newest unless named.
 
     Returns:
@@ -83,13 +74,13 @@ def check_stored(db: str | Path | None, name: str | None = None) -> Checked | No
         InputError: There is no campaign of the name.
         PlatformError: The database cannot be read.
     """
-    stored = check_campaign(db, name)
+    stored = checking.check_campaign(db, name)
     if stored is None:
         return None
-    return Checked(stored.campaign.odd, None, stored.campaign, RULES, stored.violations)
+    return checking.Checked(stored.campaign.odd, None, stored.campaign, RULES, stored.violations)
 
 
-def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
+def check_odd(path: str | Path, db: str | Path | None = None) -> checking.Checked:
     """Check an ODD with its concept, and the newest evidence of it that a database holds.
 
     Args:
@@ -102,23 +93,26 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> Checked:
     """
     plan = make_plan(path)
     record = plan.record()
-    found = [*check_plan(record, _counted(plan)), *idle_violations(plan.faults, plan.injected)]
+    found = [
+        *checking.check_plan(record, _counted(plan)),
+        *checking.idle_violations(plan.faults, plan.injected),
+    ]
     odd = plan.files.odd.spec.odd
-    stored = check_campaign(db, odd=odd, rules=EVIDENCE_RULES)
+    stored = checking.check_campaign(db, odd=odd, rules=checking.EVIDENCE_RULES)
     if stored is not None:
         found += stored.violations
         results = (part.engine.result_digests(part.test_cases) for part in plan.planned())
-        unknown, planned = count_unknown(db, stored.campaign.id, results)
+        unknown, planned = checking.count_unknown(db, stored.campaign.id, results)
         if unknown:
             text = f"{unknown:,} of {planned:,} test cases that it asks for now have no result"
-            found.append(Violation(_STALE, "odd", odd, text))
+            found.append(checking.Violation(_STALE, "odd", odd, text))
         found += _stale(stored, {item.id: item.digest for item in record.fsrs})
     order = [rule.name for rule in RULES]
     found.sort(key=lambda item: order.index(item.rule))
     findings = tuple(replace(item, where=_where(item, plan.files)) for item in found)
     if stored is None:
-        return Checked(odd, plan.path, None, PLAN_RULES, findings)
-    return Checked(odd, plan.path, stored.campaign, RULES, findings)
+        return checking.Checked(odd, plan.path, None, checking.PLAN_RULES, findings)
+    return checking.Checked(odd, plan.path, stored.campaign, RULES, findings)
 
 
 def _counted(plan: CampaignPlan) -> Counter[tuple[str, str, bool]]:
@@ -129,15 +123,19 @@ def _counted(plan: CampaignPlan) -> Counter[tuple[str, str, bool]]:
     return counted
 
 
-def _stale(stored: CampaignViolations, digests: Mapping[str, str]) -> Iterator[Violation]:
+def _stale(
+    stored: checking.CampaignViolations, digests: Mapping[str, str]
+) -> Iterator[checking.Violation]:
     """Say which FSRs of the files are not those by which the newest evidence is judged."""
     for name, digest in digests.items():
         if stored.fsr_digests.get(name) != digest:
             known = "judges otherwise than" if name in stored.fsr_digests else "is not in"
-            yield Violation(_STALE, "fsr", name, f"{known} campaign {stored.campaign.number}")
+            yield checking.Violation(
+                _STALE, "fsr", name, f"{known} campaign {stored.campaign.number}"
+            )
 
 
-def _where(item: Violation, files: OddFiles) -> SourceLocation | None:
+def _where(item: checking.Violation, files: OddFiles) -> SourceLocation | None:
     if item.part == "odd":
         return files.odd.locate(("odd",))
     if item.part == "architecture":
@@ -225,15 +223,9 @@ def executed_coverage(db: str | Path | None, campaign: str | None, strength: int
         odd = repository.content("odd", info.odd_digest)["odd"]
         runs = executed_runs(repository.location, info.id)
     found = coverage_of_runs(runs, odd, strength)
-    return CoverageTable(
-        info.odd,
-        info.id,
-        runs.planned,
-        found.situations,
-        runs.outside_odd,
-        runs.without_result,
-        runs.not_judged,
-        found,
+    counted = found.situations
+    return of_fields(
+        CoverageTable, runs, odd=info.odd, campaign=info.id, counted=counted, coverage=found
     )
 
 

@@ -15,16 +15,7 @@ from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.check import (
-    check_cases,
-    check_fits,
-    check_hooks,
-    check_onsets,
-    check_scenarios,
-    over_budget,
-    same_architectures,
-    same_scenarios,
-)
+from adeye.campaign import check
 from adeye.campaign.parts import Parts, load_parts, sources, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.errors import InputError, IntegrityError, SpecError, placed
@@ -38,7 +29,7 @@ from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.block import PlannedCases
-from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, StoredCase
+from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
 from adeye.store.write.content import FOLDER
 from adeye.sweep.axes import quantity_or_text
 from adeye.sweep.case import AuthorityOverride, TestCase, structure_key
@@ -46,7 +37,6 @@ from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
 from adeye.sweep.groups import NO_FAULT, check_clock
-from adeye.units import Dimension
 from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:
@@ -54,6 +44,7 @@ if TYPE_CHECKING:
 
     from adeye.plugins import Part
     from adeye.signals import SignalType
+    from adeye.store.records import StoredCase
 
 # --- Which runs are executed with half the step, too, and which verdicts they are for -------------
 
@@ -354,20 +345,6 @@ def folder_of_plugins(
 
 # --- Plan a campaign: load, check everything that can be checked, count; nothing is executed ------
 
-SUFFIXES = {
-    Dimension.LENGTH: "m",
-    Dimension.TIME: "s",
-    Dimension.SPEED: "mps",
-    Dimension.RAIN_RATE: "mps",
-    Dimension.ACCELERATION: "mps2",
-    Dimension.JERK: "mps3",
-    Dimension.ANGLE: "rad",
-    Dimension.ANGULAR_RATE: "radps",
-    Dimension.FREQUENCY: "hz",
-    Dimension.CURVATURE: "pm",
-}
-"""SI suffix of a parameter's column, by dimension."""
-
 
 @dataclass(frozen=True)
 class SignalRow:
@@ -584,14 +561,14 @@ class CampaignPlan:
         }
 
     def _units(self) -> dict[str, dict[str, str]]:
-        units: dict[str, dict[str, str]] = {}
-        for name, item in self.files.scenarios.items():
-            units[name] = {}
-            for parameter, spec in item.spec.parameters.items():
-                _, dimension = quantity_or_text(spec.default)
-                if dimension in SUFFIXES:
-                    units[name][parameter] = SUFFIXES[dimension]
-        return units
+        return {
+            name: {
+                parameter: dimension.suffix
+                for parameter, spec in item.spec.parameters.items()
+                if (dimension := quantity_or_text(spec.default)[1]) is not None and dimension.suffix
+            }
+            for name, item in self.files.scenarios.items()
+        }
 
 
 def make_plan(
@@ -608,14 +585,14 @@ def make_plan(
         InputError: Anything is wrong; the message has file, line and column.
     """
     files = load_odd(path)
-    check_scenarios(files)
+    check.check_scenarios(files)
     engine = identity(backend, variant)
     metrics = _load_metrics(files)
     parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
     expansion = expand(files)
-    check_onsets(files)
-    check_hooks(files)
-    check_fits(files)
+    check.check_onsets(files)
+    check.check_hooks(files)
+    check.check_fits(files)
     if files.odd.spec.uncertainty is not None:
         check_half_step(files)
     requirements = check_requirements(
@@ -632,8 +609,8 @@ def make_plan(
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
-    axes = check_cases(expansion)
-    alike = *same_architectures(files, parts), *same_scenarios(expansion)
+    axes = check.check_cases(expansion)
+    alike = *check.same_architectures(files, parts), *check.same_scenarios(expansion)
     idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
     return replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
 
@@ -671,13 +648,10 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
                 scenarios[scenario] = None
                 architectures[architecture] = None
     return [
-        SignalRow(
+        of_fields(
+            SignalRow,
+            kind,
             name=name,
-            unit=kind.unit,
-            kind=kind.kind,
-            scale=kind.scale,
-            text=kind.text,
-            labels=kind.labels,
             scenarios=tuple(scenarios),
             architectures=tuple(architectures),
         )
@@ -686,7 +660,7 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
 
 
 def _notices(files: OddFiles) -> Iterator[str]:
-    yield from over_budget(files.concept.spec)
+    yield from check.over_budget(files.concept.spec)
     for name, item in files.architectures.items():
         for channel, spec in item.spec.channels.items():
             if not spec.links:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.campaign.traces import judge_kept
-from adeye.campaign.work import extremes_of, verdict_block
+from adeye.campaign.work import extremes_of, grouped, verdict_block
 from adeye.judge.evaluate import Frame, JudgementColumns
 from adeye.judge.extremes import evaluate_extremes, measure_of
 from adeye.judge.metrics import METRICS
@@ -77,22 +77,14 @@ def rejudge(
     again = repository.again
     gaps = again.gaps(campaign)
     tell = report or (lambda _done, _wanted: None)
-    groups: dict[tuple[str, str], list[Gap]] = defaultdict(list)
-    for gap in gaps:
-        groups[gap.scenario, gap.architecture].append(gap)
     ways: Counter[str] = Counter()
     left: dict[str, tuple[str, ...]] = {}
     done = 0
-    for group in groups.values():
-        for first in range(0, len(group), CHUNK):
-            part = group[first : first + CHUNK]
-            open_pairs = _judge_rows(again, plan, part, ways)
-            open_pairs = _judge_traces(
-                again, plan, part, open_pairs, ways, repository.location.beside
-            )
-            left |= open_pairs
-            done += len(part)
-            tell(done, len(gaps))
+    for part in grouped(gaps, lambda gap: (gap.scenario, gap.architecture), CHUNK):
+        open_pairs = _judge_rows(again, plan, part, ways)
+        left |= _judge_traces(again, plan, part, open_pairs, ways, repository.location.beside)
+        done += len(part)
+        tell(done, len(gaps))
     return Rejudged(len(gaps), len(gaps) - len(left), dict(ways), left)
 
 

@@ -141,7 +141,6 @@ class Elsewhere:
         """
         self._mark = None if traces is None else _mark(traces)
         self._demand = demand_of(plan, self._mark)
-        self._contexts: dict[int, tuple[WorkContext, WorkContext]] = {}
         self._given: dict[bytes, BatchTask] = {}
         self._name = name
         self._executor = make(context)
@@ -190,10 +189,7 @@ class Elsewhere:
                 self._mark[0].unlink(missing_ok=True)
 
     def _demanding(self, task: BatchTask) -> DemandingTask:
-        known = self._contexts.get(id(task.context))
-        if known is None or known[0] is not task.context:
-            known = self._contexts[id(task.context)] = (task.context, _absolute(task.context))
-        made = DemandingTask.of(self._demand, replace(task, context=known[1]))
+        made = DemandingTask.of(self._demand, replace(task, context=_absolute(task.context)))
         self._given[made.packed] = task
         return made
 

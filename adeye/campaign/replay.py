@@ -6,7 +6,6 @@ time, so memory does not grow with the campaign.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -18,20 +17,20 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from adeye.campaign.parts import use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress
-from adeye.campaign.work import evaluate, signals_of
+from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
 from adeye.errors import InputError, UsageError, suggest
 from adeye.judge.requirements import requirement_digest
 from adeye.kernel.relation import tick_time
 from adeye.outputs import replacing
 from adeye.simulate.channels.process.protocol import Witness
 from adeye.simulate.engine import identity
-from adeye.simulate.engine import run as run_batch
 from adeye.simulate.traffic import VARIANTS
-from adeye.spec.concept import Concept, Requirement
+from adeye.spec.concept import Concept
 from adeye.spec.load import odd_of
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.store.location import option
+from adeye.store.records import EngineKey, of_row
 from adeye.store.repository import Repository
 from adeye.sweep.axes import named_values
 from adeye.sweep.case import TestCase, structure_key
@@ -131,27 +130,15 @@ class Recalled:
         run: Where it stands.
         stored: What the database holds.
         case: Its test case.
-        folder: Folder of its plug-ins.
-        backend: Traffic that it was made with.
-        variant: Arithmetic of it; None if this version has another in its place.
-        requirements: FSRs of its campaign.
-        faults: Fault ids of its ODD.
+        work: What it was made and judged with.
         uncertainty: Numeric uncertainty that it was judged with, by FSR.
-        metrics: Metrics from outside the package that its ODD lists.
-        odd_folder: Folder of the ODD's file, where these are looked for.
     """
 
     run: RunRef
     stored: StoredRun
     case: TestCase
-    folder: Path
-    backend: str
-    variant: str | None
-    requirements: tuple[Requirement, ...]
-    faults: tuple[str, ...]
+    work: WorkContext
     uncertainty: Mapping[str, NumericUncertainty]
-    metrics: tuple[str, ...]
-    odd_folder: Path
 
     def evaluate(
         self,
@@ -164,21 +151,8 @@ class Recalled:
         Raises:
             InputError: A metric of the ODD is not there any more.
         """
-        use_plugin_metrics(self.metrics, self.odd_folder)
-        return evaluate(trace, cases, self.requirements, self.faults, uncertainty)
-
-    def execute(
-        self, cases: Sequence[TestCase], *, drawn: bool = False, witness: Witness | None = None
-    ) -> Trace:
-        """Execute test cases of its structure as it was executed."""
-        return run_batch(
-            cases,
-            backend=self.backend,
-            variant=self.variant,
-            base_dirs={self.case.architecture.architecture: self.folder},
-            drawn=drawn,
-            witness=witness,
-        )
+        use_plugin_metrics(self.work.metrics, self.work.odd_folder)
+        return evaluate(trace, cases, self.work.requirements, self.work.faults, uncertainty)
 
 
 def recall(repository: Repository, run: RunRef) -> Recalled:
@@ -207,19 +181,19 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
     )
     name = case.architecture.architecture
     folder = folder_of_plugins(row, _provenances(repository, campaign), name)
-    return Recalled(
-        run=run,
-        stored=stored,
-        case=case,
-        folder=folder,
+    work = WorkContext(
         backend=str(stored.row["backend"]),
         variant=_known_variant(stored.row),
+        # If its own bits come again, what is executed beside it is of the same engine.
+        engines={name: of_row(EngineKey, stored.row)},
+        folders={name: folder},
         requirements=() if run.is_drive else concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
-        uncertainty=repository.hindsight.half_steps.judged_with(run, stored),
         metrics=tuple(odd["odd"].get("plugins", ())),
         odd_folder=odd_of(campaign.provenance, repository.location.beside.parent).parent,
     )
+    uncertainty = repository.hindsight.half_steps.judged_with(run, stored)
+    return Recalled(run, stored, case, work, uncertainty)
 
 
 def _provenances(repository: Repository, campaign: CampaignInfo) -> Iterator[Mapping[str, Any]]:
@@ -266,13 +240,13 @@ def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = N
     recalled = recall(repository, run)
     case = recalled.case
     with _witness(dump, case) as witness:
-        trace = recalled.execute([case], drawn=True, witness=witness)
+        trace = recalled.work.drive([case], drawn=True, witness=witness)
     return Execution(
         run=run,
         stored=recalled.stored,
         case=case,
         trace=trace,
-        signals=signals_of(trace, [case], recalled.faults),
+        signals=signals_of(trace, [case], recalled.work.faults),
         evaluation=recalled.evaluate(trace, [case], recalled.uncertainty),
     )
 
@@ -376,6 +350,14 @@ _OF_ROW: Final = (
     *("trace_digest", "backend", "variant"),
 )
 """What a description has of the row of a run, by the same name."""
+_OF_VERDICT: Final = (
+    *("margin", "unit", "predicate", "time_s", "actor", "value", "threshold", "detail"),
+)
+"""The same of a verdict."""
+
+
+def _named(record: object, names: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(record, name) for name in names}
 
 
 def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
@@ -399,14 +381,8 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "run": ref.result_digest,
         "test_case": ref.test_case,
         "situation": case.situation,
-        "campaign": ref.campaign,
-        "ordinal": ref.ordinal,
-        "scenario": ref.scenario,
-        "architecture": ref.architecture,
-        "fault_entry": case.fault_entry,
-        "replicate": case.replicate,
-        "seed": case.seed,
-        "step_s": case.step_s,
+        **_named(ref, ("campaign", "ordinal", "scenario", "architecture")),
+        **_named(case, ("fault_entry", "replicate", "seed", "step_s")),
         "parameters": {item.label: item.value for item in parameters},
         "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
         **_fork_fields(case),
@@ -429,14 +405,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
                 "fsr": item.fsr_id,
                 "verdict": item.verdict.value,
                 "exercised": item.is_exercised,
-                "margin": item.margin,
-                "unit": item.unit,
-                "predicate": item.predicate,
-                "time_s": item.time_s,
-                "actor": item.actor,
-                "value": item.value,
-                "threshold": item.threshold,
-                "detail": item.detail,
+                **_named(item, _OF_VERDICT),
             }
             for item in stored.verdicts
             if wanted.get(item.fsr_id) == item.fsr_digest
@@ -484,20 +453,11 @@ def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterat
 
     def structure(item: T) -> object:
         run = recalled_of(item)
-        context = (run.run.campaign, run.folder, run.backend, run.variant)
+        (folder,) = run.work.folders.values()
+        context = (run.run.campaign, folder, run.work.backend, run.work.variant)
         return structure_key(run.case), context
 
-    return grouped(items, structure)
-
-
-def grouped(items: Iterable[T], key: Callable[[T], object]) -> Iterator[list[T]]:
-    """Group what has the same key, in groups of ``MOST_TOGETHER`` at most."""
-    groups: dict[object, list[T]] = defaultdict(list)
-    for item in items:
-        groups[key(item)].append(item)
-    for group in groups.values():
-        for first in range(0, len(group), MOST_TOGETHER):
-            yield group[first : first + MOST_TOGETHER]
+    return grouped(items, structure, MOST_TOGETHER)
 
 
 class Counter:

@@ -32,7 +32,7 @@ from adeye.campaign.work import BatchResult, BatchTask, WorkContext, execute
 from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
-from adeye.notices import notice
+from adeye.notices import meanwhile, notice
 from adeye.simulate.channels.factory import PROCESS
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
@@ -85,6 +85,7 @@ class Tasks(Iterator[BatchTask]):
         stored: Plan,
         allowed: tuple[bool, bool],
         session: Session,
+        context: WorkContext | None = None,
     ) -> None:
         """Prepare; the first block is claimed when it is asked for.
 
@@ -94,6 +95,7 @@ class Tasks(Iterator[BatchTask]):
             stored: What planning found.
             allowed: Whether what has no result is executed, and what has one again.
             session: What was asked for.
+            context: In which blocks are executed; None for that of the plan.
         """
         self.allowed = allowed
         self.session = session
@@ -108,7 +110,7 @@ class Tasks(Iterator[BatchTask]):
         self._campaign = stored.campaign
         self._planned = stored.planned
         self._cases: Sequence[TestCase] = plan.cases
-        self._context = plan.work
+        self._context = context or plan.work
         self._wanted = WantedBlocks()
         self._ends: list[int] = []
         self._held: dict[int, list[Block]] = {}
@@ -116,10 +118,6 @@ class Tasks(Iterator[BatchTask]):
         self._next: Block | None = None
         self._alone: set[int] = set()
         self._done_before = repository.work_state(stored.campaign).done
-
-    def use(self, context: WorkContext) -> None:
-        """Execute blocks in another context than that of the plan."""
-        self._context = context
 
     def choose(self, ordinals: Bools | None, stored: Plan, block_size: int) -> None:
         """Claim only some test cases.
@@ -250,7 +248,7 @@ class Tasks(Iterator[BatchTask]):
         return True
 
     def _claim(self, wanted: WantedBlocks) -> Block | None:
-        return self._repository.queue.claim(self._campaign, wanted, LEASE_S)
+        return self._repository.claim_block(lease_s=LEASE_S, campaign=self._campaign, wanted=wanted)
 
     def _needs(self, block: Block) -> int:
         """Count the test cases of a block that are executed, for a result or to be judged."""
@@ -457,9 +455,8 @@ def renewing(
         held: Gives the blocks that are held now; called from the thread.
         lease_s: For how long they are leased from each renewal on [s].
     """
-    over = threading.Event()
 
-    def beat() -> None:
+    def beat(over: threading.Event) -> None:
         while not over.wait(lease_s / BEATS_PER_LEASE):
             for block in held():
                 if over.is_set():
@@ -470,13 +467,8 @@ def renewing(
                     # The next beat tries again; the lease tells everybody else how long to wait.
                     continue
 
-    thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
-    thread.start()
-    try:
+    with meanwhile(beat, "heartbeat"):
         yield
-    finally:
-        over.set()
-        thread.join()
 
 
 # --- How many test cases are executed together ----------------------------------------------------
@@ -682,8 +674,8 @@ class _Campaign:
         traces = None if keep is None else keep.folder
         elsewhere = None if executor is None else executor.open(plan, traces)
         lanes_of = _Lanes(plan, lanes, self._session, elsewhere)
-        tasks = Tasks(repository, plan, stored, (executes, replays), self._session)
-        tasks.use(self._context)
+        allowed = executes, replays
+        tasks = Tasks(repository, plan, stored, allowed, self._session, self._context)
         tasks.choose(chosen, stored, size)
         halved, again = Halved(), Rejudged(0, 0, {}, {})
         state = Progress("run", 0, 0, 0)
@@ -692,7 +684,12 @@ class _Campaign:
                 halved = self._halve(lanes_of, tasks.unchanged, stored, executes=executes)
             # Without the uncertainty that was asked for nothing can be judged.
             if not halved.failures:
-                again = rejudge(repository, plan, stored.campaign, self._judging)
+                again = rejudge(
+                    repository,
+                    plan,
+                    stored.campaign,
+                    lambda done, wanted: self._report(Progress("judge", done, wanted, 0)),
+                )
                 if plan.samples:
                     repository.hindsight.half_steps.judge(stored.campaign)
                 state = self._work_off(tasks, lanes_of, again, stored)
@@ -774,9 +771,6 @@ class _Campaign:
             summary = replace(summary, exit_code=code)
         return replace(summary, selected=tasks.chosen)
 
-    def _judging(self, done: int, wanted: int) -> None:
-        self._report(Progress("judge", done, wanted, 0))
-
     def _work_off(self, tasks: Tasks, lanes: _Lanes, again: Rejudged, stored: Plan) -> Progress:
         """Execute blocks until none is left to anybody, or something ends it before."""
         executes, replays = tasks.allowed
@@ -787,7 +781,8 @@ class _Campaign:
         state = Progress("run", 0, total, 0)
         self._report(state)
         others: int | None = None
-        with self._executing(tasks):
+        # Leases are kept meanwhile, and whoever asks for the end does not interrupt.
+        with self._session.stop.deferred(), renewing(self._repository, tasks.held, LEASE_S):
             # Nobody held anything before the last look at what is free: then all is done.
             while others != 0:
                 for done in lanes.start(tasks):
@@ -801,15 +796,6 @@ class _Campaign:
                     self._report(replace(state, phase="wait"))
                     time.sleep(POLL_S)
         return state
-
-    @contextmanager
-    def _executing(self, tasks: Tasks) -> Iterator[None]:
-        """Keep the leases of what is executed, and leave it in peace when somebody asks to end."""
-        with (
-            self._session.stop.deferred(),
-            renewing(self._repository, tasks.held, LEASE_S),
-        ):
-            yield
 
 
 class _Lanes:
@@ -837,7 +823,7 @@ class _Lanes:
             yield done
             if self._stop.asked is not None:
                 # What waits for a thread is not begun any more.
-                getattr(self._executor, "drop_waiting", _nothing)()
+                getattr(self._executor, "drop_waiting", lambda: None)()
 
     def close(self) -> None:
         """End what was started."""
@@ -846,10 +832,6 @@ class _Lanes:
     def abandon(self) -> None:
         """Let go of what is being executed; what cannot be ended is not waited for."""
         getattr(self._executor, "abandon", self._executor.close)()
-
-
-def _nothing() -> None:
-    """Leave it to an executor that cannot."""
 
 
 def _first_line(text: str) -> str:

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
+    from adeye.store.block import PlannedCases
     from adeye.store.read.rejudging import Again, StoredEvidence
-    from adeye.store.records import CampaignInfo, EngineKey
+    from adeye.store.records import CampaignInfo
     from adeye.store.repository import Repository
 
 CAUSES: Final = {
@@ -191,14 +192,12 @@ def _planned(
     results: dict[tuple[str, str, str], bool] = {}
     places: dict[_Place, _Case] = {}
     for part in plan.planned():
-        shared = {
-            "scenario": _executed("scenario", json_text(part.scenario_content.content)),
-            "architecture": _executed("architecture", json_text(part.architecture_content.content)),
-            "faults": _executed("faults", json_text([dict(fault) for fault in part.faults])),
-            "seed": str(part.seed),
-            "step": repr(float(part.step_s)),
-            **_engine_parts(part.engine),
-        }
+        shared = _parts(
+            part,
+            json_text(part.scenario_content.content),
+            json_text(part.architecture_content.content),
+            json_text([dict(fault) for fault in part.faults]),
+        )
         digests = part.engine.result_digests(part.test_cases)
         for result, parameters, point, replicate, inside in zip(
             digests, part.parameters, part.points, part.replicates, part.inside_odd, strict=True
@@ -210,9 +209,21 @@ def _planned(
     return results, places
 
 
-def _engine_parts(engine: EngineKey) -> dict[str, str]:
+def _parts(
+    of: PlannedCases | StoredEvidence, scenario: str, architecture: str, faults: str
+) -> dict[str, str]:
+    """List what test cases are made of but their parameters; contents are given as JSON."""
+    engine = of.engine
     version = f"{engine.variant}, numerics version {engine.numerics_version}"
-    return {"plugins": engine.plugins_digest, "numerics": f"{engine.backend} {version}"}
+    return {
+        "scenario": _executed("scenario", scenario),
+        "architecture": _executed("architecture", architecture),
+        "faults": _executed("faults", faults),
+        "seed": str(of.seed),
+        "step": repr(float(of.step_s)),
+        "plugins": engine.plugins_digest,
+        "numerics": f"{engine.backend} {version}",
+    }
 
 
 _executed = lru_cache(maxsize=512)(executable_digest)
@@ -228,15 +239,8 @@ def _why(
     here = places.get((*where, stored.point, stored.replicate))
     if here is None:
         return "not_planned", _gone(stored, entries)
-    parts = {
-        "scenario": _executed("scenario", stored.scenario_content),
-        "architecture": _executed("architecture", stored.architecture_content),
-        "faults": _executed("faults", stored.faults),
-        "seed": str(stored.seed),
-        "step": repr(float(stored.step_s)),
-        "parameters": stored.parameters,
-        **_engine_parts(stored.engine),
-    }
+    contents = stored.scenario_content, stored.architecture_content, stored.faults
+    parts = {**_parts(stored, *contents), "parameters": stored.parameters}
     for cause in _ORDER:
         if parts[cause] != here.parts[cause]:
             subjects = {

@@ -11,6 +11,7 @@ from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of
 from adeye.spec.load import load_odd
 from adeye.store.read.totals import ChannelFailure, channel_failures, gate_code, totals
+from adeye.store.records import of_fields
 from adeye.store.write.planning import identify
 
 if TYPE_CHECKING:
@@ -249,20 +250,15 @@ def summarise(
     code, message = gate_code(repository, campaign)
     texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
     lines = [
-        VerdictLine(
-            architecture=item.architecture,
+        of_fields(
+            VerdictLine,
+            item,
             is_gate=item.is_in_gate,
-            fsr=item.fsr,
-            asil=item.asil,
             mandatory=item.is_mandatory,
-            verdict=item.verdict,
-            exercised=item.exercised,
-            runs=item.runs,
             margin=item.worst[1].margin if item.worst else None,
             unit=(item.worst[1].unit or "") if item.worst else "",
             worst_run=item.worst[0].result_digest if item.worst else "",
             text=texts[item.fsr],
-            min_exercised=item.min_exercised,
         )
         for item in totals(repository, campaign)
     ]

@@ -28,14 +28,8 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.trace_signals import TraceSignals
 from adeye.outputs import BESIDE_DATABASE
 from adeye.simulate.engine import blank_layout
-from adeye.store.evidence.roots import (
-    SUFFIX,
-    copy_kept,
-    find_kept,
-    folder_of,
-    folders_of,
-    kept_path,
-)
+from adeye.store.evidence import roots
+from adeye.store.evidence.roots import SUFFIX
 from adeye.store.location import Place, locate
 from adeye.store.records import Finding
 from adeye.store.repository import Repository
@@ -173,7 +167,7 @@ def read_kept(folder: Path, name: str) -> Kept | None:
     Other people's files are read, too. So nothing is unpacked or made that is larger than what it
     says, than its file, or than ``MOST_BYTES``, and what is read has the form that is written.
     """
-    path = kept_path(folder, name)
+    path = roots.kept_path(folder, name)
     if path is None:
         return None
     try:
@@ -291,7 +285,7 @@ def judge_kept(
     for number, name, where in again.files(list(by_number)):
         files.setdefault(name, []).append((by_number[number], where))
     done: set[int] = set()
-    for name, kept in _read_ahead(folders_of(database), list(files)):
+    for name, kept in _read_ahead(roots.folders_of(database), list(files)):
         wanted = [(place, where) for place, where in files[name] if place not in done]
         if kept is None or not wanted:
             continue
@@ -317,7 +311,7 @@ def _read_ahead(folders: Sequence[Path], names: Sequence[str]) -> Iterator[tuple
     """Read files one after the other, the next one while one is judged."""
 
     def read(name: str) -> Kept | None:
-        path = find_kept(folders, name)
+        path = roots.find_kept(folders, name)
         return None if path is None else read_kept(path.parent, name)
 
     with ThreadPoolExecutor(1) as reader:
@@ -367,12 +361,12 @@ def altered_files(repository: Repository) -> Iterator[Finding]:
     A file is named after its content. One of no run that has its name is left over from a block
     that was interrupted, see ``left_files``.
     """
-    folders = folders_of(repository.location.beside)
+    folders = roots.folders_of(repository.location.beside)
     known = repository.evidence.kept_files()
     present = _present(folders[0])
     missing = f"is missing (bring it to {folders[0]} from where the database was, or from a copy)"
     for name, runs in known.items():
-        path = present.pop(f"{name}{SUFFIX}", None) or find_kept(folders[1:], name)
+        path = present.pop(f"{name}{SUFFIX}", None) or roots.find_kept(folders[1:], name)
         problem = missing if path is None else _problem(path, name)
         if path is not None and problem and _is_named_after_traces(path, runs):
             problem = ""
@@ -402,7 +396,7 @@ def copy_campaigns(source: Repository, names: Sequence[str], to: Place) -> Copie
     """
     chosen = tuple(dict.fromkeys(source.find_campaign(name).id for name in names))
     place = locate(to)
-    folders, folder = folders_of(source.location.beside), folder_of(place.beside)
+    folders, folder = roots.folders_of(source.location.beside), roots.folder_of(place.beside)
     names_of = [source.evidence.kept_files(item) for item in chosen]
     kept = dict.fromkeys(name for item in names_of for name in item)
     for wrong in altered_files(source):
@@ -417,7 +411,7 @@ def copy_campaigns(source: Repository, names: Sequence[str], to: Place) -> Copie
         with Repository.open(place) as into:
             # Before the rows that name them are there; without those, files are only left over.
             for name in kept:
-                if (file := copy_kept(name, folders, folder)) is not None:
+                if (file := roots.copy_kept(name, folders, folder)) is not None:
                     undoing.callback(file.unlink, missing_ok=True)
             copied = into.copy(source.location, chosen)
         undoing.pop_all()
@@ -434,7 +428,7 @@ def left_files(repository: Repository) -> tuple[str, ...]:
 
     A run of another one may, which was copied from it or had its name before.
     """
-    folder = folder_of(repository.location.beside)
+    folder = roots.folder_of(repository.location.beside)
     known = repository.evidence.kept_files()
     return tuple(
         sorted(
@@ -451,7 +445,9 @@ def _present(folder: Path) -> dict[str, Path]:
 
 def _problem(path: Path, name: str) -> str:
     try:
-        return "" if kept_path(path.parent, name) and file_digest(path) == name else "is altered"
+        return (
+            "" if roots.kept_path(path.parent, name) and file_digest(path) == name else "is altered"
+        )
     except OSError as error:
         return f"cannot be read ({error.strerror})"
 

@@ -15,7 +15,6 @@ from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
-from adeye.simulate.engine import run as run_batch
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
@@ -109,21 +108,14 @@ def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
 
 def _drive(task: BatchTask) -> None:
     """Execute the test cases of a task."""
-    work = task.context
     for case in task.execute:
-        run_batch((case,), backend=work.backend, variant=work.variant, base_dirs=work.folders)
+        task.context.drive((case,))
 
 
 def _judge(task: BatchTask) -> None:
     """Judge the first scene of the first test case of a task as if it lasted until the horizon."""
     work, case = task.context, task.execute[0]
-    first = run_batch(
-        (case,),
-        backend=work.backend,
-        variant=work.variant,
-        base_dirs=work.folders,
-        most_ticks=0,
-    )
+    first = work.drive((case,), most_ticks=0)
     rows = ticks(case.scenario.horizon, case.step, "horizon") + 1
     columns: dict[str, Any] = {
         name: np.repeat(column, rows, axis=1) for name, column in first.columns.items()

@@ -7,10 +7,11 @@ import math
 import os
 import platform
 import threading
+from collections import defaultdict
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -23,12 +24,7 @@ from adeye.judge.extremes import EXTREME, SAMPLES, Extremes
 from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.registry import status_codes
 from adeye.judge.outcome import END_REASONS
-from adeye.judge.requirements import (
-    JUDGE_VERSION,
-    CheckedRequirement,
-    compile_requirement,
-    requirement_digest,
-)
+from adeye.judge.requirements import JUDGE_VERSION, compile_requirement, requirement_digest
 from adeye.judge.trace_signals import TraceSignals
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
@@ -50,9 +46,10 @@ from adeye.store.tables import METRIC_IDS
 from adeye.supervision import is_asked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from adeye.judge.requirements import CheckedRequirement
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Requirement
@@ -60,6 +57,8 @@ if TYPE_CHECKING:
     from adeye.store.records import EngineKey
     from adeye.sweep.case import TestCase
     from adeye.trace import Trace
+
+T = TypeVar("T")
 
 # --- Between what judging finds in traces and what the database keeps of it to judge again --------
 
@@ -74,10 +73,9 @@ def basis_block(evaluation: Evaluation, files: Sequence[tuple[str, int] | None] 
     frame = evaluation.frame
     parts = list(evaluation.extremes.items())
     counts = [len(item.run) for _, item in parts]
+    own = [extremes_of((), {}), *(item for _, item in parts)]
     run, row, value, actor = (
-        np.concatenate([getattr(item, name) for _, item in parts])
-        if parts
-        else np.zeros((0, SAMPLES)[: 1 if name == "run" else 2], dtype=np.int64)
+        np.concatenate([getattr(item, name) for item in own])
         for name in ("run", "row", "value", "actor")
     )
     names = Dictionary((*frame.objects, None))
@@ -156,6 +154,19 @@ def extremes_of(stored: Sequence[Any], objects: dict[str, int]) -> Extremes:
     )
 
 
+# --- What is looked at together -------------------------------------------------------------------
+
+
+def grouped(items: Iterable[T], key: Callable[[T], object], most: int) -> Iterator[list[T]]:
+    """Group what has the same key, in groups of a size at most."""
+    groups: dict[object, list[T]] = defaultdict(list)
+    for item in items:
+        groups[key(item)].append(item)
+    for group in groups.values():
+        for first in range(0, len(group), most):
+            yield group[first : first + most]
+
+
 # --- The work of one block: run the closed loop, measure, judge, and describe it for the database -
 
 SEEN: Final = "first_detection_distance_m"
@@ -168,7 +179,7 @@ class WorkContext:
 
     Attributes:
         backend: Traffic implementation.
-        variant: Its arithmetic.
+        variant: Its arithmetic; None if this version has another in its place.
         engines: Engine by architecture id.
         folders: Folder of the file that names plug-ins, by architecture id.
         requirements: FSRs of the concept; a worker compiles them once.
@@ -179,7 +190,7 @@ class WorkContext:
     """
 
     backend: str
-    variant: str
+    variant: str | None
     engines: Mapping[str, EngineKey]
     folders: Mapping[str, Path]
     requirements: tuple[Requirement, ...]
@@ -187,6 +198,12 @@ class WorkContext:
     metrics: tuple[str, ...]
     odd_folder: Path
     keep: Keep | None = None
+
+    def drive(self, cases: Sequence[TestCase], **how: Any) -> Trace:
+        """Execute test cases of one structure, see ``simulate.engine.run``."""
+        return run_batch(
+            cases, backend=self.backend, variant=self.variant, base_dirs=self.folders, **how
+        )
 
 
 @dataclass(frozen=True)
@@ -290,15 +307,9 @@ def _execute(task: BatchTask) -> BatchResult:
     cases = [*task.execute, *(case for case, _, _ in task.judge)]
     if not cases:
         return BatchResult()
-    use_plugin_metrics(task.context.metrics, task.context.odd_folder)
     context = task.context
-    trace = run_batch(
-        cases,
-        backend=context.backend,
-        variant=context.variant,
-        base_dirs=context.folders,
-        memory=_memory(),
-    )
+    use_plugin_metrics(context.metrics, context.odd_folder)
+    trace = context.drive(cases, memory=_memory())
     evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
     files = keep_traces(trace, evaluation, context.keep)

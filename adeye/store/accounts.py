@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, Table, and_, select
+from sqlalchemy import Connection, Table, select
 
 from adeye.errors import InputError
 from adeye.judge.evaluate import read_never_held
@@ -27,21 +27,11 @@ from adeye.judge.requirements import ANY_FAULT, named_faults, nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
 from adeye.judge.stl.parser import Parameters
 from adeye.signals import Ints
-from adeye.store.cases import JUDGED
+from adeye.store import tables
+from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
 from adeye.store.ledger import insert_rows, key_text
 from adeye.store.records import Finding
-from adeye.store.tables import (
-    campaign,
-    campaign_case,
-    case_count,
-    case_match,
-    case_repeat,
-    case_run,
-    case_tally,
-    never_held,
-    work,
-)
 from adeye.sweep.groups import NO_FAULT
 from adeye.trace import LINK_LENGTH
 from adeye.units import read_quantity
@@ -83,7 +73,7 @@ class CaseGroups:
     def counts(self, campaign_id: str) -> list[Row]:
         """Make the rows of ``case_count``."""
         return [
-            row(case_count, (campaign_id, *names, planned))
+            row(tables.case_count, (campaign_id, *names, planned))
             for names, planned in sorted(self._planned.items())
         ]
 
@@ -95,7 +85,7 @@ class CaseGroups:
         for begin in range(0, len(ordinal), _PAIRS_AT_ONCE):
             part = slice(begin, begin + _PAIRS_AT_ONCE)
             columns = [list(item[part].tolist()) for item in (first, ordinal, faults)]
-            yield rows_of_columns(case_match, (campaign_id, *columns))
+            yield rows_of_columns(tables.case_match, (campaign_id, *columns))
 
 
 def _repeated(runs: Iterable[tuple[int, int]]) -> Ints:
@@ -199,13 +189,9 @@ _OF_SCENARIOS: Final = f"""
 """  # noqa: S608 - what stands in it are constants of this module
 
 _PASSED: Final = f"""
-    SELECT DISTINCT c.architecture, v.detail
-    FROM campaign_case c
-    JOIN campaign_fsr f ON {JUDGED}
-    JOIN run r ON r.result_digest = c.result_digest
-    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+    SELECT DISTINCT c.architecture, v.detail FROM {JUDGED_CASES}
     WHERE c.campaign_id = ? AND f.fsr_id = ? AND v.verdict = 'PASS'
-"""  # noqa: S608 - JUDGED is a constant of this package
+"""  # noqa: S608 - own names
 
 _ABOUT_FAULTS: Final = f"""
     WITH done AS (
@@ -240,9 +226,9 @@ and whether the run exercises an FSR of the campaign, 1 or 0."""
 
 def save_groups(connection: Connection, campaign_id: str, groups: CaseGroups) -> None:
     """Save what was counted of the cases of a new campaign."""
-    insert_rows(connection, case_count, groups.counts(campaign_id))
+    insert_rows(connection, tables.case_count, groups.counts(campaign_id))
     for rows in groups.matches(campaign_id):
-        insert_rows(connection, case_match, rows)
+        insert_rows(connection, tables.case_match, rows)
 
 
 def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
@@ -267,7 +253,7 @@ def run_rows(cases: Sequence[Done]) -> list[Row]:
     if not cases:
         return []
     campaigns, ordinals, numbers = (list(items) for items in list(zip(*cases, strict=True))[:3])
-    return rows_of_columns(case_run, (campaigns[0], ordinals, numbers))
+    return rows_of_columns(tables.case_run, (campaigns[0], ordinals, numbers))
 
 
 def case_tallies(work_id: int, cases: Sequence[Done]) -> list[Row]:
@@ -275,15 +261,15 @@ def case_tallies(work_id: int, cases: Sequence[Done]) -> list[Row]:
     runs = Counter((case[0], *case[3:6]) for case in cases)
     exercised = Counter((case[0], *case[3:6]) for case in cases if case[6])
     return [
-        row(case_tally, (work_id, *names, count, exercised[names]))
+        row(tables.case_tally, (work_id, *names, count, exercised[names]))
         for names, count in sorted(runs.items())
     ]
 
 
 def save_done(connection: Connection, work_id: int, cases: Sequence[Done]) -> None:
     """Save the accounts of a block that is done."""
-    insert_rows(connection, case_run, run_rows(cases))
-    insert_rows(connection, case_tally, case_tallies(work_id, cases))
+    insert_rows(connection, tables.case_run, run_rows(cases))
+    insert_rows(connection, tables.case_tally, case_tallies(work_id, cases))
 
 
 def account_block(connection: Connection, work_id: int) -> None:
@@ -294,7 +280,7 @@ def account_block(connection: Connection, work_id: int) -> None:
 def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, list[Row]], ...]:
     """Make the rows that only a whole campaign tells; none before its last block is done."""
     if not _is_whole(connection, campaign_id):
-        return (case_repeat, []), (never_held, [])
+        return (tables.case_repeat, []), (tables.never_held, [])
     contents = connection.exec_driver_sql(
         "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
         "WHERE c.id = ? ORDER BY f.id",
@@ -315,7 +301,10 @@ def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, l
             )
         ),
     ]
-    return (case_repeat, _repeat_rows(connection, campaign_id, never, idle)), (never_held, never)
+    return (tables.case_repeat, _repeat_rows(connection, campaign_id, never, idle)), (
+        tables.never_held,
+        never,
+    )
 
 
 def _repeat_rows(
@@ -353,7 +342,7 @@ def _repeat_rows(
             if results:
                 repeats.setdefault((item.fsr, item.architecture, where), [0, 0, 0])[1] += results
     return [
-        row(case_repeat, (campaign_id, *place, *counts))
+        row(tables.case_repeat, (campaign_id, *place, *counts))
         for place, counts in sorted(repeats.items())
     ]
 
@@ -442,7 +431,7 @@ def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
         "a fault" if name == ANY_FAULT else f"fault.{name}" for name in found.faults
     )
     told = f"({names} changes the run)"
-    return row(never_held, (campaign_id, found.fsr, found.architecture, 0, told, 1))
+    return row(tables.never_held, (campaign_id, found.fsr, found.architecture, 0, told, 1))
 
 
 def _read(
@@ -472,7 +461,7 @@ def _never_held(
         for place, kinds in enumerate(zip(*runs, strict=True)):
             if HELD not in kinds:
                 values = place + 1, antecedents[place], int(NEEDED in kinds)
-                yield row(never_held, (campaign_id, fsr, architecture, *values))
+                yield row(tables.never_held, (campaign_id, fsr, architecture, *values))
 
 
 def account_whole(connection: Connection, campaign_id: str) -> None:
@@ -482,7 +471,9 @@ def account_whole(connection: Connection, campaign_id: str) -> None:
 
 
 def _is_whole(connection: Connection, campaign_id: str) -> bool:
-    open_blocks = select(work.c.id).where(work.c.campaign_id == campaign_id, work.c.state != "done")
+    open_blocks = select(tables.work.c.id).where(
+        tables.work.c.campaign_id == campaign_id, tables.work.c.state != "done"
+    )
     return connection.execute(open_blocks.limit(1)).first() is None
 
 
@@ -491,24 +482,24 @@ def wrong_plans(connection: Connection) -> Iterator[Finding]:
 
     A run of a case that was never planned is in no block, so it is named here, too.
     """
-    found = connection.execute(select(campaign.c.id).order_by(campaign.c.number)).scalars()
+    found = connection.execute(
+        select(tables.campaign.c.id).order_by(tables.campaign.c.number)
+    ).scalars()
     for campaign_id in found.all():
         groups = planned_groups(connection, campaign_id)
-        yield from _differences(connection, case_count, campaign_id, groups.counts(campaign_id))
+        yield from _differences(
+            connection, tables.case_count, campaign_id, groups.counts(campaign_id)
+        )
         matches = (item for rows in groups.matches(campaign_id) for item in rows)
-        yield from _differences(connection, case_match, campaign_id, matches)
+        yield from _differences(connection, tables.case_match, campaign_id, matches)
         for table, rows in whole_rows(connection, campaign_id):
             yield from _differences(connection, table, campaign_id, rows)
-    unplanned = case_run.outerjoin(
-        campaign_case,
-        and_(
-            campaign_case.c.campaign_id == case_run.c.campaign_id,
-            campaign_case.c.ordinal == case_run.c.ordinal,
-        ),
+    unplanned = (
+        "NOT EXISTS (SELECT 1 FROM campaign_case c "
+        "WHERE c.campaign_id = case_run.campaign_id AND c.ordinal = case_run.ordinal)"
     )
-    query = select(case_run).select_from(unplanned).where(campaign_case.c.campaign_id.is_(None))
-    for item in connection.execute(query.order_by(case_run.c.campaign_id, case_run.c.ordinal)):
-        yield _finding(case_run, tuple(item), is_stored=True)
+    for item in stored_rows(connection, tables.case_run, unplanned):
+        yield _finding(tables.case_run, item, is_stored=True)
 
 
 def _differences(
@@ -549,8 +540,8 @@ def wrong_block(connection: Connection, block: Any) -> Iterator[Finding]:
     within = block.campaign_id, block.from_ordinal, block.to_ordinal
     in_block = "campaign_id = ? AND ordinal >= ? AND ordinal < ?"
     for table, condition, values, rows in (
-        (case_run, in_block, within, run_rows(cases)),
-        (case_tally, "work_id = ?", (block.id,), case_tallies(block.id, cases)),
+        (tables.case_run, in_block, within, run_rows(cases)),
+        (tables.case_tally, "work_id = ?", (block.id,), case_tallies(block.id, cases)),
     ):
         stored = set(stored_rows(connection, table, condition, values))
         for item in sorted(stored ^ set(rows), key=str):

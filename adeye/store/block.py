@@ -16,16 +16,12 @@ from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Outcome, Verdict
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.encoding import Dictionary, Texts
-from adeye.store.records import (
-    ContentRecord,
-    EngineKey,
-    VerdictRecord,
-    require_seed,
-)
+from adeye.store.records import ContentRecord, EngineKey, VerdictRecord, require_seed
 
 # --- What came out of a block of runs, as columns: cheap to send between processes and to store ---
 
-_NUMBERS: Final = ("robustness_low", "robustness_high", "margin", "time_s", "value", "threshold")
+NUMBERS: Final = ("robustness_low", "robustness_high", "margin", "time_s", "value", "threshold")
+"""Columns of the numbers of a verdict, in their order."""
 _TEXTS: Final = ("fsr_id", "fsr_digest", "unit", "signal", "predicate", "actor", "detail")
 _VALUE: Final = STATUSES.index("value")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
@@ -157,12 +153,12 @@ class VerdictBlock(OfRuns):
         pairs = [(run, record) for run, items in enumerate(records) for record in items]
         found = [record for _, record in pairs]
         # Of None becomes NaN.
-        numbers = [[getattr(item, name) for name in _NUMBERS] for item in found]
+        numbers = [[getattr(item, name) for name in NUMBERS] for item in found]
         return cls(
             run=np.array([run for run, _ in pairs], dtype=np.int64),
             verdict=np.array([VERDICTS.index(item.verdict) for item in found], dtype=np.int8),
             exercised=np.array([item.is_exercised for item in found], dtype=np.bool_),
-            numbers=np.array(numbers, dtype=np.float64).reshape(-1, len(_NUMBERS)),
+            numbers=np.array(numbers, dtype=np.float64).reshape(-1, len(NUMBERS)),
             **{name: Texts.of([getattr(item, name) for item in found]) for name in _TEXTS},
         )
 
@@ -239,8 +235,7 @@ class RunBlock(Columns):
 
     def __post_init__(self) -> None:
         if (self.outcome == OUTCOMES.index(Outcome.INFRASTRUCTURE_ERROR)).any():
-            msg = "an infrastructure error is no result; fail the block instead"
-            raise ValueError(msg)
+            raise ValueError("an infrastructure error is no result; fail the block instead")
 
     def __len__(self) -> int:
         """Count the runs."""

@@ -16,6 +16,10 @@ JUDGED: Final = """f.campaign_id = c.campaign_id AND f.architecture = c.architec
 """That an FSR ``f`` of a campaign is judged on a case ``c`` of it, inside or outside the ODD."""
 
 
+JUDGED_CASES: Final = f"""campaign_case c JOIN campaign_fsr f ON {JUDGED}
+    JOIN run r ON r.result_digest = c.result_digest
+    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
+"""The cases of campaigns with the verdicts that the campaigns ask for."""
 GAPS: Final = f"""campaign_case c JOIN run r ON r.result_digest = c.result_digest
     JOIN campaign_fsr f ON {JUDGED}
     LEFT JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest

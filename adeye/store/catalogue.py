@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any, Final
 
 from sqlalchemy import Connection, Integer, Table, exists, select
@@ -239,13 +239,12 @@ def _as_noted(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple
         yield name, same and (noted == kept or is_of_another)
 
 
-def readable(connection: Connection) -> AbstractContextManager[None]:
-    """Let damaged text be read, which may not be UTF-8: it must be named, not end the reading."""
-    return nullcontext() if is_server(connection) else _any_text(connection)
-
-
 @contextmanager
-def _any_text(connection: Connection) -> Iterator[None]:
+def readable(connection: Connection) -> Iterator[None]:
+    """Let damaged text be read, which may not be UTF-8: it must be named, not end the reading."""
+    if is_server(connection):
+        yield
+        return
     driver: Any = connection.connection.dbapi_connection
     normal = driver.text_factory
     driver.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")

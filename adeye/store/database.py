@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import Any, Concatenate, Final, ParamSpec, TypeVar
+from typing import Any, Concatenate, Final, Generic, ParamSpec, TypeVar
 
 from sqlalchemy import Connection, Engine
 
@@ -31,6 +31,7 @@ _TOLD_FROM_S: Final = 0.5
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+Other = TypeVar("Other", bound="Door")
 
 
 @contextmanager
@@ -161,6 +162,23 @@ class Door:
         """Use a database."""
         self._database = database
 
+    def _ask(self, query: str, *values: str | int) -> Sequence[Any]:
+        """Return all rows of a query, in a transaction of its own."""
+        with self._database.read() as connection:
+            return connection.exec_driver_sql(query, values).all()
+
+
+class Part(Generic[Other]):
+    """Another door to the same database, as an attribute of a door."""
+
+    def __init__(self, kind: type[Other]) -> None:
+        """Open doors of a kind."""
+        self._kind = kind
+
+    def __get__(self, own: Door, _: type[Door]) -> Other:
+        """Open the door."""
+        return self._kind(own._database)
+
 
 def reading(
     ask: Callable[Concatenate[Connection, Arguments], Result],
@@ -189,14 +207,14 @@ def writing(
 
 
 def sharing(
-    change: Callable[Concatenate[Connection, Arguments], Result],
+    change: Callable[Concatenate[Connection, Arguments], Result], *, shared: bool = True
 ) -> Callable[Concatenate[Door, Arguments], Result]:
-    """Make a method that changes something of the queue, which others may do at the same time."""
+    """Make a method that changes something of the queue, see ``Database.change``."""
 
     @wraps(change)
     def method(own: Door, /, *values: Arguments.args, **named: Arguments.kwargs) -> Result:
         return own._database.change(
-            lambda connection: change(connection, *values, **named), shared=True
+            lambda connection: change(connection, *values, **named), shared=shared
         )
 
     return method

@@ -20,7 +20,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -78,40 +78,38 @@ def utc_text(moment: datetime | None) -> str:
 def _float(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        msg = f"{number} cannot be stored; use NULL and a status"
-        raise ValueError(msg)
+        raise ValueError(f"{number} cannot be stored; use NULL and a status")
     # SQLite stores -0.0 as 0.
     return number + 0.0
 
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        msg = f"{value!r} is not text"
-        raise TypeError(msg)
+        raise TypeError(f"{value!r} is not text")
     return clean_text(value)
 
 
 def _integer(value: Any) -> int:
     number = int(value)
     if number != value:
-        msg = f"{value!r} is not a whole number"
-        raise ValueError(msg)
+        raise ValueError(f"{value!r} is not a whole number")
     return number
 
 
 @cache
-def _converters(table: Table) -> tuple[Callable[[Any], Any], ...]:
-    converters: list[Callable[[Any], Any]] = []
-    for column in table.columns:
-        if column.name == "row_hash":
-            continue
-        if isinstance(column.type, Float):
-            converters.append(_float)
-        elif isinstance(column.type, Integer | Boolean):
-            converters.append(_integer)
-        else:
-            converters.append(_text)
-    return tuple(converters)
+def _kinds(table: Table) -> tuple[str, ...]:
+    """Tell of each column but the hash whether it has numbers, whole numbers or texts."""
+    return tuple(
+        "f"
+        if isinstance(column.type, Float)
+        else "i"
+        if isinstance(column.type, Integer | Boolean)
+        else "t"
+        for column in list(table.columns)[:-1]
+    )
+
+
+_CONVERTERS: Final[Mapping[str, Callable[[Any], Any]]] = {"f": _float, "i": _integer, "t": _text}
 
 
 def row_hash(table: Table, values: Sequence[Any]) -> str:
@@ -123,10 +121,7 @@ def row_hash(table: Table, values: Sequence[Any]) -> str:
     Raises:
         TypeError: A value has a type that is never written.
     """
-    return _hashed(table.name + "".join(map(_tagged, values)))
-
-
-def _hashed(text: str) -> str:
+    text = table.name + "".join(map(_tagged, values))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
 
@@ -140,8 +135,7 @@ def _tagged(value: Any) -> str:
         return f"\0i{int(value)}"
     if isinstance(value, float):
         return f"\0f{value!r}"
-    msg = f"{value!r} is not what was written"
-    raise TypeError(msg)
+    raise TypeError(f"{value!r} is not what was written")
 
 
 def rows_of_columns(table: Table, columns: Sequence[Any]) -> list[Row]:
@@ -158,17 +152,17 @@ def rows_of_columns(table: Table, columns: Sequence[Any]) -> list[Row]:
     Raises:
         ValueError: The lists differ in length.
     """
-    tags: dict[Callable[[Any], Any], str] = {_float: "\0f%r", _integer: "\0i%d", _text: "\0t%s"}
+    tags = {"f": "\0f%r", "i": "\0i%d", "t": "\0t%s"}
     template = table.name
     varied: list[Sequence[Any]] = []
     filled: list[Iterable[Any]] = []
-    for convert, column in zip(_converters(table), columns, strict=True):
+    for kind, column in zip(_kinds(table), columns, strict=True):
         if isinstance(column, list | range):
-            template += tags[convert]
+            template += tags[kind]
             varied.append(column)
             filled.append(column)
         else:
-            value = None if column is None else convert(column)
+            value = None if column is None else _CONVERTERS[kind](column)
             template += _tagged(value).replace("%", "%%")
             filled.append(repeat(value))
     sha256 = hashlib.sha256
@@ -191,8 +185,8 @@ def row(table: Table, values: Sequence[Any]) -> Row:
         TypeError: A text column gets something else.
     """
     converted = [
-        None if value is None else convert(value)
-        for convert, value in zip(_converters(table), values, strict=True)
+        None if value is None else _CONVERTERS[kind](value)
+        for kind, value in zip(_kinds(table), values, strict=True)
     ]
     return (*converted, row_hash(table, converted))
 
@@ -208,7 +202,7 @@ def driver_insert(connection: Connection, table: Table, rows: Sequence[Row]) -> 
     ``inserting.insert_rows`` is what evidence enters by.
     """
     if is_server(connection):
-        postgres.insert_rows(connection, table, rows, ignore_existing=False)
+        postgres.insert_rows(connection, table, rows)
     elif rows:
         connection.exec_driver_sql(_insert_statement(table), rows)
 
@@ -306,11 +300,11 @@ class Texts:
     dictionary: Dictionary
 
     @classmethod
-    def of(cls, values: Sequence[str | None]) -> Texts:
-        """Number the different ones of some texts."""
+    def of(cls, values: Sequence[str | None], *, is_clean: bool = False) -> Texts:
+        """Number the different ones of some texts, see ``Dictionary``."""
         words: dict[str | None, int] = {}
         codes = [words.setdefault(value, len(words)) for value in values]
-        return cls(np.array(codes, dtype=np.int64), Dictionary(tuple(words)))
+        return cls(np.array(codes, dtype=np.int64), Dictionary(tuple(words), is_clean=is_clean))
 
     @classmethod
     def same(cls, value: str | None, rows: int) -> Texts:
@@ -388,8 +382,7 @@ def hash_words(columns: Sequence[Column]) -> NDArray[np.uint64]:
 
 def _number_words(column: NDArray[Any]) -> NDArray[np.uint64]:
     if np.isinf(column).any():
-        msg = "an infinity cannot be stored; use NULL and a status"
-        raise ValueError(msg)
+        raise ValueError("an infinity cannot be stored; use NULL and a status")
     # SQLite stores -0.0 as 0.
     found = (np.asarray(column, dtype=np.float64) + 0.0).view(np.uint64)
     return np.where(np.isnan(column), _NULL_NUMBER, found)
@@ -434,18 +427,6 @@ def _hash_rows(
         out[row, 0], out[row, 1] = one ^ (one >> np.uint64(31)), two ^ (two >> np.uint64(31))
 
 
-@cache
-def _kinds(table: Table) -> tuple[str, ...]:
-    return tuple(
-        "f"
-        if isinstance(column.type, Float)
-        else "i"
-        if isinstance(column.type, Integer | Boolean)
-        else "t"
-        for column in table.columns
-    )
-
-
 def hashed_names(table: Table) -> list[str]:
     """List what the hash of a row covers: the digest of its result in place of the run's number.
 
@@ -467,7 +448,7 @@ def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDA
         TypeError: A value has a type that was never written there.
         ValueError: A number is not finite.
     """
-    kinds = dict(zip((column.name for column in table.columns), _kinds(table), strict=True))
+    kinds = dict(zip(table.columns.keys()[:-1], _kinds(table), strict=True))
     kinds["result_digest"] = "t"
     columns = zip(*rows, strict=True) if rows else ([] for _ in names)
     return hash_words(
@@ -479,17 +460,13 @@ def _stored(kind: str, values: Sequence[Any]) -> Column:
     allowed = {"f": float, "i": int, "t": str}[kind]
     for value in values:
         if value is not None and type(value) is not allowed:
-            msg = f"{value!r} is not what was written"
-            raise TypeError(msg)
+            raise TypeError(f"{value!r} is not what was written")
     if kind == "t":
-        words: dict[str | None, int] = {}
-        codes = [words.setdefault(value, len(words)) for value in values]
-        return Texts(np.array(codes, dtype=np.int64), Dictionary(tuple(words), is_clean=True))
+        return Texts.of(values, is_clean=True)
     if kind == "i":
         return np.array(values, dtype=np.int64)
     if any(value is not None and not math.isfinite(value) for value in values):
-        msg = "a number is not finite"
-        raise ValueError(msg)
+        raise ValueError("a number is not finite")
     return np.array([math.nan if value is None else value for value in values])
 
 

@@ -12,7 +12,7 @@ are there exactly when the rows are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Final
@@ -25,6 +25,7 @@ from adeye.signals import Ints
 from adeye.store import tables
 from adeye.store.catalogue import rows_among
 from adeye.store.encoding import Row, driver_insert, hash_words, next_number, row, row_hashes
+from adeye.store.records import values_of
 from adeye.store.tables import LEDGER, RECOUNTED, SEALED
 
 # --- The ledger: what every transaction added to which table, so that nothing can go missing
@@ -35,6 +36,8 @@ SEAL_MASK: Final = (1 << 48) - 1
 """A seal keeps 48 bits of a sum: enough to name a run, where the ledger's 128 tell of it."""
 DETAILED: Final = 1024
 """Rows that one entry lists; it bounds what a cell holds."""
+_SUMMED: Final = 5_000
+"""Hashes that are summed at once."""
 _WAITING: Final = 64
 """Entries that wait in memory for the end of a transaction that writes more."""
 _KEY: Final = "adeye_ledger"
@@ -109,6 +112,25 @@ def key_places(table: Table) -> tuple[int, ...]:
 def key_text(table: Table, values: Sequence[Any]) -> str:
     """Name a row by its key."""
     return " ".join(str(values[place]) for place in key_places(table))
+
+
+def summed(
+    connection: Connection, query: str, values: tuple[Any, ...], read: Callable[[Any], str] = str
+) -> tuple[int, int]:
+    """Count and sum the hashes that a query gives, modulo 2**128.
+
+    Args:
+        connection: In a transaction.
+        query: Of one column.
+        values: What its parameters stand for.
+        read: Gives the hash that a value is.
+    """
+    found = connection.exec_driver_sql(query, values, execution_options={"yield_per": _SUMMED})
+    count, total = 0, 0
+    for part in found.partitions(_SUMMED):
+        hashes = [read(item[0]) for item in part]
+        count, total = count + len(hashes), (total + hash_sum(hashes)) % MODULUS
+    return count, total
 
 
 def detail_of(table: Table, rows: Sequence[Row]) -> str:
@@ -270,6 +292,11 @@ def insert_rows(
         note(connection, table, batch)
 
 
+def row_of(table: Table, record: object, **others: Any) -> Row:
+    """Make a row from a record, see ``records.values_of``."""
+    return row(table, values_of(table.columns.keys()[:-1], record, **others))
+
+
 def add_row(
     connection: Connection, table: Table, *values: Any, ignore_existing: bool = False
 ) -> None:
@@ -280,6 +307,40 @@ def add_row(
 def add_numbered(connection: Connection, table: Table, *values: Any) -> None:
     """Insert one row under the next number of its table."""
     add_row(connection, table, next_number(connection, table.name), *values)
+
+
+def insert_new(
+    connection: Connection,
+    table: Table,
+    rows: Iterable[Row],
+    refuse: Callable[[Row], None],
+) -> int:
+    """Insert rows whose key is not there; what is there, or came before, stays as it is.
+
+    Args:
+        connection: As for ``insert_rows``.
+        table: An insert-only table.
+        rows: The rows.
+        refuse: Called with each that has another hash than the row with its key.
+
+    Returns:
+        Number of rows added.
+    """
+    batch, places = list(rows), key_places(table)
+    key = table.primary_key.columns.keys()
+    first = {item[places[0]] for item in batch}
+    found = rows_among(connection, table, ", ".join((*key, "row_hash")), key[0], first)
+    known = {tuple(own): hashed for *own, hashed in found}
+    new: list[Row] = []
+    for item in batch:
+        own = tuple(item[place] for place in places)
+        if own not in known:
+            known[own] = item[-1]
+            new.append(item)
+        elif known[own] != item[-1]:
+            refuse(item)
+    insert_rows(connection, table, new)
+    return len(new)
 
 
 def _new(connection: Connection, table: Table, rows: list[Row]) -> list[Row]:

@@ -20,7 +20,7 @@ from adeye.judge.metrics.registry import STATUSES
 from adeye.store import catalogue as catalog
 from adeye.store.block import MetricBlock, RunBlock
 from adeye.store.encoding import Column, Dictionary, Row, Texts, hash_words, run_numbers, table_rows
-from adeye.store.ledger import insert_rows
+from adeye.store.ledger import insert_new
 from adeye.store.records import MetricValue
 from adeye.store.schema import insert_only_ddl
 from adeye.store.tables import make_metric_table, metadata
@@ -99,25 +99,18 @@ def record_plugin_metrics(
         results = [block.result_digests[run] for run in item.run]
         stored = [run_numbers(connection, results), *columns[1:]]
         made = table_rows(stored, hash_words(columns), table)
-        by_number: dict[int, tuple[str, Row]] = {}
-        for result, new in zip(results, made, strict=True):
-            by_number.setdefault(new[0], (result, new))
-        known = {
-            item.run_number: item.row_hash
-            for item in catalog.rows_of_runs(connection, table, "row_hash", by_number)
-        }
-        for number, hashed in known.items():
-            result, new = by_number[number]
-            if new[-1] != hashed and result not in differing:
+        of_number = {new[0]: result for new, result in zip(made, results, strict=True)}
+
+        def refuse(new: Row, of: Mapping[int, str] = of_number, plugin: str = item.plugin) -> None:
+            if of[new[0]] not in differing:
                 raise IntegrityError(
-                    f"run {result[:12]}: plug-in {item.plugin!r} measured something else before. "
+                    f"run {of[new[0]][:12]}: plug-in {plugin!r} measured something else before. "
                     "Its metrics must depend on the trace only; a changed metric needs another id."
                 )
-        insert_rows(
-            connection,
-            table,
-            [new for number, (_, new) in by_number.items() if number not in known],
-        )
+
+        # Of a result that came twice the first execution counts.
+        once = {new[0]: new for new in reversed(made)}
+        insert_new(connection, table, reversed(once.values()), refuse)
 
 
 def plugin_metrics(connection: Connection, run_number: int) -> dict[str, dict[str, MetricValue]]:

@@ -199,15 +199,15 @@ def errors_in_words(location: Location) -> Iterator[None]:
 
     try:
         yield
-    except DBAPIError as error:
-        raise _in_words(error.orig or error, location) from None
-    except psycopg.Error as error:
-        raise _in_words(error, location) from None
+    except (DBAPIError, psycopg.Error) as error:
+        raise _in_words(getattr(error, "orig", None) or error, location) from None
 
 
 def _in_words(error: BaseException, location: Location) -> PlatformError | IntegrityError:
     text = str(error).partition("\n")[0]
-    state = getattr(error, "sqlstate", None) or _state_of_refusal(text)
+    state = getattr(error, "sqlstate", None)
+    # If a server answered but does not let in, the driver gives none.
+    state = state or next((known for words, known in _REFUSALS if words in text), "")
     text = location.without_secrets(text)
     if state.startswith("23") or state == "P0001":
         return IntegrityError(
@@ -247,44 +247,23 @@ def require_readable(connection: Connection, location: Location) -> None:
         raise unreadable(location, user)
 
 
-def _state_of_refusal(text: str) -> str:
-    """Tell the state if a server answered but does not let in: the driver gives none then."""
-    return next((state for words, state in _REFUSALS if words in text), "")
-
-
-def insert_rows(
-    connection: Connection, table: Table, rows: Sequence[tuple[Any, ...]], *, ignore_existing: bool
-) -> None:
+def insert_rows(connection: Connection, table: Table, rows: Sequence[tuple[Any, ...]]) -> None:
     """Insert rows that have a value for every column, in the order of the columns."""
     if not rows:
         return
     columns = ", ".join(column.name for column in table.columns)
     if len(rows) < _COPIED:
         places = ", ".join("?" for _ in table.columns)
-        end = " ON CONFLICT DO NOTHING" if ignore_existing else ""
         connection.exec_driver_sql(
-            f"INSERT INTO {table.name} ({columns}) VALUES ({places}){end}",  # noqa: S608 - own names
+            f"INSERT INTO {table.name} ({columns}) VALUES ({places})",  # noqa: S608 - own names
             list(rows),
         )
         return
     cursor: Any = connection.connection.cursor()
-    target = table.name
-    if ignore_existing:
-        target = f"new_{table.name}"
-        cursor.execute(
-            f"CREATE TEMP TABLE IF NOT EXISTS {target} (LIKE {SCHEMA}.{table.name}) "
-            "ON COMMIT DELETE ROWS"
-        )
-        cursor.execute(f"TRUNCATE {target}")
-    with cursor.copy(f"COPY {target} ({columns}) FROM STDIN (FORMAT BINARY)") as copy:
+    with cursor.copy(f"COPY {table.name} ({columns}) FROM STDIN (FORMAT BINARY)") as copy:
         copy.set_types(_types(table))
         for row in rows:
             copy.write_row(row)
-    if ignore_existing:
-        cursor.execute(
-            f"INSERT INTO {table.name} ({columns}) SELECT {columns} FROM {target} "  # noqa: S608 - own names
-            "ON CONFLICT DO NOTHING"
-        )
 
 
 @cache

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from keyword import iskeyword
 from typing import Any, Final, TypeVar
 
 from adeye.errors import InputError
@@ -23,7 +24,7 @@ Record = TypeVar("Record")
 
 
 def of_row(record: Callable[..., Record], stored: Mapping[Any, Any], **others: Any) -> Record:
-    """Read a record from a row whose columns are called as its fields.
+    """Read a record from a row whose columns are called as its fields, see ``values_of``.
 
     Args:
         record: Its class, a dataclass.
@@ -34,7 +35,35 @@ def of_row(record: Callable[..., Record], stored: Mapping[Any, Any], **others: A
         KeyError: A field is neither given nor in the row; none keeps its default unsaid.
     """
     names: list[str] = [item.name for item in fields(record)]  # type: ignore[arg-type]
-    return record(**{name: stored[name] for name in names if name not in others}, **others)
+    own = {name: stored[name.rstrip("_")] for name in names if name not in others}
+    return record(**own, **others)
+
+
+def of_fields(record: Callable[..., Record], source: object, **others: Any) -> Record:
+    """Make a record from another one that has fields of the same names.
+
+    Args:
+        record: Its class, a dataclass.
+        source: The other record.
+        others: Fields that it has not, or not as they are.
+    """
+    names: list[str] = [item.name for item in fields(record)]  # type: ignore[arg-type]
+    own = {name: getattr(source, name) for name in names if name not in others}
+    return record(**own, **others)
+
+
+def values_of(names: Iterable[str], record: object, **others: Any) -> list[Any]:
+    """List what a record has for columns that are called as its fields.
+
+    Args:
+        names: Of the columns; a word of Python has an underscore behind it as a field.
+        record: What has the fields.
+        others: Values that it has not, or not as they are.
+    """
+    return [
+        others[name] if name in others else getattr(record, f"{name}_" if iskeyword(name) else name)
+        for name in names
+    ]
 
 
 @dataclass(frozen=True)
@@ -176,8 +205,7 @@ class MetricValue:
     def __post_init__(self) -> None:
         has_value = self.value is not None and math.isfinite(self.value)
         if (self.value is not None) != has_value or has_value != (self.status == "value"):
-            msg = f"metric value {self.value!r} does not fit status {self.status!r}"
-            raise ValueError(msg)
+            raise ValueError(f"metric value {self.value!r} does not fit status {self.status!r}")
 
 
 @dataclass(frozen=True)
@@ -186,14 +214,12 @@ class VerdictRecord(Judgement):
 
     def __post_init__(self) -> None:
         if self.verdict is Verdict.NOT_RUN:
-            msg = f"{self.fsr_id}: a run that was executed cannot be NOT_RUN"
-            raise ValueError(msg)
+            raise ValueError(f"{self.fsr_id}: a run that was executed cannot be NOT_RUN")
         numbers = (self.robustness_low, self.robustness_high, self.margin)
         if self.verdict is not Verdict.ERROR and any(
             number is not None and math.isnan(number) for number in numbers
         ):
-            msg = f"{self.fsr_id}: NaN is never {self.verdict}, it is ERROR"
-            raise ValueError(msg)
+            raise ValueError(f"{self.fsr_id}: NaN is never {self.verdict}, it is ERROR")
 
 
 def verdict_record(stored: Mapping[Any, Any]) -> VerdictRecord:

@@ -15,41 +15,26 @@ Contract:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
 
-from adeye.judge.verdict import Verdict
 from adeye.store import schema
-from adeye.store.block import JudgedBlock, PlannedCases, RunBlock
-from adeye.store.database import Database, Door, create_parent, reading, sharing, writing
+from adeye.store.database import Database, Door, Part, create_parent, reading, sharing, writing
 from adeye.store.evidence import verification
 from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
-from adeye.store.owner import Owner
 from adeye.store.read import campaigns as stored
 from adeye.store.read.bulk import read_compared, read_figures
 from adeye.store.read.checking import unbegun_events
 from adeye.store.read.rejudging import Again
-from adeye.store.records import (
-    Block,
-    CampaignRecord,
-    DatabaseInfo,
-    Finding,
-    Plan,
-    RunRef,
-    VerdictRecord,
-)
-from adeye.store.views import ensure_scenario_views
+from adeye.store.records import DatabaseInfo, Finding
 from adeye.store.write import content, merge, planning
 from adeye.store.write import queue as leasing
 from adeye.store.write.merge import Copied, Merged, Origin
 from adeye.store.write.queue import Queue
 from adeye.store.write.studies import Hindsight
-
-DEFAULT_LEASE_S = 60.0
-DEFAULT_BLOCK_SIZE = 64
 
 
 class Repository(Door):
@@ -107,34 +92,7 @@ class Repository(Door):
     save_content = writing(content.save_content)
     save_concept = writing(content.save_concept)
 
-    def plan_campaign(
-        self,
-        record: CampaignRecord,
-        cases: Iterable[PlannedCases],
-        *,
-        block_size: int = DEFAULT_BLOCK_SIZE,
-        report: Callable[[int], None] | None = None,
-    ) -> Plan:
-        """Save a campaign with its content, test cases and work, before anything runs.
-
-        The same selection again is the same campaign: no row changes. Results that exist are
-        reused; a block in which nothing is missing is done at once.
-
-        Args:
-            record: The campaign.
-            cases: Test cases in the order of their ordinals.
-            block_size: Most test cases in one block of work.
-            report: Called with the number of test cases that are planned so far.
-
-        Raises:
-            InputError: There are no test cases.
-            ValueError: The record does not say how each FSR of its concept is judged.
-        """
-        with self._database.write() as connection:
-            plan = planning.plan_campaign(connection, record, cases, block_size, report)
-            if plan.is_new:
-                ensure_scenario_views(connection)
-            return plan
+    plan_campaign = writing(planning.plan_campaign)
 
     # Work
 
@@ -155,77 +113,27 @@ class Repository(Door):
         """
         return merge.copy(self._database, source, campaigns)
 
-    @property
-    def queue(self) -> Queue:
-        """The work of a campaign, as runners share it."""
-        return Queue(self._database)
-
-    def claim_block(
-        self,
-        owner: Owner | None = None,
-        lease_s: float = DEFAULT_LEASE_S,
-        *,
-        campaign: str | None = None,
-    ) -> Block | None:
-        """Lease the next free block, also one whose owner is dead or late; None if there is none.
-
-        Its cases may be none, if what it needed came in since; complete it as well.
-        """
-        holder = owner or Owner.current()
-        return self._database.change(
-            lambda connection: leasing.claim_block(connection, holder, lease_s, campaign),
-            shared=True,
-        )
-
+    queue = Part(Queue)
+    """The work of a campaign, as runners share it."""
+    claim_block = sharing(leasing.claim_block)
     renew_lease = sharing(leasing.renew_lease)
     release_block = sharing(leasing.release_block)
     fail_block = sharing(leasing.fail_block)
     quarantine_block = sharing(leasing.quarantine_block)
-
-    def complete_block(
-        self,
-        block: Block,
-        runs: RunBlock | None,
-        verdicts: JudgedBlock | None = None,
-    ) -> bool:
-        """Save everything that a block needed, in one transaction.
-
-        Args:
-            block: As claimed.
-            runs: Results of ``block.to_execute`` with their verdicts.
-            verdicts: Verdicts of ``block.to_judge``.
-
-        Returns:
-            False if the block was taken over; then nothing was saved.
-
-        Raises:
-            IntegrityError: A result or verdict contradicts one that exists.
-            ValueError: A result or verdict is missing, or is not of this block.
-        """
-        return self._database.change(
-            lambda connection: leasing.complete_block(connection, block, runs, verdicts)
-        )
-
+    complete_block = sharing(leasing.complete_block, shared=False)
     work_state = reading(stored.work_state)
 
     # Judging again
 
-    @property
-    def again(self) -> Again:
-        """What judging results again needs, and where it goes."""
-        return Again(self._database)
+    again = Part(Again)
+    """What judging results again needs, and where it goes."""
 
     # Forks and hindsight
 
-    @property
-    def hindsight(self) -> Hindsight:
-        """What executing other runs beside stored ones told."""
-        return Hindsight(self._database)
-
-    @property
-    def evidence(self) -> Evidence:
-        """What vouches for results."""
-        return Evidence(self._database)
+    hindsight = Part(Hindsight)
+    """What executing other runs beside stored ones told."""
+    evidence = Part(Evidence)
+    """What vouches for results."""
 
     # Reading
 
@@ -246,28 +154,7 @@ class Repository(Door):
     results = reading(stored.results)
     figures = reading(read_figures)
     compared = reading(read_compared)
-
-    def worst_runs(
-        self,
-        campaign: str,
-        fsr: str,
-        *,
-        architecture: str | None = None,
-        scenario: str | None = None,
-        verdict: Verdict | None = None,
-        limit: int = 3,
-    ) -> tuple[tuple[RunRef, VerdictRecord], ...]:
-        """Return the runs with the least robustness for an FSR, failed ones first."""
-        with self._database.read() as connection:
-            return stored.worst_runs(
-                connection,
-                campaign,
-                fsr,
-                limit=limit,
-                architecture=architecture,
-                scenario=scenario,
-                verdict=None if verdict is None else verdict.value,
-            )
+    worst_runs = reading(stored.worst_runs)
 
     # Integrity
 

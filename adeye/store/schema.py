@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -74,12 +74,8 @@ def current(place: Place = None) -> str | None:
     location = locate(place)
     if location.path is not None and not location.path.exists():
         return None
-    database = Database(location)
-    try:
-        with database.read() as connection:
-            return read_version(connection)
-    finally:
-        database.close()
+    with closing(Database(location)) as database, database.read() as connection:
+        return read_version(connection)
 
 
 def upgrade(place: Place = None) -> str:
@@ -94,11 +90,8 @@ def upgrade(place: Place = None) -> str:
     """
     location = locate(place)
     create_parent(location)
-    database = Database(location)
-    try:
+    with closing(Database(location)) as database:
         upgrade_database(database)
-    finally:
-        database.close()
     return _HEAD
 
 
@@ -109,7 +102,11 @@ def upgrade_database(database: Database) -> None:
         if version == _HEAD:
             return
         if version is None:
-            _refuse_foreign(connection, database.location)
+            if not catalog.is_empty(connection):
+                raise PlatformError(
+                    f"database {database.location} holds tables that adeye did not make. "
+                    "Name another file with --db."
+                )
             _create(connection)
         elif version not in known_versions():
             raise _unknown(database.location, version)
@@ -166,13 +163,12 @@ def opened(place: Place, *, is_read_only: bool = False) -> Iterator[Connection]:
     """
     location = locate(place)
     require_exists(location)
-    database = Database(location, is_read_only=is_read_only)
-    try:
-        with database.read() as connection:
-            require_current(connection, location)
-            yield connection
-    finally:
-        database.close()
+    with (
+        closing(Database(location, is_read_only=is_read_only)) as database,
+        database.read() as connection,
+    ):
+        require_current(connection, location)
+        yield connection
 
 
 def read_version(connection: Connection) -> str | None:
@@ -233,14 +229,6 @@ def _migrate(connection: Connection, *, is_new: bool) -> None:
         command.stamp(config, "head")
     else:
         command.upgrade(config, "head")
-
-
-def _refuse_foreign(connection: Connection, location: Location) -> None:
-    if not catalog.is_empty(connection):
-        raise PlatformError(
-            f"database {location} holds tables that adeye did not make. "
-            "Name another file with --db."
-        )
 
 
 def _unknown(location: Location, version: str) -> PlatformError:

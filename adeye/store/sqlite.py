@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -60,10 +60,8 @@ def errors_in_words(location: Location) -> Iterator[None]:
     """Translate what the driver raises; see ``database.errors_in_words``."""
     try:
         yield
-    except DBAPIError as error:
-        raise _in_words(error.orig or error, location) from error
-    except sqlite3.Error as error:
-        raise _in_words(error, location) from error
+    except (DBAPIError, sqlite3.Error) as error:
+        raise _in_words(getattr(error, "orig", None) or error, location) from error
     except UnicodeDecodeError as error:
         # Also the driver's own message, where it quotes a damaged schema.
         raise IntegrityError(
@@ -105,22 +103,7 @@ def make_engine(location: Location, writes_option: str) -> Engine:
     """
     if location.path is not None and not _may_write(location.path):
         return make_reader(location, writes_option)
-    engine = create_engine(location.url, connect_args={"timeout": BUSY_TIMEOUT_S})
-
-    @event.listens_for(engine, "connect")
-    def _prepare(connection: Any, _record: object) -> None:
-        # Transactions begin where this module says so, not where the driver guesses.
-        connection.isolation_level = None
-        for pragma in _PRAGMAS:
-            connection.execute(pragma)
-        _enter_wal(connection)
-
-    @event.listens_for(engine, "begin")
-    def _begin(connection: Connection) -> None:
-        writes = connection.get_execution_options().get(writes_option)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
-
-    return engine
+    return _engine(location.url, _PRAGMAS, writes_option)
 
 
 def make_reader(location: Location, _writes_option: str) -> Engine:
@@ -128,17 +111,26 @@ def make_reader(location: Location, _writes_option: str) -> Engine:
     assert location.path is not None
     query = {**reading_options(location.path), "uri": "true"}
     url = URL.create("sqlite", database=location.path.resolve().as_uri(), query=query)
+    return _engine(url, _READ_ONLY)
+
+
+def _engine(url: URL, pragmas: Sequence[str], writes_option: str = "") -> Engine:
+    """Prepare connections, which never write without an option for it."""
     engine = create_engine(url, connect_args={"timeout": BUSY_TIMEOUT_S})
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: Any, _record: object) -> None:
+        # Transactions begin where this module says so, not where the driver guesses.
         connection.isolation_level = None
-        for pragma in _READ_ONLY:
+        for pragma in pragmas:
             connection.execute(pragma)
+        if writes_option:
+            _enter_wal(connection)
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
-        connection.exec_driver_sql("BEGIN")
+        writes = connection.get_execution_options().get(writes_option)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
     return engine
 

@@ -536,16 +536,7 @@ def _content(name: str) -> Table:
     return insert_only(name, digest_column("digest", key=True), *texts("id", "version", "content"))
 
 
-odd = _content("odd")
-scenario = _content("scenario")
-architecture = _content("architecture")
-concept = _content("concept")
-CONTENT: Final = {
-    "odd": odd,
-    "scenario": scenario,
-    "architecture": architecture,
-    "concept": concept,
-}
+CONTENT: Final = {name: _content(name) for name in ("odd", "scenario", "architecture", "concept")}
 """What users wrote, by its kind."""
 test_case = insert_only(
     "test_case",
@@ -675,9 +666,7 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
     return Table(name, into, _run_number(run.c.number), *columns, row_hash_column(), *checks)
 
 
-metric = make_metric_table("metric", metadata, FIRST_METRIC_IDS)
-timing = make_metric_table("timing", metadata, TIMING_IDS)
-criticality = make_metric_table("criticality", metadata, CRITICALITY_IDS)
+metric, timing, criticality = (make_metric_table(name, metadata, TABLES[name]) for name in TABLES)
 verdict = insert_only(
     "verdict",
     _run_number(),

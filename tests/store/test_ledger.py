@@ -46,7 +46,7 @@ def test_entry_belongs_to_its_place_and_list() -> None:
 
 
 def content(name: str, said: str | None = None) -> Any:
-    return row(tables.odd, (name * 64, said or name, "", "{}"))
+    return row(tables.CONTENT["odd"], (name * 64, said or name, "", "{}"))
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def database(repository: Repository) -> Iterator[Database]:
 def test_transaction_that_fails_leaves_no_entry(store: Store, database: Database) -> None:
     def fail() -> None:
         with database.write() as connection:
-            insert_rows(connection, tables.odd, [content("a")])
+            insert_rows(connection, tables.CONTENT["odd"], [content("a")])
             raise RuntimeError
 
     with pytest.raises(RuntimeError):
@@ -67,7 +67,7 @@ def test_transaction_that_fails_leaves_no_entry(store: Store, database: Database
     entries = "SELECT number, place, row_count, is_last FROM ledger"
     assert store.rows(entries) == []
     with database.write() as connection:
-        insert_rows(connection, tables.odd, [content("b")])
+        insert_rows(connection, tables.CONTENT["odd"], [content("b")])
     assert store.rows(entries) == [(1, 0, 1, 1)]
 
 
@@ -78,7 +78,7 @@ def test_many_entries_are_written_before_the_end(
     monkeypatch.setattr(ledger, "_WAITING", 1)
     with database.write() as connection:
         for name in "abcdefg":
-            insert_rows(connection, tables.odd, [content(name)])
+            insert_rows(connection, tables.CONTENT["odd"], [content(name)])
         assert connection.exec_driver_sql("SELECT count(*) FROM ledger").scalar_one() > 0
     found = store.rows("SELECT place, row_count, is_last FROM ledger ORDER BY place")
     assert found == [(0, 2, 0), (1, 2, 0), (2, 2, 0), (3, 1, 1)]
@@ -100,11 +100,11 @@ def test_entries_of_blocks_do_not_depend_on_their_order(tmp_path: Path) -> None:
 
 def test_known_rows_stay_and_of_one_key_the_first_goes_in(store: Store, database: Database) -> None:
     with database.write() as connection:
-        insert_rows(connection, tables.odd, [content("a", "first")])
+        insert_rows(connection, tables.CONTENT["odd"], [content("a", "first")])
     with database.write() as connection:
         again = [content("a", "second"), content("b", "third"), content("b", "fourth")]
-        insert_rows(connection, tables.odd, again, ignore_existing=True)
-        insert_rows(connection, tables.odd, [], ignore_existing=True)
+        insert_rows(connection, tables.CONTENT["odd"], again, ignore_existing=True)
+        insert_rows(connection, tables.CONTENT["odd"], [], ignore_existing=True)
     assert store.rows("SELECT id FROM odd ORDER BY digest") == [("first",), ("third",)]
     assert store.rows("SELECT sum(row_count) FROM ledger") == [(2,)]
 

@@ -41,7 +41,7 @@ def test_option_that_the_driver_does_not_know_is_named_without_its_value() -> No
 
 def odd_rows(count: int) -> list[Row]:
     return [
-        row(tables.odd, (f"{number:064x}", f"odd{number}", "1", "{}" * (number % 3)))
+        row(tables.CONTENT["odd"], (f"{number:064x}", f"odd{number}", "1", "{}" * (number % 3)))
         for number in range(count)
     ]
 
@@ -52,31 +52,26 @@ def stored(connection: Connection) -> list[Any]:
 
 @on_server
 @pytest.mark.parametrize("count", [3, 200])
-@pytest.mark.parametrize("ignores", [False, True])
-def test_few_rows_and_many_go_in_as_they_are(
-    repository: Repository, count: int, *, ignores: bool
-) -> None:
+def test_few_rows_and_many_go_in_as_they_are(repository: Repository, count: int) -> None:
     rows = odd_rows(count)
     database = Database(repository.location)
     with database.write() as connection:
-        if ignores:
-            postgres.insert_rows(connection, tables.odd, rows[:2], ignore_existing=False)
-        postgres.insert_rows(connection, tables.odd, rows, ignore_existing=ignores)
+        postgres.insert_rows(connection, tables.CONTENT["odd"], rows)
         assert stored(connection) == rows
     database.close()
 
 
 @on_server
-def test_row_that_is_there_is_an_integrity_error_unless_it_may_be(repository: Repository) -> None:
+def test_row_that_is_there_is_an_integrity_error(repository: Repository) -> None:
     rows = odd_rows(1)
     database = Database(repository.location)
     for count in (1, 2):
         if count == 1:
             with database.write() as connection:
-                postgres.insert_rows(connection, tables.odd, rows, ignore_existing=False)
+                postgres.insert_rows(connection, tables.CONTENT["odd"], rows)
             continue
         with pytest.raises(IntegrityError, match="refused a change"), database.write() as again:
-            postgres.insert_rows(again, tables.odd, rows, ignore_existing=False)
+            postgres.insert_rows(again, tables.CONTENT["odd"], rows)
     with pytest.raises(IntegrityError, match="insert-only"), database.write() as connection:
         connection.exec_driver_sql("UPDATE odd SET id = 'other'")
     database.close()

@@ -16,7 +16,7 @@ from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.campaign.replay import Counter, recalled_parts, same_ticks
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.summary import find_called, is_file_name, planned_as
-from adeye.campaign.work import BatchTask, execute
+from adeye.campaign.work import BatchTask, execute, grouped
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.evaluate import MARGIN, VERDICTS
 from adeye.judge.metrics.registry import STATUSES
@@ -25,7 +25,7 @@ from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import PROCESS
 from adeye.spec.load import odd_of
 from adeye.store.evidence.roots import CertificateRecord, Executed
-from adeye.store.records import CampaignInfo, EngineKey, MetricValue, RunRef, StoredRun
+from adeye.store.records import EngineKey, MetricValue, of_fields, of_row
 from adeye.store.repository import Repository
 from adeye.sweep.case import TestCase, structure_key
 from adeye.trace import LINK_TICKS, split_links
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.ports import Executor
     from adeye.store.block import MetricBlock, RunBlock
+    from adeye.store.records import CampaignInfo, RunRef, StoredRun
 
 # --- Conditions that no result may depend on: batches, orders, lanes, what the processor can do ---
 
@@ -112,14 +113,7 @@ class Condition:
             most: Runs that fit into memory together.
         """
         size = max(1, min(self.batch, most))
-        groups: dict[str, list[TestCase]] = {}
-        for case in self._ordered(list(cases)):
-            groups.setdefault(structure_key(case), []).append(case)
-        return [
-            tuple(group[first : first + size])
-            for group in groups.values()
-            for first in range(0, len(group), size)
-        ]
+        return list(map(tuple, grouped(self._ordered(list(cases)), structure_key, size)))
 
     def _ordered(self, cases: list[TestCase]) -> list[TestCase]:
         if self.order == "planned":
@@ -278,13 +272,10 @@ class Compared:
         seen.conditions.append(condition)
         seen.differs |= dict.fromkeys(differs)
         seen.traces.add(trace)
-        ticks = same_ticks(run.stored, _links(block, place)) if TRACE in differs else None
+        links = split_links(block.chains[place]) if block.chains else ()
+        ticks = same_ticks(run.stored, links) if TRACE in differs else None
         if ticks is not None:
             seen.ticks.append(ticks)
-
-
-def _links(block: RunBlock, place: int) -> tuple[str, ...]:
-    return split_links(block.chains[place]) if block.chains else ()
 
 
 def _other_metrics(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
@@ -295,8 +286,7 @@ def _other_metrics(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
             known[name].append(value)
     found = _values(block.metrics, place)
     for plugin in block.plugin_metrics:
-        row = int(np.searchsorted(plugin.run, place))
-        if row < len(plugin.run) and plugin.run[row] == place:
+        for row in np.flatnonzero(plugin.run == place).tolist():
             found |= _values(plugin.metrics, row)
     return [name for name, value in found.items() if known[name] and value not in known[name]]
 
@@ -485,15 +475,15 @@ def _recall(
         for run in part:
             _require_same_code(plan, run.case.architecture.architecture, run.stored)
             channels = run.case.architecture.channels.values()
-            is_portable = run.backend == "batch" and all(item.kind != PROCESS for item in channels)
+            has_processes = any(item.kind == PROCESS for item in channels)
+            is_portable = run.work.backend == "batch" and not has_processes
             entry = entries[run.run.result_digest]
             found.append(Sampled(run.run, entry, run.case, run.stored, is_portable))
     return found
 
 
 def _require_same_code(plan: CampaignPlan, architecture: str, stored: StoredRun) -> None:
-    columns = ("backend", "variant", "numerics_version", "plugins_digest")
-    then = EngineKey(*(stored.row[name] for name in columns))
+    then = of_row(EngineKey, stored.row)
     now = plan.engines.get(architecture)
     if now == then:
         return
@@ -549,17 +539,9 @@ def _execute(
 
 
 def _record(found: Certificate) -> CertificateRecord:
-    return CertificateRecord(
-        campaign=found.campaign,
-        tool=found.tool,
-        class_=found.class_,
-        executed=found.executed,
-        asked=found.asked,
-        sampled=found.sampled,
-        machine_dependent=found.machine_dependent,
-        conditions=[{"condition": name, "runs": runs} for name, runs in found.conditions],
-        findings=[_plain(item) for item in found.findings],
-    )
+    conditions = [{"condition": name, "runs": runs} for name, runs in found.conditions]
+    findings = [_plain(item) for item in found.findings]
+    return of_fields(CertificateRecord, found, conditions=conditions, findings=findings, at="")
 
 
 def _plain(item: Finding) -> dict[str, Any]:

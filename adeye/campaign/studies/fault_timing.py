@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.campaign.replay import Counter, Recalled, Report, recall, recalled_parts, together
 from adeye.campaign.studies.forks import require_as_recorded
 from adeye.errors import InputError
-from adeye.judge.timeline import (
-    Injection,
-    InjectionCount,
-    classify_injection,
-    tabulate,
-    timeline,
-    violation_s,
-)
+from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride, TestCase
 from adeye.sweep.groups import NO_FAULT
@@ -23,6 +16,8 @@ from adeye.sweep.groups import NO_FAULT
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
+
+    from adeye.judge.timeline import InjectionCount
 
 
 _RANDOM: Final = "random"
@@ -125,8 +120,8 @@ def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
     """Execute runs of one structure together with their twins."""
     first, count = part[0], len(part)
     cases = [item.case for item in part]
-    faulted = first.execute([*cases, *map(_without_mechanism, cases)])
-    twins = first.execute([*map(_fault_free, cases), *map(_both, cases)])
+    faulted = first.work.drive([*cases, *map(_without_mechanism, cases)])
+    twins = first.work.drive([*map(_fault_free, cases), *map(_both, cases)])
     digests, of_twins = faulted.digests(), twins.digests()
     for run, item in enumerate(part):
         require_as_recorded(item, faulted, run)

@@ -8,15 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adeye.campaign.replay import (
-    Counter,
-    Recalled,
-    Report,
-    recall,
-    recalled_parts,
-    same_ticks,
-    together,
-)
+from adeye.campaign import replay
+from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.preventability import (
@@ -31,7 +24,7 @@ from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
 from adeye.spec.clock import ticks
-from adeye.store.records import EngineKey, ForkRecord
+from adeye.store.records import ForkRecord
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine
 from adeye.sweep.case import AuthorityOverride
@@ -117,9 +110,9 @@ def fork_run(
             before the tick.
     """
     with Repository.open(db, create=False) as repository:
-        recalled = recall(repository, repository.find_run(run))
+        recalled = replay.recall(repository, repository.find_run(run))
         override = AuthorityOverride(_tick(start, recalled.case.step), authority)
-        counter = Counter("execute", 2, report)
+        counter = replay.Counter("execute", 2, report)
         (forked,) = next(iter(make_forks(repository, [(recalled, override)])))
         counter.add(2)
         return forked
@@ -153,7 +146,7 @@ def make_forks(
     """
     for recalled, override in wanted:
         _check(recalled, override)
-    for part in together(wanted, lambda item: item[0]):
+    for part in replay.together(wanted, lambda item: item[0]):
         yield list(_fork_together(repository, part))
 
 
@@ -184,12 +177,12 @@ def _fork_together(
     first, count = wanted[0][0], len(wanted)
     cases = [recalled.case for recalled, _ in wanted]
     forks = [replace(recalled.case, override=override) for recalled, override in wanted]
-    trace = first.execute([*cases, *forks])
+    trace = first.work.drive([*cases, *forks])
     for run, (recalled, override) in enumerate(wanted):
         require_as_recorded(recalled, trace, run)
         _require_same_prefix(recalled, trace, (run, count + run), override.from_tick)
     evaluation = first.evaluate(trace, [*cases, *forks])
-    engines = [_engine(recalled) for recalled, _ in wanted]
+    engines = [engine for recalled, _ in wanted for engine in recalled.work.engines.values()]
     block = describe(trace, evaluation, [*engines, *engines]).take(np.arange(count, 2 * count))
     records = [
         ForkRecord(digest, case.digest, recalled.run.result_digest, *astuple(override))
@@ -213,12 +206,6 @@ def _fork_together(
         )
 
 
-def _engine(recalled: Recalled) -> EngineKey:
-    """Name the engine of a run: its forks come from the same, since its own bits came again."""
-    row = recalled.stored.row
-    return EngineKey(row["backend"], row["variant"], row["numerics_version"], row["plugins_digest"])
-
-
 def require_as_recorded(recalled: Recalled, trace: Trace, run: int) -> None:
     """Refuse an execution that is not the recorded run.
 
@@ -227,7 +214,7 @@ def require_as_recorded(recalled: Recalled, trace: Trace, run: int) -> None:
     """
     if trace.digests()[run] == recalled.stored.trace_digest:
         return
-    same = same_ticks(recalled.stored, trace.chains()[run])
+    same = replay.same_ticks(recalled.stored, trace.chains()[run])
     where = "" if same is None else f": the first {same} ticks are as recorded, not the whole run"
     raise IntegrityError(
         f"run {recalled.run.result_digest[:12]} does not come out as it was recorded{where}. "
@@ -341,9 +328,9 @@ def look_back(
         known = {line.run: line for line in repository.hindsight.takeovers(info.id)}
         lines = [known[run.result_digest] for run in chosen if run.result_digest in known]
         others = [run for run in chosen if run.result_digest not in known]
-        counter = Counter("forks", len(others), report)
+        counter = replay.Counter("forks", len(others), report)
         without_choice = 0
-        for part in recalled_parts(repository, others):
+        for part in replay.recalled_parts(repository, others):
             wanted = [(run, override) for run in part if (override := _other(run)) is not None]
             without_choice += len(part) - len(wanted)
             counter.add(len(part) - len(wanted))

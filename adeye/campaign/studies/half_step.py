@@ -22,15 +22,9 @@ from adeye.campaign.plan import CampaignPlan, Sample, concerns
 from adeye.campaign.summary import find_called
 from adeye.campaign.work import BatchResult, BatchTask
 from adeye.errors import InputError
+from adeye.judge import uncertainty
 from adeye.judge.metrics import METRICS
-from adeye.judge.uncertainty import (
-    Difference,
-    Sampled,
-    differences,
-    judged_digest,
-    sampled_margin,
-    sampled_metric,
-)
+from adeye.judge.uncertainty import Difference, Sampled
 from adeye.store.repository import Repository
 from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
 from adeye.sweep.case import TestCase, structure_key
@@ -217,7 +211,7 @@ def _compared(
     names = {name: None for pair in metrics for side in pair for name in side}
     for name in names:
         sampled = [(_sampled(name, first), _sampled(name, second)) for first, second in metrics]
-        for found in differences("metric", name, sampled):
+        for found in uncertainty.differences("metric", name, sampled):
             yield UncertaintyRecord(sample.scenario, sample.architecture, found)
     for item in plan.requirements:
         if not concerns(item, sample):
@@ -229,8 +223,8 @@ def _compared(
         ]
         name = item.requirement.id
         nothing = Difference("fsr", name, "", 0, 0, None, None, 0, {})
-        judged = judged_digest(item.digest, sample.results)
-        for found in differences("fsr", name, margins) or [nothing]:
+        judged = uncertainty.judged_digest(item.digest, sample.results)
+        for found in uncertainty.differences("fsr", name, margins) or [nothing]:
             yield UncertaintyRecord(
                 sample.scenario, sample.architecture, found, item.digest, judged
             )
@@ -248,14 +242,14 @@ def _sampled(name: str, metrics: Mapping[str, MetricValue]) -> Sampled | None:
     if found is None:
         return None
     unit, cap = (METRICS[name].unit, METRICS[name].cap) if name in METRICS else ("", None)
-    return sampled_metric(name, found.value, found.status, unit, cap)
+    return uncertainty.sampled_metric(name, found.value, found.status, unit, cap)
 
 
 def _margin(item: CheckedRequirement, run: StoredRun | None) -> Sampled | None:
     verdicts = () if run is None else run.verdicts
     for verdict in verdicts:
         if verdict.fsr_digest == item.digest:
-            return sampled_margin(
+            return uncertainty.sampled_margin(
                 verdict.verdict, verdict.margin, verdict.unit, verdict.signal, verdict.detail
             )
     return None

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.executors import InProcess, Threads
 from adeye.campaign.plan import Contents
-from adeye.campaign.replay import Counter, Recalled, Report, grouped, recalled_parts
-from adeye.campaign.work import describe, evaluate
+from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, recalled_parts
+from adeye.campaign.work import describe, evaluate, grouped
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
 from adeye.kernel.reference_drivers.drivers import EDITIONS, MODELS, parameters_of
@@ -153,36 +153,27 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
             for item in benchmarks.candidates(campaign)
             if only is None or item.run.result_digest == only
         ]
-        wanted = {
-            model: [
-                item.run.result_digest
-                for item in candidates
-                if only is not None
-                or everything
-                or is_conflict(item.contact, item.required_mps2, limits[model])
+        is_everything = everything or only is not None
+        asked = {
+            (item.run.result_digest, model)
+            for item in candidates
+            for model, limit in limits.items()
+            if is_everything or is_conflict(item.contact, item.required_mps2, limit)
+        }
+        missing = asked - {(item.run, item.model) for item in benchmarks.of(campaign, edition)}
+        runs = {run for run, _ in missing}
+        counter = Counter("drives", len(missing), report)
+        chosen = [item.run for item in candidates if item.run.result_digest in runs]
+        for part in recalled_parts(repository, chosen):
+            wanted = [
+                (recalled, model)
+                for recalled in part
+                for model in limits
+                if (recalled.run.result_digest, model) in missing
             ]
-            for model in models
-        }
-        known = {
-            (item.run, item.model)
-            for item in benchmarks.comparisons(campaign)
-            if item.edition == edition
-        }
-        open_ = {
-            model: {run for run in runs if (run, model) not in known}
-            for model, runs in wanted.items()
-        }
-        runs = [
-            item for item in candidates if any(item.run.result_digest in o for o in open_.values())
-        ]
-        counter = Counter("drives", sum(map(len, open_.values())), report)
-        for part in recalled_parts(repository, [item.run for item in runs]):
-            _drive(benchmarks, part, open_, edition, workers, counter)
-        asked = {(run, model) for model, names in wanted.items() for run in names}
+            _drive(benchmarks, wanted, edition, workers, counter)
         found = [
-            item
-            for item in benchmarks.comparisons(campaign)
-            if item.edition == edition and (item.run, item.model) in asked
+            item for item in benchmarks.of(campaign, edition) if (item.run, item.model) in asked
         ]
     if len(found) != len(asked):
         raise IntegrityError(f"{len(asked) - len(found)} drives are not in the database")
@@ -190,9 +181,9 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
     return Preventability(
         campaign=campaign,
         executed=len(candidates),
-        looked_at={model: len(runs) for model, runs in wanted.items()},
+        looked_at={model: sum(name == model for _, name in asked) for model in limits},
         threshold_mps2=limits,
-        is_everything=everything or only is not None,
+        is_everything=is_everything,
         rows=tabulate_cells(found),
         comparisons=tuple(found),
     )
@@ -219,37 +210,33 @@ def _named(repository: Repository, name: str | None) -> tuple[str, str | None]:
 
 def _drive(
     benchmarks: Benchmarks,
-    part: Sequence[Recalled],
-    open_: dict[str, set[str]],
+    drives: Sequence[tuple[Recalled, str]],
     edition: str,
     workers: int,
     counter: Counter,
 ) -> None:
-    """Execute the drives of a part of the runs, unless there are results of them already."""
+    """Execute drives of runs by models, unless there are results of them already."""
     contents = Contents()
     drivers: dict[tuple[str, str, float], Architecture] = {}
     wanted: dict[str, _Wanted] = {}
-    for recalled in part:
-        case = recalled.case
-        for model in open_:
-            if recalled.run.result_digest not in open_[model]:
-                continue
-            vehicle = case.architecture.vehicle
-            key = (model, vehicle.model_dump_json(), case.step)
-            if key not in drivers:
-                content = vehicle.model_dump(mode="json")
-                drivers[key] = reference_architecture(content, model, edition, case.step)
-            driven = replace(
-                case, architecture=drivers[key], faults=(), fault_entry=NO_FAULT, override=None
-            )
-            now = identity(recalled.backend, recalled.variant)
-            engine = EngineKey(recalled.backend, now.variant, now.numerics_version)
-            digest = engine.result_digest(driven.digest)
-            drive = DriveRecord(recalled.run.result_digest, model, edition, digest)
-            if digest not in wanted:
-                origin = recalled.run.test_case
-                wanted[digest] = _Wanted(driven, origin, engine, recalled.variant, [])
-            wanted[digest].drives.append(drive)
+    for recalled, model in drives:
+        case, work = recalled.case, recalled.work
+        vehicle = case.architecture.vehicle
+        key = (model, vehicle.model_dump_json(), case.step)
+        if key not in drivers:
+            content = vehicle.model_dump(mode="json")
+            drivers[key] = reference_architecture(content, model, edition, case.step)
+        driven = replace(
+            case, architecture=drivers[key], faults=(), fault_entry=NO_FAULT, override=None
+        )
+        now = identity(work.backend, work.variant)
+        engine = EngineKey(work.backend, now.variant, now.numerics_version)
+        digest = engine.result_digest(driven.digest)
+        drive = DriveRecord(recalled.run.result_digest, model, edition, digest)
+        if digest not in wanted:
+            origin = recalled.run.test_case
+            wanted[digest] = _Wanted(driven, origin, engine, work.variant, [])
+        wanted[digest].drives.append(drive)
     there: list[_Wanted] = []
     missing: list[_Wanted] = []
     for digest, item in wanted.items():
@@ -258,7 +245,9 @@ def _drive(
     executor = InProcess(_execute) if workers == 1 else Threads(_execute, workers)
     try:
         batches = grouped(
-            missing, lambda item: (structure_key(item.case), item.engine, item.variant)
+            missing,
+            lambda item: (structure_key(item.case), item.engine, item.variant),
+            MOST_TOGETHER,
         )
         for done in executor.run(batches):
             if done.result is None:

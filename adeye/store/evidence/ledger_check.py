@@ -72,7 +72,8 @@ def unbalanced(connection: Connection) -> Iterator[Finding]:
     told = _Told()
     yield from _entries(connection, told)
     for table in _listed_tables():
-        count, total = _summed(connection, table.name)
+        query = f"SELECT row_hash FROM {table.name}"  # noqa: S608 - own names
+        count, total = ledger.summed(connection, query, (), _hex)
         if (count, total) != told.totals.pop(table.name, (0, 0)):
             named = list(_differing(connection, table))
             yield from named or [Finding(table.name, "", f"{count} rows are not as in the ledger")]
@@ -122,18 +123,6 @@ def _lists(detail: Any, rows: int, sum_of: int) -> bool:
     except (AttributeError, ValueError):
         return False
     return len(lines) == rows and (listed - sum_of) % (1 << 32) == 0
-
-
-def _summed(connection: Connection, table: str) -> tuple[int, int]:
-    found = connection.exec_driver_sql(
-        f"SELECT row_hash FROM {table}",  # noqa: S608 - own names
-        execution_options={"yield_per": _RUNS},
-    )
-    count, total = 0, 0
-    for part in found.partitions(_RUNS):
-        hashes = [_hex(item[0]) for item in part]
-        count, total = count + len(hashes), total + ledger.hash_sum(hashes)
-    return count, total % MODULUS
 
 
 def _hex(value: Any) -> str:

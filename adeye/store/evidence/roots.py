@@ -31,16 +31,10 @@ from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.identity import digest, file_digest
 from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
-from adeye.store.cases import JUDGED
+from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.database import Door, reading
-from adeye.store.encoding import (
-    hashed_names,
-    json_text,
-    row_hashes,
-    stored_words,
-    utc_text,
-)
-from adeye.store.ledger import MODULUS, add_numbered, add_row, hash_sum
+from adeye.store.encoding import hashed_names, json_text, row_hashes, stored_words, utc_text
+from adeye.store.ledger import add_numbered, add_row, summed
 from adeye.store.read.campaigns import Executed as Executed  # who certifies imports it from here
 from adeye.store.read.campaigns import executed_once, find_run
 from adeye.store.records import Finding, of_row
@@ -138,16 +132,14 @@ class Tree:
             ValueError: There is no leaf at its place.
         """
         if self.watched is None or not 0 <= self.watched < self.leaves:
-            msg = f"there is no leaf {self.watched} among {self.leaves}"
-            raise ValueError(msg)
+            raise ValueError(f"there is no leaf {self.watched} among {self.leaves}")
         path = list(self._path)
         self._folded(path)
         return Proof(self.watched, self.leaves, tuple(path))
 
     def _folded(self, path: list[bytes]) -> bytes:
         if not self._full:
-            msg = "a tree without leaves has no root"
-            raise ValueError(msg)
+            raise ValueError("a tree without leaves has no root")
         node = self._full[-1]
         for left in reversed(self._full[:-1]):
             node = self._joined(left, node, path)
@@ -178,10 +170,7 @@ _CASES: Final = f"""SELECT c.ordinal, c.row_hash, r.result_hash, {_HASHES}
 FROM campaign_case c LEFT JOIN run r ON r.result_digest = c.result_digest {_JOINS}
 {_WITHIN}"""  # noqa: S608 - own names
 _COLUMNS: Final = ", ".join(f"v.{name}" for name in _VERDICT[1:])
-_VERDICTS: Final = f"""SELECT c.ordinal, c.result_digest, {_COLUMNS}
-FROM campaign_case c JOIN campaign_fsr f ON {JUDGED}
-JOIN run r ON r.result_digest = c.result_digest
-JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+_VERDICTS: Final = f"""SELECT c.ordinal, c.result_digest, {_COLUMNS} FROM {JUDGED_CASES}
 {_WITHIN}, v.fsr_id"""  # noqa: S608 - own names
 
 
@@ -200,28 +189,13 @@ class Root:
     root: str
 
 
-def tree_of(connection: Connection, campaign: str, *, watched: int | None = None) -> Tree:
-    """Build the tree over all cases of a campaign, also over those that have no result yet.
-
-    Args:
-        connection: In a transaction.
-        campaign: Id of the campaign.
-        watched: Ordinal of a case that is to be proven.
-    """
-    tree = Tree(watched)
-    for _, leaf in leaves(connection, campaign):
-        tree.add(leaf)
-    return tree
-
-
 def leaves(connection: Connection, campaign: str) -> Iterator[tuple[int, bytes]]:
-    """Give ordinal and leaf hash of the cases of a campaign."""
+    """Give ordinal and leaf hash of the cases of a campaign, also of those without a result."""
     planned = connection.exec_driver_sql(
         "SELECT planned FROM campaign WHERE id = ?", (campaign,)
     ).scalar()
     if planned is None:
-        msg = "its plan is gone"
-        raise ValueError(msg)
+        raise ValueError("its plan is gone")
     for first in range(0, planned, _CHUNK):
         within = campaign, first, first + _CHUNK
         verdicts = _verdicts(connection, within)
@@ -263,8 +237,10 @@ def computed_root(connection: Connection, campaign: str) -> Root:
     Raises:
         IntegrityError: A row has what was never written.
     """
+    tree = Tree()
     try:
-        tree = tree_of(connection, campaign)
+        for _, leaf in leaves(connection, campaign):
+            tree.add(leaf)
         return Root(campaign, tree.leaves, tree.root().hex())
     except (TypeError, ValueError, OverflowError) as error:
         raise IntegrityError(
@@ -286,32 +262,6 @@ def require_root(connection: Connection, root: Root) -> None:
         )
 
 
-def save_root(connection: Connection, root: Root) -> None:
-    """Save the root of a complete campaign unless it is there.
-
-    Raises:
-        IntegrityError: Another one is there.
-    """
-    require_root(connection, root)
-    values = root.campaign, root.leaves, root.root
-    add_row(connection, tables.campaign_root, *values, ignore_existing=True)
-
-
-def proof_of(connection: Connection, campaign: str, ordinal: int) -> tuple[bytes, Proof, bytes]:
-    """Prove that a case is in a campaign: hash of its leaf, proof, and root.
-
-    Args:
-        connection: In a transaction.
-        campaign: Id of the campaign.
-        ordinal: Of the case.
-    """
-    tree, own = Tree(ordinal), b""
-    for place, leaf in leaves(connection, campaign):
-        tree.add(leaf)
-        own = leaf if place == ordinal else own
-    return own, tree.proof(), tree.root()
-
-
 def wrong_roots(connection: Connection) -> Iterator[Finding]:
     """Name the campaigns whose evidence has not the root that it had when it was complete."""
     table = tables.campaign_root
@@ -331,7 +281,6 @@ def wrong_roots(connection: Connection) -> Iterator[Finding]:
 
 # --- Sums of the row hashes of one campaign by table: what a manifest says of its tables ----------
 
-_SUMS_AT_ONCE: Final = 5_000
 _RUNS: Final = ("metric", "timing", "criticality", "event", "chain")
 _RUN: Final = "JOIN run r ON r.result_digest = c.result_digest"
 _SOURCES: Final = {
@@ -367,13 +316,7 @@ def campaign_sums(connection: Connection, campaign: str) -> dict[str, tuple[int,
     """
     sums: dict[str, tuple[int, str]] = {}
     for name, query in _SOURCES.items():
-        found = connection.exec_driver_sql(
-            query, (campaign,), execution_options={"yield_per": _SUMS_AT_ONCE}
-        )
-        count, total = 0, 0
-        for part in found.partitions(_SUMS_AT_ONCE):
-            hashes = [str(item[0]) for item in part]
-            count, total = count + len(hashes), (total + hash_sum(hashes)) % MODULUS
+        count, total = summed(connection, query, (campaign,))
         sums[name] = count, f"{total:032x}"
     return sums
 
@@ -466,10 +409,14 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
             f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
             remedy="See 'adeye db info' for who did so, and prove another run.",
         )
-    leaf, proof, root = proof_of(connection, campaign, found.ordinal)
+    tree, own = Tree(found.ordinal), b""
+    for place, leaf in leaves(connection, campaign):
+        tree.add(leaf)
+        own = leaf if place == found.ordinal else own
+    proof, root = tree.proof(), tree.root().hex()
     path = tuple(item.hex() for item in proof.path)
     digest = found.result_digest
-    return RunProof(campaign, digest, found.ordinal, proof.leaves, leaf.hex(), path, root.hex())
+    return RunProof(campaign, digest, found.ordinal, proof.leaves, own.hex(), path, root)
 
 
 class Evidence(Door):
@@ -493,7 +440,10 @@ class Evidence(Door):
                 return known
             found = computed_root(connection, campaign)
         with self._database.write() as connection:
-            save_root(connection, found)
+            # Somebody else may have saved it meanwhile.
+            require_root(connection, found)
+            values = found.campaign, found.leaves, found.root
+            add_row(connection, tables.campaign_root, *values, ignore_existing=True)
         return found
 
     def add_session(self, campaign: str, provenance: Mapping[str, Any]) -> None:
@@ -505,9 +455,7 @@ class Evidence(Door):
                 tables.session,
                 campaign,
                 utc_text(None),
-                str(provenance.get("who", "")),
-                str(provenance.get("host", "")),
-                str(provenance.get("adeye", "")),
+                *(str(provenance.get(name, "")) for name in ("who", "host", "adeye")),
                 digest(packages),
                 str(provenance.get("cpu", {}).get("name", "")),
                 json_text(dict(provenance)),
@@ -515,19 +463,15 @@ class Evidence(Door):
 
     def sessions(self, campaign: str) -> tuple[Session, ...]:
         """List the commands that worked on a campaign, the first first."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT * FROM session WHERE campaign_id = ? ORDER BY number", (campaign,)
-            )
-            stored = found.mappings().all()
+        query = "SELECT * FROM session WHERE campaign_id = ? ORDER BY number"
         return tuple(
             of_row(
                 Session,
-                item,
-                campaign=item["campaign_id"],
-                provenance=json.loads(item["provenance"]),
+                item._mapping,
+                campaign=item.campaign_id,
+                provenance=json.loads(item.provenance),
             )
-            for item in stored
+            for item in self._ask(query, campaign)
         )
 
     def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -543,13 +487,12 @@ class Evidence(Door):
             source += " JOIN campaign_case c ON c.result_digest = r.result_digest"
             source += " WHERE c.campaign_id = ?"
             given = (campaign,)
-        with self._database.read() as connection:
-            for name, result, trace in connection.exec_driver_sql(
-                f"SELECT k.file, r.result_digest, r.trace_digest FROM {source} "  # noqa: S608
-                "ORDER BY k.file, k.place",
-                given,
-            ):
-                found[str(name)].append((str(result), str(trace)))
+        for name, result, trace in self._ask(
+            f"SELECT k.file, r.result_digest, r.trace_digest FROM {source} "  # noqa: S608
+            "ORDER BY k.file, k.place",
+            *given,
+        ):
+            found[str(name)].append((str(result), str(trace)))
         return {name: tuple(runs) for name, runs in found.items()}
 
     def withdraw(self, result_digest: str, *, author: str, reason: str) -> bool:
@@ -584,9 +527,8 @@ class Evidence(Door):
             query += " WHERE result_digest IN "
             query += "(SELECT result_digest FROM campaign_case WHERE campaign_id = ?)"
             given = (campaign,)
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(f"{query} ORDER BY number", given).mappings()
-            return tuple(of_row(Withdrawal, item) for item in found)
+        found = self._ask(f"{query} ORDER BY number", *given)
+        return tuple(of_row(Withdrawal, item._mapping) for item in found)
 
 
 # --- Keep certificates of determinism beside their campaigns, and say which runs can have one -----
@@ -640,21 +582,16 @@ class Certificates(Door):
 
     def of(self, campaign: str) -> tuple[CertificateRecord, ...]:
         """Give the certificates of a campaign, the newest first."""
-        with self._database.read() as connection:
-            stored = connection.exec_driver_sql(
-                "SELECT * FROM certificate WHERE campaign_id = ? ORDER BY number DESC", (campaign,)
-            ).mappings()
-            found = stored.all()
+        query = "SELECT * FROM certificate WHERE campaign_id = ? ORDER BY number DESC"
         return tuple(
             of_row(
                 CertificateRecord,
-                item,
-                campaign=item["campaign_id"],
-                class_=item["class"],
-                conditions=json.loads(item["conditions"]),
-                findings=json.loads(item["findings"]),
+                item._mapping,
+                campaign=item.campaign_id,
+                conditions=json.loads(item.conditions),
+                findings=json.loads(item.findings),
             )
-            for item in found
+            for item in self._ask(query, campaign)
         )
 
 

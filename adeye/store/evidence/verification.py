@@ -15,7 +15,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from sqlalchemy import Connection, Table, select, text
@@ -37,14 +37,16 @@ from adeye.store.encoding import (
 from adeye.store.evidence.ledger_check import unbalanced
 from adeye.store.evidence.roots import wrong_roots
 from adeye.store.ledger import key_text
-from adeye.store.location import Location
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import progress
-from adeye.store.records import EngineKey, Finding
+from adeye.store.records import EngineKey, Finding, of_row
 from adeye.store.schema import insert_only_ddl, trigger_ddl
 from adeye.store.views import scenario_views, view_ddl
 from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
+
+if TYPE_CHECKING:
+    from adeye.store.repository import Repository
 
 # --- Content that breaks its reader: a database that somebody else wrote or changed says so -------
 
@@ -64,20 +66,6 @@ LOOKED_AT: Final = "The database was verified because of this error."
 """Note on an error whose cause was looked for: of many runs that takes minutes."""
 
 
-class Verified(Protocol):
-    """A repository, as far as it is needed here."""
-
-    @property
-    def location(self) -> Location:
-        """Where the database is."""
-
-    def verify(self) -> tuple[Finding, ...]:
-        """Compare everything with its digests."""
-
-    def close(self) -> None:
-        """Close the connections."""
-
-
 def is_unexplained(raised: object) -> bool:
     """Tell whether an error may come of altered content, and nobody looked yet."""
     return (
@@ -87,7 +75,7 @@ def is_unexplained(raised: object) -> bool:
     )
 
 
-def close(repository: Verified, raised: object) -> None:
+def close(repository: Repository, raised: object) -> None:
     """Close a repository; look for the cause if something unforeseen ended its use.
 
     Args:
@@ -175,14 +163,10 @@ def altered_definitions(
     made = [*trigger_ddl(dialect), *view_ddl().values()]
     for table in plugin_tables(connection):
         made += insert_only_ddl(table.name, dialect)
-    expected = {_second_name(ddl): ddl for ddl in made}
+    # The third word of CREATE VIEW name …
+    expected = {ddl.split(maxsplit=3)[2]: ddl for ddl in made}
     for name, problem in catalog.altered(connection, {**expected, **(others or {})}):
         yield Finding("schema", name, problem)
-
-
-def _second_name(ddl: str) -> str:
-    """Return the name in ``CREATE VIEW name …``."""
-    return ddl.split(maxsplit=3)[2]
 
 
 def altered_rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> Iterator[Finding]:
@@ -246,7 +230,7 @@ def _bulk_hashes(table: Table, rows: Sequence[tuple[Any, ...]]) -> list[str] | N
 
 
 def _content(connection: Connection) -> Iterator[Finding]:
-    for table in (tables.odd, tables.scenario, tables.architecture, tables.concept):
+    for table in tables.CONTENT.values():
         for digest, _id, _version, content, _hash in stored_rows(connection, table):
             text = str(content).encode("utf-8", "surrogateescape")
             if hashlib.sha256(text).hexdigest() != digest:
@@ -278,15 +262,12 @@ def _results(connection: Connection) -> Iterator[Finding]:
                 hashed = next(iter(_result_hashes([item], [digest], *own) or ()), None)
             if hashed != item["result_hash"]:
                 yield Finding("run", digest, "metrics, events or trace digest are not its own")
-            engine = EngineKey(
-                item["backend"],
-                item["variant"],
-                item["numerics_version"],
-                item["plugins_digest"],
-            )
+            engine = of_row(EngineKey, item)
             if _result_digest(engine, item["test_case_digest"]) != item["result_digest"]:
                 yield Finding("run", digest, "is not the result of its test case and engine")
-    yield from _unplanned(connection)
+    problem = "belongs to no campaign and is no fork, twin or reference drive"
+    for digest in connection.exec_driver_sql(_UNPLANNED).scalars().all():
+        yield Finding("run", digest, problem)
 
 
 def _rows_of(
@@ -338,27 +319,17 @@ def _result_digest(engine: EngineKey, test_case: str) -> str:
         return "not a value that was ever written"
 
 
-def _unplanned(connection: Connection) -> Iterator[Finding]:
-    problem = "belongs to no campaign and is no fork, twin or reference drive"
-    for digest in connection.exec_driver_sql(_UNPLANNED).scalars().all():
-        yield Finding("run", digest, problem)
-
-
 def _plans(connection: Connection) -> Iterator[Finding]:
-    cases = tables.campaign_case
     for campaign in connection.execute(tables.campaign.select()).all():
+        own = "campaign_id = ?", (campaign.id,)
         identity = SelectionHash(
             campaign.odd_digest, campaign.concept_digest, campaign.gate, campaign.judging
         )
-        selected = connection.execute(
-            select(*list(cases.c)[2:-1])
-            .where(cases.c.campaign_id == campaign.id)
-            .order_by(cases.c.ordinal),
-            execution_options={"yield_per": _CHUNK},
-        )
-        for *names, inside_odd, point in selected:
+        for _, _, *names, inside_odd, point, _ in stored_rows(
+            connection, tables.campaign_case, *own
+        ):
             identity.add((*names, int(inside_odd), point))
-        fsrs = stored_rows(connection, tables.campaign_fsr, "campaign_id = ?", (campaign.id,))
+        fsrs = stored_rows(connection, tables.campaign_fsr, *own)
         if (identity.campaign_id, identity.count) != (campaign.id, campaign.planned):
             yield Finding("campaign_case", campaign.id, "cases are not those that were planned")
         if judging_hash(fsrs) != campaign.judging_hash:

@@ -17,7 +17,7 @@ from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import schema, tables
-from adeye.store.cases import JUDGED
+from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.encoding import stored_rows
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
@@ -46,39 +46,33 @@ from adeye.trace import split_links
 # --- What a run is besides a run of a campaign, and how far the blocks of a campaign are ----------
 
 
-def find_fork(connection: Connection, result_digest: str) -> ForkRecord | None:
-    """Say what a run is a fork of; None if it is none."""
-    return _fork(connection, "result_digest", result_digest)
+_BESIDE: Final = (
+    "SELECT origin_digest AS origin, test_case_digest AS test_case FROM fork "
+    "WHERE result_digest = ?",
+    "SELECT b.result_digest AS origin, r.test_case_digest AS test_case, a.id AS architecture "
+    "FROM benchmark b JOIN run r ON r.result_digest = b.drive_digest "
+    "JOIN test_case t ON t.digest = r.test_case_digest "
+    "JOIN architecture a ON a.digest = t.architecture_digest "
+    "WHERE b.drive_digest = ? AND NOT EXISTS "
+    "(SELECT 1 FROM campaign_case c WHERE c.result_digest = b.drive_digest) "
+    "ORDER BY b.result_digest LIMIT 1",
+)
+"""Beside which run another one stands, and what it has otherwise than that: a fork, and a drive of
+a reference driver that no campaign has planned."""
+_TWIN: Final = (
+    "SELECT origin_digest AS origin, test_case_digest AS test_case FROM half_step "
+    "WHERE result_digest = ?"
+)
+"""The same of a twin with half the step."""
 
 
-@dataclass(frozen=True, slots=True)
-class DriveRef:
-    """A drive of a reference driver that no campaign has planned.
-
-    Attributes:
-        origin: Result digest of a run that it is held against.
-        test_case: Of the drive.
-        architecture: Id of the architecture that the driver is.
-    """
-
-    origin: str
-    test_case: str
-    architecture: str
-
-
-def find_drive(connection: Connection, result_digest: str) -> DriveRef | None:
-    """Say what a run is held against; None if it is no drive, or a run of a campaign too."""
-    found = connection.exec_driver_sql(
-        "SELECT b.result_digest, r.test_case_digest, a.id FROM benchmark b "
-        "JOIN run r ON r.result_digest = b.drive_digest "
-        "JOIN test_case t ON t.digest = r.test_case_digest "
-        "JOIN architecture a ON a.digest = t.architecture_digest "
-        "WHERE b.drive_digest = ? AND NOT EXISTS "
-        "(SELECT 1 FROM campaign_case c WHERE c.result_digest = b.drive_digest) "
-        "ORDER BY b.result_digest LIMIT 1",
-        (result_digest,),
-    ).first()
-    return None if found is None else DriveRef(*found)
+def _beside(connection: Connection, result_digest: str, *queries: str) -> dict[str, Any]:
+    """Return what the first of some queries tells of a run; nothing if none does."""
+    for query in queries:
+        found = connection.exec_driver_sql(query, (result_digest,)).first()
+        if found is not None:
+            return dict(found._mapping)
+    return {}
 
 
 def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
@@ -86,25 +80,12 @@ def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
 
     All forks of one test case have the same authority from the same tick.
     """
-    return _fork(connection, "test_case_digest", test_case)
-
-
-def _fork(connection: Connection, column: str, digest: str) -> ForkRecord | None:
     found = connection.exec_driver_sql(
-        "SELECT result_digest, test_case_digest, origin_digest, from_tick, authority "  # noqa: S608 - own names
-        f"FROM fork WHERE {column} = ? ORDER BY result_digest LIMIT 1",
-        (digest,),
+        "SELECT result_digest, test_case_digest, origin_digest, from_tick, authority "
+        "FROM fork WHERE test_case_digest = ? ORDER BY result_digest LIMIT 1",
+        (test_case,),
     ).first()
     return None if found is None else ForkRecord(*found)
-
-
-def find_half_step(connection: Connection, result_digest: str) -> tuple[str, str] | None:
-    """Give test case and run with the whole step of a twin; None if it is none."""
-    found = connection.exec_driver_sql(
-        "SELECT test_case_digest, origin_digest FROM half_step WHERE result_digest = ?",
-        (result_digest,),
-    ).first()
-    return None if found is None else (found[0], found[1])
 
 
 def work_state(connection: Connection, campaign_id: str) -> WorkState:
@@ -254,16 +235,17 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
         tables.benchmark.c.drive_digest,
     )
     digest = _starting_with(connection, columns, name, "run")
-    fork, drive = find_fork(connection, digest), find_drive(connection, digest)
-    planned = digest if fork is None else fork.origin
-    planned = planned if drive is None else drive.origin
-    twin = find_half_step(connection, planned)
+    own = _beside(connection, digest, *_BESIDE)
+    planned = own.pop("origin", digest)
+    # A fork may be one of a twin.
+    own = _beside(connection, planned, _TWIN) | own
+    planned = own.pop("origin", planned)
     recency = text(
         "(SELECT recency FROM v_campaigns v WHERE v.campaign = campaign_case.campaign_id)"
     )
     found = connection.execute(
         query.join(tables.campaign, tables.campaign.c.id == cases.c.campaign_id)
-        .where(cases.c.result_digest == (planned if twin is None else twin[1]))
+        .where(cases.c.result_digest == planned)
         .order_by(recency, cases.c.ordinal)
     ).first()
     if found is None:
@@ -271,20 +253,10 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
             f"run {name!r} is not in campaign {campaign}", remedy="Name the campaign it is in."
         )
     ref = _unless_withdrawn(connection, run_ref(found))
-    if drive is not None:
-        return replace(
-            ref,
-            result_digest=digest,
-            test_case=drive.test_case,
-            architecture=drive.architecture,
-            is_done=True,
-            is_drive=True,
-        )
-    if fork is not None:
-        return replace(ref, result_digest=digest, test_case=fork.test_case, is_done=True)
-    if twin is not None:
-        return replace(ref, result_digest=digest, test_case=twin[0], is_done=True)
-    return ref
+    if not own:
+        return ref
+    is_drive = "architecture" in own
+    return replace(ref, result_digest=digest, is_done=True, is_drive=is_drive, **own)
 
 
 def _unless_withdrawn(connection: Connection, ref: RunRef) -> RunRef:
@@ -466,7 +438,7 @@ def progress(connection: Connection, campaign_id: str) -> Progress:
 
 
 def worst_runs(
-    connection: Connection, campaign_id: str, fsr: str, *, limit: int, **only: str | None
+    connection: Connection, /, campaign_id: str, fsr: str, *, limit: int = 3, **only: str | None
 ) -> tuple[tuple[RunRef, VerdictRecord], ...]:
     """Return the runs with the least margin for an FSR, failed ones first; see ``WORST_FIRST``.
 
@@ -480,7 +452,7 @@ def worst_runs(
         only: Restrict ``architecture``, ``scenario`` or ``verdict`` to a value that is not None.
     """
     wanted: dict[str, tuple[str, ...]] = {
-        name: (value,) for name, value in only.items() if value is not None
+        name: (str(value),) for name, value in only.items() if value is not None
     }
     wanted.setdefault("verdict", MEASURED)
     ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, wanted)
@@ -492,7 +464,7 @@ def worst_runs(
     found = connection.exec_driver_sql(
         "SELECT * FROM (SELECT c.campaign_id, c.ordinal, c.result_digest, c.test_case_digest, "  # noqa: S608 - own names
         "c.scenario, c.architecture, c.inside_odd, c.point, v.*, v.margin AS worst_margin, "
-        f"c.result_digest AS worst_result_digest FROM {_JUDGED_CASES} "
+        f"c.result_digest AS worst_result_digest FROM {JUDGED_CASES} "
         f"WHERE c.campaign_id = ? AND f.fsr_id = ? AND ({within}){condition}) AS judged "
         f"ORDER BY {WORST_FIRST}, ordinal LIMIT ?",
         (campaign_id, fsr, *(bound for pair in ranges for bound in pair), *values, limit),
@@ -510,15 +482,11 @@ def info(connection: Connection, location: Location) -> DatabaseInfo:
     """Say what a database holds."""
     version = schema.read_version(connection) or ""
     size = catalog.size_bytes(connection)
-    return DatabaseInfo(str(location), version, size, row_counts(connection))
-
-
-def row_counts(connection: Connection) -> dict[str, int]:
-    """Count the rows of every table."""
-    return {
+    rows = {
         table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
         for table in tables.metadata.sorted_tables
     }
+    return DatabaseInfo(str(location), version, size, rows)
 
 
 def _blocks_of_worst(
@@ -543,18 +511,12 @@ def _blocks_of_worst(
     return sorted({(first, end) for first, end in found})
 
 
-_JUDGED_CASES: Final = f"""campaign_case c JOIN campaign_fsr f ON {JUDGED}
-    JOIN run r ON r.result_digest = c.result_digest
-    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
-"""The cases of campaigns with the verdicts that the campaigns ask for."""
-
-
 def failed_among(
     connection: Connection, campaign_id: str, ordinals: Sequence[int]
 ) -> frozenset[int]:
     """Return those of some runs of a campaign that fail an FSR."""
     found = connection.exec_driver_sql(
-        f"SELECT c.ordinal FROM {_JUDGED_CASES} WHERE c.campaign_id = ? AND v.verdict = 'FAIL' "  # noqa: S608 - own names
+        f"SELECT c.ordinal FROM {JUDGED_CASES} WHERE c.campaign_id = ? AND v.verdict = 'FAIL' "  # noqa: S608 - own names
         "AND c.ordinal IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
         (campaign_id, json.dumps(list(ordinals))),
     )

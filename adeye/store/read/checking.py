@@ -196,7 +196,11 @@ def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[
         Violation(rule.name, str(part), str(name), str(detail))
         for rule in rules
         if rule.has_view
-        for part, name, detail in _rows(connection, rule.view, campaign)
+        for part, name, detail in connection.exec_driver_sql(
+            f"SELECT part, id, detail FROM {rule.view} "  # noqa: S608 - names of this package
+            "WHERE campaign = ? ORDER BY part, id, detail",
+            (campaign,),
+        )
     )
 
 
@@ -265,11 +269,3 @@ def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:
     )
     content: dict[str, Any] = json.loads(found.scalar_one())
     return content
-
-
-def _rows(connection: Connection, view: str, campaign: str) -> Iterable[Any]:
-    return connection.exec_driver_sql(
-        f"SELECT part, id, detail FROM {view} "  # noqa: S608 - names of this package
-        "WHERE campaign = ? ORDER BY part, id, detail",
-        (campaign,),
-    ).all()

@@ -231,6 +231,8 @@ _KINDS: Final[Mapping[type, Kind]] = {bool: "flag", int: "number", float: "numbe
 
 Key = tuple[str, str, str]
 """Scenario, ``parameters`` or ``point``, and key of a parameter."""
+Places = dict[ExportColumn, Mapping[str, tuple[str, str]]]
+"""Columns of parameters in the order of the file, and by scenario where the value of one stands."""
 
 
 @dataclass(frozen=True)
@@ -244,19 +246,6 @@ class Chunk:
 
     table: str
     columns: Sequence[Sequence[Any]]
-
-
-@dataclass(frozen=True)
-class _Parameters:
-    """Columns of parameters.
-
-    Attributes:
-        columns: In the order of the file.
-        places: For each column, by scenario, where its value stands.
-    """
-
-    columns: tuple[ExportColumn, ...]
-    places: tuple[Mapping[str, tuple[str, str]], ...]
 
 
 class CampaignExport:
@@ -283,11 +272,13 @@ class CampaignExport:
         self._connection = connection
         chosen = {name: _without_provenance(TABLES[name], keep=with_provenance) for name in names}
         self._fsrs: tuple[str, ...] = ()
-        self._parameters = _Parameters((), ())
+        self._parameters: Places = {}
         if "runs" in chosen:
             self._fsrs = tuple(sorted(self._rows_of(_FSRS, lambda row: str(row[0]))))
             self._parameters = self._find_parameters(chosen["runs"])
-            chosen["runs"] = self._wide(chosen["runs"])
+            columns = (*chosen["runs"].columns, *metric_columns())
+            self._of_view = replace(chosen["runs"], columns=columns)
+            chosen["runs"] = self._wide(self._of_view)
         self.tables: Mapping[str, ExportTable] = chosen
 
     def chunks(self) -> Iterator[Chunk]:
@@ -343,10 +334,9 @@ class CampaignExport:
         return list(map(take, self._connection.execute(text(query), bound)))
 
     def _wide(self, runs: ExportTable) -> ExportTable:
-        """Add the columns of parameters, verdicts and metrics."""
-        names = [column.name for column in runs.columns]
-        place = names.index(PARAMETERS_AFTER) + 1
-        taken = {column.name for column in self._parameters.columns}
+        """Add the columns of parameters and verdicts."""
+        place = _place_of_parameters(runs)
+        taken = {column.name for column in self._parameters}
         verdicts = []
         for fsr in self._fsrs:
             name = unique_name(f"verdict_{identifier(fsr)}", taken)
@@ -354,26 +344,19 @@ class CampaignExport:
             verdicts.append(ExportColumn(name, "text", text=f"verdict of {fsr}"))
         columns = (
             *runs.columns[:place],
-            *self._parameters.columns,
+            *self._parameters,
             *runs.columns[place:],
-            *metric_columns(),
             *verdicts,
         )
         return replace(runs, columns=columns)
 
     def _runs(self, first: int, verdicts: Sequence[Sequence[Any]]) -> list[Sequence[Any]]:
         """Read runs; their parameters and verdicts become columns."""
-        table = self.tables["runs"]
-        added = len(self._parameters.columns), len(self._fsrs)
-        place = [column.name for column in table.columns].index(PARAMETERS_AFTER) + 1
-        of_view = [
-            *table.columns[:place], *table.columns[place + added[0] : len(table.columns) - added[1]]
-        ]  # fmt: skip
-        names = [column.name for column in of_view]
-        columns = self._read(
-            replace(table, columns=tuple(of_view)), first, [*names, "parameters", "point"]
+        place = _place_of_parameters(self._of_view)
+        names = [column.name for column in self._of_view.columns]
+        *columns, parameters, points = self._read(
+            self._of_view, first, [*names, "parameters", "point"]
         )
-        *columns, parameters, points = columns
         scenarios, ordinals = columns[names.index("scenario")], columns[names.index("ordinal")]
         return [
             *columns[:place],
@@ -389,7 +372,7 @@ class CampaignExport:
             {"parameters": json.loads(one), "point": json.loads(other)}
             for one, other in zip(parameters, points, strict=True)
         ]
-        for column, places in zip(self._parameters.columns, self._parameters.places, strict=True):
+        for column, places in self._parameters.items():
             values = []
             for scenario, row in zip(scenarios, found, strict=True):
                 source, key = places.get(scenario, ("point", ""))
@@ -410,7 +393,7 @@ class CampaignExport:
                 columns[of_fsr[fsr]][row] = verdict
         return columns
 
-    def _find_parameters(self, runs: ExportTable) -> _Parameters:
+    def _find_parameters(self, runs: ExportTable) -> Places:
         """Look at every test case: which parameters there are, and whether they are numbers."""
         (stored,) = self._rows_of(_UNITS, lambda row: json.loads(row[0]))
         kinds: dict[Key, set[Kind | None]] = {}
@@ -433,8 +416,8 @@ class CampaignExport:
 
 def _named(
     by_name: Mapping[tuple[str, str], Mapping[Key, set[Kind | None]]], taken: set[str]
-) -> _Parameters:
-    columns, places = [], []
+) -> Places:
+    columns: Places = {}
     for (wanted, suffix), found in sorted(by_name.items()):
         name = unique_name(wanted, taken)
         taken.add(name)
@@ -443,9 +426,13 @@ def _named(
         kind = kinds.pop() if len(kinds) == 1 else None
         unit = unit_of(f"x_{suffix}") if suffix else ""
         key = next(iter(found))[2]
-        columns.append(ExportColumn(name, kind or "text", unit, f"parameter {key}"))
-        places.append({scenario: (source, key) for scenario, source, key in found})
-    return _Parameters(tuple(columns), tuple(places))
+        column = ExportColumn(name, kind or "text", unit, f"parameter {key}")
+        columns[column] = {scenario: (source, key) for scenario, source, key in found}
+    return columns
+
+
+def _place_of_parameters(runs: ExportTable) -> int:
+    return [column.name for column in runs.columns].index(PARAMETERS_AFTER) + 1
 
 
 def _parameter(kind: Kind, value: Any) -> Any:

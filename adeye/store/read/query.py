@@ -213,7 +213,7 @@ class _Guard:
 
     def in_words(self, error: BaseException) -> InputError:
         if self._refused:
-            return InputError(f"query: {self._refused}", remedy="Write one SELECT over the views.")
+            return _refusal(self._refused)
         if self._is_late:
             return InputError(
                 f"query: stopped after {self._timeout_s:g} s",
@@ -551,9 +551,7 @@ def _in_words(error: BaseException, timeout_s: float) -> InputError | PlatformEr
             remedy="Select a campaign, fewer columns, or an aggregate.",
         )
     if state in ("25006", "42501"):
-        return InputError(
-            "query: only reading is allowed", remedy="Write one SELECT over the views."
-        )
+        return _refusal("only reading is allowed")
     if isinstance(error, MemoryError) or state in ("53200", "53400", "54000"):
         return InputError(
             "query: took too much memory",

@@ -14,7 +14,6 @@ from adeye.store.block import JudgedBlock
 from adeye.store.cases import GAPS, JUDGED
 from adeye.store.catalogue import rows_of_runs
 from adeye.store.database import Door, reading
-from adeye.store.ledger import insert_rows
 from adeye.store.records import Block, EngineKey
 from adeye.store.tables import plain_digests
 from adeye.store.write import results
@@ -163,12 +162,5 @@ class Again(Door):
         """
         missing = {fsr for case in block.cases for fsr in case.missing_fsrs}
         with self._database.write() as connection:
-            if not is_held(connection, block):
-                return
-            known = results.tallied(connection, block.id)
-            rows = [
-                item
-                for item in results.tally_rows(connection, block.id)
-                if item[2] not in missing and (item[2], item[4], item[5]) not in known
-            ]
-            insert_rows(connection, tables.tally, rows)
+            if is_held(connection, block):
+                results.add_tallies(connection, block.id, missing)

@@ -12,7 +12,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import gate_verdict
@@ -22,15 +22,18 @@ from adeye.judge.verdict import ExitCode, Verdict, exercised_of, exit_code, fold
 from adeye.spec.concept import Concept
 from adeye.spec.quantity import SI
 from adeye.store.evidence.roots import Withdrawal
-from adeye.store.records import (
-    CampaignInfo,
-    Finding,
-    FsrStatus,
-    NeverHeld,
-    RunRef,
-    VerdictRecord,
-)
+from adeye.store.records import of_fields
 from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from adeye.store.records import (
+        CampaignInfo,
+        Finding,
+        FsrStatus,
+        NeverHeld,
+        RunRef,
+        VerdictRecord,
+    )
 
 # --- Which failures block the gate: all, but for contacts that a reference driver has as well -----
 
@@ -297,19 +300,16 @@ def _total(
             campaign.id, first.fsr, architecture=first.architecture, limit=1
         )
     exercised = distinct(sum(item.runs_exercised for item in items), first.repeated)
-    return Total(
-        fsr=first.fsr,
-        architecture=first.architecture,
-        asil=first.asil,
+    return of_fields(
+        Total,
+        first,
         is_mandatory=gate is not None,
         is_in_gate=first.architecture in campaign.gate,
         verdict=verdict,
         counts={key: count for key, count in counts.items() if count},
         exercised=0 if any(item.decides for item in never_held) else exercised,
-        repeated=first.repeated,
         worst=worst[0] if worst else None,
         note="" if first.is_applicable else first.reason or "not applicable",
-        min_exercised=first.min_exercised,
         never_held=never_held,
     )
 
@@ -362,20 +362,20 @@ def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
 
 def _named(unsound: Sequence[Finding]) -> str:
     """Name what is not as it was written; no verdict is folded from it."""
-    named = [str(item) for item in unsound[:_NAMED]]
-    if len(unsound) > _NAMED:
-        named.append(f"{len(unsound) - _NAMED} more")
-    return f"The database is not as it was written: {'; '.join(named)}. Run 'adeye db verify'."
+    named = _first(list(map(str, unsound)))
+    return f"The database is not as it was written: {named}. Run 'adeye db verify'."
+
+
+def _first(texts: Sequence[str]) -> str:
+    """Join the first of some texts, and count the others."""
+    more = [f"{len(texts) - _NAMED} more"] if len(texts) > _NAMED else []
+    return "; ".join([*texts[:_NAMED], *more])
 
 
 def _told(withdrawn: Sequence[Withdrawal]) -> str:
     """Say of withdrawn results which, by whom and why."""
-    said = [
-        f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn[:_NAMED]
-    ]
-    if len(withdrawn) > _NAMED:
-        said.append(f"{len(withdrawn) - _NAMED} more")
-    return f"{len(withdrawn)} results are withdrawn ({'; '.join(said)})"
+    said = [f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn]
+    return f"{len(withdrawn)} results are withdrawn ({_first(said)})"
 
 
 def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int, tuple[str, ...]]:

@@ -16,7 +16,7 @@ from adeye.judge.stl.syntax import response_time
 from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement, scheme
 from adeye.store import tables
 from adeye.store.encoding import json_text, row
-from adeye.store.ledger import add_row, insert_rows
+from adeye.store.ledger import add_row, insert_rows, row_of
 from adeye.store.records import ContentRecord
 
 Told = Callable[[Any], Mapping[str, Any]]
@@ -72,7 +72,11 @@ def save_concept(connection: Connection, concept: Concept) -> str:
         insert_rows(connection, table, rows, ignore_existing=True)
 
     def save_parts(table: Table, items: Iterable[Any], told: Told = _nothing) -> None:
-        save(table, (_values(table, item, told(item)) for item in items))
+        rows = [
+            row_of(table, item, **{"concept_digest": key, "content": _json(item), **told(item)})
+            for item in items
+        ]
+        insert_rows(connection, table, rows, ignore_existing=True)
 
     save_parts(tables.hazardous_event, concept.hazardous_events)
     save_parts(
@@ -109,17 +113,8 @@ def _nothing(_: object) -> Mapping[str, Any]:
     return {}
 
 
-def _values(table: Table, item: Any, told: Mapping[str, Any]) -> list[Any]:
-    """List the columns of a part between the concept and the hash.
-
-    Args:
-        table: Its columns are called as what the parts have.
-        item: The part.
-        told: The columns that it has otherwise.
-    """
-    values = {"content": json_text(item.model_dump(mode="json")), **told}
-    names = table.columns.keys()[1:-1]
-    return [values[name] if name in values else getattr(item, name) for name in names]
+def _json(item: Any) -> str:
+    return json_text(item.model_dump(mode="json"))
 
 
 def _valid_until(item: Assumption | DependentFailure) -> dict[str, str]:
@@ -128,17 +123,12 @@ def _valid_until(item: Assumption | DependentFailure) -> dict[str, str]:
 
 def _with_response(item: Requirement) -> dict[str, str]:
     """Return the content with the time that the formula leaves to respond [s], for the rules."""
-    return {"content": json_text({**item.model_dump(mode="json"), **_response(item)})}
-
-
-def _response(item: Requirement) -> dict[str, float | str]:
-    """Return the time that the formula leaves to respond [s]; nothing for none."""
     try:
-        formula = parse_formula(item.formula or "", None, item.constants)
+        time = response_time(parse_formula(item.formula or "", None, item.constants).root)
     except ExpressionError:
         # What is no formula is refused with its place where a plan is made.
-        return {}
-    time = response_time(formula.root)
+        time = None
     if time is None:
         return {}
-    return {"response_s": time if math.isfinite(time) else "unbounded"}
+    response = {"response_s": time if math.isfinite(time) else "unbounded"}
+    return {"content": json_text({**item.model_dump(mode="json"), **response})}

@@ -11,7 +11,7 @@ import json
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 from sqlalchemy import Connection
 
@@ -21,8 +21,8 @@ from adeye.store import tables
 from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED, count_open
 from adeye.store.database import Door, reading, writing
-from adeye.store.encoding import json_text, row
-from adeye.store.ledger import insert_rows
+from adeye.store.encoding import Row, json_text, row
+from adeye.store.ledger import insert_rows, row_of
 from adeye.store.records import RunRef, StoredRun, VerdictRecord, of_row, verdict_record
 from adeye.store.write.results import changed_case, numbers_of, record_judged_runs, record_verdicts
 
@@ -119,20 +119,16 @@ def _with_uncertainty(plain: VerdictRecord, uncertainty: NumericUncertainty) -> 
     return replace(judged, verdict=verdict, detail=detail)
 
 
-def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> tuple[Any, ...]:
-    found = item.difference
-    return row(
+def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> Row:
+    return row_of(
         tables.uncertainty,
-        (
-            campaign,
-            item.scenario,
-            item.architecture,
-            *(found.kind, found.name, found.unit, found.sampled, found.pairs),
-            *(found.p95, found.largest, found.uncertainty, found.differing),
-            json_text(dict(found.changes)),
-            item.fsr_digest or None,
-            item.judged_digest or None,
-        ),
+        item.difference,
+        campaign_id=campaign,
+        scenario=item.scenario,
+        architecture=item.architecture,
+        changes=json_text(dict(item.difference.changes)),
+        fsr_digest=item.fsr_digest or None,
+        judged_digest=item.judged_digest or None,
     )
 
 
@@ -182,14 +178,13 @@ class HalfSteps(Door):
 
     def judged(self, results: Sequence[str]) -> frozenset[tuple[str, str]]:
         """Tell on which FSRs results were judged: pairs of result digest and FSR digest."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT r.result_digest, v.fsr_digest FROM run r "
-                "JOIN verdict v ON v.run_number = r.number "
-                "WHERE r.result_digest IN (SELECT value FROM json_each(?))",
-                (json.dumps(list(results)),),
-            )
-            return frozenset((item[0], item[1]) for item in found)
+        found = self._ask(
+            "SELECT r.result_digest, v.fsr_digest FROM run r "
+            "JOIN verdict v ON v.run_number = r.number "
+            "WHERE r.result_digest IN (SELECT value FROM json_each(?))",
+            json.dumps(list(results)),
+        )
+        return frozenset((item[0], item[1]) for item in found)
 
     def save_twins(self, twins: Sequence[HalfStepRecord], block: RunBlock) -> None:
         """Save twins with their test cases, results and verdicts; known ones stay.
@@ -203,8 +198,7 @@ class HalfSteps(Door):
             ValueError: The results are not those of the twins.
         """
         if block.result_digests != tuple(twin.result_digest for twin in twins):
-            msg = "the results are not those of the twins"
-            raise ValueError(msg)
+            raise ValueError("the results are not those of the twins")
         table = tables.half_step
         with self._database.write() as connection:
             cases = [
@@ -240,11 +234,8 @@ class HalfSteps(Door):
 
     def judge(self, campaign: str) -> None:
         """Judge with it every result that is there and was judged without it."""
-        with self._database.read() as connection:
-            planned = connection.exec_driver_sql(
-                "SELECT planned FROM campaign WHERE id = ?", (campaign,)
-            ).scalar_one()
-        for first in range(0, planned, _PART):
+        (found,) = self._ask("SELECT planned FROM campaign WHERE id = ?", campaign)
+        for first in range(0, found.planned, _PART):
             # Part by part, so that no transaction is long; asked again it goes on.
             with self._database.write() as connection:
                 judge_with_uncertainty(connection, campaign, first, first + _PART)

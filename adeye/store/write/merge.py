@@ -41,7 +41,7 @@ from adeye.store.tables import LEDGER, kept_trace, metadata
 from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import executable_digest
 from adeye.store.write.planning import save_use
-from adeye.store.write.queue import close_blocks
+from adeye.store.write.queue import add_block, close_blocks
 
 _NAMED: Final = 3
 """Altered rows that a message names."""
@@ -292,17 +292,8 @@ class _Merge:
         found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
         for block in found.all():
             if block.campaign_id in new:
-                self._into.execute(
-                    tables.work.insert().values(
-                        campaign_id=block.campaign_id,
-                        kind=block.kind,
-                        from_ordinal=block.from_ordinal,
-                        to_ordinal=block.to_ordinal,
-                        state="pending",
-                        attempt=0,
-                        failures=0,
-                    )
-                )
+                bounds = block.from_ordinal, block.to_ordinal
+                add_block(self._into, block.campaign_id, block.kind, bounds)
 
     def _copy_runs(self) -> None:
         """Add results under new numbers; one that is here must have the same trace."""

@@ -25,25 +25,17 @@ from sqlalchemy import Connection
 
 from adeye.errors import InputError
 from adeye.spec.concept import Concept, Requirement
-from adeye.store import tables
+from adeye.store import encoding, tables
 from adeye.store.accounts import CaseGroups, account_whole, save_groups
 from adeye.store.block import PlannedCases
 from adeye.store.cases import count_open, lacks_result, lacks_verdict
-from adeye.store.encoding import (
-    Row,
-    is_worth_rebuilding,
-    json_text,
-    large_cache,
-    rebuilt_indexes,
-    row,
-    rows_of_columns,
-    size_of,
-    utc_text,
-)
+from adeye.store.encoding import Row
 from adeye.store.ledger import add_numbered, insert_rows
 from adeye.store.read.campaigns import latest_id
 from adeye.store.records import CampaignFsr, CampaignRecord, Plan
+from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import concept_record, save_concept, save_content
+from adeye.store.write.queue import add_block
 from adeye.store.write.results import write_tallies
 
 # --- What a campaign selects: its identity, and its cases on their way to the database ------------
@@ -60,7 +52,9 @@ class SelectionHash:
 
     def __init__(self, odd_digest: str, concept_digest: str, gate: str, judging: str) -> None:
         """Begin with what the campaign says about all its cases."""
-        self._hash = hashlib.sha256(json_text([odd_digest, concept_digest, gate, judging]).encode())
+        self._hash = hashlib.sha256(
+            encoding.json_text([odd_digest, concept_digest, gate, judging]).encode()
+        )
         self.count = 0
 
     def add(self, values: Iterable[Any]) -> None:
@@ -167,8 +161,7 @@ def block_bounds(ends: Iterable[int], block_size: int) -> Iterator[tuple[int, in
         ValueError: A block would have no ordinal.
     """
     if block_size < 1:
-        msg = f"block_size is {block_size}, at least 1 is needed"
-        raise ValueError(msg)
+        raise ValueError(f"block_size is {block_size}, at least 1 is needed")
     start = 0
     for end in ends:
         for first in range(start, end, block_size):
@@ -187,20 +180,8 @@ def save_work(
             kind = "judge"
         else:
             kind = "reused"
-        inserted = connection.execute(
-            tables.work.insert()
-            .values(
-                campaign_id=campaign_id,
-                kind=kind,
-                from_ordinal=first,
-                to_ordinal=end,
-                state="done" if kind == "reused" else "pending",
-                attempt=0,
-                failures=0,
-            )
-            .returning(tables.work.c.id)
-        )
-        work_id = inserted.scalar_one()
+        state = "done" if kind == "reused" else "pending"
+        work_id = add_block(connection, campaign_id, kind, (first, end), state=state)
         if kind == "reused":
             write_tallies(connection, work_id)
     # If everything is known already, no block comes to an end later.
@@ -209,6 +190,7 @@ def save_work(
 
 # --- Save a campaign: its selection of test cases, what judges them, and the blocks of work -------
 
+DEFAULT_BLOCK_SIZE: Final = 64
 _CHUNK: Final = 8_192
 """Rows that are sorted and inserted together."""
 
@@ -222,12 +204,15 @@ def plan_campaign(
     connection: Connection,
     record: CampaignRecord,
     cases: Iterable[PlannedCases],
-    block_size: int,
-    report: Callable[[int], None] | None = None,
+    *,
+    block_size: int = DEFAULT_BLOCK_SIZE,
+    report: Callable[[int], None] = lambda _: None,
 ) -> Plan:
-    """Save a campaign and its work unless it is there already.
+    """Save a campaign with its content, test cases and work, before anything runs.
 
-    Cases may be an iterator; they are never held together.
+    The same selection again is the same campaign: no row changes. Results that exist are reused; a
+    block in which nothing is missing is done at once. Cases may be an iterator; they are never held
+    together.
 
     Args:
         connection: In a write transaction.
@@ -244,8 +229,8 @@ def plan_campaign(
     odd_digest = save_content(connection, "odd", record.odd)
     save_concept(connection, record.concept)
     identity = _identity(record)
-    with large_cache(connection), Selection.begin(identity) as selection:
-        _save_test_cases(connection, cases, selection, odd_digest, report or (lambda _: None))
+    with encoding.large_cache(connection), Selection.begin(identity) as selection:
+        _save_test_cases(connection, cases, selection, odd_digest, report)
         if identity.count == 0:
             raise InputError(
                 f"campaign of ODD {record.odd.id!r}: no test cases",
@@ -262,6 +247,7 @@ def plan_campaign(
             insert_rows(connection, tables.campaign_fsr, fsrs)
             save_groups(connection, campaign_id, selection.groups)
             save_work(connection, campaign_id, selection.ends, block_size)
+            ensure_scenario_views(connection)
         if latest_id(connection) != campaign_id:
             save_use(connection, campaign_id)
         to_execute, to_judge = count_open(connection, campaign_id)
@@ -289,15 +275,14 @@ def _identity(record: CampaignRecord) -> SelectionHash:
 
 def save_use(connection: Connection, campaign_id: str) -> None:
     """Note that a campaign is the latest, although others have a larger number or were used."""
-    add_numbered(connection, tables.campaign_use, campaign_id, utc_text(None))
+    add_numbered(connection, tables.campaign_use, campaign_id, encoding.utc_text(None))
 
 
 def _require_all_fsrs(record: CampaignRecord) -> None:
     given = sorted(item.id for item in record.fsrs)
     expected = sorted(item.id for item in record.concept.requirements)
     if given != expected:
-        msg = f"FSRs {given} are given, the concept has {expected}"
-        raise ValueError(msg)
+        raise ValueError(f"FSRs {given} are given, the concept has {expected}")
 
 
 def _save_test_cases(
@@ -309,7 +294,7 @@ def _save_test_cases(
 ) -> None:
     """Save test cases, with their content, and add them to the selection."""
     table, identity = tables.test_case, selection.identity
-    size, saved = size_of(connection, table), set[str]()
+    size, saved = encoding.size_of(connection, table), set[str]()
     waiting: list[Row] = []
     with ExitStack() as inserting:
         is_rebuilding = False
@@ -319,8 +304,8 @@ def _save_test_cases(
             waiting += _test_cases(part, odd_digest)
             if len(waiting) < _CHUNK:
                 continue
-            if not is_rebuilding and is_worth_rebuilding(identity.count, size):
-                inserting.enter_context(rebuilt_indexes(connection, table))
+            if not is_rebuilding and encoding.is_worth_rebuilding(identity.count, size):
+                inserting.enter_context(encoding.rebuilt_indexes(connection, table))
                 is_rebuilding = True
             _insert_sorted(connection, waiting)
             report(identity.count)
@@ -345,12 +330,12 @@ def _insert_sorted(connection: Connection, waiting: list[Row]) -> None:
 
 
 def _gate_text(record: CampaignRecord) -> str:
-    return json_text(sorted(record.gate))
+    return encoding.json_text(sorted(record.gate))
 
 
 def _judging_text(record: CampaignRecord) -> str:
     # What is judged with a numeric uncertainty has a digest for each architecture and scenario.
-    return json_text(
+    return encoding.json_text(
         sorted(
             [item.id, item.digest, dict(item.not_applicable), *_with_uncertainty(item)]
             for item in record.fsrs
@@ -363,7 +348,7 @@ def _with_uncertainty(fsr: CampaignFsr) -> list[list[list[str]]]:
 
 
 def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
-    return rows_of_columns(
+    return encoding.rows_of_columns(
         tables.test_case,
         (
             list(part.test_cases),
@@ -371,7 +356,7 @@ def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
             part.scenario_content.digest,
             part.architecture_content.digest,
             part.fault_entry,
-            json_text([dict(fault) for fault in part.faults]),
+            encoding.json_text([dict(fault) for fault in part.faults]),
             list(part.parameters),
             list(part.replicates),
             part.seed,
@@ -390,28 +375,30 @@ def save_campaign(
         connection,
         tables.campaign,
         campaign_id,
-        utc_text(None),
+        encoding.utc_text(None),
         record.odd.id,
         record.odd.digest,
         concept_record(record.concept).digest,
         record.title,
         planned,
-        json_text(record.factors),
+        encoding.json_text(record.factors),
         _gate_text(record),
-        json_text({name: dict(units) for name, units in record.units.items()}),
+        encoding.json_text({name: dict(units) for name, units in record.units.items()}),
         _judging_text(record),
         hashed,
-        json_text(dict(record.provenance)),
+        encoding.json_text(dict(record.provenance)),
     )
 
 
 def _save_selection(connection: Connection, campaign_id: str, selection: Selection) -> None:
     table = tables.campaign_case
     with ExitStack() as inserting:
-        if is_worth_rebuilding(selection.identity.count, size_of(connection, table)):
-            inserting.enter_context(rebuilt_indexes(connection, table))
+        if encoding.is_worth_rebuilding(
+            selection.identity.count, encoding.size_of(connection, table)
+        ):
+            inserting.enter_context(encoding.rebuilt_indexes(connection, table))
         for ordinals, columns in selection.parts():
-            rows = rows_of_columns(table, (campaign_id, ordinals, *columns))
+            rows = encoding.rows_of_columns(table, (campaign_id, ordinals, *columns))
             insert_rows(connection, table, rows)
 
 
@@ -421,7 +408,7 @@ def fsr_rows(
     """Make the rows of ``campaign_fsr``, from the cases by architecture, scenario and side."""
     requirements = {item.id: item for item in record.concept.requirements}
     return [
-        row(tables.campaign_fsr, (campaign_id, *values))
+        encoding.row(tables.campaign_fsr, (campaign_id, *values))
         for fsr in sorted(record.fsrs, key=lambda item: item.id)
         for values in _judged(fsr, requirements[fsr.id], record, counted)
     ]

@@ -10,7 +10,7 @@ off a worker whose lease was taken over: whatever it brings later is dropped.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from typing import Any, Final
@@ -21,23 +21,14 @@ from sqlalchemy import Connection, Row, Select, select, text, update
 from adeye.signals import Bools
 from adeye.store.accounts import account_whole
 from adeye.store.block import JudgedBlock, RunBlock
-from adeye.store.cases import JUDGED, open_cases
+from adeye.store.cases import JUDGED_CASES, open_cases
 from adeye.store.database import Door, reading, sharing
 from adeye.store.encoding import utc_text
 from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
 from adeye.store.records import Block
 from adeye.store.tables import work
+from adeye.store.write import results
 from adeye.store.write.half_steps import judge_with_uncertainty
-from adeye.store.write.results import (
-    NOTHING,
-    count_block,
-    record_basis,
-    record_judged_runs,
-    record_verdicts,
-    require_same_traces,
-    tallied,
-    write_tallies,
-)
 
 # --- Which test cases of a campaign a runner wants, and the cutting of blocks that it wants in
 # part.
@@ -71,10 +62,6 @@ class WantedBlocks:
             return False
         return self.ordinals is None or bool(self.ordinals[first:end].any())
 
-    def first(self, blocks: Iterable[Row[Any]]) -> Row[Any] | None:
-        """Return the first of some rows of ``work`` that is wanted."""
-        return next((block for block in blocks if self.wants(block)), None)
-
     def stretches(self, first: int, end: int) -> list[tuple[int, int]]:
         """Cut a range of ordinals where wanted and unwanted ones meet."""
         if self.ordinals is None:
@@ -82,6 +69,29 @@ class WantedBlocks:
         chosen = self.ordinals[first:end]
         cuts = (np.flatnonzero(chosen[1:] != chosen[:-1]) + 1 + first).tolist()
         return list(zip([first, *cuts], [*cuts, end], strict=True))
+
+
+def add_block(
+    connection: Connection, campaign_id: str, kind: str, bounds: tuple[int, int], **others: Any
+) -> int:
+    """Add a block of work, which is free unless told otherwise; return its number.
+
+    Args:
+        connection: In a write transaction.
+        campaign_id: The campaign.
+        kind: Of work.
+        bounds: Its first ordinal, and the one behind its last.
+        others: Columns that are not those of a new block.
+    """
+    new: dict[str, Any] = {"state": "pending", "attempt": 0, "failures": 0}
+    made = work.insert().values(
+        campaign_id=campaign_id,
+        kind=kind,
+        from_ordinal=bounds[0],
+        to_ordinal=bounds[1],
+        **new | others,
+    )
+    return int(connection.execute(made.returning(work.c.id)).scalar_one())
 
 
 def cut_block(connection: Connection, block: Row[Any], wanted: WantedBlocks) -> tuple[int, int]:
@@ -100,20 +110,17 @@ def cut_block(connection: Connection, block: Row[Any], wanted: WantedBlocks) -> 
     """
     whole = block.from_ordinal, block.to_ordinal
     stretches = wanted.stretches(*whole)
-    if len(stretches) == 1 or tallied(connection, block.id):
+    if len(stretches) == 1 or results.tallied(connection, block.id):
         return whole
     assert wanted.ordinals is not None
     own = next(item for item in stretches if wanted.ordinals[item[0]])
     connection.execute(
         update(work).where(work.c.id == block.id).values(from_ordinal=own[0], to_ordinal=own[1])
     )
-    free = {"owner": None, "until": None, "until_boot_s": None, "state": "pending", "attempt": 0}
-    kept = {name: getattr(block, name) for name in ("campaign_id", "kind", "failures", "detail")}
-    for first, end in stretches:
-        if (first, end) != own:
-            connection.execute(
-                work.insert().values(from_ordinal=first, to_ordinal=end, **kept, **free)
-            )
+    kept = {"failures": block.failures, "detail": block.detail}
+    for stretch in stretches:
+        if stretch != own:
+            add_block(connection, block.campaign_id, block.kind, stretch, **kept)
     return own
 
 
@@ -129,33 +136,36 @@ _SHARES_NOTHING: Final = text("""NOT EXISTS (
         AND other.ordinal < held.to_ordinal
     WHERE held.campaign_id = work.campaign_id AND held.state = 'leased' AND held.owner = :owner)""")
 """That a block has no result of one that its owner executes already: it will have it by then."""
+DEFAULT_LEASE_S: Final = 60.0
 MAX_FAILURES: Final = 3
 """Infrastructure errors of a block before it is split or quarantined."""
 
 
 def claim_block(
     connection: Connection,
-    owner: Owner,
-    lease_s: float,
-    campaign_id: str | None,
+    owner: Owner | None = None,
+    lease_s: float = DEFAULT_LEASE_S,
+    *,
+    campaign: str | None = None,
     wanted: WantedBlocks | None = None,
 ) -> Block | None:
-    """Lease the first free block: pending, or leased by an owner that is dead or late.
+    """Lease the next free block: pending, or leased by an owner that is dead or late; else None.
+
+    Its cases may be none, if what it needed came in since; complete it as well.
 
     Args:
         connection: In a write transaction.
-        owner: Who leases it.
+        owner: Who leases it; None for this process.
         lease_s: For how long [s].
-        campaign_id: Of one campaign; None for any.
-        wanted: Only blocks with a test case that is wanted; they are cut to what is wanted.
+        campaign: Id of one campaign; None for any.
+        wanted: Only blocks with a test case that is wanted. One that is wanted in part is cut, and
+            its other test cases become blocks of their own.
     """
     candidates = select(work).order_by(work.c.id)
-    if campaign_id is not None:
-        candidates = candidates.where(work.c.campaign_id == campaign_id)
-    asked = wanted or WantedBlocks()
-    pending = candidates.where(work.c.state == "pending", _SHARES_NOTHING).params(
-        owner=owner.to_text()
-    )
+    if campaign is not None:
+        candidates = candidates.where(work.c.campaign_id == campaign)
+    asked, holder = wanted or WantedBlocks(), (owner or Owner.current()).to_text()
+    pending = candidates.where(work.c.state == "pending", _SHARES_NOTHING).params(owner=holder)
     leased = candidates.where(work.c.state == "leased")
     now = clock_now(connection)
     if asked.is_anything:
@@ -173,7 +183,7 @@ def claim_block(
     connection.execute(
         update(work)
         .where(work.c.id == found.id)
-        .values(state="leased", owner=owner.to_text(), attempt=attempt, **_lease(now, lease_s))
+        .values(state="leased", owner=holder, attempt=attempt, **_lease(now, lease_s))
     )
     cases = open_cases(connection, found.campaign_id, *bounds)
     return Block(found.id, found.campaign_id, attempt, cases, bounds)
@@ -279,23 +289,15 @@ def fail_block(connection: Connection, block: Block, detail: str) -> str | None:
         values = {"state": "pending", "failures": failures, "detail": detail, **_FREE}
         return "pending" if _change(connection, block, **values) else None
     # What was counted of the whole block does not count for a half.
-    if found.to_ordinal - found.from_ordinal == 1 or tallied(connection, block.id):
+    if found.to_ordinal - found.from_ordinal == 1 or results.tallied(connection, block.id):
         return "quarantined" if quarantine_block(connection, block, detail) else None
     # Each half gets one try, so that a single bad case costs log2(size) more attempts.
     middle = (found.from_ordinal + found.to_ordinal) // 2
-    half = {"state": "pending", "failures": MAX_FAILURES - 1, "detail": detail, **_FREE}
-    if not _change(connection, block, to_ordinal=middle, **half):
+    half = {"failures": MAX_FAILURES - 1, "detail": detail}
+    if not _change(connection, block, to_ordinal=middle, state="pending", **half, **_FREE):
         return None
-    connection.execute(
-        work.insert().values(
-            campaign_id=found.campaign_id,
-            kind=found.kind,
-            from_ordinal=middle,
-            to_ordinal=found.to_ordinal,
-            attempt=0,
-            **half,
-        )
-    )
+    other = middle, found.to_ordinal
+    add_block(connection, found.campaign_id, found.kind, other, **half)
     return "pending"
 
 
@@ -310,9 +312,15 @@ def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
 
 
 def complete_block(
-    connection: Connection, block: Block, runs: RunBlock | None, judged: JudgedBlock | None
+    connection: Connection, block: Block, runs: RunBlock | None, judged: JudgedBlock | None = None
 ) -> bool:
     """Save everything that a block needed, and its tallies; False if it was taken over.
+
+    Args:
+        connection: In a write transaction.
+        block: As claimed.
+        runs: Results of ``block.to_execute`` with their verdicts.
+        judged: Verdicts of ``block.to_judge``.
 
     Raises:
         IntegrityError: A result or verdict contradicts one that exists.
@@ -324,15 +332,14 @@ def complete_block(
     foreign = {digest for part in (runs, judged) if part for digest in part.result_digests}
     foreign -= expected
     if foreign:
-        msg = f"block {block.id}: results {sorted(foreign)} are not of this block"
-        raise ValueError(msg)
-    recorded = record_judged_runs(connection, runs) if runs else NOTHING
+        raise ValueError(f"block {block.id}: results {sorted(foreign)} are not of this block")
+    recorded = results.record_judged_runs(connection, runs) if runs else results.NOTHING
     if judged and judged.result_digests:
-        require_same_traces(connection, judged)
-        record_basis(connection, judged.result_digests, judged.basis)
-        record_verdicts(connection, judged, differing=recorded.differing)
+        results.require_same_traces(connection, judged)
+        results.record_basis(connection, judged.result_digests, judged.basis)
+        results.record_verdicts(connection, judged, differing=recorded.differing)
     elif runs and not recorded.existing:
-        counted = count_block(connection, block.id, runs)
+        counted = results.count_block(connection, block.id, runs)
         if counted is not None:
             counted.save(connection)
             account_whole(connection, block.campaign)
@@ -341,8 +348,11 @@ def complete_block(
         select(work.c.from_ordinal, work.c.to_ordinal).where(work.c.id == block.id)
     ).one()
     judge_with_uncertainty(connection, block.campaign, *bounds)
-    _require_complete(connection, block, *bounds)
-    write_tallies(connection, block.id)
+    still_open = open_cases(connection, block.campaign, *bounds)
+    if still_open:
+        msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"
+        raise ValueError(msg)
+    results.write_tallies(connection, block.id)
     account_whole(connection, block.campaign)
     return True
 
@@ -373,18 +383,11 @@ def close_blocks(connection: Connection, campaign_id: str) -> int:
         connection.execute(
             update(work).where(work.c.id == block.id).values(state="done", detail=None, **_FREE)
         )
-        write_tallies(connection, block.id)
+        results.write_tallies(connection, block.id)
         closed += 1
     if closed:
         account_whole(connection, campaign_id)
     return closed
-
-
-def _require_complete(connection: Connection, block: Block, *bounds: int) -> None:
-    still_open = open_cases(connection, block.campaign, *bounds)
-    if still_open:
-        msg = f"block {block.id} is not complete: {still_open[0]} and {len(still_open) - 1} more"
-        raise ValueError(msg)
 
 
 # --- The work of a campaign as runners share it: what they want of it, and what others hold -------
@@ -417,22 +420,6 @@ class Queue(Door):
     open_elsewhere = reading(open_elsewhere)
     requeue_quarantined = sharing(requeue_quarantined)
 
-    def claim(self, campaign: str, wanted: WantedBlocks, lease_s: float) -> Block | None:
-        """Lease the next free block that has a wanted test case; None if there is none.
-
-        A block that is wanted in part is cut, and its other test cases become blocks of their own.
-
-        Args:
-            campaign: Id of the campaign.
-            wanted: What is wanted.
-            lease_s: For how long [s].
-        """
-        owner = Owner.current()
-        return self._database.change(
-            lambda connection: claim_block(connection, owner, lease_s, campaign, wanted),
-            shared=True,
-        )
-
     def cases(self, campaign: str) -> Iterator[tuple[int, NamedCase, bool]]:
         """Read the test cases of a campaign: ordinal, names, and whether there is a result."""
         with self._database.read() as connection:
@@ -450,22 +437,18 @@ class Queue(Door):
 
     def failed(self, campaign: str) -> frozenset[int]:
         """List the ordinals of a campaign of which a mandatory FSR has a FAIL or an ERROR."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT DISTINCT c.ordinal FROM campaign_case c "  # noqa: S608 - own names
-                f"JOIN campaign_fsr f ON {JUDGED} JOIN run r ON r.result_digest = c.result_digest "
-                "JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest "
-                "WHERE c.campaign_id = ? AND f.mandatory = 1 AND v.verdict IN ('FAIL', 'ERROR')",
-                (campaign,),
-            )
-            return frozenset(found.scalars())
+        found = self._ask(
+            f"SELECT DISTINCT c.ordinal FROM {JUDGED_CASES} "  # noqa: S608 - own names
+            "WHERE c.campaign_id = ? AND f.mandatory = 1 AND v.verdict IN ('FAIL', 'ERROR')",
+            campaign,
+        )
+        return frozenset(item.ordinal for item in found)
 
     def earlier(self, campaign: str) -> list[str]:
         """List the other campaigns of the same ODD id, the one that was used last first."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT v.campaign FROM v_campaigns v JOIN campaign c ON c.odd_id = v.odd "
-                "WHERE c.id = ? AND v.campaign <> ? ORDER BY v.recency, v.campaign",
-                (campaign, campaign),
-            )
-            return [str(item) for item in found.scalars()]
+        found = self._ask(
+            "SELECT v.campaign FROM v_campaigns v JOIN campaign c ON c.odd_id = v.odd "
+            "WHERE c.id = ? AND v.campaign <> ? ORDER BY v.recency, v.campaign",
+            *(campaign, campaign),
+        )
+        return [str(item.campaign) for item in found]

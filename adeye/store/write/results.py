@@ -28,7 +28,7 @@ from adeye.judge.verdict import Verdict
 from adeye.signals import Ints
 from adeye.store import tables
 from adeye.store.accounts import Done, account_block, save_done
-from adeye.store.block import BasisBlock, JudgedBlock, RunBlock
+from adeye.store.block import NUMBERS, BasisBlock, JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED
 from adeye.store.catalogue import rows_among, rows_of_runs
 from adeye.store.encoding import (
@@ -38,6 +38,7 @@ from adeye.store.encoding import (
     Texts,
     Words,
     hash_words,
+    hashed_names,
     json_text,
     next_number,
     row,
@@ -45,8 +46,9 @@ from adeye.store.encoding import (
     table_rows,
     utc_text,
 )
-from adeye.store.ledger import add_row, insert_rows
+from adeye.store.ledger import add_row, insert_new, insert_rows
 from adeye.store.plugin_metrics import metric_columns, plugin_tables, record_plugin_metrics
+from adeye.store.records import values_of
 from adeye.store.tables import basis, extreme, kept_trace, metadata, uid_set
 from adeye.store.views import WORST_FIRST
 from adeye.trace import LINK_TICKS
@@ -73,34 +75,30 @@ def record_basis(
     results = Texts.of(result_digests)
     uids = content_digest(dict(block.uids))
     add_row(connection, uid_set, uids, json_text(dict(block.uids)), ignore_existing=True)
-    columns: list[Column] = [
-        results,
-        np.full(len(numbers), block.version),
-        Texts.same(uids, len(numbers)),
-        block.by_contact,
-        block.invalid,
-    ]
+    version = np.full(len(numbers), block.version)
+    columns = _columns(
+        basis,
+        block,
+        result_digest=results,
+        version=version,
+        uid_set_digest=Texts.same(uids, len(numbers)),
+    )
     _insert(connection, basis, numbers, columns, ignore_existing=True)
     found = block.extremes
-    columns = [
-        results[found.run],
-        found.measure,
-        np.full(len(found.run), block.version),
-        found.value,
-        found.time_s,
-        found.actor,
-        found.samples,
-    ]
+    own = results[found.run]
+    columns = _columns(extreme, found, result_digest=own, version=version[found.run])
     _insert(connection, extreme, numbers[found.run], columns, ignore_existing=True)
-    kept = [(run, place) for run, place in enumerate(block.files) if place is not None]
+    kept = [(run, *place) for run, place in enumerate(block.files) if place is not None]
     if kept:
-        runs = np.array([run for run, _ in kept])
-        columns = [
-            results[runs],
-            Texts.of([name for _, (name, _) in kept]),
-            np.array([place for _, (_, place) in kept]),
-        ]
-        _insert(connection, kept_trace, numbers[runs], columns, ignore_existing=True)
+        runs, names, places = zip(*kept, strict=True)
+        rows = np.array(runs)
+        columns = [results[rows], Texts.of(names), np.array(places)]
+        _insert(connection, kept_trace, numbers[rows], columns, ignore_existing=True)
+
+
+def _columns(table: Table, source: object, **others: Column) -> list[Column]:
+    """List what the hash of the rows of a table covers, see ``records.values_of``."""
+    return values_of(hashed_names(table), source, **others)
 
 
 def _insert(
@@ -220,12 +218,21 @@ def tally_rows(connection: Connection, work_id: int) -> list[Row]:
 
 def write_tallies(connection: Connection, work_id: int) -> None:
     """Save the tallies of a block that is done, but those that are there, and account for it."""
+    add_tallies(connection, work_id)
+    account_block(connection, work_id)
+
+
+def add_tallies(
+    connection: Connection, work_id: int, missing: Collection[str] = frozenset()
+) -> None:
+    """Save the tallies of a block, but those that are there and those of FSRs that it lacks."""
     known = tallied(connection, work_id)
     rows = [
-        item for item in tally_rows(connection, work_id) if (item[2], item[4], item[5]) not in known
+        item
+        for item in tally_rows(connection, work_id)
+        if item[2] not in missing and (item[2], item[4], item[5]) not in known
     ]
     insert_rows(connection, tables.tally, rows)
-    account_block(connection, work_id)
 
 
 def tallied(connection: Connection, work_id: int) -> set[tuple[str, str, str]]:
@@ -324,7 +331,7 @@ def record_judged_runs(connection: Connection, block: RunBlock) -> Recorded:
         connection,
         JudgedBlock(block.result_digests, block.verdicts),
         results=block.results,
-        existing=recorded.existing,
+        are_new=not recorded.existing,
         differing=recorded.differing,
     )
     return recorded
@@ -377,21 +384,14 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
     }
     words = {name: hash_words(columns) for name, columns in metrics.items()}
     events = block.events
-    event_columns: list[Column] = [
-        results[events.run],
-        events.seq,
-        events.time_s,
-        events.kind,
-        events.subject,
-        events.text,
-    ]
+    event_columns = _columns(tables.event, events, result_digest=results[events.run])
     event_words = hash_words(event_columns)
     hashed = _run_columns(block, results)
     hashes = result_hashes(hash_words(hashed), words["metric"], event_words, events.run)
     at = [utc_text(moment) for moment in dict.fromkeys(block.executed_at)]
     moments = {moment: code for code, moment in enumerate(dict.fromkeys(block.executed_at))}
     executed_at = Texts(np.array([moments[item] for item in block.executed_at]), Dictionary(at))
-    columns: list[Column] = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
+    columns = [*hashed, Texts.unique(hashes), block.executed_by, executed_at]
     numbers = next_number(connection) + np.arange(len(block))
     _insert(connection, tables.run, numbers, columns)
     for name, measured in metrics.items():
@@ -404,28 +404,21 @@ def _insert_runs(connection: Connection, block: RunBlock) -> None:
 
 def _run_columns(block: RunBlock, results: Texts) -> list[Column]:
     """List the columns ``RUN_HASHED``."""
-    engines = block.engines
-
-    def of_engine(values: Sequence[str]) -> Texts:
-        return Texts(block.engine, Dictionary(values))
-
-    return [
-        results,
-        Texts.unique(block.test_cases),
-        of_engine([engine.backend for engine in engines]),
-        of_engine([engine.variant for engine in engines]),
-        np.array([engine.numerics_version for engine in engines], dtype=np.int64)[block.engine],
-        of_engine([engine.plugins_digest for engine in engines]),
-        Texts(block.outcome, Dictionary([str(word) for word in OUTCOMES])),
-        block.outcome_channel,
-        block.outcome_detail,
-        block.trace_rows,
-        block.duration_s,
-        Texts.unique(block.trace_digests),
-        block.realised,
-        block.end_reason,
-        block.machine_dependent,
-    ]
+    versions = [engine.numerics_version for engine in block.engines]
+    of_engines = {
+        name: Texts(block.engine, Dictionary([getattr(engine, name) for engine in block.engines]))
+        for name in ("backend", "variant", "plugins_digest")
+    }
+    return values_of(
+        RUN_HASHED,
+        block,
+        result_digest=results,
+        test_case_digest=Texts.unique(block.test_cases),
+        numerics_version=np.array(versions, dtype=np.int64)[block.engine],
+        outcome=Texts(block.outcome, Dictionary([str(word) for word in OUTCOMES])),
+        trace_digest=Texts.unique(block.trace_digests),
+        **of_engines,
+    )
 
 
 def record_verdicts(
@@ -433,7 +426,7 @@ def record_verdicts(
     block: JudgedBlock,
     *,
     results: Dictionary | None = None,
-    existing: Collection[str] | None = None,
+    are_new: bool = False,
     differing: frozenset[str] = frozenset(),
 ) -> int:
     """Save verdicts that are not there yet.
@@ -442,7 +435,7 @@ def record_verdicts(
         connection: In a write transaction.
         block: The verdicts.
         results: Its result digests, if they are hashed already.
-        existing: Results that may have verdicts already; by default any of them.
+        are_new: Whether no result can have a verdict already.
         differing: Results whose second execution may be judged differently.
 
     Returns:
@@ -457,73 +450,28 @@ def record_verdicts(
     # In the order of the table, a page is filled once.
     verdicts = verdicts.take(np.lexsort((verdicts.fsr_digest.codes, run_number[verdicts.run])))
     numbers = np.where(np.isfinite(verdicts.numbers), verdicts.numbers, np.nan)
-    low, high, margin, time_s, value, threshold = numbers.T
-    columns: list[Column] = [
-        Texts(verdicts.run, digests),
-        verdicts.fsr_digest,
-        verdicts.fsr_id,
-        Texts(verdicts.verdict, Dictionary([str(word) for word in VERDICTS])),
-        low,
-        high,
-        margin,
-        verdicts.unit,
-        verdicts.signal,
-        verdicts.predicate,
-        time_s,
-        verdicts.actor,
-        value,
-        threshold,
-        verdicts.exercised,
-        verdicts.detail,
-    ]
+    columns = _columns(
+        tables.verdict,
+        verdicts,
+        result_digest=Texts(verdicts.run, digests),
+        verdict=Texts(verdicts.verdict, Dictionary([str(word) for word in VERDICTS])),
+        **dict(zip(NUMBERS, numbers.T, strict=True)),
+    )
     stored = [run_number[verdicts.run], *columns[1:]]
     rows = table_rows(stored, hash_words(columns), tables.verdict)
-    looked_up = set(block.result_digests if existing is None else existing)
-    if looked_up:
-        known = {
-            int(number): digest
-            for number, digest in zip(run_number, block.result_digests, strict=True)
-            if digest in looked_up
-        }
-        rows = _new_verdicts(connection, rows, known, differing)
-    insert_rows(connection, tables.verdict, rows)
-    return len(rows)
+    if are_new:
+        insert_rows(connection, tables.verdict, rows)
+        return len(rows)
+    known = dict(zip(run_number.tolist(), block.result_digests, strict=True))
 
-
-def _new_verdicts(
-    connection: Connection,
-    rows: Sequence[Row],
-    existing: Mapping[int, str],
-    differing: frozenset[str],
-) -> list[Row]:
-    """Leave out the verdicts that are there; the same FSR must not be judged differently.
-
-    Args:
-        connection: In a write transaction.
-        rows: Of ``verdict``.
-        existing: Result digests by the numbers of runs that may have verdicts.
-        differing: Results whose second execution may be judged differently.
-    """
-    found = rows_of_runs(connection, tables.verdict, "fsr_digest, row_hash", existing)
-    known = {(item[0], item[1]): item[2] for item in found}
-    added: list[Row] = []
-    for new in rows:
-        number, fsr_digest, fsr_id = new[:3]
-        if number not in existing:
-            added.append(new)
-            continue
-        stored = known.get((number, fsr_digest))
-        if stored is None:
-            known[number, fsr_digest] = new[-1]
-            added.append(new)
-        elif not (
-            stored == new[-1] or existing[number] in differing or _is_respelt(connection, new)
-        ):
+    def refuse(new: Row) -> None:
+        if not (known[new[0]] in differing or _is_respelt(connection, new)):
             raise IntegrityError(
-                f"run {existing[number][:12]}: FSR {fsr_id} was judged differently before. "
+                f"run {known[new[0]][:12]}: FSR {new[2]} was judged differently before. "
                 f"Judging must be deterministic; a changed FSR has another digest."
             )
-    return added
+
+    return insert_new(connection, tables.verdict, rows, refuse)
 
 
 def _is_respelt(connection: Connection, new: Row) -> bool:

@@ -15,33 +15,29 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Connection
 
 from adeye.errors import IntegrityError
-from adeye.judge.preventability import (
-    BENCHMARK_VERSION,
-    TAKEOVERS_VERSION,
-    Cell,
-    Comparison,
-    TakeoverClass,
-    cell_of,
-)
+from adeye.judge.preventability import BENCHMARK_VERSION, TAKEOVERS_VERSION, Comparison, cell_of
 from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
 from adeye.store import tables
 from adeye.store.block import RunBlock
-from adeye.store.cases import JUDGED
-from adeye.store.database import Door, reading, writing
-from adeye.store.encoding import Row, json_text, row
+from adeye.store.cases import JUDGED_CASES
+from adeye.store.database import Door, Part, reading, writing
+from adeye.store.encoding import Row, json_text
 from adeye.store.evidence.roots import Certificates
-from adeye.store.ledger import insert_rows
+from adeye.store.ledger import insert_new, insert_rows, row_of
 from adeye.store.read.campaigns import contact_of, executed_once, failed_among
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
 from adeye.store.write.results import changed_case, record_judged_runs, record_runs
 from adeye.sweep.groups import NO_FAULT
+
+if TYPE_CHECKING:
+    from adeye.judge.preventability import Cell, TakeoverClass
 
 # --- Save forks beside the campaigns, and find them: they belong to a run, never to a selection ---
 
@@ -59,33 +55,19 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
         ValueError: The results are not those of the forks.
     """
     if block.result_digests != tuple(fork.result_digest for fork in forks):
-        msg = "the results are not those of the forks"
-        raise ValueError(msg)
-    insert_rows(
-        connection,
-        tables.test_case,
-        [
-            changed_case(connection, _case_of(connection, fork.origin), digest=fork.test_case)
-            for fork in forks
-        ],
-        ignore_existing=True,
-    )
+        raise ValueError("the results are not those of the forks")
+    query = "SELECT test_case_digest FROM run WHERE result_digest = ?"
+    cases = []
+    for fork in forks:
+        origin = connection.exec_driver_sql(query, (fork.origin,)).scalar_one()
+        cases.append(changed_case(connection, origin, digest=fork.test_case))
+    insert_rows(connection, tables.test_case, cases, ignore_existing=True)
     record_judged_runs(connection, block)
     rows = [
-        row(
-            tables.fork,
-            (fork.result_digest, fork.test_case, fork.origin, fork.from_tick, fork.authority),
-        )
+        row_of(tables.fork, fork, test_case_digest=fork.test_case, origin_digest=fork.origin)
         for fork in forks
     ]
     insert_rows(connection, tables.fork, rows, ignore_existing=True)
-
-
-def _case_of(connection: Connection, result: str) -> str:
-    found = connection.exec_driver_sql(
-        "SELECT test_case_digest FROM run WHERE result_digest = ?", (result,)
-    )
-    return str(found.scalar_one())
 
 
 # --- Keep drives of reference drivers beside the campaigns, and find them -------------------------
@@ -107,12 +89,7 @@ JOIN test_case t ON t.digest = c.test_case_digest AND t.situation_digest = a.sit
 WHERE c.campaign_id = ? AND b.version = ?
 ORDER BY c.ordinal, b.model, b.edition"""
 
-_FAILED = f"""
-SELECT c.ordinal, c.result_digest, v.signal
-FROM campaign_case c
-JOIN campaign_fsr f ON {JUDGED}
-JOIN run r ON r.result_digest = c.result_digest
-JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+_FAILED = f"""SELECT c.ordinal, c.result_digest, v.signal FROM {JUDGED_CASES}
 WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""  # noqa: S608 - the condition is a constant of this package
 
 _OPEN = """
@@ -131,16 +108,16 @@ class DriveRecord:
     """A drive, and what it is held against.
 
     Attributes:
-        origin: Result digest of the run.
+        result_digest: Of the run.
         model: Reference driver.
         edition: Of its rules.
-        drive: Result digest of the drive.
+        drive_digest: Of the result of the drive.
     """
 
-    origin: str
+    result_digest: str
     model: str
     edition: str
-    drive: str
+    drive_digest: str
 
 
 class Benchmarks(Door):
@@ -150,9 +127,7 @@ class Benchmarks(Door):
 
     def result_of(self, result_digest: str) -> bool:
         """Tell whether there is a result."""
-        query = "SELECT 1 FROM run WHERE result_digest = ?"
-        with self._database.read() as connection:
-            return connection.exec_driver_sql(query, (result_digest,)).first() is not None
+        return bool(self._ask("SELECT 1 FROM run WHERE result_digest = ?", result_digest))
 
     def comparisons(self, campaign: str) -> list[Comparison]:
         """Give what is known of the runs of a campaign, each run once by model and edition."""
@@ -160,10 +135,13 @@ class Benchmarks(Door):
             found = _compared(connection, campaign)
         return list({(item.run, item.model, item.edition): item for item in found}.values())
 
+    def of(self, campaign: str, edition: str) -> list[Comparison]:
+        """Give what is known of the runs of a campaign by an edition of the models."""
+        return [item for item in self.comparisons(campaign) if item.edition == edition]
+
     def open_contacts(self, campaign: str) -> int:
         """Count the runs with a contact, or of which it is not known, that have no drive."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(_OPEN, (campaign, BENCHMARK_VERSION)).scalar_one()
+        ((found,),) = self._ask(_OPEN, campaign, BENCHMARK_VERSION)
         return int(found)
 
     def save(
@@ -192,18 +170,8 @@ class Benchmarks(Door):
             insert_rows(connection, tables.test_case, rows, ignore_existing=True)
             if block is not None:
                 record_runs(connection, block)
-            insert_rows(
-                connection,
-                tables.benchmark,
-                [
-                    row(
-                        tables.benchmark,
-                        (item.origin, item.model, item.edition, BENCHMARK_VERSION, item.drive),
-                    )
-                    for item in drives
-                ],
-                ignore_existing=True,
-            )
+            rows = [row_of(tables.benchmark, item, version=BENCHMARK_VERSION) for item in drives]
+            insert_rows(connection, tables.benchmark, rows, ignore_existing=True)
 
     def failures(
         self, campaign: str, fsr: str, architecture: str, edition: str
@@ -303,20 +271,12 @@ class Hindsight(Door):
     save_forks = writing(save_forks)
     failed_among = reading(failed_among)
 
-    @property
-    def half_steps(self) -> HalfSteps:
-        """Twins with half the step, and the numeric uncertainty that they told."""
-        return HalfSteps(self._database)
-
-    @property
-    def benchmarks(self) -> Benchmarks:
-        """Drives of reference drivers in the situations of stored runs."""
-        return Benchmarks(self._database)
-
-    @property
-    def certificates(self) -> Certificates:
-        """Certificates of determinism."""
-        return Certificates(self._database)
+    half_steps = Part(HalfSteps)
+    """Twins with half the step, and the numeric uncertainty that they told."""
+    benchmarks = Part(Benchmarks)
+    """Drives of reference drivers in the situations of stored runs."""
+    certificates = Part(Certificates)
+    """Certificates of determinism."""
 
     def executed(
         self, campaign: str, most: int | None = None, *, only_faulty: bool = False
@@ -348,18 +308,17 @@ class Hindsight(Door):
 
     def injections(self, campaign: str) -> tuple[Injection, ...]:
         """Give what is known of the faults of a campaign's runs, by run; none withdrawn."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
-                "JOIN campaign_case c ON c.result_digest = i.result_digest "
-                "JOIN test_case t ON t.digest = c.test_case_digest "
-                "WHERE c.campaign_id = ? AND i.version = ? AND NOT EXISTS "
-                "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
-                "ORDER BY i.result_digest",
-                (campaign, TIMELINE_VERSION),
-            ).mappings()
-            # Two cases of a campaign may be one test case.
-            known = {item["result_digest"]: _injection(item) for item in found}
+        found = self._ask(
+            "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
+            "JOIN campaign_case c ON c.result_digest = i.result_digest "
+            "JOIN test_case t ON t.digest = c.test_case_digest "
+            "WHERE c.campaign_id = ? AND i.version = ? AND NOT EXISTS "
+            "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
+            "ORDER BY i.result_digest",
+            *(campaign, TIMELINE_VERSION),
+        )
+        # Two cases of a campaign may be one test case.
+        known = {item.result_digest: _injection(item._mapping) for item in found}
         return tuple(known.values())
 
     def exercised(self, campaign: str, fsrs: Iterable[str]) -> frozenset[tuple[str, str]]:
@@ -369,18 +328,15 @@ class Hindsight(Door):
             campaign: Id of the campaign.
             fsrs: Ids of the FSRs that are asked for.
         """
-        with self._database.read() as connection:
-            return frozenset(
-                (run, fsr)
-                for fsr in fsrs
-                for (run,) in connection.exec_driver_sql(
-                    "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i "
-                    "ON i.result_digest = v.run "
-                    "WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 "
-                    "AND i.version = ?",
-                    (campaign, fsr, TIMELINE_VERSION),
-                )
-            )
+        query = (
+            "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i ON i.result_digest = v.run "
+            "WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 AND i.version = ?"
+        )
+        return frozenset(
+            (run, fsr)
+            for fsr in fsrs
+            for (run,) in self._ask(query, campaign, fsr, TIMELINE_VERSION)
+        )
 
     def save_takeovers(self, found: Sequence[TakeoverLine]) -> None:
         """Keep what the decisions of runs were, beside their forks; what is known stays.
@@ -389,17 +345,7 @@ class Hindsight(Door):
             IntegrityError: Something else was found before.
         """
         rows = [
-            row(
-                tables.takeover,
-                (
-                    item.fork,
-                    TAKEOVERS_VERSION,
-                    item.class_,
-                    item.takeover_s,
-                    item.violation_s,
-                    item.fork_violation_s,
-                ),
-            )
+            row_of(tables.takeover, item, fork_digest=item.fork, version=TAKEOVERS_VERSION)
             for item in found
         ]
         with self._database.write() as connection:
@@ -407,40 +353,32 @@ class Hindsight(Door):
 
     def takeovers(self, campaign: str) -> tuple[TakeoverLine, ...]:
         """Give what is known of the decisions of a campaign's runs, by run; none withdrawn."""
-        with self._database.read() as connection:
-            found = connection.exec_driver_sql(
-                "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
-                "o.class, o.takeover_s, o.violation_s, o.fork_violation_s FROM takeover o "
-                "JOIN fork f ON f.result_digest = o.fork_digest "
-                "JOIN campaign_case c ON c.result_digest = f.origin_digest "
-                "JOIN test_case t ON t.digest = c.test_case_digest "
-                "WHERE c.campaign_id = ? AND o.version = ? AND NOT EXISTS "
-                "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
-                "ORDER BY f.origin_digest",
-                (campaign, TAKEOVERS_VERSION),
-            )
-            known = {item[0]: TakeoverLine(*item) for item in found}
+        found = self._ask(
+            "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
+            "o.class, o.takeover_s, o.violation_s, o.fork_violation_s FROM takeover o "
+            "JOIN fork f ON f.result_digest = o.fork_digest "
+            "JOIN campaign_case c ON c.result_digest = f.origin_digest "
+            "JOIN test_case t ON t.digest = c.test_case_digest "
+            "WHERE c.campaign_id = ? AND o.version = ? AND NOT EXISTS "
+            "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
+            "ORDER BY f.origin_digest",
+            *(campaign, TAKEOVERS_VERSION),
+        )
+        known = {item[0]: TakeoverLine(*item) for item in found}
         return tuple(known.values())
 
 
 def _injection_row(item: Injection) -> Row:
-    times = item.times
-    return row(
+    own = (*_TIMES, "fdti_s", "frti_s", "fhti_s")
+    return row_of(
         tables.injection,
-        (
-            item.run,
-            TIMELINE_VERSION,
-            *(getattr(times, name) for name in _TIMES),
-            times.fdti_s,
-            times.frti_s,
-            times.fhti_s,
-            times.emergency_operation_s,
-            item.ftti_s,
-            item.fault_free_violation_s,
-            item.class_,
-            json_text(asdict(item.without_mechanism)),
-            json_text(list(item.twins)),
-        ),
+        item,
+        result_digest=item.run,
+        version=TIMELINE_VERSION,
+        eoti_s=item.times.emergency_operation_s,
+        without_mechanism=json_text(asdict(item.without_mechanism)),
+        twins=json_text(list(item.twins)),
+        **{name: getattr(item.times, name) for name in own},
     )
 
 
@@ -449,29 +387,19 @@ def _injection(item: Any) -> Injection:
         Injection,
         item,
         run=item["result_digest"],
-        times=Timeline(**{name: item[name] for name in _TIMES}),
+        times=of_row(Timeline, item),
         without_mechanism=Timeline(**json.loads(item["without_mechanism"])),
-        class_=item["class"],
         twins=tuple(json.loads(item["twins"])),
     )
 
 
 def _insert_new(connection: Connection, name: str, rows: Iterable[Row]) -> None:
     """Insert rows whose key, the digest and the version, is not there yet."""
-    table = tables.metadata.tables[name]
-    key = next(iter(table.primary_key.columns)).name
-    new: dict[tuple[str, int], Row] = {}
-    for item in rows:
-        known = connection.exec_driver_sql(
-            f"SELECT row_hash FROM {name} WHERE {key} = ? AND version = ?",  # noqa: S608 - own names
-            (item[0], item[1]),
-        ).scalar()
-        known = new.get((item[0], item[1]), (known,))[-1]
-        if known is None:
-            new[item[0], item[1]] = item
-        elif known != item[-1]:
-            raise IntegrityError(
-                f"{name} of run {item[0][:12]}: something else was found before. Its twins or its "
-                "fork do not come out as they did; `adeye replay` tells whether the run does."
-            )
-    insert_rows(connection, table, list(new.values()))
+
+    def refuse(item: Row) -> None:
+        raise IntegrityError(
+            f"{name} of run {item[0][:12]}: something else was found before. Its twins or its "
+            "fork do not come out as they did; `adeye replay` tells whether the run does."
+        )
+
+    insert_new(connection, tables.metadata.tables[name], rows, refuse)

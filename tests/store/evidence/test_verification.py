@@ -239,7 +239,7 @@ WRONG = Finding("run", "3", "has another digest")
 
 @pytest.mark.parametrize("raised", [KeyError("gate"), NoResultFound("No row was found")])
 def test_unforeseen_error_on_altered_content_names_the_row(raised: Exception) -> None:
-    stored = Stored(WRONG)
+    stored: Any = Stored(WRONG)
     with pytest.raises(IntegrityError, match="run 3: has another digest") as caught:
         close(stored, raised)
     assert caught.value.__cause__ is raised
@@ -248,6 +248,7 @@ def test_unforeseen_error_on_altered_content_names_the_row(raised: Exception) ->
 
 def test_errors_in_words_and_those_on_sound_content_stay() -> None:
     error = KeyError("gate")
+    stored: Any
     for raised, stored in (
         *((item, Stored(WRONG)) for item in (None, InputError("no run"), KeyboardInterrupt())),
         (error, Stored()),

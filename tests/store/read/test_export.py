@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from adeye.campaign.plan import SUFFIXES
 from adeye.errors import InputError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import Verdict
@@ -16,7 +15,7 @@ from adeye.store.read import export
 from adeye.store.read.export import RUNS, SUFFIX_UNITS, TABLES, metric_columns, open_export, unit_of
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
-from adeye.units import UNITS
+from adeye.units import UNITS, Dimension
 from tests.postgres import Server
 from tests.store.conftest import Example, Store
 from tests.store.raw import raw_connection
@@ -204,8 +203,8 @@ def test_columns_are_those_of_the_view(tmp_path: Path, empty: bytes, name: str) 
 
 
 def test_suffix_of_a_parameter_is_the_si_unit_of_its_dimension() -> None:
-    for dimension, suffix in SUFFIXES.items():
-        unit = UNITS[SUFFIX_UNITS[suffix]]
+    for dimension in (item for item in Dimension if item.suffix):
+        unit = UNITS[SUFFIX_UNITS[dimension.suffix]]
         assert (unit.exponents, unit.numerator, unit.denominator) == (*dimension.value[:1], 1, 1)
 
 

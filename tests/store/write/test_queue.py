@@ -32,7 +32,7 @@ def campaign(store: Store) -> str:
 
 def claimed(store: Store, campaign: str, blocks: WantedBlocks = ANYTHING) -> Block:
     """Claim a block of those that are wanted where there is one."""
-    block = store.repository.queue.claim(campaign, blocks, 60.0)
+    block = store.repository.claim_block(campaign=campaign, wanted=blocks)
     assert block is not None
     return block
 
@@ -91,7 +91,7 @@ def test_what_is_left_elsewhere_is_counted_as_far_as_it_is_wanted(
     assert left(ANYTHING, {mine.id}) == 6
     assert left(WantedBlocks(within=(0, 4)), {mine.id}) == 2
     others = WantedBlocks(aside={theirs.id, mine.id})
-    while (block := store.repository.queue.claim(campaign, others, 60.0)) is not None:
+    while (block := store.repository.claim_block(campaign=campaign, wanted=others)) is not None:
         assert store.complete(block)
     assert left(ANYTHING, {mine.id}) == 2
     assert store.complete(theirs)
@@ -301,7 +301,7 @@ def mask(*ordinals: int, planned: int = 8) -> Any:
 
 
 def claim(repository: Repository, partly: str, wanted: WantedBlocks) -> tuple[int, ...] | None:
-    block = repository.queue.claim(partly, wanted, 60.0)
+    block = repository.claim_block(campaign=partly, wanted=wanted)
     return None if block is None else tuple(case.ordinal for case in block.cases)
 
 
@@ -350,7 +350,7 @@ def test_only_what_is_wanted_is_leased_and_the_rest_waits(
 @pytest.mark.slow
 def test_what_is_cut_is_completed_counted_and_covers_the_plan(store: Store, partly: str) -> None:
     for wanted in (WantedBlocks(mask(1, 2, 6)), WantedBlocks()):
-        while (block := store.repository.queue.claim(partly, wanted, 60.0)) is not None:
+        while (block := store.repository.claim_block(campaign=partly, wanted=wanted)) is not None:
             assert store.complete(block)
     assert store.repository.verify() == ()
     assert store.repository.progress(partly).accounted == 8

@@ -16,7 +16,6 @@ from adeye.store.accounts import done_cases
 from adeye.store.block import RunBlock
 from adeye.store.records import Block, MetricValue, VerdictRecord
 from adeye.store.repository import Repository
-from adeye.store.write import queue as leasing
 from adeye.store.write.results import Counted, count_block, tally_rows
 from tests.store.conftest import Store
 from tests.store.rows import add_verdicts, run_block
@@ -272,7 +271,7 @@ def test_block_whose_results_exist_is_counted_from_the_rows(
     def refuse(_connection: Connection, _work_id: int, _block: RunBlock) -> None:
         pytest.fail("counted from columns although results were reused")
 
-    monkeypatch.setattr(leasing, "count_block", refuse)
+    monkeypatch.setattr("adeye.store.write.results.count_block", refuse)
     campaign = store.campaign(8)
     assert store.repository.verify() == ()
     assert store.repository.progress(campaign).accounted == 8
