@@ -20,11 +20,10 @@ from adeye.report.files import guarding
 from adeye.report.formats import check_exports, render_export
 from adeye.report.formats.json import render_json
 from adeye.report.formats.junit import render_junit
-from adeye.report.gate.baseline import read_baseline
+from adeye.report.gate.baseline import deciding, read_baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
-from adeye.report.impact import impact_of
-from adeye.report.model.evidence import StaleEvidence, StaleFiles
+from adeye.report.model.evidence import Change, Impact, StaleEvidence, StaleFiles
 from adeye.report.model.part import Label
 from adeye.report.page.drive import plots_of, replay_of
 from adeye.report.page.html import render_comparison, write_html
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
 
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison.records import CompareOptions, Comparison
-    from adeye.report.model.evidence import Impact
     from adeye.report.model.report import Report
     from adeye.report.page.replay import Replay
     from adeye.store.records import CampaignInfo, VerdictRecord
@@ -81,6 +79,41 @@ def change_since(
             f"adeye gate {campaign.id[:_SHOWN]} --baseline {file}{end}",
             lambda run: f"adeye show {run[:_SHOWN]}{end}",
         ),
+    )
+
+
+def impact_of(
+    result: GateResult,
+    former: str,
+    stale: StaleFiles | str,
+    commands: tuple[str, Callable[[str], str]],
+) -> Impact:
+    """Return what changed since a baseline.
+
+    Args:
+        result: Of the campaign, compared with the baseline.
+        former: Id of the campaign that the baseline was written from.
+        stale: What of the evidence counts under the files as they are, or why that is not known.
+        commands: Asks the gate, and shows a run.
+    """
+    gate, show = commands
+    decides = deciding(result.changes)
+    return Impact(
+        baseline=result.baseline,
+        campaign=former,
+        exit_code=result.exit_code,
+        message=result.message,
+        changes=tuple(
+            Change.of(
+                item,
+                decides=item in decides,
+                command=show(item.runs[0]) if item.runs else "",
+            )
+            for item in result.changes
+        ),
+        stale=None if isinstance(stale, str) else stale,
+        not_asked=stale if isinstance(stale, str) else "",
+        command=gate,
     )
 
 

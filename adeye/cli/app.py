@@ -30,7 +30,8 @@ from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.show import replay, show
 from adeye.cli.stl import stl
-from adeye.errors import Terminated
+from adeye.errors import AdeyeError, InputError, Terminated
+from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
 from adeye.supervision import Ended, has_guests, note_end, supervise
 
@@ -117,14 +118,10 @@ DEBUG: Final = "ADEYE_DEBUG"
 _COLLECT_AFTER: Final = 50_000
 """Objects made between two collections of the youngest."""
 
-_USAGE: Final = 2
 _DEFECT: Final = 3
-_ENVIRONMENT: Final = 5
 _UNWRITTEN: Final = 120
 """Python's own exit code where the last output could not be written."""
-_INTERRUPTED: Final = 130
 _READER_GONE: Final = 141
-_TERMINATED: Final = 143
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -159,7 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if before is None:
             os.environ.pop(DEBUG, None)
     note_end(_flushed(code))
-    if code in {_INTERRUPTED, _TERMINATED}:
+    if code in {ExitCode.INTERRUPTED, ExitCode.TERMINATED}:
         leave_if_abandoned(code)
     return code
 
@@ -169,7 +166,7 @@ def _supervised() -> Ended | None:
         return supervise()
     except OSError as error:
         text = f"PlatformError: no process can be started: {error.strerror or error}."
-        return Ended(_ENVIRONMENT, f"{text} Allow more of them (ulimit -u), or end others.")
+        return Ended(ExitCode.ENVIRONMENT, f"{text} Allow more of them (ulimit -u), or end others.")
 
 
 def _flushed(code: int) -> int:
@@ -187,9 +184,9 @@ def _ended(arguments: Sequence[str] | None) -> int:
         with raising_on_sigterm():
             return _run(arguments)
     except Terminated:
-        return _TERMINATED
+        return ExitCode.TERMINATED
     except (KeyboardInterrupt, typer.Abort):
-        return _INTERRUPTED
+        return ExitCode.INTERRUPTED
     except SystemExit as error:
         return _code_of(error)
     except BaseException as error:  # noqa: BLE001 - the boundary where errors become messages
@@ -220,12 +217,11 @@ def _code_of(error: SystemExit) -> int:
         talk("Something ended the program before its end: what it was asked for is incomplete.")
         return _DEFECT
     talk(clean(error.code, lines=True))
-    return _USAGE
+    return ExitCode.USAGE
 
 
 def _report(error: BaseException) -> int:
     """Tell what ended the verb and return the exit code."""
-    from adeye.errors import AdeyeError, InputError
     from adeye.store.location import masked
 
     if os.environ.get(DEBUG, "0") not in {"", "0"}:
@@ -241,14 +237,14 @@ def _report(error: BaseException) -> int:
         text = _usage(error, masked(error.format_message()))
         if text.strip():
             talk(text)
-        return _USAGE
+        return ExitCode.USAGE
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
         talk(clean(masked(f"PlatformError: {place}{error.strerror or error}.")))
-        return _ENVIRONMENT
+        return ExitCode.ENVIRONMENT
     if isinstance(error, MemoryError):
         talk("PlatformError: out of memory. Use fewer workers.")
-        return _ENVIRONMENT
+        return ExitCode.ENVIRONMENT
     talk(
         clean(masked(f"{type(error).__name__}: {error}"), lines=True)
         + "\nThis is a defect of adeye, not of your files. "

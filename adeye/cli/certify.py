@@ -6,22 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.confidence import What
 from adeye.cli.options import Db, Json, Quiet, option
-from adeye.cli.output import (
-    clean,
-    emit,
-    emit_fields,
-    emit_json,
-    emit_line,
-    emit_table,
-    fields_of,
-    plain,
-    short,
-    talk,
-    wrote,
-)
 from adeye.cli.progress import reporting, watching
+from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,8 +24,6 @@ if TYPE_CHECKING:
 
 SHOWN: Final = 20
 """Findings that are listed; JSON has all."""
-
-_VIOLATED: Final = 4
 
 
 def certify(
@@ -71,19 +58,22 @@ def certify(
 
     with watching(quiet=quiet) as report:
         found = certify_campaign(db, what, sample=sample, masked=masks, report=report)
-    if json:
-        emit_json("certify", plain(found) | {"certified": found.is_certified})
-    else:
-        _print_certificate(found)
+    out.emit_found(
+        "certify",
+        found,
+        _print_certificate,
+        json=json,
+        document=lambda found: out.plain(found) | {"certified": found.is_certified},
+    )
     if not found.is_certified:
-        raise typer.Exit(_VIOLATED)
+        raise typer.Exit(ExitCode.INTEGRITY)
 
 
 def _print_certificate(found: Certificate) -> None:
     left_out = f"{found.machine_dependent:,} that a deadline of the machine ended"
-    emit_fields(
+    out.emit_fields(
         {
-            "Campaign": f"{short(found.campaign)} of {found.odd}",
+            "Campaign": f"{out.short(found.campaign)} of {found.odd}",
             "Tool": f"adeye {found.tool}",
             "Class": found.class_,
             "Sample": f"{found.sampled:,} of {found.executed:,} runs, from {found.strata:,} "
@@ -91,32 +81,32 @@ def _print_certificate(found: Certificate) -> None:
             "Left out": left_out if found.machine_dependent else "",
         }
     )
-    emit("")
-    emit_table(("Condition", "Compared"), found.conditions, right=("Compared",))
+    out.emit("")
+    out.emit_table(("Condition", "Compared"), found.conditions, right=("Compared",))
     if found.is_certified:
-        emit("\nCertified: every trace, metric and verdict of the sample is as stored.")
+        out.emit("\nCertified: every trace, metric and verdict of the sample is as stored.")
         return
-    emit_table(
-        ("Run", "Scenario", "Architecture", "Faults", "Differs", "From tick", "Conditions"),
-        [_row(item, len(found.conditions)) for item in found.findings[:SHOWN]],
+
+    def conditions(item: Finding) -> str:
+        is_all = len(item.conditions) == len(found.conditions)
+        return "every one" if is_all else "; ".join(item.conditions)
+
+    out.emit_records(
+        found.findings[:SHOWN],
+        {
+            "Run": lambda item: out.short(item.run),
+            "Scenario": "scenario",
+            "Architecture": "architecture",
+            "Faults": "fault_entry",
+            "Differs": lambda item: ", ".join(item.differs),
+            "From tick": "first_tick",
+            "Conditions": conditions,
+        },
         title="Runs that are not as stored",
     )
     if len(found.findings) > SHOWN:
-        emit(f"{len(found.findings) - SHOWN:,} more; --json lists them.")
-    emit_line(f"\nNOT CERTIFIED: {_cause(found)}")
-
-
-def _row(item: Finding, conditions: int) -> list[object]:
-    of = "every one" if len(item.conditions) == conditions else "; ".join(item.conditions)
-    return [
-        short(item.run),
-        item.scenario,
-        item.architecture,
-        item.fault_entry,
-        ", ".join(item.differs),
-        None if item.first_tick is None else item.first_tick,
-        of,
-    ]
+        out.emit(f"{len(found.findings) - SHOWN:,} more; --json lists them.")
+    out.emit_line(f"\nNOT CERTIFIED: {_cause(found)}")
 
 
 def _cause(found: Certificate) -> str:
@@ -136,7 +126,6 @@ def _cause(found: Certificate) -> str:
 
 # --- ``selftest``: does this installation still find what is known to be bad ----------------------
 
-_INTEGRITY: Final = 4
 REMARK: Final = (
     "The masters are chosen, not drawn at random: the bound is about defects of this kind, by "
     "assumption."
@@ -184,33 +173,31 @@ def selftest(
         examined = examine(masters, tell)
     result = conclude(examined)
     if json:
-        emit_json("selftest", {**result.model_dump(mode="json"), "results": _rows(examined)})
+        out.emit_json("selftest", {**out.plain(result), "results": _rows(examined)})
     else:
         _print_masters(examined, result)
     if not (quick or only):
-        _keep(result, db)
+        from adeye.report.credibility import write_result
+        from adeye.store.location import locate
+
+        out.wrote(write_result(result, locate(db).beside.parent))
     if not result.is_good:
         names = dict.fromkeys((*result.undetected, *result.rejected_twins))
-        talk(clean(f"IntegrityError: do not rely on this installation: {', '.join(names)}."))
-        raise typer.Exit(_INTEGRITY)
-
-
-def _keep(result: SelfTestResult, db: str | None) -> None:
-    from adeye.report.credibility import write_result
-    from adeye.store.location import locate
-
-    wrote(write_result(result, locate(db).beside.parent))
+        out.talk(
+            out.clean(f"IntegrityError: do not rely on this installation: {', '.join(names)}.")
+        )
+        raise typer.Exit(ExitCode.INTEGRITY)
 
 
 _MASTER: Final = ("name", "group", "wrong", "finder")
 
 
 def _list(masters: Sequence[Master], *, json: bool) -> None:
-    rows = [fields_of(item, *_MASTER, "exit_code", "words") for item in masters]
+    rows = [out.fields_of(item, *_MASTER, "exit_code", "words") for item in masters]
     if json:
-        emit_json("selftest-masters", {"masters": rows})
+        out.emit_json("selftest-masters", {"masters": rows})
         return
-    emit_table(
+    out.emit_table(
         ("Master", "Group", "What is wrong", "Found by", "Exit", "Shows as"),
         [list(row.values()) for row in rows],
         right=("Exit",),
@@ -220,7 +207,7 @@ def _list(masters: Sequence[Master], *, json: bool) -> None:
 def _rows(examined: Sequence[Examined]) -> list[dict[str, Any]]:
     return [
         {
-            **fields_of(item.master, *_MASTER),
+            **out.fields_of(item.master, *_MASTER),
             "is_detected": item.is_detected,
             "exit_code": item.seen.exit_code,
             "text": item.seen.text,
@@ -233,19 +220,18 @@ def _rows(examined: Sequence[Examined]) -> list[dict[str, Any]]:
 
 
 def _print_masters(examined: Sequence[Examined], result: SelfTestResult) -> None:
-    rows = [
-        [
-            item.master.name,
-            item.master.group,
-            item.master.wrong,
-            item.master.words,
-            item.seen.exit_code,
-            "detected" if item.is_detected else "NOT DETECTED",
-            "passes" if item.is_twin_good else "REJECTED",
-        ]
-        for item in examined
-    ]
-    headers = ("Master", "Group", "What is wrong", "Shows as", "Exit", "Master is", "Twin")
-    emit_table(headers, rows, right=("Exit",))
-    emit(f"\n{clean(result.text)}")
-    emit(REMARK)
+    out.emit_records(
+        examined,
+        {
+            "Master": lambda item: item.master.name,
+            "Group": lambda item: item.master.group,
+            "What is wrong": lambda item: item.master.wrong,
+            "Shows as": lambda item: item.master.words,
+            "Exit": lambda item: item.seen.exit_code,
+            "Master is": lambda item: "detected" if item.is_detected else "NOT DETECTED",
+            "Twin": lambda item: "passes" if item.is_twin_good else "REJECTED",
+        },
+        right=("Exit",),
+    )
+    out.emit(f"\n{out.clean(result.text)}")
+    out.emit(REMARK)

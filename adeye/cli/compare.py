@@ -3,23 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.options import Db, Json, complete_campaigns, named_page, option, sizes_of
-from adeye.cli.output import (
-    NONE,
-    clean,
-    emit,
-    emit_document,
-    emit_json,
-    emit_line,
-    emit_table,
-    listed,
-    short,
-    wrote,
-)
 from adeye.errors import UsageError, suggest
 from adeye.report.words import MINUS, counted, number, quantity
 
@@ -27,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adeye.report.comparison.records import Candidate, Comparison, Difference, Pair
-    from adeye.report.formats.matrix import By, TraceGroup, TraceRow
+    from adeye.report.formats.matrix import By, TraceGroup
 
 # --- ``compare``: architectures of one campaign on the same test cases ----------------------------
 
@@ -85,19 +74,16 @@ def compare(
         ),
         html=html,
     )
-    if json:
-        emit_json("compare", comparison.model_dump(mode="json"))
-    else:
-        print_comparison(comparison)
+    out.emit_found("compare", comparison, print_comparison, json=json)
     if html is not None:
-        wrote(html)
+        out.wrote(html)
 
 
 def print_comparison(comparison: Comparison) -> None:
     """Print a comparison: the overview first, then what differs, then sensors."""
     _print_overview(comparison)
     for statement in comparison.statements:
-        emit_line(statement)
+        out.emit_line(statement)
     for pair in comparison.pairs:
         _print_pair(comparison, pair)
     _print_sensors(comparison)
@@ -111,27 +97,31 @@ def _print_overview(comparison: Comparison) -> None:
     rows = [
         [
             item.id + (" (gate)" if item.is_gate else ""),
-            item.suite or NONE,
-            NONE if item.cost is None else f"{item.cost.total:,g}",
+            item.suite or out.NONE,
+            out.NONE if item.cost is None else f"{item.cost.total:,g}",
             f"{item.mandatory - len(item.unmet)} of {item.mandatory}",
             f"{counted(item.failing)} of {counted(item.cases)}",
             counted(item.undecided),
-            NONE if item.worst_margin is None else number(item.worst_margin, signed=True),
-            NONE if item.availability is None else f"{100.0 * item.availability:.1f} %",
+            out.NONE if item.worst_margin is None else number(item.worst_margin, signed=True),
+            out.NONE if item.availability is None else f"{100.0 * item.availability:.1f} %",
             place_text(item),
-            listed(unmet.text for unmet in item.unmet),
+            out.listed(unmet.text for unmet in item.unmet),
         ]
         for item in comparison.by_cost
     ]
-    emit_table(headers, rows, right=headers[2:8])
+    out.emit_table(headers, rows, right=headers[2:8])
     if comparison.cheapest:
-        emit(f"Cheapest that meets every mandatory FSR: {clean(listed(comparison.cheapest))}.")
+        out.emit_line(
+            f"Cheapest that meets every mandatory FSR: {out.listed(comparison.cheapest)}."
+        )
     elif any(not item.unmet for item in comparison.candidates):
-        emit("Which one meets every mandatory FSR at least cost is not known: a cost is missing.")
+        out.emit(
+            "Which one meets every mandatory FSR at least cost is not known: a cost is missing."
+        )
     else:
-        emit("No architecture meets every mandatory FSR.")
+        out.emit("No architecture meets every mandatory FSR.")
     for text in comparison.left_out:
-        emit_line(f"Objective left out: {text}.")
+        out.emit_line(f"Objective left out: {text}.")
     _print_unexecuted(comparison)
 
 
@@ -139,10 +129,12 @@ def _print_unexecuted(comparison: Comparison) -> None:
     """Name what no count is about."""
     for item in comparison.by_cost:
         if item.unexecuted:
-            emit_line(f"Not executed of {item.id}: {listed(one.text for one in item.unexecuted)}.")
+            out.emit_line(
+                f"Not executed of {item.id}: {out.listed(one.text for one in item.unexecuted)}."
+            )
     for item in comparison.by_cost:
         if item.left_out:
-            emit_line(
+            out.emit_line(
                 f"Left out of {item.id} above: {counted(item.left_out)} of "
                 f"{counted(item.cases + item.left_out)} shared test cases, because not all "
                 "architectures have executed them."
@@ -153,7 +145,7 @@ def place_text(item: Candidate) -> str:
     """Say whether an architecture is worth choosing."""
     if item.is_on_front:
         return "on the front"
-    return f"dominated by {item.dominated_by}" if item.dominated_by else NONE
+    return f"dominated by {item.dominated_by}" if item.dominated_by else out.NONE
 
 
 def _print_pair(comparison: Comparison, pair: Pair) -> None:
@@ -166,22 +158,24 @@ def _print_pair(comparison: Comparison, pair: Pair) -> None:
     ]
     shown = [item for item in found if item.is_different]
     still = [item for item in found if item.kind == _ALL and not item.is_different]
-    emit("")
-    emit_line(
+    out.emit("")
+    out.emit_line(
         f"A = {pair.a}, B = {pair.b}: {counted(pair.pairs)} pairs executed, "
         f"{counted(pair.incomplete)} not; without a partner {counted(pair.only_a)} of A "
         f"and {counted(pair.only_b)} of B."
     )
     if pair.not_comparable:
-        emit_line(f"Not applicable to one of them: {listed(pair.not_comparable)}.")
+        out.emit_line(f"Not applicable to one of them: {out.listed(pair.not_comparable)}.")
     if shown:
         _print_differences(shown)
     same = [item.fsr for item in still if not item.undecided]
     if same:
-        emit_line(f"No difference at all: {listed(same)}.")
+        out.emit_line(f"No difference at all: {out.listed(same)}.")
     unknown = [f"{item.fsr} ({counted(item.undecided)})" for item in still if item.undecided]
     if unknown:
-        emit_line(f"No difference in what is decided, but pairs are undecided: {listed(unknown)}.")
+        out.emit_line(
+            f"No difference in what is decided, but pairs are undecided: {out.listed(unknown)}."
+        )
 
 
 def _print_differences(shown: Sequence[Difference]) -> None:
@@ -201,12 +195,12 @@ def _print_differences(shown: Sequence[Difference]) -> None:
             item.undecided,
         )  # fmt: skip
         cells += [counted(count) for count in counts]
-        cells.append(NONE if item.difference is None else percent(item.difference))
+        cells.append(out.NONE if item.difference is None else percent(item.difference))
         if has_inference:
             cells += _inference_cells(item)
         margin = item.margin
         if margin is None:
-            cells += [NONE, NONE, NONE]
+            cells += [out.NONE, out.NONE, out.NONE]
         else:
             mean = quantity(margin.mean, margin.unit, signed=True)
             mean += " (normalised)" if margin.is_normalised else ""
@@ -215,18 +209,18 @@ def _print_differences(shown: Sequence[Difference]) -> None:
                 mean += f" [{quantity(low, '1', signed=True)}, {quantity(high, '1', signed=True)}]"
             cells.append(mean)
             if margin.loss is None:
-                cells += ["none", NONE]
+                cells += ["none", out.NONE]
             else:
                 loss = quantity(margin.loss, margin.unit, signed=True)
-                cells += [loss, short(margin.least_run_b)]
+                cells += [loss, out.short(margin.least_run_b)]
         rows.append(cells)
-    emit_table(headers + inferred + margins, rows, right=(headers + inferred + margins)[2:-1])
+    out.emit_table(headers + inferred + margins, rows, right=(headers + inferred + margins)[2:-1])
 
 
 def _inference_cells(item: Difference) -> list[str]:
     said = item.inference
     if said is None:
-        return [NONE, NONE, NONE]
+        return [out.NONE, out.NONE, out.NONE]
     interval = f"[{percent(said.interval.low)}, {percent(said.interval.high)}]"
     return [f"{percent(said.difference)} {interval}", p_text(said.p), p_text(said.p_adjusted)]
 
@@ -262,7 +256,7 @@ def _print_sensors(comparison: Comparison) -> None:
             ]
             for item in comparison.contributions
         ]  # fmt: skip
-        emit_table(headers, rows, title="What one sensor adds", right=headers[3:])
+        out.emit_table(headers, rows, title="What one sensor adds", right=headers[3:])
     if comparison.sightings:
         headers = ["Architecture", "Sensor", "First", "Same tick", "Only it", "Never", "Lead"]
         sighted = [
@@ -270,12 +264,12 @@ def _print_sensors(comparison: Comparison) -> None:
                 item.architecture, item.sensor,
                 f"{counted(item.first)} of {counted(item.runs)}", counted(item.shared),
                 counted(item.only), counted(item.never),
-                NONE if item.lead_s is None else quantity(item.lead_s, "s"),
+                out.NONE if item.lead_s is None else quantity(item.lead_s, "s"),
             ]
             for item in comparison.sightings
         ]  # fmt: skip
         title = "Which sensor detects the object that matters first"
-        emit_table(headers, sighted, title=title, right=headers[2:])
+        out.emit_table(headers, sighted, title=title, right=headers[2:])
 
 
 # --- ``matrix``: the traceability matrix, from hazards to verdicts and back -----------------------
@@ -316,23 +310,20 @@ def matrix(
     from adeye.reporting import read_report
 
     if by not in BY:
-        raise UsageError(f"--by {clean(by)!r} is no column", remedy=suggest(by, BY))
+        raise UsageError(f"--by {out.clean(by)!r} is no column", remedy=suggest(by, BY))
     if csv and json:
         raise UsageError("--csv and --json exclude each other", remedy="Give one of the two.")
     column: By = by
     report = read_report(db, campaign)
     rows = matrix_of(report, column)
     if csv:
-        emit_document(clean(render_csv(rows, column), lines=True))
+        out.emit_document(out.clean(render_csv(rows, column), lines=True))
     elif json:
-        emit_json("matrix", _document(report.campaign, column, rows))
+        gaps = sum(bool(row.gap) for row in rows)
+        content = {"campaign": report.campaign, "by": column, "rows": rows, "gaps": gaps}
+        out.emit_json("matrix", content)
     else:
         _print(column, grouped(rows, column))
-
-
-def _document(campaign: str, by: By, rows: Sequence[TraceRow]) -> dict[str, Any]:
-    gaps = sum(bool(row.gap) for row in rows)
-    return {"campaign": campaign, "by": by, "rows": rows, "gaps": gaps}
 
 
 def _print(by: By, groups: Sequence[TraceGroup]) -> None:
@@ -344,14 +335,14 @@ def _print(by: By, groups: Sequence[TraceGroup]) -> None:
         [
             group.id or "none",
             *(", ".join(group.links[name]) for name in columns),
-            listed([f"{count} {word}" for word, count in group.verdicts.items()]),
+            out.listed([f"{count} {word}" for word, count in group.verdicts.items()]),
             _gaps(group.gaps),
         ]
         for group in groups
     ]
-    emit_table(headers, rows, sections=range(len(rows)))
+    out.emit_table(headers, rows, sections=range(len(rows)))
     count = len({gap for group in groups for gap in group.gaps})
-    emit("No gaps." if not count else f"{count} gaps; every row: --csv or --json.")
+    out.emit("No gaps." if not count else f"{count} gaps; every row: --csv or --json.")
 
 
 def _title(by: By) -> str:

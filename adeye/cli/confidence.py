@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from adeye.cli.options import Db, Json, complete_campaigns, option
-from adeye.cli.output import NONE, emit, emit_json, emit_line, emit_table, plain, short
+from adeye.cli.options import Db, Json, OddOrCampaign, complete_campaigns, option
+from adeye.cli.output import NONE, emit, emit_found, emit_line, emit_table, plain, short
 from adeye.judge.verdict import ExitCode
 from adeye.report.words import counted, number
 
@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
 
 def confidence(
-    name: Annotated[
-        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
-    ] = None,
+    name: OddOrCampaign = None,
     *,
     level: Annotated[float, option("SHARE")] = 0.95,
     method: Annotated[str, option("METHOD")] = "clopper-pearson",
@@ -51,17 +49,12 @@ def confidence(
         adeye confidence odd/motorway_chauffeur.yaml
         adeye confidence 3 --level 0.99 --target 1e-3
     """
-    from typing import cast
-
     from adeye.report.claims import ClaimOptions, Method
     from adeye.reporting import claim
 
     options = ClaimOptions(level, cast("Method", method), target, joint)
     claims = claim(db, name, options)
-    if json:
-        emit_json("confidence", claims.model_dump(mode="json"))
-    else:
-        print_claims(claims)
+    emit_found("confidence", claims, print_claims, json=json)
     if claims.missing or not claims.claims:
         raise typer.Exit(ExitCode.INCOMPLETE)
 
@@ -153,9 +146,10 @@ def uncertainty(what: What = None, db: Db = None, json: Json = False) -> None:
     from adeye.campaign.studies.half_step import uncertainty_table
 
     found = uncertainty_table(db, what)
-    if json:
-        emit_json("uncertainty", _document(found))
-        return
+    emit_found("uncertainty", found, _print, json=json, document=_document)
+
+
+def _print(found: UncertaintyTable) -> None:
     emit(f"Campaign {short(found.campaign)} of {found.odd}: step {found.step_s:g} s against half")
     for kind, title in (("fsr", "Margin of FSR"), ("metric", "Metric")):
         lines = [item for item in found.lines if item.difference.kind == kind]

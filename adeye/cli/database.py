@@ -8,25 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew, option
-from adeye.cli.output import (
-    clean,
-    emit,
-    emit_document,
-    emit_fields,
-    emit_json,
-    emit_line,
-    emit_table,
-    fields_of,
-    plain,
-    talk,
-    wrote,
-)
 from adeye.errors import UsageError
+from adeye.judge.verdict import ExitCode
 from adeye.outputs import guarded, write_atomically
 
 if TYPE_CHECKING:
-    from adeye.store.evidence.roots import Root
+    from adeye.store.evidence.roots import Root, RunProof
 
 # --- ``db metadata``: what datasette needs to show a database: titles, units, saved queries -------
 
@@ -48,10 +37,10 @@ def metadata(
     """
     text = json.dumps(document(db), indent=1, ensure_ascii=False)
     if output is None:
-        emit_document(text)
+        out.emit_document(text)
         return
     write_atomically(f"{text}\n".encode(), output)
-    wrote(output)
+    out.wrote(output)
 
 
 def document(db: str | None) -> dict[str, Any]:
@@ -116,8 +105,6 @@ def _columns(names: tuple[str, ...]) -> dict[str, str]:
 # --- ``db upgrade|info|verify|merge|copy|metadata|grant``; ``db prove|withdraw``: runs as
 # evidence.
 
-_INTEGRITY = 4
-
 database_app = typer.Typer(
     help="Create, upgrade, describe, verify, merge and copy databases.", no_args_is_help=True
 )
@@ -136,11 +123,11 @@ def upgrade(db: Db = None, json: Json = False) -> None:
     before = schema.current(db)
     after = schema.upgrade(db)
     if json:
-        emit_json("db-upgrade", {"path": str(locate(db)), "before": before, "after": after})
+        out.emit_json("db-upgrade", {"path": str(locate(db)), "before": before, "after": after})
     elif before == after:
-        emit_line(f"{locate(db)}: schema {after} already")
+        out.emit_line(f"{locate(db)}: schema {after} already")
     else:
-        emit_line(f"{locate(db)}: schema {before or 'none'} → {after}")
+        out.emit_line(f"{locate(db)}: schema {before or 'none'} → {after}")
 
 
 _CAMPAIGN: Final = ("number", "id", "odd", "planned", "state", "created_at")
@@ -162,7 +149,7 @@ def info(db: Db = None, json: Json = False) -> None:
         sessions = {item.id: repository.evidence.sessions(item.id) for item in campaigns}
         withdrawn = repository.evidence.withdrawals()
     if json:
-        emit_json(
+        out.emit_json(
             "db-info",
             {
                 "path": found.path,
@@ -171,7 +158,7 @@ def info(db: Db = None, json: Json = False) -> None:
                 "rows": found.rows,
                 "campaigns": [
                     {
-                        **fields_of(item, *_CAMPAIGN),
+                        **out.fields_of(item, *_CAMPAIGN),
                         "root": root_of(roots[item.id]),
                         "provenance": item.provenance,
                         "sessions": sessions[item.id],
@@ -182,22 +169,22 @@ def info(db: Db = None, json: Json = False) -> None:
             },
         )
         return
-    emit_fields(
+    out.emit_fields(
         {"Database": found.path, "Schema": found.schema, "Size": f"{found.size_bytes / 1e6:.1f} MB"}
     )
-    emit_table(("Table", "Rows"), list(found.rows.items()), right=("Rows",))
+    out.emit_table(("Table", "Rows"), list(found.rows.items()), right=("Rows",))
     rows = [
         [
-            *(fields_of(item, *_CAMPAIGN) | {"id": item.id[:10]}).values(),
+            *(out.fields_of(item, *_CAMPAIGN) | {"id": item.id[:10]}).values(),
             (root_of(roots[item.id]) or "-")[:16],
         ]
         for item in campaigns
     ]
     headers = ("Number", "Campaign", "ODD", "Test cases", "State", "First planned", "Root")
-    emit_table(headers, rows, right=("Number", "Test cases"))
+    out.emit_table(headers, rows, right=("Number", "Test cases"))
     if withdrawn:
         taken = [[item.result_digest[:12], item.at, item.author, item.reason] for item in withdrawn]
-        emit_table(("Withdrawn", "At", "By", "Reason"), taken)
+        out.emit_table(("Withdrawn", "At", "By", "Reason"), taken)
 
 
 def root_of(root: Root | None) -> str | None:
@@ -224,23 +211,25 @@ def verify(db: Db = None, json: Json = False) -> None:
         left = left_files(repository)
         rows = sum(repository.info().rows.values())
     if json:
-        emit_json("db-verify", {"rows": rows, "findings": findings})
+        out.emit_json("db-verify", {"rows": rows, "findings": findings})
     else:
         for finding in findings:
-            emit_line(finding)
+            out.emit_line(finding)
         if not findings:
-            emit(f"Intact: {rows} rows are as they were written.")
+            out.emit(f"Intact: {rows} rows are as they were written.")
     if left:
-        talk(
-            clean(
+        out.talk(
+            out.clean(
                 f"{len(left)} files of traces belong to no run of this database, as an interrupted "
                 "block leaves them, or belong to one that was copied or renamed; nothing is wrong "
                 f"with it: {left[0]}"
             )
         )
     if findings:
-        talk(f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy.")
-        raise typer.Exit(_INTEGRITY)
+        out.talk(
+            f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy."
+        )
+        raise typer.Exit(ExitCode.INTEGRITY)
 
 
 def prove(
@@ -265,10 +254,11 @@ def prove(
     with Repository.open(db, create=False) as repository:
         chosen = repository.find_campaign(campaign)
         proof = repository.evidence.prove(run, chosen.id)
-    if json:
-        emit_json("db-prove", plain(proof))
-        return
-    emit_fields(
+    out.emit_found("db-prove", proof, _print_proof, json=json)
+
+
+def _print_proof(proof: RunProof) -> None:
+    out.emit_fields(
         {
             "Campaign": proof.campaign,
             "Run": proof.result_digest,
@@ -305,11 +295,11 @@ def withdraw(
         found = repository.find_run(run)
         is_new = repository.evidence.withdraw(found.result_digest, author=author, reason=reason)
     if json:
-        emit_json("db-withdraw", {"run": found.result_digest, "is_new": is_new})
+        out.emit_json("db-withdraw", {"run": found.result_digest, "is_new": is_new})
     elif is_new:
-        emit_line(f"{found.result_digest[:12]}: withdrawn by {author}: {reason}")
+        out.emit_line(f"{found.result_digest[:12]}: withdrawn by {author}: {reason}")
     else:
-        emit(f"{found.result_digest[:12]}: withdrawn already")
+        out.emit(f"{found.result_digest[:12]}: withdrawn already")
 
 
 def merge(
@@ -348,19 +338,19 @@ def merge(
             found = repository.merge(origin)
         merged.append(found)
         if not json:
-            emit_line(
+            out.emit_line(
                 f"{found.source}: campaigns {len(found.campaigns):,}, new runs "
                 f"{found.runs:,}, blocks done by it {found.blocks:,}"
             )
         if found.traces:
-            talk(
-                clean(
+            out.talk(
+                out.clean(
                     f"note: {found.source}: the kept traces of {found.traces:,} runs stay in "
                     f"{folder_of(origin.place.beside)}; 'adeye db copy' would take them along"
                 )
             )
     if json:
-        emit_json("db-merge", {"into": str(place), "sources": merged})
+        out.emit_json("db-merge", {"into": str(place), "sources": merged})
 
 
 def copy(
@@ -395,9 +385,9 @@ def copy(
         found = copy_campaigns(repository, campaigns, to)
     place = str(locate(to))
     if json:
-        emit_json("db-copy", {"to": place, **plain(found)})
+        out.emit_json("db-copy", {"to": place, **out.plain(found)})
     else:
-        emit_line(f"{place}: campaigns {len(found.campaigns):,}, runs {found.runs:,}")
+        out.emit_line(f"{place}: campaigns {len(found.campaigns):,}, runs {found.runs:,}")
 
 
 def grant(
@@ -428,19 +418,12 @@ def grant(
             remedy="Give readers the right to read the file, or --db postgresql://….",
         )
     for note in grant_reading(location, role):
-        talk(f"note: {clean(note)}")
-    emit(f"{READER} may read" + (f", and {clean(role)} is a member of it" if role else ""))
+        out.talk(f"note: {out.clean(note)}")
+    out.emit(f"{READER} may read" + (f", and {out.clean(role)} is a member of it" if role else ""))
 
 
-add(database_app, upgrade)
-add(database_app, info)
-add(database_app, verify)
-add(database_app, prove)
-add(database_app, withdraw)
-add(database_app, metadata)
-add(database_app, grant)
-add(database_app, merge)
-add(database_app, copy)
+for verb in (upgrade, info, verify, prove, withdraw, metadata, grant, merge, copy):
+    add(database_app, verb)
 
 
 # --- ``manifest write|verify|keygen``: what a report rests on, with hashes and a signature --------
@@ -491,11 +474,11 @@ def write(
     if json:
         told = None if signature is None else str(signature_path)
         shown = {"campaign": chosen.id, "manifest": str(output), "signature": told}
-        emit_json("manifest-write", {**shown, "sha256": fingerprint(content)})
+        out.emit_json("manifest-write", {**shown, "sha256": fingerprint(content)})
         return
-    emit_line(f"{output}: sha256 {fingerprint(content)}")
+    out.emit_line(f"{output}: sha256 {fingerprint(content)}")
     if signature is not None:
-        emit_line(f"{signature_path}: signed")
+        out.emit_line(f"{signature_path}: signed")
 
 
 def verify_manifest(
@@ -540,16 +523,18 @@ def verify_manifest(
         found = tuple(differing(document, manifest.parent, repository))
     if json:
         told = {"campaign": document["campaign"], "root": document["root"], "signer": signer}
-        emit_json("manifest-verify", {**told, "sha256": fingerprint(content), "findings": found})
+        out.emit_json(
+            "manifest-verify", {**told, "sha256": fingerprint(content), "findings": found}
+        )
     else:
         for line in found:
-            emit_line(line)
+            out.emit_line(line)
         if not found:
             by = "unsigned" if signer is None else f"signed with key {signer[:16]}"
-            emit_line(f"{manifest}: everything is as it says, {by}.")
+            out.emit_line(f"{manifest}: everything is as it says, {by}.")
     if found:
-        talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
-        raise typer.Exit(_INTEGRITY)
+        out.talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
+        raise typer.Exit(ExitCode.INTEGRITY)
 
 
 def keygen(
@@ -571,7 +556,7 @@ def keygen(
     """
     from adeye.report.formats.manifest import write_keys
 
-    emit_line(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}")
+    out.emit_line(f"key {write_keys(private, public)[:16]}: {private} (secret), {public}")
 
 
 add(manifest_app, write)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,8 +17,9 @@ from typing import Annotated, Final
 import typer
 
 from adeye.cli.options import Db, Json
-from adeye.cli.output import clean, emit, emit_json, emit_table, short, talk
+from adeye.cli.output import clean, emit, emit_found, emit_json, emit_records, short, talk
 from adeye.errors import AdeyeError
+from adeye.judge.verdict import ExitCode
 from adeye.version import __version__
 
 # --- ``doctor``: is everything there, and what is proven about the product ------------------------
@@ -38,8 +40,6 @@ LIBRARIES: Final = (
     "typer",
 )
 """What adeye needs, by the names under which they are installed."""
-
-_ENVIRONMENT: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,13 @@ def doctor(requirements: bool = False, db: Db = None, json: Json = False) -> Non
         adeye doctor --requirements
     """
     if requirements:
-        _print_requirements(json)
+        emit_found(
+            "requirements",
+            capabilities(),
+            _print_requirements,
+            json=json,
+            document=lambda found: {"requirements": found},
+        )
         return
     checks = [
         *check_versions(),
@@ -82,15 +88,17 @@ def doctor(requirements: bool = False, db: Db = None, json: Json = False) -> Non
         _processors(),
         _terminal(),
     ]
-    if json:
-        emit_json("doctor", {"checks": checks})
-    else:
-        rows = [["ok" if check.is_ok else "BAD", check.name, check.text] for check in checks]
-        emit_table(("", "What", "Found"), rows)
+    emit_found("doctor", checks, _print_checks, json=json, document=lambda it: {"checks": it})
     bad = [check.name for check in checks if not check.is_ok]
     if bad:
         talk(clean(f"{len(bad)} of {len(checks)} are not good: {', '.join(bad)}"))
-        raise typer.Exit(_ENVIRONMENT)
+        raise typer.Exit(ExitCode.ENVIRONMENT)
+
+
+def _print_checks(checks: Sequence[Check]) -> None:
+    columns: dict[str, str | Callable[[Check], object]]
+    columns = {"": lambda check: "ok" if check.is_ok else "BAD", "What": "name", "Found": "text"}
+    emit_records(checks, columns)
 
 
 def check_versions() -> list[Check]:
@@ -174,13 +182,8 @@ def _terminal() -> Check:
     return Check("standard output", True, text)
 
 
-def _print_requirements(json: bool) -> None:
-    found = capabilities()
-    if json:
-        emit_json("requirements", {"requirements": found})
-        return
-    rows = [[item.id, item.text, item.status.value, item.proof] for item in found]
-    emit_table(("Id", "Capability", "Status", "Proof"), rows)
+def _print_requirements(found: Sequence[Capability]) -> None:
+    emit_records(found, {"Id": "id", "Capability": "text", "Status": "status", "Proof": "proof"})
 
 
 # --- The 23 capabilities of the platform, and how far each is proven by an executable test --------
@@ -256,24 +259,22 @@ def plugins(
         emit_json("plugins", {"offered": found, "named": used})
         return
     if found:
-        emit_table(
-            ("Kind", "Name", "Package", "Version", "Write it as"),
-            [(item.kind, item.name, item.package, item.version, item.source) for item in found],
-            title="Offered by packages",
-        )
+        names = {"Kind": "kind", "Name": "name", "Package": "package", "Version": "version"}
+        emit_records(found, {**names, "Write it as": "source"}, title="Offered by packages")
     else:
         emit("No installed package offers a plug-in.")
     if odd is None:
         return
     if used:
-        emit_table(
-            ("Kind", "Plug-in", "Code", "Named by"),
-            [
-                (item.kind, item.source, short(item.digest) if item.digest else "not found",
-                 item.owner)
-                for item in used
-            ],
+        emit_records(
+            used,
+            {
+                "Kind": "kind",
+                "Plug-in": "source",
+                "Code": lambda item: short(item.digest) if item.digest else "not found",
+                "Named by": "owner",
+            },
             title="Named by the ODD and its architectures",
-        )  # fmt: skip
+        )
     else:
         emit("The ODD names no plug-in.")

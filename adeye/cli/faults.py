@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Final
 
+from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId, option
-from adeye.cli.output import (
-    clean,
-    emit,
-    emit_fields,
-    emit_json,
-    emit_table,
-    fields_of,
-    plain,
-    short,
-    width,
-)
 from adeye.cli.progress import watching
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adeye.campaign.studies.fault_timing import InjectionTable
     from adeye.campaign.studies.forks import Forked, TakeoverMatrix
-    from adeye.judge.timeline import Injection, InjectionCount, Timeline
-    from adeye.report.model.assessment import Rate
+    from adeye.judge.timeline import Injection, InjectionCount
+    from adeye.report.model.assessment import Rate, TradePoint
 
 # --- ``fork`` and ``forks``: a run with another decision, and the takeovers of a campaign ---------
 
@@ -68,15 +61,12 @@ def fork(
 
     with watching(quiet=quiet) as report:
         forked = fork_run(db, run, start=start, authority=authority, report=report)
-    if json:
-        emit_json("fork", plain(forked))
-        return
-    _print_fork(forked)
+    out.emit_found("fork", forked, _print_fork, json=json)
 
 
 def _print_fork(forked: Forked) -> None:
     origin, other = forked.origin, forked.fork
-    emit_fields(
+    out.emit_fields(
         {
             "Run": origin.run,
             "Fork": other.run,
@@ -92,10 +82,10 @@ def _print_fork(forked: Forked) -> None:
         ["outcome", origin.outcome, other.outcome],
     ]
     rows += [[name, verdict, other.verdicts.get(name)] for name, verdict in origin.verdicts.items()]
-    emit("")
-    emit_table(("", "Run", "Fork"), rows)
+    out.emit("")
+    out.emit_table(("", "Run", "Fork"), rows)
     if forked.is_same:
-        emit("\nThe fork is the run itself, bit for bit: the switch decides so as well.")
+        out.emit("\nThe fork is the run itself, bit for bit: the switch decides so as well.")
 
 
 def _prefix(forked: Forked) -> str:
@@ -136,7 +126,9 @@ def forks(
         found = look_back(db, campaign, most=sample or None, report=report)
     if json:
         shares = {"precision": found.precision, "recall": found.recall}
-        emit_json("forks", plain(found) | {name: list(pair) for name, pair in shares.items()})
+        out.emit_json(
+            "forks", out.plain(found) | {name: list(pair) for name, pair in shares.items()}
+        )
         return
     _print_matrix(found)
 
@@ -147,8 +139,8 @@ def _share(pair: tuple[int, int]) -> str:
 
 def _print_matrix(found: TakeoverMatrix) -> None:
     counts = found.counts
-    emit(
-        f"Campaign {short(found.campaign)}: {found.looked_at} of {found.executed} runs forked"
+    out.emit(
+        f"Campaign {out.short(found.campaign)}: {found.looked_at} of {found.executed} runs forked"
         + (f", {found.without_choice} without a second channel" if found.without_choice else "")
     )
     rows: list[list[object]] = [
@@ -156,41 +148,51 @@ def _print_matrix(found: TakeoverMatrix) -> None:
         ["no takeover", "", counts["missed"], counts["not_needed"]],
     ]
     headers = ("", "Needed and done", "Needed, but late or missed", "Not needed")
-    emit_table(headers, rows, right=headers[1:])
-    emit(
+    out.emit_table(headers, rows, right=headers[1:])
+    out.emit(
         f"Of the missed, {found.avoidable} would have been avoided by a takeover; of the takeovers "
         f"that were not needed, {found.harmful} violate."
     )
-    emit(
+    out.emit(
         f"Precision: {_share(found.precision)} takeovers were needed. "
         f"Recall: {_share(found.recall)} runs that needed one had it in time."
     )
     lines = [line for line in found.lines if line.class_ not in {"not_needed", "needed_and_done"}]
     if lines:
-        emit("")
-        emit_table(
-            ("Class", "Run", "Fork", "Scenario", "Architecture", "Fault entry", "Takeover [s]"),
-            [
-                [
-                    clean(line.class_),
-                    short(line.run),
-                    short(line.fork),
-                    line.scenario,
-                    line.architecture,
-                    line.fault_entry,
-                    line.takeover_s,
-                ]
-                for line in lines[:SHOWN]
-            ],
+        out.emit("")
+        out.emit_records(
+            lines[:SHOWN],
+            {
+                "Class": "class_",
+                "Run": lambda line: out.short(line.run),
+                "Fork": lambda line: out.short(line.fork),
+                "Scenario": "scenario",
+                "Architecture": "architecture",
+                "Fault entry": "fault_entry",
+                "Takeover [s]": "takeover_s",
+            },
         )
     if len(lines) > SHOWN:
-        emit(f"and {len(lines) - SHOWN} more; --json lists all.")
+        out.emit(f"and {len(lines) - SHOWN} more; --json lists all.")
 
 
 # --- ``timeline`` and ``faults``: what follows a fault, in one run and over a campaign ------------
 
 _CLASSES: Final = ("not activated", "masked", "in time", "late", "undetected", "violating")
 """In the order in which they are counted."""
+
+_MOMENTS: Final = {
+    "fault": "fault_s",
+    "effect": "effect_s",
+    "deviation of the ego": "deviation_s",
+    "detection": "detect_s",
+    "switch": "switch_s",
+    "brake": "brake_s",
+    "emergency operation": "emergency_s",
+    "safe state": "safe_s",
+    "violation": "violation_s",
+}
+"""What follows a fault, by the name of its time."""
 
 _WIDE: Final = 160
 
@@ -212,23 +214,20 @@ def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False
 
     with watching(quiet=quiet) as report:
         found = run_timeline(db, run, report)
-    if json:
-        emit_json("timeline", document(found))
-        return
-    _print_timeline(found)
+    out.emit_found("timeline", found, _print_timeline, json=json, document=document)
 
 
 def document(found: Injection) -> dict[str, object]:
     """Give an injection with what is derived from its times."""
     return {
-        **plain(found),
-        **fields_of(found.times, "fdti_s", "frti_s", "fhti_s", "emergency_operation_s"),
-        **fields_of(found, "ftti_s", "margin_s"),
+        **out.plain(found),
+        **out.fields_of(found.times, "fdti_s", "frti_s", "fhti_s", "emergency_operation_s"),
+        **out.fields_of(found, "ftti_s", "margin_s"),
     }
 
 
 def _print_timeline(found: Injection) -> None:
-    emit_fields(
+    out.emit_fields(
         {
             "Run": found.run,
             "Scenario": found.scenario,
@@ -237,10 +236,10 @@ def _print_timeline(found: Injection) -> None:
             "Class": found.class_,
         }
     )
-    emit("")
-    rows = [[what, _time(time)] for what, time in _moments(found.times)]
-    emit_table(("Moment", "Time [s]"), rows, right=("Time [s]",))
+    out.emit("")
     times = found.times
+    rows = [[what, _time(getattr(times, name))] for what, name in _MOMENTS.items()]
+    out.emit_table(("Moment", "Time [s]"), rows, right=("Time [s]",))
     intervals = [
         ["FDTI", "fault to detection", _time(times.fdti_s)],
         ["FRTI", "detection to safe state or emergency operation", _time(times.frti_s)],
@@ -249,24 +248,10 @@ def _print_timeline(found: Injection) -> None:
         ["margin", "FTTI minus FHTI", _time(found.margin_s)],
         ["emergency operation", "until the safe state", _time(times.emergency_operation_s)],
     ]
-    emit("")
-    emit_table(("Interval", "From and to", "[s]"), intervals, right=("[s]",))
+    out.emit("")
+    out.emit_table(("Interval", "From and to", "[s]"), intervals, right=("[s]",))
     if found.ftti_s is not None and found.fault_free_violation_s is not None:
-        emit("\nWithout the mechanism the situation ends in a violation without the fault too.")
-
-
-def _moments(times: Timeline) -> list[tuple[str, float | None]]:
-    return [
-        ("fault", times.fault_s),
-        ("effect", times.effect_s),
-        ("deviation of the ego", times.deviation_s),
-        ("detection", times.detect_s),
-        ("switch", times.switch_s),
-        ("brake", times.brake_s),
-        ("emergency operation", times.emergency_s),
-        ("safe state", times.safe_s),
-        ("violation", times.violation_s),
-    ]
+        out.emit("\nWithout the mechanism the situation ends in a violation without the fault too.")
 
 
 def _time(value: float | None) -> str:
@@ -304,55 +289,38 @@ def faults(
         return
     with watching(quiet=quiet) as report:
         found = campaign_injections(db, campaign, most=sample or None, report=report)
-    if json:
-        runs = [document(item) for item in found.injections]
-        emit_json("faults", {**plain(found), "injections": runs})
-        return
-    _print_table(found)
+    out.emit_found("faults", found, _print_table, json=json, document=_table)
+
+
+def _table(found: InjectionTable) -> dict[str, object]:
+    return {**out.plain(found), "injections": [document(item) for item in found.injections]}
 
 
 def _print_table(found: InjectionTable) -> None:
-    emit(f"Campaign {short(found.campaign)}: {found.looked_at} runs with faults")
-    headers = (
-        "Scenario",
-        "Fault entry",
-        "Architecture",
-        *(name.capitalize() for name in _CLASSES),
-        "Detected",
-        "Least FTTI [s]",
-        "Most FHTI [s]",
-    )
-    rows = [
-        [
-            row.scenario,
-            row.fault_entry,
-            row.architecture,
-            *row.counts.values(),
-            _coverage(row),
-            _time(row.least_ftti_s),
-            _time(row.most_fhti_s),
-        ]
-        for row in found.rows
-    ]
-    if width() < _WIDE:
+    out.emit(f"Campaign {out.short(found.campaign)}: {found.looked_at} runs with faults")
+    columns: dict[str, str | Callable[[InjectionCount], object]]
+    columns = {"Scenario": "scenario", "Fault entry": "fault_entry", "Architecture": "architecture"}
+    if out.width() < _WIDE:
         # Nine columns of numbers, most of them zero, would leave no table.
-        headers = (*headers[:3], "Classes", *headers[9:])
-        rows = [
-            [*cells[:3], _classes(row), *cells[9:]]
-            for cells, row in zip(rows, found.rows, strict=True)
-        ]
-        emit_table(headers, rows, right=headers[4:])
-        return
-    emit_table(headers, rows, right=headers[3:])
+        columns["Classes"] = _classes
+        texts = 4
+    else:
+        columns |= {name.capitalize(): partial(_count, at) for at, name in enumerate(_CLASSES)}
+        texts = 3
+    columns["Detected"] = _coverage
+    columns["Least FTTI [s]"] = lambda row: _time(row.least_ftti_s)
+    columns["Most FHTI [s]"] = lambda row: _time(row.most_fhti_s)
+    out.emit_records(found.rows, columns, right=list(columns)[texts:])
+
+
+def _count(at: int, row: InjectionCount) -> int:
+    return list(row.counts.values())[at]
 
 
 def _classes(row: InjectionCount) -> str:
     """Write the classes that there are with their counts."""
-    return ", ".join(
-        f"{count} {word}"
-        for word, count in zip(_CLASSES, row.counts.values(), strict=True)
-        if count
-    )
+    counts = zip(row.counts.values(), _CLASSES, strict=True)
+    return ", ".join(f"{count} {word}" for count, word in counts if count)
 
 
 def _coverage(row: InjectionCount) -> str:
@@ -367,33 +335,20 @@ def _trade(db: str | None, campaign: str | None, axis: str, *, json: bool) -> No
 
     found, curves = trades_by(db, campaign, axis)
     if json:
-        documents = [curve.model_dump(mode="json") for curve in curves]
-        emit_json("trade", {"campaign": found, "curves": documents})
+        out.emit_json("trade", {"campaign": found, "curves": curves})
         return
-    headers = (
-        "Value",
-        "Trips",
-        "Driving [h]",
-        "Trips per hour",
-        "Detected",
-        "Median FDTI [s]",
-        "Worst FDTI [s]",
-    )
+    columns: dict[str, str | Callable[[TradePoint], object]] = {
+        "Value": "value",
+        "Trips": lambda point: point.calm.trips,
+        "Driving [h]": lambda point: f"{point.calm.hours:.3f}",
+        "Trips per hour": lambda point: _rate(point.calm),
+        "Detected": lambda point: f"{point.detected} of {point.faulty}",
+        "Median FDTI [s]": lambda point: _time(point.median_fdti_s),
+        "Worst FDTI [s]": lambda point: _time(point.worst_fdti_s),
+    }
     for curve in curves:
-        emit(f"{curve.axis} of {curve.architecture} in {', '.join(curve.scenarios)}")
-        rows = [
-            [
-                point.value,
-                point.calm.trips,
-                f"{point.calm.hours:.3f}",
-                _rate(point.calm),
-                f"{point.detected} of {point.faulty}",
-                _time(point.median_fdti_s),
-                _time(point.worst_fdti_s),
-            ]
-            for point in curve.points
-        ]
-        emit_table(headers, rows, right=headers)
+        out.emit(f"{curve.axis} of {curve.architecture} in {', '.join(curve.scenarios)}")
+        out.emit_records(curve.points, columns, right=columns)
 
 
 def _rate(rate: Rate) -> str:

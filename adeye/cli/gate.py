@@ -3,36 +3,16 @@
 from __future__ import annotations
 
 import shlex
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from adeye.cli.options import (
-    Backend,
-    Db,
-    Json,
-    JunitFile,
-    Variant,
-    complete_campaigns,
-    given,
-    named,
-    option,
-    sizes_of,
-)
-from adeye.cli.output import (
-    clean,
-    emit,
-    emit_json,
-    emit_line,
-    emit_table,
-    fields_of,
-    plain,
-    short,
-    talk,
-    wrote,
-)
+from adeye.cli import options as opt
+from adeye.cli import output as out
 from adeye.errors import InputError, UsageError
+from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
 from adeye.report.words import counted
 
@@ -42,23 +22,23 @@ if TYPE_CHECKING:
     from adeye.campaign.stale import Staleness
     from adeye.report.gate.baseline import Finding
     from adeye.report.gate.decide import GateResult
-    from adeye.store.read.checking import Checked, Violation
+    from adeye.store.read.checking import Checked
 
 # --- ``gate``: judge a stored campaign, alone or against a committed baseline ---------------------
 
 
 def gate(
-    campaign: Annotated[
-        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
-    ] = None,
+    campaign: opt.OddOrCampaign = None,
     *,
-    baseline: Annotated[Path | None, option("FILE", env="GATE_BASELINE", callback=given)] = None,
-    tolerance: Annotated[list[str] | None, option("NAME=SIZE")] = None,
-    update: Annotated[bool, option(env="UPDATE_BASELINE")] = False,
+    baseline: Annotated[
+        Path | None, opt.option("FILE", env="GATE_BASELINE", callback=opt.given)
+    ] = None,
+    tolerance: Annotated[list[str] | None, opt.option("NAME=SIZE")] = None,
+    update: Annotated[bool, opt.option(env="UPDATE_BASELINE")] = False,
     accept_incomplete: bool = False,
-    junit: JunitFile = None,
-    db: Db = None,
-    json: Json = False,
+    junit: opt.JunitFile = None,
+    db: opt.Db = None,
+    json: opt.Json = False,
 ) -> None:
     """Judge a campaign that has been run, and exit with the verdict of the gate.
 
@@ -93,20 +73,19 @@ def gate(
         raise UsageError("--accept-incomplete is about writing a baseline", remedy="Add --update.")
     options = GateOptions(
         baseline=baseline,
-        tolerances=Tolerances.given(sizes_of(tolerance or (), "tolerance", "FSR-02=0.1 or m=0.05")),
+        tolerances=Tolerances.given(
+            opt.sizes_of(tolerance or (), "tolerance", "FSR-02=0.1 or m=0.05")
+        ),
         is_update=update,
         accepts_incomplete=accept_incomplete,
         junit=junit,
     )
     result = gate_campaign(db, campaign, options)
-    if json:
-        emit_json("gate", _gate_document(result))
-    else:
-        print_gate(result)
+    out.emit_found("gate", result, print_gate, json=json, document=_gate_document)
     if junit is not None:
-        wrote(junit)
+        out.wrote(junit)
     if result.is_written and baseline is not None:
-        wrote(baseline)
+        out.wrote(baseline)
     raise typer.Exit(int(result.exit_code))
 
 
@@ -116,8 +95,8 @@ def print_gate(result: GateResult) -> None:
 
     against = f" against {result.baseline}" if result.baseline else ""
     state = result.state
-    emit_line(
-        f"Campaign {result.number} of {state.odd} ({short(result.campaign)}), "
+    out.emit_line(
+        f"Campaign {result.number} of {state.odd} ({out.short(result.campaign)}), "
         f"{counted(state.planned)} test cases{against}."
     )
     decides = deciding(result.findings)
@@ -125,17 +104,17 @@ def print_gate(result: GateResult) -> None:
     _print_findings("Decides:", decides)
     _print_findings("Does not decide:", others)
     if result.baseline and not result.changes and not result.is_written:
-        emit("Nothing differs from the baseline.")
-    emit_line(result.message)
+        out.emit("Nothing differs from the baseline.")
+    out.emit_line(result.message)
 
 
 def _print_findings(title: str, findings: Sequence[Finding]) -> None:
     if findings:
-        emit(title)
+        out.emit(title)
     for item in findings:
-        emit_line(f"  {item}")
+        out.emit_line(f"  {item}")
         if item.runs:
-            emit_line(f"    adeye show {short(item.runs[0])}")
+            out.emit_line(f"    adeye show {out.short(item.runs[0])}")
 
 
 def _gate_document(result: GateResult) -> dict[str, object]:
@@ -177,10 +156,10 @@ def _gate_document(result: GateResult) -> dict[str, object]:
 def stale(
     odd: Annotated[Path | None, typer.Argument(metavar="[ODD]", show_default=False)] = None,
     *,
-    db: Db = None,
-    backend: Backend = "batch",
-    variant: Variant = None,
-    json: Json = False,
+    db: opt.Db = None,
+    backend: opt.Backend = "batch",
+    variant: opt.Variant = None,
+    json: opt.Json = False,
 ) -> None:
     """Say which evidence of the newest campaign no longer counts, and why.
 
@@ -217,10 +196,8 @@ def stale(
                 )
             plan = make_plan(path, backend=backend, variant=variant)
         found = find_stale(repository, plan, campaign)
-    if json:
-        emit_json("stale", _stale_document(found))
-    else:
-        _print_stale(found, path, db)
+    shown = partial(_print_stale, odd=path, db=db)
+    out.emit_found("stale", found, shown, json=json, document=_stale_document)
 
 
 _STALE: Final = ("cause", "subject", "text", "evidence", "runs", "fsrs", "architectures")
@@ -228,11 +205,11 @@ _STALE: Final = ("cause", "subject", "text", "evidence", "runs", "fsrs", "archit
 
 def _stale_document(found: Staleness) -> dict[str, object]:
     return {
-        **fields_of(found, "campaign", "number", "odd", "evidence", "counts"),
-        "stale": [fields_of(item, *_STALE) for item in found.stale],
+        **out.fields_of(found, "campaign", "number", "odd", "evidence", "counts"),
+        "stale": [out.fields_of(item, *_STALE) for item in found.stale],
         "now": {
             "evidence": found.planned,
-            **fields_of(found, "there", "to_judge", "to_replay", "to_execute"),
+            **out.fields_of(found, "there", "to_judge", "to_replay", "to_execute"),
         },
     }
 
@@ -240,48 +217,43 @@ def _stale_document(found: Staleness) -> dict[str, object]:
 def _print_stale(found: Staleness, odd: Path, db: str | None) -> None:
     from adeye.store.location import option
 
-    emit(
-        f"Campaign {found.number} ({clean(found.odd)}): {found.counts:,} of {found.evidence:,} "
+    out.emit(
+        f"Campaign {found.number} ({out.clean(found.odd)}): {found.counts:,} of {found.evidence:,} "
         "verdicts still count."
     )
     if found.stale:
-        rows = [
-            [
-                f"{item.evidence:,}",
-                f"{item.runs:,}",
-                clean(", ".join(item.fsrs)),
-                clean(item.text),
-            ]
-            for item in found.stale
-        ]
-        emit("")
-        emit_table(("Verdicts", "Runs", "FSRs", "Why"), rows, right=("Verdicts", "Runs"))
+        out.emit("")
+        out.emit_records(
+            found.stale,
+            {
+                "Verdicts": lambda item: f"{item.evidence:,}",
+                "Runs": lambda item: f"{item.runs:,}",
+                "FSRs": lambda item: ", ".join(item.fsrs),
+                "Why": "text",
+            },
+            right=("Verdicts", "Runs"),
+        )
     name = f"{shlex.quote(str(odd))}{option(db)}"
     needs = [
         (found.to_judge, "to judge again", f"adeye judge {name}"),
         (found.to_replay, "to execute again and judge", f"adeye judge {name} --replay"),
         (found.to_execute, "to execute", f"adeye run {name}"),
     ]
-    emit(f"\nThe files ask for {found.planned:,} verdicts; {found.there:,} are there.")
+    out.emit(f"\nThe files ask for {found.planned:,} verdicts; {found.there:,} are there.")
     for count, what, command in needs:
         if count:
-            emit_line(f"{count:,} {'run' if count == 1 else 'runs'} {what}: {command}")
+            out.emit_line(f"{count:,} {'run' if count == 1 else 'runs'} {what}: {command}")
 
 
 # --- ``check``: whether concept, plan and evidence fit together -----------------------------------
 
-_FOUND: Final = 1
-_NOTHING: Final = 3
-
 
 def check(
-    subject: Annotated[
-        str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
-    ] = None,
+    subject: opt.OddOrCampaign = None,
     *,
-    db: Db = None,
-    sarif: Annotated[Path | None, option("FILE", callback=named)] = None,
-    json: Json = False,
+    db: opt.Db = None,
+    sarif: Annotated[Path | None, opt.option("FILE", callback=opt.named)] = None,
+    json: opt.Json = False,
 ) -> None:
     """Check that concept, plan and evidence fit together. Nothing is executed.
 
@@ -305,61 +277,46 @@ def check(
     """
     from adeye.campaign.integrity import check_odd, check_stored
 
-    if subject is not None and _is_file(subject):
+    if subject is not None and (subject.endswith((".yaml", ".yml")) or "/" in subject):
         checked: Checked | None = check_odd(subject, db)
     else:
         checked = check_stored(db, subject)
     if checked is None:
-        talk("Nothing to check: the database has no campaign. Name an ODD, or run one first.")
-        raise typer.Exit(_NOTHING)
+        out.talk("Nothing to check: the database has no campaign. Name an ODD, or run one first.")
+        raise typer.Exit(ExitCode.INCOMPLETE)
     if sarif is not None:
-        _write_sarif(checked, sarif)
-    if json:
-        emit_json("check", _check_document(checked))
-    else:
-        _print_check(checked)
+        from json import dumps
+
+        from adeye.report.formats.sarif import check_sarif
+
+        write_atomically((dumps(check_sarif(checked), indent=1) + "\n").encode(), sarif)
+    out.emit_found("check", checked, _print_check, json=json, document=_check_document)
     if sarif is not None:
-        wrote(sarif)
+        out.wrote(sarif)
     if checked.findings:
-        raise typer.Exit(_FOUND)
-
-
-def _is_file(subject: str) -> bool:
-    return subject.endswith((".yaml", ".yml")) or "/" in subject
-
-
-def _write_sarif(checked: Checked, path: Path) -> None:
-    from json import dumps
-
-    from adeye.report.formats.sarif import check_sarif
-
-    write_atomically((dumps(check_sarif(checked), indent=1) + "\n").encode(), path)
+        raise typer.Exit(ExitCode.FAILED)
 
 
 def _print_check(checked: Checked) -> None:
     for rule, findings in checked.broken.items():
-        emit(f"\n{rule.name}: {rule.text}")
+        out.emit(f"\n{rule.name}: {rule.text}")
         for finding in findings:
-            emit(f"  {clean(_line(finding))}")
-        emit(f"  {rule.remedy}")
+            place = f"{finding.where}: " if finding.where is not None else ""
+            out.emit_line(f"  {place}{finding.id}: {finding.detail}")
+        out.emit(f"  {rule.remedy}")
     count, broken = len(checked.findings), len(checked.broken)
     what = f"{checked.odd}{_evidence(checked)}"
     if count:
         findings_word = "1 finding" if count == 1 else f"{count} findings"
-        emit(f"\n{clean(what)}: {findings_word} by {broken} of {len(checked.rules)} rules.")
+        out.emit(f"\n{out.clean(what)}: {findings_word} by {broken} of {len(checked.rules)} rules.")
     else:
-        emit_line(f"{what}: no findings by {len(checked.rules)} rules.")
+        out.emit_line(f"{what}: no findings by {len(checked.rules)} rules.")
 
 
 def _evidence(checked: Checked) -> str:
     if checked.campaign is None:
         return " (no campaign of it is stored, so its evidence is not checked)"
-    return f", campaign {checked.campaign.number} ({short(checked.campaign.id)})"
-
-
-def _line(finding: Violation) -> str:
-    place = f"{finding.where}: " if finding.where is not None else ""
-    return f"{place}{finding.id}: {finding.detail}"
+    return f", campaign {checked.campaign.number} ({out.short(checked.campaign.id)})"
 
 
 def _check_document(checked: Checked) -> dict[str, object]:
@@ -373,5 +330,7 @@ def _check_document(checked: Checked) -> dict[str, object]:
             {"id": rule.name, "view": rule.view or None, "text": rule.text, "remedy": rule.remedy}
             for rule in checked.rules
         ],
-        "findings": [{**plain(item), "remedy": remedies[item.rule]} for item in checked.findings],
+        "findings": [
+            {**out.plain(item), "remedy": remedies[item.rule]} for item in checked.findings
+        ],
     }

@@ -27,7 +27,7 @@ import typer
 from typer.core import TyperCommand
 from typer.models import OptionInfo
 
-from adeye.cli.output import results_apart
+from adeye.cli.output import clean, csv_text, results_apart
 from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError, UsageError
 from adeye.units import shown
 
@@ -137,7 +137,6 @@ def write_rows(header: Sequence[str], rows: Iterable[Sequence[Any]], path: Path)
     Raises:
         PlatformError: The file system refused; what was there before still is.
     """
-    from adeye.cli.output import csv_text
     from adeye.outputs import write_atomically
 
     write_atomically(csv_text(header, rows).encode(), path)
@@ -167,7 +166,6 @@ def _quiet(complete: Callable[[typer.Context, str], Iterable[Offer]]) -> Callabl
 @_quiet
 def complete_scenarios(ctx: typer.Context, incomplete: str) -> Iterable[Offer]:  # noqa: ARG001
     """Offer the scenarios of the catalogue."""
-    from adeye.cli.output import clean
     from adeye.spec.load import catalogue_files
 
     chosen = ctx.params.get("catalogue")
@@ -204,7 +202,6 @@ def complete_queries(ctx: typer.Context, incomplete: str) -> Iterable[Offer]:  #
 
 
 def _rows(ctx: typer.Context, sql: str) -> list[Offer]:
-    from adeye.cli.output import clean
     from adeye.store.read.query import run_query
 
     result = run_query(ctx.params.get("db"), sql, timeout_s=1.0)
@@ -258,6 +255,9 @@ CampaignId = Annotated[
         autocompletion=complete_campaigns,
         help="Number of the campaign or beginning of its digest; default: the latest.",
     ),
+]
+OddOrCampaign = Annotated[
+    str | None, typer.Argument(metavar="[ODD|CAMPAIGN]", autocompletion=complete_campaigns)
 ]
 Db = Annotated[
     str | None, option("PATH", help="Database file or sqlite:///PATH; default: .adeye/adeye.db.")
@@ -521,8 +521,6 @@ def seconds(text: str, option: str) -> float:
     >>> seconds("1h30m", "--budget"), seconds("0.5 min", "--budget")
     (5400.0, 30.0)
     """
-    from adeye.errors import UsageError
-
     rest, found = text.strip(), 0.0
     while (part := _PART.match(rest)) is not None:
         found += float(part[1]) * _SECONDS[part[2]]

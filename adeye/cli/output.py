@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO, TypeVar
 
 from adeye.outputs import laid
 from adeye.report.cells import clean as clean
@@ -191,6 +191,8 @@ def _is_same(one: int, other: int) -> bool:
 # --- What the verbs print: results to standard output, talk to standard error, names made
 # harmless.
 
+Found = TypeVar("Found")
+
 NONE: Final = "\N{EN DASH}"
 """Shown where there is no value."""
 SHORT: Final = 10
@@ -260,6 +262,29 @@ def emit_json(verb: str, content: Mapping[str, Any]) -> None:
     emit_document(json_text(verb, content))
 
 
+def emit_found(
+    verb: str,
+    found: Found,
+    show: Callable[[Found], None],
+    *,
+    json: bool,
+    document: Callable[[Found], Mapping[str, Any]] | None = None,
+) -> None:
+    """Write what a verb found: as one JSON document, or as people read it.
+
+    Args:
+        verb: For the schema of the document.
+        found: What it found.
+        show: Prints it for people.
+        json: Whether it is written as a document.
+        document: Makes its content; without it, that is a record with all its fields.
+    """
+    if json:
+        emit_json(verb, plain(found) if document is None else document(found))
+    else:
+        show(found)
+
+
 def json_text(verb: str, content: Mapping[str, Any]) -> str:
     """Make one JSON document with its schema; what a terminal would obey is escaped."""
     document = {"schema": f"adeye/{verb}@1", **content}
@@ -276,6 +301,8 @@ def plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = (field.name for field in dataclasses.fields(value))
         return {name: plain(getattr(value, name)) for name in fields}
+    if hasattr(value, "model_dump"):
+        value = value.model_dump(mode="json")
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Mapping):
@@ -346,6 +373,30 @@ def emit_table(
     for number, row in enumerate(cells):
         table.add_row(*row, end_section=number in sections)
     emit(_rendered(table))
+
+
+def emit_records(
+    records: Iterable[Found],
+    columns: Mapping[str, str | Callable[[Found], object]],
+    *,
+    title: str = "",
+    right: Collection[str] = (),
+    sections: Collection[int] = (),
+) -> None:
+    """Write a table with a row for each record.
+
+    Args:
+        records: What is listed.
+        columns: By header the field that a column shows, or what makes its cell of a record.
+        title: As of a table, and so the others.
+        right: See ``emit_table``.
+        sections: See there, too.
+    """
+    rows = [
+        [getattr(item, cell) if isinstance(cell, str) else cell(item) for cell in columns.values()]
+        for item in records
+    ]
+    emit_table(tuple(columns), rows, title=title, right=right, sections=sections)
 
 
 def emit_fields(fields: Mapping[str, object]) -> None:

@@ -9,18 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option
-from adeye.cli.output import (
-    NONE,
-    clean,
-    emit,
-    emit_json,
-    emit_line,
-    emit_table,
-    listed,
-    short,
-    talk,
-)
 from adeye.errors import UsageError, suggest
 
 if TYPE_CHECKING:
@@ -54,55 +44,55 @@ def plan(
     from adeye.campaign.plan import make_plan
 
     planned = make_plan(odd, backend=backend, variant=variant)
-    if json:
-        emit_json("plan", _document(planned))
-        return
+    out.emit_found("plan", planned, _print, json=json, document=_document)
+
+
+def _print(planned: CampaignPlan) -> None:
     for notice in planned.notices:
-        talk(clean(f"note: {notice}", lines=True))
+        out.talk(out.clean(f"note: {notice}", lines=True))
     _print_factors(planned)
-    _print_axes(planned)
+    out.emit("")
+    rows = [[name, out.listed(axes)] for name, axes in planned.expansion.axes.items()]
+    out.emit_table(("Scenario", "Swept"), rows)
     _print_designs(planned)
-    emit(f"\n{_total(planned)}")
+    out.emit(f"\n{_total(planned)}")
     if planned.samples:
         twins = sum(len(sample.results) for sample in planned.samples)
-        emit(f"{twins:,} of them are executed with half the step too.")
-    emit(_engine(planned))
+        out.emit(f"{twins:,} of them are executed with half the step too.")
+    out.emit(_engine(planned))
     counts = _shared(planned)
     if any(counts.values()):
-        told = listed(f"{name} {count}" for name, count in counts.items() if count)
-        emit_line(f"Shared by channels (adeye dependencies): {told}")
+        told = out.listed(f"{name} {count}" for name, count in counts.items() if count)
+        out.emit_line(f"Shared by channels (adeye dependencies): {told}")
 
 
 def _print_factors(planned: CampaignPlan) -> None:
     factors = planned.expansion.factors
-    rows = [
-        [
-            factor.scenario,
-            factor.architecture,
-            f"{factor.points} of {factor.raw}" if factor.points != factor.raw else factor.points,
-            len(factor.fault_entries),
-            factor.replicates,
-            factor.test_cases,
-        ]
-        for factor in factors
-    ]
-    headers = (
-        "Scenario",
-        "Architecture",
-        "Points",
-        "Fault entries",
-        "Replicates",
-        "Test cases",
-    )
     ends = {
         number
         for number, (factor, after) in enumerate(pairwise(factors))
         if factor.scenario != after.scenario
     }
-    emit_table(headers, rows, right=headers[2:], sections=ends)
-    emit("")
+    out.emit_records(
+        factors,
+        {
+            "Scenario": "scenario",
+            "Architecture": "architecture",
+            "Points": _points,
+            "Fault entries": lambda factor: len(factor.fault_entries),
+            "Replicates": "replicates",
+            "Test cases": "test_cases",
+        },
+        right=("Points", "Fault entries", "Replicates", "Test cases"),
+        sections=ends,
+    )
+    out.emit("")
     for line in _fault_entries(factors):
-        emit_line(line)
+        out.emit_line(line)
+
+
+def _points(factor: Factor) -> str:
+    return f"{factor.points}" + (f" of {factor.raw}" if factor.points != factor.raw else "")
 
 
 def _fault_entries(factors: Sequence[Factor]) -> list[str]:
@@ -120,19 +110,13 @@ def _fault_entries(factors: Sequence[Factor]) -> list[str]:
             is_all = architectures == everybody[scenario]
             alike.setdefault(() if is_all else tuple(architectures), []).append(scenario)
         where = "; ".join(
-            listed(names) + (f" with {listed(architectures)}" if architectures else "")
+            out.listed(names) + (f" with {out.listed(architectures)}" if architectures else "")
             for architectures, names in alike.items()
         )
         of = f" of {where}" if len(having) > 1 else ""
         count = "1 fault entry" if len(entries) == 1 else f"{len(entries)} fault entries"
-        lines.append(f"{count}{of}: {listed(entries)}")
+        lines.append(f"{count}{of}: {out.listed(entries)}")
     return lines
-
-
-def _print_axes(planned: CampaignPlan) -> None:
-    rows = [[name, listed(axes)] for name, axes in planned.expansion.axes.items()]
-    emit("")
-    emit_table(("Scenario", "Swept"), rows)
 
 
 def _print_designs(planned: CampaignPlan) -> None:
@@ -162,14 +146,14 @@ def _print_designs(planned: CampaignPlan) -> None:
             for axis, levels in points.absent.items()
         ]
     if lines:
-        emit("")
+        out.emit("")
     for line in lines:
-        emit_line(line)
+        out.emit_line(line)
 
 
 def _levels(levels: Sequence[object]) -> str:
     more = f" and {len(levels) - _MOST_LEVELS} more" if len(levels) > _MOST_LEVELS else ""
-    return listed(map(str, levels[:_MOST_LEVELS])) + more
+    return out.listed(map(str, levels[:_MOST_LEVELS])) + more
 
 
 def _covering(scenario: str, points: Points) -> str:
@@ -224,9 +208,9 @@ def _product(factors: Sequence[Factor], scenario: str) -> str:
 
 def _engine(planned: CampaignPlan) -> str:
     engine = planned.engine
-    return clean(
+    return out.clean(
         f"Traffic {engine.backend} ({engine.variant}), driver {planned.driver}, "
-        f"numerics version {engine.numerics_version}; gate: {listed(planned.files.gate)}"
+        f"numerics version {engine.numerics_version}; gate: {out.listed(planned.files.gate)}"
     )
 
 
@@ -266,27 +250,28 @@ def signals(odd: OddFile, json: Json = False) -> None:
     planned = make_plan(odd)
     found = signal_table(planned)
     if json:
-        emit_json("signals", {"odd": planned.files.odd.spec.odd, "signals": found})
+        out.emit_json("signals", {"odd": planned.files.odd.spec.odd, "signals": found})
         return
     scenarios, architectures = set(planned.files.scenarios), set(planned.files.architectures)
-    rows = [
-        [
-            row.name,
-            "" if row.unit == "1" else row.unit,
-            row.kind,
-            f"{row.scale:g}",
-            f"{row.text} ({listed(row.labels)})" if row.labels else row.text,
-            _who(row.scenarios, scenarios),
-            _who(row.architectures, architectures),
-        ]
-        for row in found
-    ]
-    headers = ("Signal", "Unit", "Kind", "Scale", "Meaning", "Scenarios", "Architectures")
-    emit_table(headers, rows, right=("Scale",))
+    out.emit_records(
+        found,
+        {
+            "Signal": "name",
+            "Unit": lambda row: "" if row.unit == "1" else row.unit,
+            "Kind": "kind",
+            "Scale": lambda row: f"{row.scale:g}",
+            "Meaning": lambda row: (
+                row.text + (f" ({out.listed(row.labels)})" if row.labels else "")
+            ),
+            "Scenarios": lambda row: _who(row.scenarios, scenarios),
+            "Architectures": lambda row: _who(row.architectures, architectures),
+        },
+        right=("Scale",),
+    )
 
 
 def _who(names: Sequence[str], everybody: set[str]) -> str:
-    return _SHARED_BY_ALL if set(names) == everybody else listed(names)
+    return _SHARED_BY_ALL if set(names) == everybody else out.listed(names)
 
 
 # --- ``coverage``: which attributes of an ODD, and which together, its test cases have ------------
@@ -324,18 +309,19 @@ def coverage(
         found = planned_coverage(Path(of), strength)
     else:
         found = executed_coverage(db, of, strength)
-    if json:
-        emit_json("coverage", {"table": found})
-        return
-    _print_coverage(found)
+    out.emit_found(
+        "coverage", found, _print_coverage, json=json, document=lambda found: {"table": found}
+    )
 
 
 def _print_coverage(found: CoverageTable) -> None:
     if found.campaign is None:
-        emit_line(f"ODD {found.odd}: {found.counted} of {found.planned} planned test cases count")
+        out.emit_line(
+            f"ODD {found.odd}: {found.counted} of {found.planned} planned test cases count"
+        )
     else:
-        emit_line(
-            f"Campaign {short(found.campaign)} of {found.odd}: {found.counted} of "
+        out.emit_line(
+            f"Campaign {out.short(found.campaign)} of {found.odd}: {found.counted} of "
             f"{found.planned} test cases count"
         )
     for count, why in (
@@ -345,28 +331,24 @@ def _print_coverage(found: CoverageTable) -> None:
         (found.coverage.outside, "with an attribute in no bin, counted for the others only"),
     ):
         if count:
-            emit(f"  {count} {why}")
+            out.emit(f"  {count} {why}")
     parts = found.coverage.combinations
-    emit("")
-    emit_table(
-        ("Attribute", "Covered", "Uncovered", "No scenario can have"),
-        [_coverage_row(item) for item in parts if len(item.attributes) == 1],
+    out.emit("")
+    out.emit_records(
+        [item for item in parts if len(item.attributes) == 1],
+        {
+            "Attribute": lambda item: item.attributes[0],
+            "Covered": lambda item: _labels([labels for labels, _ in item.counts]),
+            "Uncovered": lambda item: _labels(item.uncovered),
+            "No scenario can have": lambda item: _labels(item.impossible),
+        },
     )
     for size in range(2, found.coverage.strength + 1):
         _print_together([item for item in parts if len(item.attributes) == size], size)
 
 
-def _coverage_row(item: Combination) -> list[str]:
-    return [
-        item.attributes[0],
-        _labels([labels for labels, _ in item.counts]),
-        _labels(item.uncovered),
-        _labels(item.impossible),
-    ]
-
-
 def _labels(bins: Sequence[tuple[str, ...]]) -> str:
-    return ", ".join(clean(" × ".join(labels)) for labels in bins) or NONE
+    return ", ".join(out.clean(" × ".join(labels)) for labels in bins) or out.NONE
 
 
 def _print_together(parts: Sequence[Combination], size: int) -> None:
@@ -375,7 +357,7 @@ def _print_together(parts: Sequence[Combination], size: int) -> None:
     covered = sum(item.covered for item in parts)
     total = sum(item.total for item in parts)
     share = f" ({covered / feasible:.1%})" if feasible else ""
-    emit(
+    out.emit(
         f"\n{covered} of {feasible} feasible {word} are covered{share}; {total - feasible} of "
         f"{total} {word} no scenario can have"
     )
@@ -385,10 +367,10 @@ def _print_together(parts: Sequence[Combination], size: int) -> None:
         for labels in item.uncovered
     ]
     if uncovered:
-        emit("")
-        emit_table(("Attributes", "Uncovered"), uncovered[:_LISTED])
+        out.emit("")
+        out.emit_table(("Attributes", "Uncovered"), uncovered[:_LISTED])
     if len(uncovered) > _LISTED:
-        emit(f"and {len(uncovered) - _LISTED} more; --json lists all")
+        out.emit(f"and {len(uncovered) - _LISTED} more; --json lists all")
 
 
 # --- ``dependencies``: what the channels of an architecture share, and could fail by together -----
@@ -428,12 +410,12 @@ def dependencies(
     if architecture is not None:
         if architecture not in files.architectures:
             raise UsageError(
-                f"the ODD has no architecture {clean(architecture)!r}",
+                f"the ODD has no architecture {out.clean(architecture)!r}",
                 remedy=suggest(architecture, files.architectures),
             )
         found = [item for item in found if item.architecture == architecture]
     if json:
-        emit_json("dependencies", {"odd": files.odd.spec.odd, "architectures": found})
+        out.emit_json("dependencies", {"odd": files.odd.spec.odd, "architectures": found})
         return
     for item in found:
         _print_dependencies(item)
@@ -448,14 +430,26 @@ def dependencies_of(files: OddFiles) -> list[Dependencies]:
 
 
 def _print_dependencies(found: Dependencies) -> None:
+    from adeye.analysis.dependence import WORDS
+
     if not found.pairs:
-        emit(f"{found.architecture}: one channel, with nobody to share anything")
+        out.emit(f"{found.architecture}: one channel, with nobody to share anything")
     for pair in found.pairs:
         title = f"{found.architecture}: {pair.first} and {pair.second} share {_in_words(pair)}"
-        rows = [_dependency_row(item) for item in pair.shared]
-        emit_table(("Kind", "What", "How", "Fault targets"), rows, title=title)
+        out.emit_records(
+            pair.shared,
+            {
+                "Kind": lambda item: WORDS[item.kind],
+                "What": "what",
+                "How": "how",
+                "Fault targets": _targets,
+            },
+            title=title,
+        )
         if pair.unstated:
-            emit(f"No resources are stated for {listed(pair.unstated)}: they may share more.")
+            out.emit(
+                f"No resources are stated for {out.listed(pair.unstated)}: they may share more."
+            )
 
 
 def _in_words(pair: ChannelPair) -> str:
@@ -465,8 +459,5 @@ def _in_words(pair: ChannelPair) -> str:
     return f"{len(pair.shared)} things" + (f"; no {', no '.join(absent)}" if absent else "")
 
 
-def _dependency_row(item: Shared) -> list[str]:
-    from adeye.analysis.dependence import WORDS
-
-    model = f" ({item.model})" if item.model else ""
-    return [WORDS[item.kind], item.what, item.how, f"{listed(item.targets)}{model}"]
+def _targets(item: Shared) -> str:
+    return out.listed(item.targets) + (f" ({item.model})" if item.model else "")

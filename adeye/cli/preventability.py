@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.options import Db, Json, Quiet, named, option, write_rows
-from adeye.cli.output import clean, emit, emit_json, emit_table, plain, short, talk, wrote
 from adeye.cli.progress import watching
 
 if TYPE_CHECKING:
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
     from adeye.analysis.reference_cases import Floats, Question
     from adeye.campaign.studies.preventability import Preventability
-    from adeye.judge.preventability import Cell
+    from adeye.judge.preventability import Cell, Comparison
 
 # --- ``reference``: which scenes of a CSV file the reference drivers of UN R157 master ------------
 
@@ -26,16 +25,6 @@ if TYPE_CHECKING:
 EditionName = Annotated[
     str, option("NAME", help="Rules: r157, r157-01, eu-2022-1426 or eu-2022-1426-standing.")
 ]
-
-
-@dataclass
-class _Progress:
-    """Scenes driven so far."""
-
-    total: int
-    phase: str = "driving scenes"
-    done: int = 0
-    failures: int = 0
 
 
 def reference(
@@ -78,6 +67,7 @@ def reference(
         obligations,
         read,
     )
+    from adeye.campaign.run import Progress
 
     question = Question(
         scene=scene,
@@ -90,13 +80,14 @@ def reference(
     check_question(question)
     rows, scenes = read(cases, scene)
     header = [] if output is None else [*rows[0], *answers(cases, rows[0], question)]
-    progress = _Progress(len(scenes) * len(question.models))
+    done, total = 0, len(scenes) * len(question.models)
     results: dict[str, Floats] = {}
     with watching() as report:
 
         def told(count: int) -> None:
-            progress.done += count
-            report(progress)
+            nonlocal done
+            done += count
+            report(Progress("driving scenes", done, total, 0))
 
         for model in question.models:
             results[model] = drive(scenes, question, model, threads=os.cpu_count() or 1, told=told)
@@ -104,9 +95,9 @@ def reference(
     _warn(scenes, edition)
     if output is not None:
         _write(output, header, rows, results, duty)
-        wrote(output)
+        out.wrote(output)
     if json:
-        emit_json("reference", _document(question, results, duty))
+        out.emit_json("reference", _document(question, results, duty))
     else:
         _print_reference(question, results, duty)
 
@@ -123,7 +114,9 @@ def _warn(scenes: Floats, edition: str) -> None:
     count = int((scenes[:, S_EGO_SPEED] > rules.highest_speed * (1.0 + 1e-9)).sum())
     if count:
         limit = rules.highest_speed * 3.6
-        talk(f"{count} of {len(scenes)} scenes are faster than {limit:.0f} km/h, beyond {edition}")
+        out.talk(
+            f"{count} of {len(scenes)} scenes are faster than {limit:.0f} km/h, beyond {edition}"
+        )
 
 
 def _word(value: float) -> str:
@@ -211,14 +204,13 @@ def _print_reference(
     counts = _counts(results, duty)
     names = [name for name in counts[0] if counts[0][name] is not None]
     headers = [name.replace("_", " ") for name in names]
-    emit_table(
+    out.emit_table(
         headers,
         [[count[name] for name in names] for count in counts],
-        title=f"{question.scene} by {question.edition}"
-        + (f", {', '.join(question.variant)}" if question.variant else ""),
+        title=", ".join((f"{question.scene} by {question.edition}", *question.variant)),
         right=headers[1:],
     )
-    emit("A benchmark, not a proof: what no model masters may still be avoidable.")
+    out.emit("A benchmark, not a proof: what no model masters may still be avoidable.")
 
 
 # --- ``preventability``: would a reference driver have avoided what the architecture did not? -----
@@ -285,61 +277,65 @@ def preventability(
             workers=workers,
             report=report,
         )
-    if json:
-        emit_json("preventability", {"edition": edition, **plain(found)})
-        return
-    _print_preventability(found)
+    out.emit_found(
+        "preventability",
+        found,
+        _print_preventability,
+        json=json,
+        document=lambda found: {"edition": edition, **out.plain(found)},
+    )
 
 
 def _print_preventability(found: Preventability) -> None:
     for model, count in found.looked_at.items():
         what = f" (contact, or more than {found.threshold_mps2[model]:.2f} m/s² required)"
-        emit(
-            f"Campaign {short(found.campaign)}: {count} of {found.executed} runs driven by {model}"
+        runs = f"{count} of {found.executed} runs driven by {model}"
+        out.emit(
+            f"Campaign {out.short(found.campaign)}: {runs}"
             f"{'' if found.is_everything else what}, without faults"
         )
     if not found.comparisons:
-        emit("No conflict: there is nothing to drive.")
+        out.emit("No conflict: there is nothing to drive.")
         return
     headers = ("Scenario", "Architecture", "Model", *_WORDS.values())
     rows = [
         [row.scenario, row.architecture, row.model, *(row.counts[cell] for cell in _WORDS)]
         for row in found.rows
     ]
-    emit("")
-    emit_table(headers, rows, right=headers[3:])
+    out.emit("")
+    out.emit_table(headers, rows, right=headers[3:])
     _print_findings(found)
-    emit("\nA benchmark, not a proof: what no model avoids may still be avoidable.")
+    out.emit("\nA benchmark, not a proof: what no model avoids may still be avoidable.")
 
 
 def _print_findings(found: Preventability) -> None:
     findings = [item for item in found.comparisons if item.cell == "only_model"]
     if not findings:
-        emit("\nNo finding: no model avoids a contact that an architecture does not.")
+        out.emit("\nNo finding: no model avoids a contact that an architecture does not.")
         return
-    emit(f"\n{len(findings)} findings, avoided by the model only:")
-    headers = ("Run", "Scenario", "Architecture", "Fault entry", "Model", "Impact [m/s]", "Drive")
-    emit_table(
-        headers,
-        [
-            [
-                short(item.run),
-                item.scenario,
-                item.architecture,
-                item.fault_entry,
-                item.model,
-                "" if item.impact_speed_mps is None else f"{item.impact_speed_mps:.2f}",
-                short(item.drive),
-            ]
-            for item in findings[:SHOWN]
-        ],
+    out.emit(f"\n{len(findings)} findings, avoided by the model only:")
+
+    def impact(item: Comparison) -> str:
+        return "" if item.impact_speed_mps is None else f"{item.impact_speed_mps:.2f}"
+
+    out.emit_records(
+        findings[:SHOWN],
+        {
+            "Run": lambda item: out.short(item.run),
+            "Scenario": "scenario",
+            "Architecture": "architecture",
+            "Fault entry": "fault_entry",
+            "Model": "model",
+            "Impact [m/s]": impact,
+            "Drive": lambda item: out.short(item.drive),
+        },
         right=("Impact [m/s]",),
     )
     if len(findings) > SHOWN:
-        emit(f"and {len(findings) - SHOWN} more; --json lists all.")
+        out.emit(f"and {len(findings) - SHOWN} more; --json lists all.")
     first = findings[0]
-    emit(
-        f"See {clean(first.model)} beside {clean(first.architecture)}:\n"
-        f"  adeye replay {short(first.run)} --html run.html\n"
-        f"  adeye replay {short(first.drive)} --html drive.html"
+    out.emit(
+        f"See {out.clean(first.model)} beside {out.clean(first.architecture)}:\n"
+        f"  adeye replay {out.short(first.run)} --html run.html\n"
+        f"  adeye replay {out.short(first.drive)} --html drive.html"
     )

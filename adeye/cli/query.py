@@ -11,28 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import (
-    CampaignId,
-    Db,
-    Json,
-    complete_campaigns,
-    complete_queries,
-    named,
-    named_place,
-    option,
-)
-from adeye.cli.output import (
-    clean,
-    csv_text,
-    emit,
-    emit_csv,
-    emit_document,
-    emit_json,
-    emit_table,
-    json_text,
-    talk,
-    wrote,
-)
+from adeye.cli import options as opt
+from adeye.cli import output as out
 from adeye.errors import UsageError, suggest
 from adeye.outputs import replacing, write_atomically
 
@@ -57,19 +37,19 @@ class Format(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a 
 
 def query(
     sql: Annotated[
-        str | None, typer.Argument(metavar="[SQL]", autocompletion=complete_queries)
+        str | None, typer.Argument(metavar="[SQL]", autocompletion=opt.complete_queries)
     ] = None,
     *,
-    db: Db = None,
-    format: Annotated[Format | None, option("--format -f")] = None,
-    json: Json = False,
-    output: Annotated[Path | None, option("--output -o FILE", callback=named)] = None,
+    db: opt.Db = None,
+    format: Annotated[Format | None, opt.option("--format -f")] = None,
+    json: opt.Json = False,
+    output: Annotated[Path | None, opt.option("--output -o FILE", callback=opt.named)] = None,
     campaign: Annotated[
-        str | None, option("--campaign -c CAMPAIGN", autocompletion=complete_campaigns)
+        str | None, opt.option("--campaign -c CAMPAIGN", autocompletion=opt.complete_campaigns)
     ] = None,
-    max_rows: Annotated[int, option("N", min=1)] = _ROWS,
-    timeout_s: Annotated[float, option("SECONDS", min=0.1)] = 10.0,
-    list_saved: Annotated[bool, option("--list -l")] = False,
+    max_rows: Annotated[int, opt.option("N", min=1)] = _ROWS,
+    timeout_s: Annotated[float, opt.option("SECONDS", min=0.1)] = 10.0,
+    list_saved: Annotated[bool, opt.option("--list -l")] = False,
 ) -> None:
     """Ask the database in SQL. Nothing can be changed by it.
 
@@ -105,10 +85,10 @@ def query(
     else:
         _save(result, wanted, output)
     if not result.rows:
-        talk(f"note: no rows{_reason(db, sql, about)}")
+        out.talk(f"note: no rows{_reason(db, sql, about)}")
     if result.is_cut:
         done = "printed" if output is None else "written"
-        talk(f"note: only the first {max_rows} rows are {done}; see --max-rows.")
+        out.talk(f"note: only the first {max_rows} rows are {done}; see --max-rows.")
 
 
 def _wanted(chosen: Format | None, output: Path | None) -> Format:
@@ -186,30 +166,30 @@ def _list(wanted: Format, output: Path | None) -> None:
     if output is not None:
         raise UsageError("the list of saved queries is not written to a file", remedy="Name one.")
     if wanted is Format.json:
-        emit_json("query-list", {"queries": list(SAVED.values())})
+        out.emit_json("query-list", {"queries": list(SAVED.values())})
         return
     rows = [[item.name, item.text] for item in SAVED.values()]
     if wanted is Format.csv:
-        emit_csv(("name", "text"), rows)
+        out.emit_csv(("name", "text"), rows)
     else:
-        emit_table(("Saved query", "Answers"), rows)
-        emit(
+        out.emit_table(("Saved query", "Answers"), rows)
+        out.emit(
             "\nWithout a campaign that was executed ('adeye run ODD') none of them tells anything."
         )
 
 
 def _print(result: QueryResult, wanted: Format) -> None:
     if wanted is Format.csv:
-        emit_csv(result.columns, result.rows)
+        out.emit_csv(result.columns, result.rows)
     elif wanted is Format.json:
-        emit_document(json_text("query", _document(result)))
+        out.emit_document(out.json_text("query", _document(result)))
     else:
         numeric = {
-            clean(name)
+            out.clean(name)
             for column, name in enumerate(result.columns)
             if any(_is_number(row[column]) for row in result.rows)
         }
-        emit_table(result.columns, result.rows, right=numeric)
+        out.emit_table(result.columns, result.rows, right=numeric)
 
 
 def _document(result: QueryResult) -> dict[str, Any]:
@@ -223,15 +203,15 @@ def _save(result: QueryResult, wanted: Format, output: Path) -> None:
     from adeye.report.formats.tables import open_table, typed_columns
 
     if wanted is Format.json:
-        text = json_text("query", _document(result))
+        text = out.json_text("query", _document(result))
         write_atomically(f"{text}\n".encode(), output)
     elif wanted is Format.csv:
-        write_atomically(csv_text(result.columns, result.rows).encode(), output)
+        write_atomically(out.csv_text(result.columns, result.rows).encode(), output)
     else:
         columns, values = typed_columns(_distinct(result.columns), result.rows)
         with replacing(output) as place, open_table(place, "parquet", columns, {}) as file:
             file.add(values)
-    wrote(output)
+    out.wrote(output)
 
 
 def _is_number(value: Any) -> bool:
@@ -275,12 +255,12 @@ class Table(str, Enum):  # noqa: UP042 - see above
 
 
 def export(
-    output: Annotated[Path, option("--output -o FOLDER|FILE", callback=named_place)],
-    campaign: CampaignId = None,
+    output: Annotated[Path, opt.option("--output -o FOLDER|FILE", callback=opt.named_place)],
+    campaign: opt.CampaignId = None,
     *,
-    db: Db = None,
-    format: Annotated[FileFormat | None, option("--format -f", env="EXPORT_FORMAT")] = None,
-    table: Annotated[list[Table] | None, option("--table -t")] = None,
+    db: opt.Db = None,
+    format: Annotated[FileFormat | None, opt.option("--format -f", env="EXPORT_FORMAT")] = None,
+    table: Annotated[list[Table] | None, opt.option("--table -t")] = None,
     with_provenance: bool = False,
 ) -> None:
     """Write a campaign as typed tables: runs, verdicts, events, status of the FSRs.
@@ -311,16 +291,16 @@ def export(
         tables=[item.value for item in table or ()],
         with_provenance=with_provenance,
     )
-    wrote(output)
+    out.wrote(output)
     _tell(written)
 
 
 def _tell(written: Written) -> None:
     rows = ", ".join(f"{count:,} {name}" for name, count in written.rows.items())
-    talk(f"campaign {clean(written.campaign[:10])}: {rows}")
+    out.talk(f"campaign {out.clean(written.campaign[:10])}: {rows}")
     missing = written.planned - written.done
     if missing:
-        talk(
+        out.talk(
             f"note: {missing:,} of {written.planned:,} test cases have no result: they are "
             "NOT_RUN in verdicts, and not in runs."
         )

@@ -13,37 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
-from adeye.cli.options import (
-    Backend,
-    CampaignId,
-    Db,
-    Json,
-    JunitFile,
-    OddFile,
-    Quiet,
-    SarifReport,
-    Threads,
-    Variant,
-    Workers,
-    make_session,
-    named,
-    named_page,
-    option,
-)
-from adeye.cli.output import (
-    NONE,
-    clean,
-    emit,
-    emit_json,
-    emit_line,
-    emit_table,
-    fields_of,
-    short,
-    talk,
-    verdict_cell,
-    width,
-    wrote,
-)
+from adeye.cli import options as opt
+from adeye.cli import output as out
 from adeye.cli.progress import asking, duration, reporting
 from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
 from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
@@ -75,7 +46,7 @@ def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
 def margin_text(line: VerdictLine) -> str:
     """Write the margin of the worst run with its unit."""
     if line.margin is None or not math.isfinite(line.margin):
-        return NONE
+        return out.NONE
     return quantity(line.margin, line.unit or "1", signed=True)
 
 
@@ -83,39 +54,39 @@ def print_verdicts(summary: CampaignSummary) -> None:
     """Print the verdict of every FSR for every architecture, and how to see the worst run."""
     lines = ordered(summary.verdicts)
     for (name, is_gate), group in groupby(lines, lambda line: (line.architecture, line.is_gate)):
-        emit(f"\n{clean(name)}{' (gate)' if is_gate else ''}")
+        out.emit(f"\n{out.clean(name)}{' (gate)' if is_gate else ''}")
         _print_architecture(list(group))
     shown = next((line for line in lines if line.worst_run and str(line.verdict) == "FAIL"), None)
     if shown is not None:
-        emit(
-            f"\nSee why {clean(shown.architecture)} fails {clean(shown.fsr)}:\n"
-            f"  adeye show {short(shown.worst_run)}\n"
-            f"  adeye replay {short(shown.worst_run)} --html replay.html"
+        out.emit(
+            f"\nSee why {out.clean(shown.architecture)} fails {out.clean(shown.fsr)}:\n"
+            f"  adeye show {out.short(shown.worst_run)}\n"
+            f"  adeye replay {out.short(shown.worst_run)} --html replay.html"
         )
 
 
 def _print_architecture(lines: Sequence[VerdictLine]) -> None:
     # On a narrow screen the text would push everything else out of shape.
-    has_texts = width() >= _WIDE
+    has_texts = out.width() >= _WIDE
     headers = ["FSR", "ASIL", "Verdict", "Exercised", "Worst margin", "Worst run"]
     rows = [
         [
             line.fsr + ("" if line.mandatory else " opt."),
             line.asil,
-            verdict_cell(line.verdict),
+            out.verdict_cell(line.verdict),
             line.exercised_text,
             margin_text(line),
-            short(line.worst_run),
+            out.short(line.worst_run),
             *([_cut(line.text)] if has_texts else []),
         ]
         for line in lines
     ]
     headers += ["Requirement"] if has_texts else []
-    emit_table(headers, rows, right=("Exercised", "Worst margin"))
+    out.emit_table(headers, rows, right=("Exercised", "Worst margin"))
 
 
 def _cut(text: str) -> str:
-    line = clean(" ".join(text.split()))
+    line = out.clean(" ".join(text.split()))
     return line if len(line) <= _SHOWN_TEXT else f"{line[: _SHOWN_TEXT - 1]}…"
 
 
@@ -134,8 +105,8 @@ _WAYS: Final = {
 def print_summary(summary: CampaignSummary) -> None:
     """Print the verdicts, what was executed, and what the exit code means."""
     print_verdicts(summary)
-    emit(f"\n{executed_text(summary)}")
-    emit(clean(summary.message, lines=True))
+    out.emit(f"\n{executed_text(summary)}")
+    out.emit(out.clean(summary.message, lines=True))
 
 
 def executed_text(summary: CampaignSummary) -> str:
@@ -164,7 +135,7 @@ def rejudged_text(summary: CampaignSummary) -> str:
 def document(summary: CampaignSummary) -> dict[str, object]:
     """Describe a campaign as JSON."""
     return {
-        **fields_of(summary, "campaign", "planned", "executed", "judged", "reused"),
+        **out.fields_of(summary, "campaign", "planned", "executed", "judged", "reused"),
         **({"executed_by_others": summary.elsewhere} if summary.elsewhere else {}),
         **({"twins": summary.twins} if summary.twins else {}),
         "selected": summary.planned if summary.selected is None else summary.selected,
@@ -174,7 +145,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
-        **fields_of(summary, "contacts", "channel_failures", "never_began"),
+        **out.fields_of(summary, "contacts", "channel_failures", "never_began"),
         "verdicts": ordered(summary.verdicts),
     }
 
@@ -187,28 +158,28 @@ _OWN: Final = ("html", "junit", "json")
 
 
 def run(
-    odd: OddFile,
+    odd: opt.OddFile,
     *,
-    threads: Threads = None,
-    workers: Workers = None,
-    executor: Annotated[str | None, option("NAME|module:Class")] = None,
-    scheduler: Annotated[str | None, option("ADDRESS")] = None,
-    db: Db = None,
-    backend: Backend = "batch",
-    variant: Variant = None,
-    report: Annotated[Path | None, option("FILE", callback=named_page)] = None,
-    junit: JunitFile = None,
-    report_json: Annotated[Path | None, option("FILE", callback=named)] = None,
-    traces: Annotated[str, option("none|failures|all")] = "none",
-    sarif: SarifReport = None,
-    shard: Annotated[str | None, option("I/N")] = None,
-    keyword: Annotated[str | None, option("-k EXPR")] = None,
-    last_failed: Annotated[bool, option("--last-failed --lf")] = False,
-    maxfail: Annotated[int | None, option("N", min=1)] = None,
-    budget: Annotated[str | None, option("TIME")] = None,
-    deadline: Annotated[str | None, option("TIME")] = None,
-    quiet: Quiet = False,
-    json: Json = False,
+    threads: opt.Threads = None,
+    workers: opt.Workers = None,
+    executor: Annotated[str | None, opt.option("NAME|module:Class")] = None,
+    scheduler: Annotated[str | None, opt.option("ADDRESS")] = None,
+    db: opt.Db = None,
+    backend: opt.Backend = "batch",
+    variant: opt.Variant = None,
+    report: Annotated[Path | None, opt.option("FILE", callback=opt.named_page)] = None,
+    junit: opt.JunitFile = None,
+    report_json: Annotated[Path | None, opt.option("FILE", callback=opt.named)] = None,
+    traces: Annotated[str, opt.option("none|failures|all")] = "none",
+    sarif: opt.SarifReport = None,
+    shard: Annotated[str | None, opt.option("I/N")] = None,
+    keyword: Annotated[str | None, opt.option("-k EXPR")] = None,
+    last_failed: Annotated[bool, opt.option("--last-failed --lf")] = False,
+    maxfail: Annotated[int | None, opt.option("N", min=1)] = None,
+    budget: Annotated[str | None, opt.option("TIME")] = None,
+    deadline: Annotated[str | None, opt.option("TIME")] = None,
+    quiet: opt.Quiet = False,
+    json: opt.Json = False,
 ) -> None:
     """Execute the test cases of an ODD, judge every FSR, and exit with the verdict of the gate.
 
@@ -256,7 +227,7 @@ def run(
     asked = asked_executor(executor, threads, workers, scheduler)
     was_told = not quiet and not is_cache_warm()
     if was_told:
-        talk("Compiling for this machine; only the first run does, it takes half a minute.")
+        out.talk("Compiling for this machine; only the first run does, it takes half a minute.")
     hint = _resume_hint(
         odd,
         db,
@@ -280,7 +251,7 @@ def run(
             "--deadline": deadline,
         },
     )
-    session = make_session(
+    session = opt.make_session(
         shard=shard,
         keyword=keyword,
         last_failed=last_failed,
@@ -291,26 +262,26 @@ def run(
     wanted = _wanted(traces)
     plan = make_plan(odd, backend=backend, variant=variant)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
-        talk("Compiling sensors or channels that were not used before, for up to a minute.")
+        out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, threads, workers, executor)
     if not quiet:
         for notice in plan.notices:
-            talk(clean(f"note: {notice}", lines=True))
+            out.talk(out.clean(f"note: {notice}", lines=True))
     try:
         with asking(session.stop, hint):
             summary = _execute(plan, db, asked or lanes, wanted, session, quiet=quiet)
     except ASKED_TO_END:
-        talk(hint)
+        out.talk(hint)
         raise
     if json:
-        emit_json("run", document(summary))
+        out.emit_json("run", document(summary))
     else:
         print_summary(summary)
     if summary.never_began and not quiet:
-        talk(clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
+        out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
     code = int(summary.exit_code)
     if code in {130, 143}:
-        talk(hint)
+        out.talk(hint)
     else:
         files = {"html": report, "junit": junit, "json": report_json, "sarif": sarif}
         code = _write_after_run(files, db, summary, quiet=quiet)
@@ -318,21 +289,23 @@ def run(
 
 
 def report(
-    campaign: CampaignId = None,
+    campaign: opt.CampaignId = None,
     *,
     output: Annotated[
-        Path | None, option("--output -o FILE", env="REPORT", callback=named_page)
+        Path | None, opt.option("--output -o FILE", env="REPORT", callback=opt.named_page)
     ] = None,
-    junit: JunitFile = None,
+    junit: opt.JunitFile = None,
     report_json: Annotated[
-        Path | None, option("--json --report-json FILE", env="REPORT_JSON", callback=named)
+        Path | None, opt.option("--json --report-json FILE", env="REPORT_JSON", callback=opt.named)
     ] = None,
-    sarif: SarifReport = None,
-    gsn: Annotated[Path | None, option("FILE", env="REPORT_GSN", callback=named)] = None,
-    reqif: Annotated[Path | None, option("FILE", env="REPORT_REQIF", callback=named)] = None,
-    baseline: Annotated[Path | None, option("FILE", env="REPORT_BASELINE")] = None,
-    db: Db = None,
-    quiet: Quiet = False,
+    sarif: opt.SarifReport = None,
+    gsn: Annotated[Path | None, opt.option("FILE", env="REPORT_GSN", callback=opt.named)] = None,
+    reqif: Annotated[
+        Path | None, opt.option("FILE", env="REPORT_REQIF", callback=opt.named)
+    ] = None,
+    baseline: Annotated[Path | None, opt.option("FILE", env="REPORT_BASELINE")] = None,
+    db: opt.Db = None,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
@@ -433,7 +406,7 @@ def _execute(
     is_near = executor is None or not executor.address
     if is_near and not is_cache_warm(*plan.compiled_parts) and usable_processors() > 1:
         compile_aside(plan)
-    where = lanes.text if isinstance(lanes, Parallel) else clean(lanes.text)
+    where = lanes.text if isinstance(lanes, Parallel) else out.clean(lanes.text)
     with reporting(f"{plan.expansion.count:,} test cases, {where}", quiet=quiet) as progress:
         return run_campaign(
             plan,
@@ -454,7 +427,7 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     try:
         _write(files, db, summary.campaign, quiet=quiet)
     except AdeyeError as error:
-        talk(clean(f"The report was not written: {error}", lines=True))
+        out.talk(out.clean(f"The report was not written: {error}", lines=True))
         return int(exit_code([ExitCode(summary.exit_code), ExitCode(error.exit_code)]))
     return int(summary.exit_code)
 
@@ -475,7 +448,7 @@ def _write(
     with reporting("report", quiet=quiet) as progress:
         write_reports(db, campaign, **own, exports=exports, baseline=baseline, progress=progress)
     for path in asked.values():
-        wrote(path)
+        out.wrote(path)
 
 
 def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> str:
@@ -490,23 +463,23 @@ def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> st
         for word in (name, *([str(value)] if value != "" else []))
     ]
     command = f"adeye run {shlex.quote(str(odd))}{option(db)} {shlex.join(given)}".strip()
-    return clean(f"Interrupted. Results so far are kept; go on with: {command}")
+    return out.clean(f"Interrupted. Results so far are kept; go on with: {command}")
 
 
 # --- ``judge``: judge results again after a threshold, a formula or an FSR has changed ------------
 
 
 def judge(
-    odd: OddFile,
+    odd: opt.OddFile,
     *,
     replay: bool = False,
-    threads: Threads = None,
-    workers: Workers = None,
-    db: Db = None,
-    backend: Backend = "batch",
-    variant: Variant = None,
-    quiet: Quiet = False,
-    json: Json = False,
+    threads: opt.Threads = None,
+    workers: opt.Workers = None,
+    db: opt.Db = None,
+    backend: opt.Backend = "batch",
+    variant: opt.Variant = None,
+    quiet: opt.Quiet = False,
+    json: opt.Json = False,
 ) -> None:
     """Judge the results that are there as the ODD and its concept ask for now; execute nothing new.
 
@@ -531,7 +504,7 @@ def judge(
     lanes = parallel(plan, threads, workers)
     if not quiet:
         for notice in plan.notices:
-            talk(clean(f"note: {notice}", lines=True))
+            out.talk(out.clean(f"note: {notice}", lines=True))
     with reporting(f"{plan.expansion.count:,} test cases", quiet=quiet) as progress:
         summary = judge_campaign(
             plan,
@@ -542,11 +515,11 @@ def judge(
             progress=progress,
         )
     if json:
-        emit_json("judge", {**document(summary), "to_execute": summary.to_execute})
+        out.emit_json("judge", {**document(summary), "to_execute": summary.to_execute})
     else:
         print_verdicts(summary)
-        emit(f"\n{_text(summary, odd, db)}")
-        emit(clean(summary.message, lines=True))
+        out.emit(f"\n{_text(summary, odd, db)}")
+        out.emit(out.clean(summary.message, lines=True))
     raise typer.Exit(int(summary.exit_code))
 
 
@@ -570,7 +543,7 @@ def _text(summary: CampaignSummary, odd: Path, db: str | None) -> str:
             f"{_count(summary.to_execute, 'test case has', 'test cases have')} no result: "
             f"adeye run {name}"
         )
-    return clean("\n".join(lines), lines=True)
+    return out.clean("\n".join(lines), lines=True)
 
 
 def _count(number: int, one: str, many: str) -> str:
@@ -585,10 +558,10 @@ SHIPPED: Final = ("motorway_chauffeur.yaml", "urban_pedestrian_rain.yaml")
 
 def warmup(
     odds: Annotated[list[Path] | None, typer.Argument(metavar="[ODD]...")] = None,
-    backend: Backend = "batch",
-    variant: Variant = None,
-    quiet: Quiet = False,
-    json: Json = False,
+    backend: opt.Backend = "batch",
+    variant: opt.Variant = None,
+    quiet: opt.Quiet = False,
+    json: opt.Json = False,
 ) -> None:
     """Compile the kernels that ODDs need, and keep the machine code for every later run.
 
@@ -614,6 +587,6 @@ def warmup(
         with reporting(f"compile for {odd.name}", quiet=quiet) as progress:
             taken += warm_up(plan, progress, aside=usable_processors() > 1)
     if json:
-        emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
+        out.emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
     else:
-        emit_line(f"Compiled in {duration(taken)}, kept in {cache_directory()}")
+        out.emit_line(f"Compiled in {duration(taken)}, kept in {cache_directory()}")

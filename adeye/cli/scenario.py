@@ -8,24 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from adeye.cli import output as out
 from adeye.cli.options import Catalogue, Json, add, complete_scenarios
-from adeye.cli.output import (
-    clean,
-    emit,
-    emit_fields,
-    emit_json,
-    emit_table,
-    format_value,
-    listed,
-    talk,
-)
 from adeye.errors import InputError, InputErrors, SpecError, UsageError, suggest
+from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
     from adeye.spec.load import Loaded
     from adeye.spec.scenario import Event, LogicalScenario, Parameter
-
-_INPUT_ERROR = 2
 
 scenario_app = typer.Typer(
     help="List, show and check the scenarios of the catalogue.", no_args_is_help=True
@@ -43,18 +33,20 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
 
     loaded = {name: load_scenario(path) for name, path in catalogue_files(catalogue).items()}
     if json:
-        emit_json("scenario-list", {"scenarios": [_entry(*item) for item in loaded.items()]})
+        out.emit_json("scenario-list", {"scenarios": [_entry(*item) for item in loaded.items()]})
         return
     rows = [
         [
             name,
             item.spec.title,
-            listed(tag for tag in _tags(item.spec).values() if tag),
-            listed(f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()),
+            out.listed(tag for tag in _tags(item.spec).values() if tag),
+            out.listed(
+                f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()
+            ),
         ]
         for name, item in loaded.items()
     ]
-    emit_table(("Id", "Title", "Tags", "Parameters"), rows)
+    out.emit_table(("Id", "Title", "Tags", "Parameters"), rows)
 
 
 def show_scenario(
@@ -80,7 +72,7 @@ def show_scenario(
         )
     loaded = load_scenario(known[name])
     if json:
-        emit_json("scenario-show", {**_entry(name, loaded), "content": loaded.content})
+        out.emit_json("scenario-show", {**_entry(name, loaded), "content": loaded.content})
     else:
         _print(name, loaded)
 
@@ -108,13 +100,15 @@ def lint(
         for error in _findings(path):
             findings += error.errors if isinstance(error, InputErrors) else [error]
     if json:
-        emit_json("scenario-lint", {"files": paths, "findings": [_finding(e) for e in findings]})
+        out.emit_json(
+            "scenario-lint", {"files": paths, "findings": [_finding(e) for e in findings]}
+        )
     else:
         for error in findings:
-            emit(clean(error, lines=True))
-    talk(f"{len(paths)} files, {len(findings)} findings")
+            out.emit(out.clean(error, lines=True))
+    out.talk(f"{len(paths)} files, {len(findings)} findings")
     if findings:
-        raise typer.Exit(_INPUT_ERROR)
+        raise typer.Exit(ExitCode.USAGE)
 
 
 def _scenarios_of(path: Path) -> Iterable[Path]:
@@ -173,9 +167,9 @@ def _tags(spec: LogicalScenario) -> dict[str, str]:
 
 def _range(parameter: Parameter) -> str:
     if parameter.range is None:
-        return f"= {format_value(parameter.default)}"
+        return f"= {out.format_value(parameter.default)}"
     low, high = parameter.range
-    return f"{format_value(low)} to {format_value(high)}"
+    return f"{out.format_value(low)} to {out.format_value(high)}"
 
 
 def _action(event: Event) -> str:
@@ -185,7 +179,7 @@ def _action(event: Event) -> str:
 
 def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
     spec = loaded.spec
-    emit_fields(
+    out.emit_fields(
         {
             "Scenario": name,
             "Title": spec.title,
@@ -194,23 +188,23 @@ def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
             "Source": " ".join(spec.provenance.source.split()),
             **{f"Tag {key}": tag for key, tag in _tags(spec).items()},
             "Horizon": f"{spec.horizon:g} s, then {spec.tail:g} s tail",
-            "Realised when": listed(spec.realised),
+            "Realised when": out.listed(spec.realised),
         }
     )
     rows: list[Sequence[object]] = [
         [key, item.default, _range(item), item.text] for key, item in spec.parameters.items()
     ]
-    emit_table(("Parameter", "Default", "Range", "Meaning"), rows, title="Parameters")
+    out.emit_table(("Parameter", "Default", "Range", "Meaning"), rows, title="Parameters")
     rows = [
         [key, item.kind, "reactive" if item.reactive else "scripted"]
         for key, item in spec.actors.items()
     ]
-    emit_table(("Actor", "Kind", "Driven"), rows, title="Actors")
+    out.emit_table(("Actor", "Kind", "Driven"), rows, title="Actors")
     rows = [
         [key, event.actor, event.when.text, _action(event)]
         for key, event in spec.storyboard.items()
     ]
-    emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")
+    out.emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")
 
 
 add(scenario_app, list_scenarios, name="list")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from adeye.cli.options import Json, named_page, option
-from adeye.cli.output import NONE, emit, emit_json, emit_line, emit_table, listed, wrote
+from adeye.cli.output import NONE, emit, emit_found, emit_line, emit_table, listed, wrote
 from adeye.errors import SpecError, UsageError
 from adeye.report.words import KMH, forward_text, left_speed, metres, percent, speed_text
 
@@ -305,10 +305,14 @@ def sensors(
         analyse(item.spec, conditions, odd_speed=_speed(files), resources=_resources(files))
         for item in _distinct(loaded)
     ]
-    if json:
-        emit_json("sensors", {"odd": files.odd.spec.odd if files else None, "suites": suites})
-    else:
-        print_suites(suites)
+    name = files.odd.spec.odd if files else None
+    emit_found(
+        "sensors",
+        suites,
+        print_suites,
+        json=json,
+        document=lambda suites: {"odd": name, "suites": suites},
+    )
     if html is not None:
         _write(suites, files, html)
 

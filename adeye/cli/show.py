@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from adeye.cli.options import Db, Json, RunId, named, named_page, option
-from adeye.cli.output import clean, emit, emit_fields, emit_json, emit_value, plain, wrote
+from adeye.cli.output import clean, emit, emit_fields, emit_found, emit_value, wrote
 from adeye.errors import UsageError
+from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from adeye.campaign.replay import Replayed
     from adeye.trace import Trace
 
 _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
-_DIFFERS: Final = 4
 
 
 def show(run: RunId, db: Db = None, json: Json = False) -> None:
@@ -35,10 +35,10 @@ def show(run: RunId, db: Db = None, json: Json = False) -> None:
     """
     from adeye.campaign.replay import describe_run
 
-    description = describe_run(db, run)
-    if json:
-        emit_json("show", description)
-        return
+    emit_found("show", describe_run(db, run), _print_run, json=json)
+
+
+def _print_run(description: Mapping[str, Any]) -> None:
     head = {
         name: value
         for name, value in description.items()
@@ -91,10 +91,7 @@ def replay(  # noqa: PLR0917 - options of the command line
         again = replay_run(db, run, look=_grid_saver(grid, cells, channel, dump))
     else:
         again = replay_run(db, run, _saved(channel, dump, cells))
-    if json:
-        emit_json("replay", plain(again))
-    else:
-        _print(again)
+    emit_found("replay", again, _print, json=json)
     if html is not None:
         from adeye.reporting import write_replay
 
@@ -103,7 +100,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     if dump is not None:
         wrote(dump)
     if not again.identical:
-        raise typer.Exit(_DIFFERS)
+        raise typer.Exit(ExitCode.INTEGRITY)
 
 
 def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[str, Path] | None:

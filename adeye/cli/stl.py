@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adeye.cli.options import Json, named, option, write_rows
-from adeye.cli.output import emit_fields, emit_json, verdict_cell, wrote
+from adeye.cli.output import emit_fields, emit_found, verdict_cell, wrote
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict, exit_of_verdict
 
@@ -69,10 +69,7 @@ def stl(  # noqa: PLR0917 - options
     found = judge_table(formula, read_table(table), reading)
     if output is not None:
         _write(found, output)
-    if json:
-        emit_json("stl", _document(found))
-    else:
-        emit_fields(_shown(found))
+    emit_found("stl", found, _print, json=json, document=_document)
     if output is not None:
         wrote(output)
     raise typer.Exit(exit_of_verdict(found.verdict))
@@ -90,11 +87,11 @@ def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
     return pairs
 
 
-def _shown(found: JudgedTable) -> dict[str, object]:
+def _print(found: JudgedTable) -> None:
     item = found.judgement
     unit = "" if item.unit in {None, "1"} else f" {item.unit}"
     at = "" if item.time_s is None else f" at {item.time_s:.15g} s"
-    return {
+    shown = {
         "Verdict": verdict_cell(item.verdict),
         "Robustness": _interval(item.robustness_low, item.robustness_high),
         "Decided by": None if item.predicate is None else f"{item.predicate}{at}",
@@ -108,6 +105,7 @@ def _shown(found: JudgedTable) -> dict[str, object]:
         "Rows": f"{len(found.time_s):,}, one every {found.step_s:.6g} s, obligations over "
         f"{found.horizon_s:.6g} s",
     }
+    emit_fields(shown)
 
 
 def _gap(item: Judgement) -> float | None:

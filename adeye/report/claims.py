@@ -214,9 +214,7 @@ class _Claimer:
         ]
         names = self._compared.scenario.words
         self._designs = {name: design_statement(odd, name, campaign.factors) for name in names}
-        self._exposures: dict[str, float | None] = {
-            str(use.get("as") or use["use"]): use.get("exposure") for use in odd["odd"]["scenarios"]
-        }
+        self._exposures = {name: use.get("exposure") for name, use in uses_of(odd).items()}
 
     def claims(self) -> Claims:
         options = self._options
@@ -464,15 +462,22 @@ DECLARED: Final = "random, declared"
 """The same with a declared distribution of at least one axis."""
 
 
+def uses_of(odd: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Return how an ODD uses its scenarios, by the id that each has in it.
+
+    Args:
+        odd: Stored content of the ODD.
+    """
+    return {str(use.get("as") or use["use"]): use for use in odd["odd"]["scenarios"]}
+
+
 def designs_of(odd: Mapping[str, Any]) -> dict[str, str]:
     """Return the design of every scenario by its id in the ODD.
 
     Args:
         odd: Stored content of the ODD.
     """
-    return {
-        str(use.get("as") or use["use"]): _design(use["sweep"]) for use in odd["odd"]["scenarios"]
-    }
+    return {name: _design(use["sweep"]) for name, use in uses_of(odd).items()}
 
 
 def _design(sweep: Mapping[str, Any]) -> str:

@@ -22,6 +22,7 @@ from adeye.analysis.suite.conditions import conditions_of
 from adeye.analysis.suite.records import Suite
 from adeye.errors import InputError
 from adeye.judge.verdict import Verdict
+from adeye.report.claims import uses_of
 from adeye.report.model import concept as model
 from adeye.report.model.part import Label, Place
 from adeye.report.model.report import Architecture, Cell, Factors, Fsr, Scenario
@@ -102,7 +103,7 @@ def _fsrs(files: OddFiles, concept: Concept) -> dict[str, Place]:
 
 
 def _scenarios(files: OddFiles, odd: Mapping[str, Any]) -> dict[str, Place]:
-    ran = {use.get("as") or use["use"]: use for use in odd["odd"]["scenarios"]}
+    ran = uses_of(odd)
     return {
         use.name: Place.of(files.odd.locate(("scenarios", at)))
         for at, use in enumerate(files.odd.spec.scenarios)
@@ -215,11 +216,9 @@ def dependencies_of(content: CampaignContent) -> Iterable[Dependencies]:
 
 def scenarios_of(content: CampaignContent) -> Iterable[Scenario]:
     """List the scenarios with where they stand in the field's catalogues."""
-    exposures = {
-        use.get("as") or use["use"]: use.get("exposure") for use in content.odd["odd"]["scenarios"]
-    }
+    uses = uses_of(content.odd)
     for name, part_of in content.odd["scenarios"].items():
-        exposure = exposures.get(name)
+        exposure = uses[name].get("exposure")
         yield Scenario(
             id=name,
             title=part_of["title"],

@@ -18,7 +18,7 @@ from adeye.errors import InputError, suggest
 from adeye.judge.preventability import TAKEOVER_CLASSES, TakeoverClass
 from adeye.judge.statistics import median_low, poisson_rate
 from adeye.judge.timeline import Injection, count_injections, grouped, worst_of
-from adeye.report.claims import designs_of, is_sample
+from adeye.report.claims import designs_of, is_sample, uses_of
 from adeye.report.model import assessment as model
 from adeye.report.model.part import Command
 from adeye.signals import Bools
@@ -112,8 +112,7 @@ def trade_curves(
 
 def _shown(axis: str, value: float | str, odd: Mapping[str, Any], scenario: str) -> str:
     """Write a value with the unit that the sweep has it in."""
-    uses = (use for use in odd["odd"]["scenarios"] if (use.get("as") or use["use"]) == scenario)
-    written = next(uses)["sweep"].get("parameters", {}).get(axis)
+    written = uses_of(odd)[scenario]["sweep"].get("parameters", {}).get(axis)
     if isinstance(value, str) or not written:
         return axis_text(axis, value, odd, scenario)
     if isinstance(written, list):

@@ -10,24 +10,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, get_args
 
-from pydantic import (
-    Field,
-    StringConstraints,
-)
+from pydantic import Field, StringConstraints
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
-from adeye.spec.quantity import (
-    Duration,
-    GrownRecord,
-    Identifier,
-    Jerk,
-    Length,
-    Many,
-    Number,
-    Record,
-    Speed,
-)
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -61,7 +48,7 @@ ReferenceVariant = Literal[
 ]
 
 
-class ReferenceParameters(Record):
+class ReferenceParameters(q.Record):
     """Reference channel: which driver of UN R157 drives, and how it drives without a conflict."""
 
     model: Literal["cc", "fsm", "rss", "reg157"] = "cc"
@@ -69,7 +56,7 @@ class ReferenceParameters(Record):
     cut-in rule of paragraph 5.2.5.2 made a driver."""
     edition: Literal["r157", "r157-01", "eu-2022-1426", "eu-2022-1426-standing"] = "r157-01"
     """Whose numbers hold; it changes ``reg157`` only."""
-    variant: Many[ReferenceVariant] = ()
+    variant: q.Many[ReferenceVariant] = ()
     """Differences of published code to the text, by name; ``jrc`` and ``esmini`` are all of one."""
     standstill_gap: PositiveLength = 2.0
     max_acceleration: PositiveAcceleration = 1.5
@@ -182,18 +169,18 @@ FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
 CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
 
 
-class _Channel(Record):
-    links: Many[str] = ()
+class _Channel(q.Record):
+    links: q.Many[str] = ()
     """What it receives: sensor ids, ``channels.<id>`` and ``switch``."""
     rate: PositiveFrequency = 20.0
     delay: NonNegativeDuration = 0.0
     """Compute time: its command acts this long after the observation [s]."""
-    realises: Identifier | None = None
-    cost: Annotated[Number, Field(ge=0.0)] = 0.0
+    realises: q.Identifier | None = None
+    cost: Annotated[q.Number, Field(ge=0.0)] = 0.0
     text: str = ""
 
 
-class TrackingParameters(Record):
+class TrackingParameters(q.Record):
     """How a channel makes tracks of detections."""
 
     confirm_hits: Annotated[int, Field(ge=1, le=10)] = 3
@@ -218,7 +205,7 @@ class TrackingParameters(Record):
 class NominalParameters(TrackingParameters):
     """Nominal channel: tracking, car following, lane keeping and emergency braking."""
 
-    time_gap: Annotated[Duration, Field(gt=0.0)] = 1.8
+    time_gap: Annotated[q.Duration, Field(gt=0.0)] = 1.8
     standstill_gap: PositiveLength = 4.0
     max_acceleration: PositiveAcceleration = 1.5
     comfort_deceleration: PositiveAcceleration = 2.5
@@ -229,30 +216,30 @@ class NominalParameters(TrackingParameters):
     """How much nearer than touching an object's side must come to count as in the path [m]."""
 
 
-Weight = Annotated[Number, Field(ge=0.0)]
+Weight = Annotated[q.Number, Field(ge=0.0)]
 
 
 class TrajectoryParameters(TrackingParameters):
     """Trajectory channel: prediction, a fan of candidate trajectories, the least cost, control."""
 
-    horizon: Annotated[Duration, Field(ge=1.0, le=8.0)] = 4.0
+    horizon: Annotated[q.Duration, Field(ge=1.0, le=8.0)] = 4.0
     """How far ahead it looks [s]."""
-    time_gap: Annotated[Duration, Field(gt=0.0)] = 1.8
+    time_gap: Annotated[q.Duration, Field(gt=0.0)] = 1.8
     standstill_gap: PositiveLength = 4.0
     max_acceleration: PositiveAcceleration = 1.5
     comfort_deceleration: PositiveAcceleration = 2.5
     emergency_deceleration: PositiveAcceleration = 8.0
     max_lateral_acceleration: PositiveAcceleration = 5.0
     """With the emergency deceleration, the ellipse of what the tyres are taken to hold."""
-    max_jerk: Annotated[Jerk, Field(gt=0.0)] = 25.0
+    max_jerk: Annotated[q.Jerk, Field(gt=0.0)] = 25.0
     """How quickly the commanded acceleration changes at most [m/s³]."""
     lateral_margin: NonNegativeLength = 0.3
     """Distance from an object below which a trajectory counts as too near [m]."""
-    uncertainty_growth: Annotated[Speed, Field(ge=0.0)] = 0.1
+    uncertainty_growth: Annotated[q.Speed, Field(ge=0.0)] = 0.1
     """How fast that distance grows with the time of the prediction [m/s]."""
-    lane_change_time: Annotated[Duration, Field(gt=0.0)] = 4.0
+    lane_change_time: Annotated[q.Duration, Field(gt=0.0)] = 4.0
     """Of a lane change without haste [s]."""
-    nudge: Length = Field(default=0.4, ge=0.0, le=2.0)
+    nudge: q.Length = Field(default=0.4, ge=0.0, le=2.0)
     """How far beside the centre of the lane it may drive [m]."""
     rear_sight: NonNegativeLength = 0.0
     """How far behind the ego its sensors see the lanes beside it [m]; at 0 it never enters one."""
@@ -285,10 +272,10 @@ class PolicyParameters(TrackingParameters):
     """Whether observation and action are numbers from -1 to 1, not in SI units."""
 
 
-class ProcessLimits(Record):
+class ProcessLimits(q.Record):
     """What the system stops a program at."""
 
-    cpu_time: Annotated[Duration, Field(ge=1.0)] = 120.0
+    cpu_time: Annotated[q.Duration, Field(ge=1.0)] = 120.0
     """Processor time that it may use in a run, in whole seconds."""
     memory_mib: Annotated[int, Field(ge=16, le=1_048_576)] = 2048
     """Address space [MiB]. Some language runtimes reserve far more than they use."""
@@ -299,20 +286,20 @@ class ProcessLimits(Record):
     """Processes at once, with itself."""
 
 
-class ProcessParameters(Record):
+class ProcessParameters(q.Record):
     """Process channel: a program, what it is told, and when it is stopped."""
 
-    command: Annotated[Many[CommandWord], Field(min_length=1)]
+    command: Annotated[q.Many[CommandWord], Field(min_length=1)]
     """The program and its arguments. Words that begin with ``./`` are files of the project,
     relative to this file, and part of a result's identity; any other program is found on the
     PATH."""
     values: dict[str, Any] = {}
     """What the program is told about how to drive, as it stands here."""
-    start_deadline: Annotated[Duration, Field(gt=0.0)] = 10.0
+    start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
     """Longest that it may take to its first line, by the wall clock [s]."""
-    step_deadline: Annotated[Duration, Field(gt=0.0)] = 2.0
+    step_deadline: Annotated[q.Duration, Field(gt=0.0)] = 2.0
     """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
-    run_deadline: Annotated[Duration, Field(gt=0.0)] = 300.0
+    run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
     """Longest that it may keep its run waiting in all, by the wall clock [s]."""
     limits: ProcessLimits = ProcessLimits()
 
@@ -320,7 +307,7 @@ class ProcessParameters(Record):
 Rating = Annotated[int, Field(ge=0, le=8)]
 
 
-class StopRatings(GrownRecord):
+class StopRatings(q.GrownRecord):
     """How safe each kind of place is to stand in, from 0 for a refuge to 8 for contact.
 
     The worst cell under the ego counts. Sight ends at the inner edge of the road: where who comes
@@ -351,12 +338,12 @@ BESIDE_NUMBERS: Final = (*OF_PLANNED_STOP, "supervisor")
 of the identity where they are left out."""
 
 
-class SafetyParameters(GrownRecord):
+class SafetyParameters(q.GrownRecord):
     """Safety channel: monitors with debounce and a safe stop."""
 
     later: ClassVar[tuple[str, ...]] = BESIDE_NUMBERS
 
-    staleness: Annotated[Duration, Field(gt=0.0)] = 0.2
+    staleness: Annotated[q.Duration, Field(gt=0.0)] = 0.2
     confirm: NonNegativeDuration = 0.1
     """How long a monitor must hold before it is confirmed [s]."""
     heal: NonNegativeDuration = 1.0
@@ -454,7 +441,7 @@ class ReferenceChannel(_Channel):
 class _OutsideChannel(_Channel):
     """A channel with code from outside the package, and what that reads."""
 
-    files: Many[FilePath] = ()
+    files: q.Many[FilePath] = ()
     """Files that its code reads, such as weights of a network: paths relative to this file, in its
     folder or below. Their content is part of a result's identity, as the code is."""
 

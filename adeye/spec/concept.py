@@ -32,20 +32,9 @@ from pydantic import (
 )
 
 from adeye.errors import UnitError, suggest
+from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced, repeated
 from adeye.spec.plausible import FileRecord
-from adeye.spec.quantity import (
-    IDENTIFIER,
-    ById,
-    Date,
-    Duration,
-    GrownRecord,
-    Identifier,
-    Many,
-    Record,
-    Reference,
-    Text,
-)
 from adeye.units import read_quantity, shown, si_unit
 
 # --- ASIL: its determination for a hazardous event, and its decomposition over two requirements ---
@@ -182,23 +171,23 @@ ElementKind = Literal[
 ]
 
 
-class Element(GrownRecord):
+class Element(q.GrownRecord):
     """An element of the preliminary architectural assumptions (PAA)."""
 
     later: ClassVar[tuple[str, ...]] = ("supplier", "software", "provides", "consumes")
 
-    id: Identifier
+    id: q.Identifier
     kind: ElementKind
-    text: Text
+    text: q.Text
     asil_capability: Asil
     legacy: bool = False
-    resources: Many[str] = ()
+    resources: q.Many[str] = ()
     """Power, computers, clocks, buses, mountings; one that is an element has its own."""
-    supplier: Text | None = None
-    software: Many[Text] = ()
+    supplier: q.Text | None = None
+    software: q.Many[q.Text] = ()
     """Code that it is made of and others may be made of, too: libraries, compilers, models."""
-    provides: Many[Text] = ()
-    consumes: Many[Text] = ()
+    provides: q.Many[q.Text] = ()
+    consumes: q.Many[q.Text] = ()
     """What it needs of what others provide."""
 
     @property
@@ -251,28 +240,28 @@ def unprovided(elements: Iterable[Element]) -> Iterator[Problem]:
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
 
 
-class Decomposition(Record):
+class Decomposition(q.Record):
     """Two requirements that together stand for one, on elements that are independent."""
 
-    requirement: Reference
+    requirement: q.Reference
     """The one that is decomposed."""
-    into: Annotated[Many[Reference], Field(min_length=CHILDREN, max_length=CHILDREN)]
+    into: Annotated[q.Many[q.Reference], Field(min_length=CHILDREN, max_length=CHILDREN)]
     """Its children; more of them in further steps."""
-    independence: Text
+    independence: q.Text
     """Why one cannot fail with the other."""
-    dfa: Many[Reference] = ()
+    dfa: q.Many[q.Reference] = ()
     """Dependent-failure records that cover what their elements share."""
 
 
-class DependentFailure(Record):
+class DependentFailure(q.Record):
     """A record of the dependent-failure analysis (DFA): why something shared is no common cause."""
 
-    id: Reference
-    covers: Annotated[Many[Text], Field(min_length=1)]
+    id: q.Reference
+    covers: Annotated[q.Many[q.Text], Field(min_length=1)]
     """Resources, software, suppliers and elements that it argues about."""
-    argument: Text
-    owner: Text
-    valid_until: Date
+    argument: q.Text
+    owner: q.Text
+    valid_until: q.Date
 
 
 def parents(concept: Concept) -> dict[str, str]:
@@ -427,25 +416,25 @@ FsrType = Literal[
 """Strategies that an FSR can follow (ISO 26262-3:2018, 7.4.2.3, a to i; both kinds of warnings)."""
 
 
-class HazardousEvent(GrownRecord):
+class HazardousEvent(q.GrownRecord):
     """A malfunction in an operational situation, with its classification."""
 
     later: ClassVar[tuple[str, ...]] = ("exposure_method", "people_at_risk", "scenarios")
 
-    id: Reference
-    function: Text
-    malfunction: Text
-    situation: Text
+    id: q.Reference
+    function: q.Text
+    malfunction: q.Text
+    situation: q.Text
     severity: Literal["S0", "S1", "S2", "S3"]
     exposure: Literal["E0", "E1", "E2", "E3", "E4"]
     controllability: Literal["C0", "C1", "C2", "C3"]
-    severity_rationale: Text
-    exposure_rationale: Text
-    controllability_rationale: Text
+    severity_rationale: q.Text
+    exposure_rationale: q.Text
+    controllability_rationale: q.Text
     exposure_method: Literal["duration", "frequency"] | None = None
     """Whether the exposure is a share of the operating time or a number of occurrences."""
-    people_at_risk: Text | None = None
-    scenarios: Many[Identifier] = ()
+    people_at_risk: q.Text | None = None
+    scenarios: q.Many[q.Identifier] = ()
     """Scenarios that stand for it; empty: those in which the FSRs of its goals are judged."""
 
     @property
@@ -454,22 +443,22 @@ class HazardousEvent(GrownRecord):
         return determine_asil(self.severity, self.exposure, self.controllability)
 
 
-class SafetyGoal(GrownRecord):
+class SafetyGoal(q.GrownRecord):
     """A top-level safety requirement against hazardous events."""
 
     later: ClassVar[tuple[str, ...]] = ("emergency_operation", "eotti", "eotti_rationale")
 
-    id: Reference
-    text: Text
-    hazardous_events: Annotated[Many[Reference], Field(min_length=1)]
-    safe_state: Text
-    ftti: Annotated[Duration, Field(gt=0.0)]
-    ftti_rationale: Text
-    emergency_operation: Text | None = None
+    id: q.Reference
+    text: q.Text
+    hazardous_events: Annotated[q.Many[q.Reference], Field(min_length=1)]
+    safe_state: q.Text
+    ftti: Annotated[q.Duration, Field(gt=0.0)]
+    ftti_rationale: q.Text
+    emergency_operation: q.Text | None = None
     """What bridges the time to the safe state where that is not reached within the FTTI."""
-    eotti: Annotated[Duration, Field(gt=0.0)] | None = None
+    eotti: Annotated[q.Duration, Field(gt=0.0)] | None = None
     """Emergency operation tolerance time interval [s]."""
-    eotti_rationale: Text | None = None
+    eotti_rationale: q.Text | None = None
 
     @finds
     def _emergency_operation_is_whole(self) -> Iterator[Problem]:
@@ -480,7 +469,7 @@ class SafetyGoal(GrownRecord):
 
 
 Limit = Annotated[
-    float | int | Identifier,
+    float | int | q.Identifier,
     WithJsonSchema({"type": ["string", "number"], "examples": ["1.5 s", 1.5, "tau"]}),
 ]
 
@@ -504,7 +493,7 @@ ParameterValue = Annotated[
 ]
 
 
-class MetricBound(GrownRecord):
+class MetricBound(q.GrownRecord):
     """A bound on a metric of the run: a number in the metric's own unit, or text with a unit.
 
     Text becomes a number in SI, so that both ways to write it are one FSR; whether its unit is
@@ -544,7 +533,7 @@ class MetricBound(GrownRecord):
             content = dict(content)
             for side in ("at_least", "at_most"):
                 if isinstance(content.get(side), str):
-                    if re.fullmatch(IDENTIFIER, content[side]):
+                    if re.fullmatch(q.IDENTIFIER, content[side]):
                         continue
                     text = content[side]
                     try:
@@ -562,7 +551,7 @@ class MetricBound(GrownRecord):
             yield (), "give either at_least or at_most"
 
 
-class Requirement(GrownRecord):
+class Requirement(q.GrownRecord):
     """A functional safety requirement (FSR) with its measurable form."""
 
     later: ClassVar[tuple[str, ...]] = (
@@ -575,33 +564,33 @@ class Requirement(GrownRecord):
         "assumptions",
     )
 
-    id: Reference
-    goals: Annotated[Many[Reference], Field(min_length=1)]
-    text: Text
+    id: q.Reference
+    goals: Annotated[q.Many[q.Reference], Field(min_length=1)]
+    text: q.Text
     formula: str | None = None
     """Signal temporal logic over the signal dictionary."""
     bound: MetricBound | None = None
-    parameters: ById[ParameterValue] = Field(default_factory=dict)
+    parameters: q.ById[ParameterValue] = Field(default_factory=dict)
     """Constants that the formula or the bound names."""
-    threshold_source: Text
+    threshold_source: q.Text
     asil: RequirementAsil
     mandatory: bool = True
     min_exercised: Annotated[int, Field(ge=1)] = 1
     on_contact: Literal["inconclusive", "fail"] = "inconclusive"
     applies: Literal["inside", "outside", "everywhere"] = "inside"
-    scenarios: Many[Identifier] = ()
+    scenarios: q.Many[q.Identifier] = ()
     """Scenarios that it is judged in; empty: all."""
-    fdti: Annotated[Duration, Field(gt=0.0)] | None = None
-    frti: Annotated[Duration, Field(gt=0.0)] | None = None
-    allocation: Annotated[Many[Identifier], Field(min_length=1)]
+    fdti: Annotated[q.Duration, Field(gt=0.0)] | None = None
+    frti: Annotated[q.Duration, Field(gt=0.0)] | None = None
+    allocation: Annotated[q.Many[q.Identifier], Field(min_length=1)]
     type: FsrType | None = None
-    operating_modes: Many[Text] = ()
-    safe_state: Text | None = None
+    operating_modes: q.Many[q.Text] = ()
+    safe_state: q.Text | None = None
     """Its own, where it differs from that of the goal."""
-    emergency_operation_interval: Annotated[Duration, Field(gt=0.0)] | None = None
-    redundancy: Text | None = None
+    emergency_operation_interval: Annotated[q.Duration, Field(gt=0.0)] | None = None
+    redundancy: q.Text | None = None
     """Functional redundancy that it relies on."""
-    assumptions: Many[Reference] = ()
+    assumptions: q.Many[q.Reference] = ()
     """What it holds under only."""
 
     @finds
@@ -644,22 +633,22 @@ class Requirement(GrownRecord):
         return self.model_dump(mode="json", include=parts)
 
 
-class Assumption(Record):
+class Assumption(q.Record):
     """Something the concept relies on, with its owner and the date until which it is valid."""
 
-    id: Reference
-    text: Text
-    owner: Text
-    valid_until: Date
+    id: q.Reference
+    text: q.Text
+    owner: q.Text
+    valid_until: q.Date
 
 
-class Waiver(Record):
+class Waiver(q.Record):
     """Accept a missing verdict of one FSR until a date; a FAIL cannot be waived."""
 
-    requirement: Reference
-    reason: Text
-    author: Text
-    expires: Date
+    requirement: q.Reference
+    reason: q.Text
+    author: q.Text
+    expires: q.Date
 
 
 class Concept(FileRecord):
@@ -671,16 +660,16 @@ class Concept(FileRecord):
         "dependent_failures",
     )
 
-    concept: Identifier
-    title: Text
-    hazardous_events: Annotated[Many[HazardousEvent], Field(min_length=1)]
-    safety_goals: Annotated[Many[SafetyGoal], Field(min_length=1)]
-    elements: Annotated[Many[Element], Field(min_length=1)]
-    requirements: Annotated[Many[Requirement], Field(min_length=1)]
-    assumptions: Many[Assumption] = ()
-    waivers: Many[Waiver] = ()
-    decompositions: Many[Decomposition] = ()
-    dependent_failures: Many[DependentFailure] = ()
+    concept: q.Identifier
+    title: q.Text
+    hazardous_events: Annotated[q.Many[HazardousEvent], Field(min_length=1)]
+    safety_goals: Annotated[q.Many[SafetyGoal], Field(min_length=1)]
+    elements: Annotated[q.Many[Element], Field(min_length=1)]
+    requirements: Annotated[q.Many[Requirement], Field(min_length=1)]
+    assumptions: q.Many[Assumption] = ()
+    waivers: q.Many[Waiver] = ()
+    decompositions: q.Many[Decomposition] = ()
+    dependent_failures: q.Many[DependentFailure] = ()
 
     @finds
     def _references_resolve(self) -> Iterator[Problem]:

@@ -14,22 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.errors import ExpressionError, SourceLocation, placed, suggest
-from adeye.kernel.postfix import (
-    FUNCTION_CODES,
-    MAX_STACK,
-    OPERATOR_CODES,
-    PUSH_NUMBER,
-    PUSH_VARIABLE,
-)
-from adeye.spec.grammar import (
-    COMPARISONS,
-    PLAIN,
-    POPS,
-    Exponents,
-    Step,
-    read_steps,
-)
+from adeye.errors import ExpressionError, suggest
+from adeye.kernel import postfix
+from adeye.kernel.relation import differences, settled_numbers
+from adeye.spec.grammar import COMPARISONS, PLAIN, POPS, Exponents, Step, read_steps
 from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -164,8 +152,6 @@ def _joined(word: str, operands: Sequence[_Operand]) -> _Operand:
 
 def _settled(word: str, operand: _Operand) -> _Operand:
     """Put an operand on what only the slack parts it from."""
-    from adeye.kernel.relation import settled_numbers
-
     values = settled_numbers(
         _numbers(operand.value), operand.size, is_whole=word in {"floor", "ceil"}
     )
@@ -213,7 +199,7 @@ def _applied(word: str, operands: Sequence[_Operand]) -> Any:
         if _is_text(values[0]) or _is_text(values[1]):
             return _compared_texts(word, values[0], values[1])
         size = np.maximum(operands[0].size, operands[1].size)
-        apart = _differences(values[0], values[1], size)
+        apart = differences(_numbers(values[0]), _numbers(values[1]), size)
         # `!=` alone holds for NaN.
         return _COMPARED[word](apart, 0.0) & ~np.isnan(apart)
     if word in {"and", "or"}:
@@ -222,12 +208,6 @@ def _applied(word: str, operands: Sequence[_Operand]) -> Any:
     if word == "if_":
         return _chosen(values[0], values[1], values[2])
     return _NUMERIC[word](*(_numbers(value) for value in values))
-
-
-def _differences(left: Any, right: Any, size: Any) -> _Floats:
-    from adeye.kernel.relation import differences
-
-    return differences(_numbers(left), _numbers(right), size)
 
 
 def _column(value: Value) -> Any:
@@ -278,16 +258,12 @@ def _greater(left: _Floats, right: _Floats) -> _Floats:
 
 def _by_column(word: str, values: _Floats) -> _Floats:
     # The functions of NumPy differ in their last bit between processors; these do not.
-    from adeye.kernel.postfix import FUNCTION_CODES, unary_column
-
-    return unary_column(FUNCTION_CODES[word], values.ravel()).reshape(values.shape)
+    return postfix.unary_column(postfix.FUNCTION_CODES[word], values.ravel()).reshape(values.shape)
 
 
 def _raised(bases: _Floats, exponents: _Floats) -> _Floats:
-    from adeye.kernel.postfix import power_column
-
     left, right = np.broadcast_arrays(bases, exponents)
-    return power_column(left.ravel(), right.ravel()).reshape(left.shape)
+    return postfix.power_column(left.ravel(), right.ravel()).reshape(left.shape)
 
 
 _JUMPS: Final = {"/": 1, "**": 0, "sqrt": 0, "log": 0, "floor": 0, "ceil": 0}
@@ -470,7 +446,12 @@ def _label(exponents: Exponents) -> str:
 # --- The one safe expression language: formulas over parameters, relations, triggers --------------
 
 _TRUTHS = frozenset({*COMPARISONS, "found", "and", "or", "not"})
-_CODES = {**OPERATOR_CODES, **FUNCTION_CODES, "number": PUSH_NUMBER, "name": PUSH_VARIABLE}
+_CODES = {
+    **postfix.OPERATOR_CODES,
+    **postfix.FUNCTION_CODES,
+    "number": postfix.PUSH_NUMBER,
+    "name": postfix.PUSH_VARIABLE,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -495,12 +476,10 @@ class Expression:
     Attributes:
         text: As written.
         steps: What it computes, in postfix order.
-        where: Its place, for messages.
     """
 
     text: str
     steps: tuple[Step, ...] = field(compare=False, repr=False)
-    where: SourceLocation | None = field(default=None, compare=False, repr=False)
 
     @property
     def names(self) -> frozenset[str]:
@@ -575,8 +554,7 @@ class Expression:
         Raises:
             ExpressionError: Lengths are added to speeds, or the like.
         """
-        with placed(self.where, caught=ExpressionError, raised=ExpressionError):
-            return measured(self.steps, dims, self.text)
+        return measured(self.steps, dims, self.text)
 
     def _require(self, known: Iterable[str]) -> None:
         names = sorted(known)
@@ -586,7 +564,7 @@ class Expression:
             )
 
     def _error(self, what: str, remedy: str = "") -> ExpressionError:
-        return ExpressionError(f"{shown(self.text)} {what}", where=self.where, remedy=remedy)
+        return ExpressionError(f"{shown(self.text)} {what}", remedy=remedy)
 
 
 @lru_cache(maxsize=4096)
@@ -594,12 +572,11 @@ def _read(text: str) -> tuple[Step, ...]:
     return read_steps(text)
 
 
-def parse(text: str, where: SourceLocation | None = None) -> Expression:
+def parse(text: str) -> Expression:
     """Read an expression.
 
     Args:
         text: At most 2,000 characters.
-        where: Its place, for messages.
 
     Raises:
         ExpressionError: It does not follow the grammar; the message has the position.
@@ -607,8 +584,7 @@ def parse(text: str, where: SourceLocation | None = None) -> Expression:
     >>> parse("2 * gap + 10 m").evaluate({"gap": 5.0})
     20.0
     """
-    with placed(where, caught=ExpressionError, raised=ExpressionError):
-        return Expression(text, _read(text), where)
+    return Expression(text, _read(text))
 
 
 def to_program(expression: Expression, index: Mapping[str, int]) -> Program:
@@ -632,8 +608,8 @@ def to_program(expression: Expression, index: Mapping[str, int]) -> Program:
         args[at] = float(index[step.text]) if step.word == "name" else step.number
         height += 1 - POPS[step.word]
         highest = max(highest, height)
-    if highest > MAX_STACK:
+    if highest > postfix.MAX_STACK:
         raise expression._error(
-            f"holds {highest} values at once, at most {MAX_STACK} can be", "Nest it less."
+            f"holds {highest} values at once, at most {postfix.MAX_STACK} can be", "Nest it less."
         )
     return Program(ops, args, highest)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterator, Mapping
 from typing import (
     TYPE_CHECKING,
     Annotated,
     Any,
-    ClassVar,
     Final,
     Literal,
     TypeAlias,
     Union,
     get_args,
+    get_origin,
 )
 
 from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
@@ -25,124 +26,19 @@ from adeye.spec.architecture import HEALTH
 from adeye.spec.document import Problem, finds
 from adeye.spec.fault_base import Fault as Fault
 from adeye.spec.fault_base import Lag
+from adeye.spec.fault_base import Late as Late
 from adeye.spec.fault_base import Onset as Onset
-from adeye.spec.quantity import (
-    Acceleration,
-    Angle,
-    AngularRate,
-    Duration,
-    Frequency,
-    Jerk,
-    Length,
-    Number,
-)
+from adeye.spec.quantity import Acceleration, Angle, Frequency, Length, Number
 from adeye.spec.sensor_faults import SensorFault as SensorFault
+from adeye.spec.sensors import Share
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
     from adeye.spec.architecture import Architecture
 
-# --- Faults of what carries out the acting command: drive, brake, steering and tyres --------------
-
-Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-
-
-class _OfActuators(Fault):
-    """A fault that not every actuator can have.
-
-    Attributes:
-        actuators: Those that can.
-    """
-
-    fits = ("actuators",)
-    actuators: ClassVar[tuple[str, ...]] = ()
-
-    @finds
-    def _actuator_can_have_it(self) -> Iterator[Problem]:
-        if self.target_id not in self.actuators:
-            known = " or ".join(f"actuators.{name}" for name in self.actuators)
-            text = f"{self.model} is a fault of {known}, and {self.target} is not one of them"
-            yield ("target",), text
-
-
-class Loss(_OfActuators):
-    """A share of what drive or brake is asked for is missing."""
-
-    actuators = ("drive", "brake")
-    neutral = ({"share": 0.0},)
-    model: Literal["loss"]
-    share: Share
-
-
-class Fade(_OfActuators):
-    """Drive or brake weakens evenly, from the onset until a share of it is missing."""
-
-    actuators = ("drive", "brake")
-    neutral = ({"share": 0.0},)
-    model: Literal["fade"]
-    share: Share
-    over: Annotated[Duration, Field(gt=0.0)]
-    """After which time this share is missing [s]; counted from the first onset."""
-
-
-class Offset(_OfActuators):
-    """The wheels are steered beside what is asked for."""
-
-    actuators = ("steering",)
-    neutral = ({"steering_angle": 0.0},)
-    model: Literal["offset"]
-    steering_angle: Angle
-    """To the left [rad]."""
-
-
-class RateLimit(Fault):
-    """An actuator follows no quicker than a rate."""
-
-    fits = ("actuators",)
-    model: Literal["rate_limit"]
-    steering_rate: Annotated[AngularRate, Field(ge=0.0)] | None = None
-    """Of the steering [rad/s]."""
-    jerk: Annotated[Jerk, Field(ge=0.0)] | None = None
-    """Of drive and brake [m/s³]."""
-
-    @finds
-    def _rate_of_its_actuator(self) -> Iterator[Problem]:
-        wanted, other = ("jerk", "steering_rate")
-        if self.target_id == "steering":
-            wanted, other = other, wanted
-        if getattr(self, wanted) is None or getattr(self, other) is not None:
-            name = other if getattr(self, other) is not None else "model"
-            yield (name,), f"the rate of {self.target} is {wanted}; give it alone"
-
-    @property
-    def rate(self) -> float:
-        """How quickly it follows at most [rad/s] or [m/s³]."""
-        return float(self.jerk or 0.0) + float(self.steering_rate or 0.0)
-
-
-class Friction(Fault):
-    """The tyres grip otherwise than the road has it."""
-
-    fits = ("tyres",)
-    neutral = ({"factor": 1.0},)
-    model: Literal["friction"]
-    value: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
-    """The friction coefficient."""
-    factor: Annotated[Number, Field(ge=0.0, le=2.0)] | None = None
-    """Of the friction coefficient of the road."""
-
-    @finds
-    def _one_of_both(self) -> Iterator[Problem]:
-        if (self.value is None) == (self.factor is None):
-            name = "model" if self.value is None else "factor"
-            yield (name,), "give one of value and factor"
-
-
 # --- Faults of channels: of the command that they give, of what is linked to them, and inside
 # them.
-
-Probability = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
 class Silent(Fault):
@@ -253,7 +149,7 @@ class Drop(Fault):
     fits = ("links",)
     neutral = ({"probability": 0.0},)
     model: Literal["drop"]
-    probability: Probability = 1.0
+    probability: Share = 1.0
     """That a message is lost, or begins a burst."""
     burst: Annotated[int, Field(ge=1, le=10_000)] = 1
     """How many messages in a row are lost then."""
@@ -265,7 +161,7 @@ class Reorder(Fault):
     fits = ("links",)
     neutral = ({"probability": 0.0}, {"by": 0.0})
     model: Literal["reorder"]
-    probability: Probability = 1.0
+    probability: Share = 1.0
     """That a message is held up."""
     by: Lag
     """How long it is held up [s], rounded up to ticks."""
@@ -277,7 +173,7 @@ class Duplicate(Fault):
     fits = ("links",)
     neutral = ({"probability": 0.0},)
     model: Literal["duplicate"]
-    probability: Probability = 1.0
+    probability: Share = 1.0
     """That it comes again."""
 
 
@@ -315,73 +211,21 @@ class MapShifted(Fault):
     """To the left [m]."""
 
 
-# --- Faults of the switch -------------------------------------------------------------------------
-
-
-class Late(Fault):
-    """Each change of authority takes effect later, beside the handover time of the switch."""
-
-    fits = ("switch",)
-    neutral = ({"delay": 0.0},)
-    model: Literal["late"]
-    delay: Annotated[Duration, Field(ge=0.0)]
-    """How much later, in whole ticks [s]."""
-
-
 # --- A fault: what fails, how, from when and for how long -----------------------------------------
 
-MODELS: Final[tuple[type[Fault], ...]] = (
-    sensor_faults.DropOut,
-    sensor_faults.PowerLoss,
-    sensor_faults.Freeze,
-    sensor_faults.Stale,
-    sensor_faults.StaleStamp,
-    sensor_faults.ClockDrift,
-    sensor_faults.Delay,
-    sensor_faults.SampleLoss,
-    sensor_faults.Bias,
-    sensor_faults.Scale,
-    sensor_faults.Drift,
-    sensor_faults.Noise,
-    sensor_faults.Quantise,
-    sensor_faults.StuckAt,
-    sensor_faults.Spike,
-    sensor_faults.BitFlip,
-    sensor_faults.Jump,
-    sensor_faults.Miss,
-    sensor_faults.Ghost,
-    sensor_faults.Misclassify,
-    sensor_faults.Split,
-    sensor_faults.BlindSector,
-    sensor_faults.RangeLoss,
-    sensor_faults.Miscalibration,
-    sensor_faults.DeadPixels,
-    sensor_faults.PixelNoise,
-    sensor_faults.Blackout,
-    Silent,
-    Crash,
-    Slow,
-    Bias,
-    Scale,
-    Oscillating,
-    PlausibleButWrong,
-    NotANumber,
-    HeartbeatLies,
-    Drop,
-    Reorder,
-    Duplicate,
-    TracksLost,
-    PlannerFrozen,
-    MonitorsFrozen,
-    MapShifted,
-    fault_base.Delay,
-    fault_base.Stuck,
-    Loss,
-    Fade,
-    Offset,
-    RateLimit,
-    Friction,
-    Late,
+
+def _models_of(module: str) -> Iterator[type[Fault]]:
+    """Give the records of a module whose model is a word, in the order of the file."""
+    for item in vars(sys.modules[module]).values():
+        is_own = isinstance(item, type) and issubclass(item, Fault) and item.__module__ == module
+        if is_own and get_origin(item.model_fields["model"].annotation) is Literal:
+            yield item
+
+
+MODELS: Final[tuple[type[Fault], ...]] = tuple(
+    record
+    for module in (sensor_faults.__name__, __name__, fault_base.__name__)
+    for record in _models_of(module)
 )
 """The record of every model; those of one kind of target have names of their own."""
 

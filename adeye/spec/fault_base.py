@@ -1,4 +1,4 @@
-"""What every fault has: its target, its onset, and for how long and how often it is there."""
+"""What every fault has, and the faults of what hands on a signal, of actuators and switch."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import Field, StringConstraints
 
+from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
-from adeye.spec.quantity import TARGET, Condition, Duration, Identifier, Many, Record
+from adeye.spec.sensors import Share
 
 # --- What every fault has: its target, its onset, and for how long and how often it is there ------
 
-Target = Annotated[str, StringConstraints(pattern=TARGET)]
+Target = Annotated[str, StringConstraints(pattern=q.TARGET)]
 
 
-class Onset(Record):
+class Onset(q.Record):
     """When the fault begins: at a time, when a condition over the scene first holds, or between.
 
     ``between`` draws the time for each run, uniformly and by its seed, so it is another one in
     another replicate and the same in every architecture.
     """
 
-    at: Annotated[Duration, Field(ge=0.0)] | None = None
-    when: Condition | None = None
+    at: Annotated[q.Duration, Field(ge=0.0)] | None = None
+    when: q.Condition | None = None
     between: (
-        Annotated[Many[Annotated[Duration, Field(ge=0.0)]], Field(min_length=2, max_length=2)]
+        Annotated[q.Many[Annotated[q.Duration, Field(ge=0.0)]], Field(min_length=2, max_length=2)]
         | None
     ) = None
 
@@ -37,7 +38,7 @@ class Onset(Record):
             yield ("between",), "the earliest time comes first"
 
 
-class Fault(Record):
+class Fault(q.Record):
     """What every fault has, whatever it does; see the models beside.
 
     Attributes:
@@ -52,13 +53,13 @@ class Fault(Record):
     neutral: ClassVar[tuple[dict[str, float], ...]] = ()
     silences: ClassVar[bool] = False
 
-    id: Identifier
+    id: q.Identifier
     target: Target
     model: str
     onset: Onset
-    duration: Annotated[Duration, Field(ge=0.0)] | None = None
+    duration: Annotated[q.Duration, Field(ge=0.0)] | None = None
     """How long it lasts [s]; without it, to the end of the run."""
-    every: Annotated[Duration, Field(gt=0.0)] | None = None
+    every: Annotated[q.Duration, Field(gt=0.0)] | None = None
     """It comes again so long after its last onset [s]: an intermittent fault."""
     times: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """How often an intermittent fault comes; without it, to the end of the run."""
@@ -111,7 +112,7 @@ class Fault(Record):
 LONGEST_LAG: Final = 10.0
 """How late something can come at most [s]: everything up to then is kept."""
 
-Lag = Annotated[Duration, Field(ge=0.0, le=LONGEST_LAG)]
+Lag = Annotated[q.Duration, Field(ge=0.0, le=LONGEST_LAG)]
 
 
 class Delay(Fault):
@@ -132,3 +133,110 @@ class Stuck(Fault):
 
     fits = ("channels", "actuators", "switch")
     model: Literal["stuck"]
+
+
+# --- Faults of what carries out the acting command: drive, brake, steering and tyres --------------
+
+
+class _OfActuators(Fault):
+    """A fault that not every actuator can have.
+
+    Attributes:
+        actuators: Those that can.
+    """
+
+    fits = ("actuators",)
+    actuators: ClassVar[tuple[str, ...]] = ()
+
+    @finds
+    def _actuator_can_have_it(self) -> Iterator[Problem]:
+        if self.target_id not in self.actuators:
+            known = " or ".join(f"actuators.{name}" for name in self.actuators)
+            text = f"{self.model} is a fault of {known}, and {self.target} is not one of them"
+            yield ("target",), text
+
+
+class Loss(_OfActuators):
+    """A share of what drive or brake is asked for is missing."""
+
+    actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
+    model: Literal["loss"]
+    share: Share
+
+
+class Fade(_OfActuators):
+    """Drive or brake weakens evenly, from the onset until a share of it is missing."""
+
+    actuators = ("drive", "brake")
+    neutral = ({"share": 0.0},)
+    model: Literal["fade"]
+    share: Share
+    over: Annotated[q.Duration, Field(gt=0.0)]
+    """After which time this share is missing [s]; counted from the first onset."""
+
+
+class Offset(_OfActuators):
+    """The wheels are steered beside what is asked for."""
+
+    actuators = ("steering",)
+    neutral = ({"steering_angle": 0.0},)
+    model: Literal["offset"]
+    steering_angle: q.Angle
+    """To the left [rad]."""
+
+
+class RateLimit(Fault):
+    """An actuator follows no quicker than a rate."""
+
+    fits = ("actuators",)
+    model: Literal["rate_limit"]
+    steering_rate: Annotated[q.AngularRate, Field(ge=0.0)] | None = None
+    """Of the steering [rad/s]."""
+    jerk: Annotated[q.Jerk, Field(ge=0.0)] | None = None
+    """Of drive and brake [m/s³]."""
+
+    @finds
+    def _rate_of_its_actuator(self) -> Iterator[Problem]:
+        wanted, other = ("jerk", "steering_rate")
+        if self.target_id == "steering":
+            wanted, other = other, wanted
+        if getattr(self, wanted) is None or getattr(self, other) is not None:
+            name = other if getattr(self, other) is not None else "model"
+            yield (name,), f"the rate of {self.target} is {wanted}; give it alone"
+
+    @property
+    def rate(self) -> float:
+        """How quickly it follows at most [rad/s] or [m/s³]."""
+        return float(self.jerk or 0.0) + float(self.steering_rate or 0.0)
+
+
+class Friction(Fault):
+    """The tyres grip otherwise than the road has it."""
+
+    fits = ("tyres",)
+    neutral = ({"factor": 1.0},)
+    model: Literal["friction"]
+    value: Annotated[q.Number, Field(ge=0.0, le=2.0)] | None = None
+    """The friction coefficient."""
+    factor: Annotated[q.Number, Field(ge=0.0, le=2.0)] | None = None
+    """Of the friction coefficient of the road."""
+
+    @finds
+    def _one_of_both(self) -> Iterator[Problem]:
+        if (self.value is None) == (self.factor is None):
+            name = "model" if self.value is None else "factor"
+            yield (name,), "give one of value and factor"
+
+
+# --- Faults of the switch -------------------------------------------------------------------------
+
+
+class Late(Fault):
+    """Each change of authority takes effect later, beside the handover time of the switch."""
+
+    fits = ("switch",)
+    neutral = ({"delay": 0.0},)
+    model: Literal["late"]
+    delay: Annotated[q.Duration, Field(ge=0.0)]
+    """How much later, in whole ticks [s]."""

@@ -8,46 +8,31 @@ from typing import Annotated, ClassVar, Final, Literal
 from pydantic import Field
 
 from adeye.errors import suggest
+from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.fault import AnyFault
 from adeye.spec.plausible import FileRecord
-from adeye.spec.quantity import (
-    Angle,
-    Condition,
-    Duration,
-    Frequency,
-    GrownRecord,
-    Identifier,
-    Length,
-    Many,
-    Number,
-    RainRate,
-    Record,
-    SparseRecord,
-    Speed,
-    Text,
-)
 from adeye.spec.scenario import ActorKind, Illumination, Value
 
 # --- Bins in which the coverage of an ODD is counted ----------------------------------------------
 
 
-class CoverageBins(SparseRecord):
+class CoverageBins(q.SparseRecord):
     """Edges of the bins of an attribute, in ascending order; without them there are default ones.
 
     A bin has its lower edge and not its upper one; the last one has both. Radius, sun and actors
     are counted only where edges or kinds stand here, or the attributes of the ODD limit them.
     """
 
-    ego_speed: Annotated[Many[Speed], Field(min_length=2)] | None = None
-    rain: Annotated[Many[RainRate], Field(min_length=2)] | None = None
-    fog_visibility: Annotated[Many[Length], Field(min_length=2)] | None = None
-    friction: Annotated[Many[Number], Field(min_length=2)] | None = None
-    radius: Annotated[Many[Length], Field(min_length=2)] | None = None
+    ego_speed: Annotated[q.Many[q.Speed], Field(min_length=2)] | None = None
+    rain: Annotated[q.Many[q.RainRate], Field(min_length=2)] | None = None
+    fog_visibility: Annotated[q.Many[q.Length], Field(min_length=2)] | None = None
+    friction: Annotated[q.Many[q.Number], Field(min_length=2)] | None = None
+    radius: Annotated[q.Many[q.Length], Field(min_length=2)] | None = None
     """Of a curve, to the left or to the right; a straight road is a bin of its own."""
-    sun_elevation: Annotated[Many[Angle], Field(min_length=2)] | None = None
+    sun_elevation: Annotated[q.Many[q.Angle], Field(min_length=2)] | None = None
     """Of a sun above the horizon; no sun is a bin of its own."""
-    actors: Annotated[Many[ActorKind], Field(min_length=1)] | None = None
+    actors: Annotated[q.Many[ActorKind], Field(min_length=1)] | None = None
     """Kinds, each a bin; a situation has those of all its actors."""
 
     @finds
@@ -69,7 +54,7 @@ WEIGHT_SLACK: Final = 1e-9
 """How far the weights of a choice may sum up beside 1, so that thirds can be written."""
 
 
-class Normal(SparseRecord):
+class Normal(q.SparseRecord):
     """A normal distribution, cut off at the ends that are given."""
 
     mean: Value
@@ -78,7 +63,7 @@ class Normal(SparseRecord):
     max: Value | None = None
 
 
-class Lognormal(SparseRecord):
+class Lognormal(q.SparseRecord):
     """A quantity whose logarithm is normal, cut off at the ends that are given."""
 
     median: Value
@@ -88,15 +73,15 @@ class Lognormal(SparseRecord):
     max: Value | None = None
 
 
-class Distribution(SparseRecord):
+class Distribution(q.SparseRecord):
     """How an axis of a sample is distributed: exactly one of the kinds."""
 
-    uniform: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
+    uniform: Annotated[q.Many[Value], Field(min_length=2, max_length=2)] | None = None
     normal: Normal | None = None
     lognormal: Lognormal | None = None
-    empirical: Text | None = None
+    empirical: q.Text | None = None
     """File with a line of headers, relative to the ODD; each of its values is as likely."""
-    column: Text | None = None
+    column: q.Text | None = None
     unit: str | None = None
     """Unit of the numbers in the file; without it they are plain numbers."""
     choice: Annotated[dict[str, Annotated[float, Field(gt=0.0, le=1.0)]], Field(min_length=1)] | (
@@ -130,7 +115,7 @@ KINDS: Final = ("uniform", "normal", "lognormal", "empirical", "choice")
 # --- An ODD: attributes, scenarios with their sweeps, faults, architectures, concept and gate -----
 
 
-class LaneLimits(Record):
+class LaneLimits(q.Record):
     """Fewest and most lanes."""
 
     min: Annotated[int, Field(ge=1)] = 1
@@ -142,63 +127,63 @@ class LaneLimits(Record):
             yield (), f"from {self.min} to {self.max} lanes is empty"
 
 
-class Scenery(Record):
+class Scenery(q.Record):
     """Scenery attributes (ISO 34503)."""
 
-    road_type: Many[Literal["motorway", "rural", "urban"]] = ("motorway", "rural", "urban")
+    road_type: q.Many[Literal["motorway", "rural", "urban"]] = ("motorway", "rural", "urban")
     lanes: LaneLimits = LaneLimits()
-    min_radius: Length | None = None
+    min_radius: q.Length | None = None
 
 
-class RainLimits(Record):
+class RainLimits(q.Record):
     """Heaviest rain."""
 
-    max: RainRate
+    max: q.RainRate
 
 
-class FrictionLimits(Record):
+class FrictionLimits(q.Record):
     """Lowest friction coefficient."""
 
-    min: Number
+    min: q.Number
 
 
-class FogLimits(Record):
+class FogLimits(q.Record):
     """Shortest visibility."""
 
-    min_visibility: Length
+    min_visibility: q.Length
 
 
-class SunLimits(Record):
+class SunLimits(q.Record):
     """Lowest sun that may stand above the horizon; one below it blinds nobody."""
 
-    min: Annotated[Angle, Field(ge=0.0, le=1.5707963267948966)]
+    min: Annotated[q.Angle, Field(ge=0.0, le=1.5707963267948966)]
 
 
-class EnvironmentalConditions(Record):
+class EnvironmentalConditions(q.Record):
     """Environmental attributes (ISO 34503)."""
 
     rain: RainLimits | None = None
     fog: FogLimits | None = None
     friction: FrictionLimits | None = None
-    illumination: Many[Illumination] = ("day", "dusk", "lit_night", "night")
+    illumination: q.Many[Illumination] = ("day", "dusk", "lit_night", "night")
     sun_elevation: SunLimits | None = None
 
 
-class SpeedLimits(Record):
+class SpeedLimits(q.Record):
     """Highest speed."""
 
-    max: Speed
+    max: q.Speed
 
 
-class DynamicElements(Record):
+class DynamicElements(q.Record):
     """Attributes of the ego and other participants (ISO 34503)."""
 
     ego_speed: SpeedLimits | None = None
-    actors: Many[ActorKind] = ()
+    actors: q.Many[ActorKind] = ()
     """Kinds of actor that may occur; empty: all."""
 
 
-class Attributes(Record):
+class Attributes(q.Record):
     """The operating conditions that the automation is meant for."""
 
     scenery: Scenery = Scenery()
@@ -206,7 +191,7 @@ class Attributes(Record):
     dynamic_elements: DynamicElements = DynamicElements()
 
 
-class Steps(Record):
+class Steps(q.Record):
     """An evenly spaced axis, both ends included."""
 
     start: Annotated[Value, Field(alias="from")]
@@ -214,10 +199,10 @@ class Steps(Record):
     step: Value
 
 
-Level = Value | bool | Many[Value]
+Level = Value | bool | q.Many[Value]
 """What an axis may write at a place of a file: a value, true or false, or a list, as of links."""
 
-Axis = Many[Level] | Steps | Distribution
+Axis = q.Many[Level] | Steps | Distribution
 
 DesignKind = Literal[
     "full_factorial", "zip", "list", "random", "pairwise", "t_wise", "lhs", "sobol"
@@ -226,20 +211,20 @@ SAMPLED: Final = ("random", "lhs", "sobol")
 """Designs that take ``samples``, and a distribution for an axis."""
 
 
-class Sweep(GrownRecord):
+class Sweep(q.GrownRecord):
     """A design over parameters, with relations that exclude points."""
 
     later: ClassVar[tuple[str, ...]] = ("strength",)
 
     design: DesignKind = "full_factorial"
     parameters: dict[str, Axis] = {}
-    points: Many[dict[str, Level]] = ()
+    points: q.Many[dict[str, Level]] = ()
     """The points of a ``list`` design, each with its own values."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many points a sample has: from the distribution of each axis, or between its ends."""
     strength: Annotated[int, Field(ge=1, le=6)] | None = None
     """Of ``t_wise``: how many axes at a time have all feasible combinations of their levels."""
-    where: Many[Condition] = ()
+    where: q.Many[q.Condition] = ()
 
     @finds
     def _fits_design(self) -> Iterator[Problem]:
@@ -265,17 +250,17 @@ class Sweep(GrownRecord):
                     yield ("parameters", name), text
 
 
-FaultEntry = Identifier | Annotated[Many[Identifier], Field(min_length=2)]
+FaultEntry = q.Identifier | Annotated[q.Many[q.Identifier], Field(min_length=2)]
 
 
-class ScenarioUse(Record):
+class ScenarioUse(q.Record):
     """One scenario of the catalogue in this ODD, with its exposure, faults and sweep."""
 
-    use: Identifier
-    as_id: Annotated[Identifier | None, Field(alias="as")] = None
+    use: q.Identifier
+    as_id: Annotated[q.Identifier | None, Field(alias="as")] = None
     """Another id for it, when the same scenario is used twice."""
-    exposure: Annotated[Frequency, Field(gt=0.0)] | None = None
-    faults: Many[FaultEntry] | None = None
+    exposure: Annotated[q.Frequency, Field(gt=0.0)] | None = None
+    faults: q.Many[FaultEntry] | None = None
     sweep: Sweep = Sweep()
     parameters: dict[str, Level] = {}
     """Fixed values that replace the scenario's defaults, by parameter or dotted path."""
@@ -286,13 +271,13 @@ class ScenarioUse(Record):
         return self.as_id or self.use
 
 
-class Gate(GrownRecord):
+class Gate(q.GrownRecord):
     """Architectures whose verdicts decide the exit code."""
 
     later: ClassVar[tuple[str, ...]] = ("preventable_by", "channel_failures")
 
-    architectures: Annotated[Many[Identifier], Field(min_length=1)]
-    preventable_by: Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
+    architectures: Annotated[q.Many[q.Identifier], Field(min_length=1)]
+    preventable_by: q.Many[Literal["cc", "fsm", "rss", "reg157"]] = ()
     """Reference drivers: a contact that none of them avoids does not block. The verdict stays; what
     is not known to be unpreventable blocks."""
     channel_failures: Literal["refuse", "allow"] = "refuse"
@@ -300,7 +285,7 @@ class Gate(GrownRecord):
     in which a mandatory FSR about its silence passes; with ``allow`` the FSRs alone decide."""
 
 
-class Uncertainty(Record):
+class Uncertainty(q.Record):
     """Runs that are executed with half the step too, to tell what the step is worth."""
 
     situations: Annotated[int, Field(ge=10, le=10_000)] = 20
@@ -313,26 +298,26 @@ class Odd(FileRecord):
 
     later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "coverage")
 
-    odd: Identifier
+    odd: q.Identifier
     title: str = ""
     text: str = ""
     attributes: Attributes = Attributes()
-    scenarios: Annotated[Many[ScenarioUse], Field(min_length=1)]
-    faults: Many[AnyFault] = ()
-    architectures: Annotated[Many[Text], Field(min_length=1)]
-    concept: Text
+    scenarios: Annotated[q.Many[ScenarioUse], Field(min_length=1)]
+    faults: q.Many[AnyFault] = ()
+    architectures: Annotated[q.Many[q.Text], Field(min_length=1)]
+    concept: q.Text
     gate: Gate | None = None
-    step: Annotated[Duration, Field(gt=0.0, le=1.0)] = 0.05
+    step: Annotated[q.Duration, Field(gt=0.0, le=1.0)] = 0.05
     uncertainty: Uncertainty | None = None
     """Judge with the numeric uncertainty of the step; without it a margin is taken as exact."""
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
     replicates: Annotated[int, Field(ge=1)] = 1
     max_test_cases: Annotated[int, Field(ge=1)] = 100_000
     outside: Literal["refuse", "robustness"] = "refuse"
-    catalogue: Text | None = None
+    catalogue: q.Text | None = None
     """Folder of scenarios, relative to this file; default: ``scenarios_db`` beside its folder, and
     the scenarios of the package."""
-    plugins: Many[Text] = ()
+    plugins: q.Many[q.Text] = ()
     """Metrics from outside the package, by entry point; files are relative to this one."""
     coverage: CoverageBins | None = None
     """Bins of attributes for ``adeye coverage``; they change no test case."""

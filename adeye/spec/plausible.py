@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from fnmatch import fnmatchcase
 from functools import cache, lru_cache
+from importlib import resources
 from typing import (
     Annotated,
     Any,
@@ -23,6 +24,7 @@ from typing import (
 )
 
 import numpy as np
+import yaml
 from pydantic import AfterValidator, BaseModel
 
 from adeye.errors import UnitError, suggest
@@ -36,64 +38,9 @@ Limits = Mapping[str, tuple[Any, Any]]
 """Least and most in SI by the name of a bound, of one run or as columns over runs."""
 
 
-BOUNDS: Final[dict[str, tuple[str, str, str]]] = {
-    "vehicle.length": ("0.5 m", "30 m", "vehicle.length"),
-    "vehicle.width": ("0.3 m", "5 m", "vehicle.width"),
-    "vehicle.height": ("0.3 m", "6 m", "vehicle.height"),
-    "wheelbase": ("0.2 m", "30 m", "vehicle.wheelbase"),
-    "mass": ("50", "100000", "vehicle.mass"),
-    "braking": (
-        "0 m/s^2",
-        "15 m/s^2",
-        "vehicle.*celeration parameters.*celeration storyboard.*.rate",
-    ),
-    "steering": ("0 deg", "80 deg", "vehicle.max_steering_angle"),
-    "steering_rate": ("0 deg/s", "1200 deg/s", "vehicle.max_steering_rate"),
-    "lag": ("0 s", "5 s", "vehicle.*_lag"),
-    "mount.x": ("-20 m", "20 m", "mount.x"),
-    "mount.y": ("-10 m", "10 m", "mount.y"),
-    "mount.z": ("0 m", "10 m", "mount.z"),
-    "range": ("0.1 m", "2000 m", "sensors.*.range"),
-    "position_noise": (
-        *("0 m", "100 m"),
-        "sensors.*.range_noise sensors.*.lateral_noise sensors.*.position_noise",
-    ),
-    "rate": ("0 Hz", "10000 Hz", "sensors.*.rate channels.*.rate parameters.supervisor.rate"),
-    "delay": (
-        "0 s",
-        "3600 s",
-        "latency jitter channels.*.delay handover debounce staleness confirm timeout max_age "
-        "faults.by faults.delay faults.restart",
-    ),
-    "friction": ("0", "1.5", "environment.friction friction.min coverage.friction faults.value"),
-    "rain": ("0 mm/h", "300 mm/h", "environment.rain rain.max coverage.rain"),
-    "visibility": ("5 m", "1000000 m", "environment.fog_visibility fog.min_visibility"),
-    "lane_width": ("1 m", "20 m", "road.lane_width"),
-    "shoulder": ("0 m", "20 m", "road.shoulder"),
-    "verge": ("0 m", "200 m", "road.verge"),
-    "ego.s": ("0 m", "100000 m", "ego.s"),
-    "ego.offset": ("-20 m", "20 m", "ego.offset"),
-    "speed_limit": ("0 km/h", "500 km/h", "road.speed_limit ego_speed.max"),
-    "size": ("0.05 m", "50 m", "actors.*.size.* faults.length faults.width"),
-    "object_size": ("0.01 m", "1000 m", "objects.*.length objects.*.width objects.*.height"),
-    "offset": (
-        "-500 m",
-        "500 m",
-        "start.offset objects.*.offset lane_change.by cross.to faults.[xy]",
-    ),
-    "factor": ("-1000", "1000", "faults.factor faults.acceleration faults.steering_angle"),
-    "gap": ("-5000 m", "5000 m", "start.gap"),
-    "lateral_speed": ("0 m/s", "15 m/s", "lateral_speed cross.speed"),
-    "ftti": ("0 s", "3600 s", "safety_goals.ftti requirements.f[dr]ti"),
-    "length": ("-100000 m", "100000 m", ""),
-    "time": ("-86400 s", "86400 s", ""),
-    "speed": ("-500 km/h", "500 km/h", ""),
-    "acceleration": ("-50 m/s^2", "50 m/s^2", ""),
-    "jerk": ("-1000 m/s^3", "1000 m/s^3", ""),
-    "angle": ("-360 deg", "360 deg", ""),
-    "angular_rate": ("-1200 deg/s", "1200 deg/s", ""),
-    "frequency": ("0 Hz", "100000 Hz", ""),
-}
+BOUNDS: Final[dict[str, tuple[str, str, str]]] = yaml.safe_load(
+    (resources.files("adeye.spec") / "bounds.yaml").read_text("utf-8")
+)
 """Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it
 is of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or
 weather is beyond, with room to spare. Some are narrower where more is known:

@@ -18,9 +18,8 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
     PlainSerializer,
+    PlainValidator,
     SerializerFunctionWrapHandler,
     Strict,
     StringConstraints,
@@ -28,8 +27,6 @@ from pydantic import (
     WithJsonSchema,
     model_serializer,
 )
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from adeye.errors import ExpressionError, InputError
 from adeye.spec.expression import Expression, parse
@@ -175,29 +172,13 @@ def require_dimension(
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _FormulaOf:
-    """Validate text or a number as an expression that must have one dimension."""
+_AsText: Final = PlainSerializer(lambda expression: expression.text, return_type=str)
 
-    dimension: Dimension
-    example: str
 
-    def __get_pydantic_core_schema__(
-        self, _source: Any, _handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(
-            self._read,
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                lambda expression: expression.text
-            ),
-        )
+def _formula(dimension: Dimension, example: str) -> Any:
+    """Make the type of text or a number that is an expression, which must have one dimension."""
 
-    def __get_pydantic_json_schema__(
-        self, _schema: CoreSchema, _handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"type": ["string", "number"], "examples": [self.example]}
-
-    def _read(self, value: Any) -> Expression:
+    def read(value: Any) -> Expression:
         if isinstance(value, Expression):
             return value
         if isinstance(value, bool) or not isinstance(value, str | int | float):
@@ -205,14 +186,15 @@ class _FormulaOf:
         try:
             expression = parse(str(value))
             if expression.is_constant:
-                require_dimension(expression, self.dimension, {})
+                require_dimension(expression, dimension, {})
         except InputError as error:
             raise ValueError(str(error)) from error
         return expression
 
-
-def _formula(dimension: Dimension, example: str) -> Any:
-    return Annotated[Expression, _FormulaOf(dimension, example)]
+    schema = {"type": ["string", "number"], "examples": [example]}
+    return Annotated[
+        Expression, PlainValidator(read), _AsText, WithJsonSchema(schema), Measures(dimension)
+    ]
 
 
 LengthFormula = _formula(Dimension.LENGTH, "ego_gap + 5 m")
@@ -243,7 +225,7 @@ def _read_expression(value: Any) -> Expression:
 Condition = Annotated[
     Expression,
     BeforeValidator(_read_expression),
-    PlainSerializer(lambda expression: expression.text, return_type=str),
+    _AsText,
     WithJsonSchema({"type": "string", "examples": ["time >= 2 s"]}),
 ]
 """A truth-valued expression: a trigger, a constraint, a fault's onset."""

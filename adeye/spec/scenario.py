@@ -12,27 +12,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from adeye.errors import InputError
+from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced
 from adeye.spec.expression import parse
 from adeye.spec.plausible import FileRecord
-from adeye.spec.quantity import (
-    AccelerationFormula,
-    AngleFormula,
-    ById,
-    Condition,
-    Duration,
-    DurationFormula,
-    GrownRecord,
-    Identifier,
-    JerkFormula,
-    LengthFormula,
-    Many,
-    NumberFormula,
-    RainFormula,
-    Record,
-    SpeedFormula,
-    Text,
-)
 from adeye.units import Dimension, shown
 
 ActorKind = Literal["car", "van", "truck", "bus", "motorcycle", "cyclist", "pedestrian"]
@@ -44,11 +27,11 @@ Value = str | int | float
 """A parameter value as written: a quantity with its unit, or a plain number."""
 
 
-class Parameter(Record):
+class Parameter(q.Record):
     """A varied quantity of the scenario with its default and the range it is meant for."""
 
     default: Value
-    range: Annotated[Many[Value], Field(min_length=2, max_length=2)] | None = None
+    range: Annotated[q.Many[Value], Field(min_length=2, max_length=2)] | None = None
     text: str = ""
 
     @finds
@@ -83,7 +66,7 @@ def _quantity(text: Value, loc: Loc) -> tuple[float, Dimension]:
     raise misplaced([(loc, f"{shown(text)} is not a quantity like '15 m'")])
 
 
-class Bay(Record):
+class Bay(q.Record):
     """A place to stand in beside lanes and shoulder, on the right.
 
     It begins at the outer edge of the shoulder. Tapers before and after it widen from nothing to
@@ -92,35 +75,35 @@ class Bay(Record):
     """
 
     kind: Literal["parking_bay", "rest_area"]
-    s: LengthFormula
+    s: q.LengthFormula
     """Where its full depth begins along the road [m], after the taper."""
-    length: LengthFormula
+    length: q.LengthFormula
     """How long it has its full depth [m]."""
-    depth: LengthFormula
+    depth: q.LengthFormula
     """From the outer edge of the shoulder to its own [m]."""
-    taper: LengthFormula
+    taper: q.LengthFormula
     """Length of each taper [m]."""
 
 
-class Road(GrownRecord):
+class Road(q.GrownRecord):
     """A parametric road with parallel lanes, numbered from 0 at the right."""
 
     later: ClassVar[tuple[str, ...]] = ("verge", "bays")
 
     kind: Literal["straight", "curve", "s_curve"] = "straight"
-    length: LengthFormula
-    radius: LengthFormula | None = None
+    length: q.LengthFormula
+    radius: q.LengthFormula | None = None
     """Radius of the curve [m], positive to the left; an S-curve continues with its negative."""
     lanes: Annotated[int, Field(ge=1, le=8)]
-    lane_width: LengthFormula
-    shoulder: LengthFormula
-    speed_limit: SpeedFormula
+    lane_width: q.LengthFormula
+    shoulder: q.LengthFormula
+    speed_limit: q.SpeedFormula
     markings: Literal["full", "worn", "none"] = "full"
     road_type: Literal["motorway", "rural", "urban"] = "motorway"
-    verge: LengthFormula | None = None
+    verge: q.LengthFormula | None = None
     """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
     0; bays lie in it."""
-    bays: ById[Bay] = {}
+    bays: q.ById[Bay] = {}
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:
@@ -128,79 +111,79 @@ class Road(GrownRecord):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
 
 
-class StaticObject(Record):
+class StaticObject(q.Record):
     """A box that does not move: it blocks sight and can be hit."""
 
     kind: ObjectKind
-    reflectivity: NumberFormula | None = None
-    s: LengthFormula
-    offset: LengthFormula
+    reflectivity: q.NumberFormula | None = None
+    s: q.LengthFormula
+    offset: q.LengthFormula
     """Lateral place of its centre from the right edge of the road [m], positive to the left."""
-    heading: AngleFormula | None = None
-    length: LengthFormula
-    width: LengthFormula
-    height: LengthFormula
+    heading: q.AngleFormula | None = None
+    length: q.LengthFormula
+    width: q.LengthFormula
+    height: q.LengthFormula
 
 
-class World(Record):
+class World(q.Record):
     """The road and what stands beside or on it."""
 
     road: Road
-    objects: ById[StaticObject] = {}
+    objects: q.ById[StaticObject] = {}
 
 
-class Environment(Record):
+class Environment(q.Record):
     """Environmental conditions during the scenario (ISO 34503 names)."""
 
-    rain: RainFormula
-    fog_visibility: LengthFormula
-    friction: NumberFormula
+    rain: q.RainFormula
+    fog_visibility: q.LengthFormula
+    friction: q.NumberFormula
     illumination: Illumination = "day"
-    sun_elevation: AngleFormula | None = None
+    sun_elevation: q.AngleFormula | None = None
     """Of the sun above the horizon; without it nobody looks into the sun."""
-    sun_azimuth: AngleFormula | None = None
+    sun_azimuth: q.AngleFormula | None = None
     """Where the sun stands in the map, counter-clockwise from its x axis; default 0."""
 
 
-class Goal(Record):
+class Goal(q.Record):
     """Where the ego is to arrive: a distance along the road [m]."""
 
-    s: LengthFormula
+    s: q.LengthFormula
 
 
-class EgoStart(Record):
+class EgoStart(q.Record):
     """Where and how fast the ego starts, and the speed that it is asked to drive."""
 
-    lane: NumberFormula
-    s: LengthFormula
-    offset: LengthFormula | None = None
-    speed: SpeedFormula
-    desired_speed: SpeedFormula | None = None
+    lane: q.NumberFormula
+    s: q.LengthFormula
+    offset: q.LengthFormula | None = None
+    speed: q.SpeedFormula
+    desired_speed: q.SpeedFormula | None = None
     goal: Goal | None = None
 
 
-class Size(Record):
+class Size(q.Record):
     """Outer dimensions of an actor [m]."""
 
-    length: LengthFormula
-    width: LengthFormula
-    height: LengthFormula
+    length: q.LengthFormula
+    width: q.LengthFormula
+    height: q.LengthFormula
 
 
-class Start(GrownRecord):
+class Start(q.GrownRecord):
     """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
 
     later: ClassVar[tuple[str, ...]] = ("off_road",)
 
-    lane: NumberFormula | None = None
-    offset: LengthFormula | None = None
+    lane: q.NumberFormula | None = None
+    offset: q.LengthFormula | None = None
     """With a lane: from its centre; without: from the right edge of the road. Positive left."""
-    s: LengthFormula | None = None
-    ahead_of: Identifier | None = None
-    gap: LengthFormula | None = None
-    heading: AngleFormula | None = None
+    s: q.LengthFormula | None = None
+    ahead_of: q.Identifier | None = None
+    gap: q.LengthFormula | None = None
+    heading: q.AngleFormula | None = None
     """Relative to the road; default along it."""
-    speed: SpeedFormula
+    speed: q.SpeedFormula
     off_road: bool = False
     """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
     beside lanes, shoulder, bay and verge."""
@@ -215,30 +198,30 @@ class Start(GrownRecord):
             yield (), "give a lane, or an offset from the right edge of the road"
 
 
-class Idm(Record):
+class Idm(q.Record):
     """Reactive driving: Intelligent Driver Model, with MOBIL lane changes if asked."""
 
-    desired_speed: SpeedFormula | None = None
+    desired_speed: q.SpeedFormula | None = None
     lane_changes: bool = False
 
 
-class Actor(Record):
+class Actor(q.Record):
     """A participant other than the ego: scripted by the storyboard, or reactive."""
 
     kind: ActorKind
     size: Size | None = None
-    reflectivity: NumberFormula | None = None
+    reflectivity: q.NumberFormula | None = None
     """Share of light that its surface returns, for lidar; default: typical of its kind."""
     start: Start
     reactive: Idm | None = None
 
 
-class LaneChange(Record):
+class LaneChange(q.Record):
     """Move to another lane or by a lateral distance, on a sinusoidal or linear profile."""
 
-    to_lane: NumberFormula | None = None
-    by: LengthFormula | None = None
-    lateral_speed: SpeedFormula
+    to_lane: q.NumberFormula | None = None
+    by: q.LengthFormula | None = None
+    lateral_speed: q.SpeedFormula
     """Greatest lateral speed of the manoeuvre [m/s]."""
     shape: Literal["sinusoidal", "linear"] = "sinusoidal"
 
@@ -248,44 +231,44 @@ class LaneChange(Record):
             yield (), "give either to_lane or by"
 
 
-class SpeedChange(GrownRecord):
+class SpeedChange(q.GrownRecord):
     """Change to a target speed with a rate and, if given, a limit on jerk."""
 
     later: ClassVar[tuple[str, ...]] = ("relative_to",)
 
-    to: SpeedFormula
-    relative_to: Identifier | None = None
+    to: q.SpeedFormula
+    relative_to: q.Identifier | None = None
     """Whose speed, when the action begins, ``to`` is added to; the target is never below 0."""
-    rate: AccelerationFormula
-    jerk: JerkFormula | None = None
+    rate: q.AccelerationFormula
+    jerk: q.JerkFormula | None = None
 
 
-class Stop(Record):
+class Stop(q.Record):
     """Brake to standstill with a deceleration and, if given, a limit on jerk."""
 
-    rate: AccelerationFormula
-    jerk: JerkFormula | None = None
+    rate: q.AccelerationFormula
+    jerk: q.JerkFormula | None = None
 
 
-class Cross(Record):
+class Cross(q.Record):
     """Walk across the road to a lateral place, in a straight line at a constant speed.
 
     Only pedestrians do: what has wheels cannot turn on the spot.
     """
 
-    to: LengthFormula
+    to: q.LengthFormula
     """Lateral place from the right edge of the road [m], positive to the left."""
-    speed: SpeedFormula
+    speed: q.SpeedFormula
 
 
-class Event(GrownRecord):
+class Event(q.GrownRecord):
     """When a condition first holds, an actor begins one action."""
 
     later: ClassVar[tuple[str, ...]] = ("optional", "delay")
 
-    actor: Identifier
-    when: Condition
-    delay: DurationFormula | None = None
+    actor: q.Identifier
+    when: q.Condition
+    delay: q.DurationFormula | None = None
     """From when the condition first holds to the begin, as OpenSCENARIO's delay of a condition."""
     lane_change: LaneChange | None = None
     speed: SpeedChange | None = None
@@ -320,7 +303,7 @@ def _domain(event: Any) -> tuple[object, frozenset[str]]:
     )
 
 
-class Tags(Record):
+class Tags(q.Record):
     """Where the scenario stands in the field's catalogues."""
 
     iso34502: str = ""
@@ -328,10 +311,10 @@ class Tags(Record):
     r157: str = ""
 
 
-class Provenance(Record):
+class Provenance(q.Record):
     """Who wrote the scenario and from what."""
 
-    source: Text
+    source: q.Text
     author: str = ""
     version: str = "1"
 
@@ -339,25 +322,25 @@ class Provenance(Record):
 class LogicalScenario(FileRecord):
     """One file of the scenario database."""
 
-    scenario: Identifier
-    title: Text
+    scenario: q.Identifier
+    title: q.Text
     text: str = ""
     tags: Tags = Tags()
     provenance: Provenance
-    parameters: ById[Parameter] = {}
-    constraints: Many[Condition] = ()
+    parameters: q.ById[Parameter] = {}
+    constraints: q.Many[q.Condition] = ()
     world: World
     environment: Environment
     ego: EgoStart
-    actors: ById[Actor] = {}
-    storyboard: ById[Event] = {}
-    order: Many[Identifier] = ()
+    actors: q.ById[Actor] = {}
+    storyboard: q.ById[Event] = {}
+    order: q.Many[q.Identifier] = ()
     """Events in the order of the file, which is noted where it decides: of two events that begin at
     one tick, and of which one takes the place of the other, the later acts."""
-    realised: Many[Identifier] = ()
+    realised: q.Many[q.Identifier] = ()
     """Events that must have begun within the horizon, else the run is not realised."""
-    horizon: Annotated[Duration, Field(gt=0.0)]
-    tail: Annotated[Duration, Field(ge=0.0)] = 5.0
+    horizon: Annotated[q.Duration, Field(gt=0.0)]
+    tail: Annotated[q.Duration, Field(ge=0.0)] = 5.0
 
     later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "order")
 

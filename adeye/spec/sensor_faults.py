@@ -7,31 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Name
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema
 
-from adeye.signals import (
-    DETECTION_LENGTH,
-    DETECTION_RANGE_RATE,
-    DETECTION_WIDTH,
-    DETECTION_X,
-    DETECTION_Y,
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    EGO_YAW_RATE,
-    GNSS_VELOCITY_X,
-    GNSS_VELOCITY_Y,
-    GNSS_X,
-    GNSS_Y,
-    IMU_ACCELERATION_X,
-    IMU_ACCELERATION_Y,
-    IMU_YAW_RATE,
-    ObjectClass,
-)
+from adeye import signals
+from adeye.signals import ObjectClass
 from adeye.spec.document import Problem
 from adeye.spec.fault_base import Fault
 from adeye.spec.quantity import Angle, Duration, Length, Many, Number, Speed, quantity_reader
-from adeye.spec.sensors import PhysicalCamera, model_name
+from adeye.spec.sensors import NonNegativeDuration, PhysicalCamera, Share, model_name
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
@@ -83,26 +64,26 @@ class Signal(NamedTuple):
 _SEEN, _OWN, _FIX, _MOTION = ("detections",), ("ego estimates",), ("fixes",), ("motion",)
 
 SIGNALS: Final[dict[str, Signal]] = {
-    "x": Signal(_SEEN, DETECTION_X, Dimension.LENGTH),
-    "y": Signal(_SEEN, DETECTION_Y, Dimension.LENGTH),
+    "x": Signal(_SEEN, signals.DETECTION_X, Dimension.LENGTH),
+    "y": Signal(_SEEN, signals.DETECTION_Y, Dimension.LENGTH),
     "range": Signal(_SEEN, -1, Dimension.LENGTH, instead="points"),
     "bearing": Signal((*_SEEN, "bearings"), -1, Dimension.ANGLE, instead="points"),
-    "range_rate": Signal((*_SEEN, "range rates"), DETECTION_RANGE_RATE, Dimension.SPEED),
-    "length": Signal(_SEEN, DETECTION_LENGTH, Dimension.LENGTH),
-    "width": Signal(_SEEN, DETECTION_WIDTH, Dimension.LENGTH),
-    "ego_x": Signal(_OWN, EGO_X, Dimension.LENGTH),
-    "ego_y": Signal(_OWN, EGO_Y, Dimension.LENGTH),
-    "ego_heading": Signal(_OWN, EGO_HEADING, Dimension.ANGLE),
-    "ego_speed": Signal(_OWN, EGO_SPEED, Dimension.SPEED),
-    "ego_acceleration": Signal(_OWN, EGO_ACCELERATION, Dimension.ACCELERATION),
-    "ego_yaw_rate": Signal(_OWN, EGO_YAW_RATE, Dimension.ANGULAR_RATE),
-    "position_x": Signal(_FIX, GNSS_X, Dimension.LENGTH),
-    "position_y": Signal(_FIX, GNSS_Y, Dimension.LENGTH),
-    "velocity_x": Signal(_FIX, GNSS_VELOCITY_X, Dimension.SPEED),
-    "velocity_y": Signal(_FIX, GNSS_VELOCITY_Y, Dimension.SPEED),
-    "acceleration_x": Signal(_MOTION, IMU_ACCELERATION_X, Dimension.ACCELERATION),
-    "acceleration_y": Signal(_MOTION, IMU_ACCELERATION_Y, Dimension.ACCELERATION),
-    "yaw_rate": Signal(_MOTION, IMU_YAW_RATE, Dimension.ANGULAR_RATE),
+    "range_rate": Signal((*_SEEN, "range rates"), signals.DETECTION_RANGE_RATE, Dimension.SPEED),
+    "length": Signal(_SEEN, signals.DETECTION_LENGTH, Dimension.LENGTH),
+    "width": Signal(_SEEN, signals.DETECTION_WIDTH, Dimension.LENGTH),
+    "ego_x": Signal(_OWN, signals.EGO_X, Dimension.LENGTH),
+    "ego_y": Signal(_OWN, signals.EGO_Y, Dimension.LENGTH),
+    "ego_heading": Signal(_OWN, signals.EGO_HEADING, Dimension.ANGLE),
+    "ego_speed": Signal(_OWN, signals.EGO_SPEED, Dimension.SPEED),
+    "ego_acceleration": Signal(_OWN, signals.EGO_ACCELERATION, Dimension.ACCELERATION),
+    "ego_yaw_rate": Signal(_OWN, signals.EGO_YAW_RATE, Dimension.ANGULAR_RATE),
+    "position_x": Signal(_FIX, signals.GNSS_X, Dimension.LENGTH),
+    "position_y": Signal(_FIX, signals.GNSS_Y, Dimension.LENGTH),
+    "velocity_x": Signal(_FIX, signals.GNSS_VELOCITY_X, Dimension.SPEED),
+    "velocity_y": Signal(_FIX, signals.GNSS_VELOCITY_Y, Dimension.SPEED),
+    "acceleration_x": Signal(_MOTION, signals.IMU_ACCELERATION_X, Dimension.ACCELERATION),
+    "acceleration_y": Signal(_MOTION, signals.IMU_ACCELERATION_Y, Dimension.ACCELERATION),
+    "yaw_rate": Signal(_MOTION, signals.IMU_YAW_RATE, Dimension.ANGULAR_RATE),
 }
 """By name. x and y are in the vehicle frame, range and bearing about the sensor's place; what
 begins with ``ego`` is of an ego estimate and, as positions and velocities are, in the map."""
@@ -148,10 +129,213 @@ def signals_of(sensor: SensorRecord) -> list[str]:
     return [name for name in SIGNALS if has_signal(name, sensor)]
 
 
+# --- Faults of when samples come and of what they say about it ------------------------------------
+
+
+class DropOut(SensorFault):
+    """A sensor delivers nothing new."""
+
+    silences = True
+    model: Literal["drop_out"]
+
+
+class PowerLoss(SensorFault):
+    """A sensor delivers nothing, and once it has power again it takes a while to come up."""
+
+    silences = True
+    model: Literal["power_loss"]
+    restart: NonNegativeDuration = 0.0
+    """From the end of the fault to the first sample that counts again [s]."""
+
+
+class Freeze(SensorFault):
+    """What the newest sample said is said again and again, with new stamps: nobody can tell."""
+
+    model: Literal["freeze"]
+
+
+class Stale(SensorFault):
+    """The newest sample stays; the sensor says that it is well, but the stamp stands still."""
+
+    model: Literal["stale"]
+
+
+class StaleStamp(SensorFault):
+    """Samples are new, and their stamps are not."""
+
+    model: Literal["stale_stamp"]
+
+
+class ClockDrift(SensorFault):
+    """The clock of the sensor is wrong, and so are the stamps."""
+
+    neutral = ({"offset": 0.0, "rate": 0.0},)
+    model: Literal["clock_drift"]
+    offset: Duration = 0.0
+    """What is added to every stamp [s]."""
+    rate: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0
+    """What is added to it in each second since the onset [s]."""
+
+
+class Delay(SensorFault):
+    """Samples come later, with their own stamps; none overtakes another."""
+
+    neutral = ({"by": 0.0, "jitter": 0.0},)
+    model: Literal["delay"]
+    by: NonNegativeDuration
+    """How much later each comes [s]."""
+    jitter: NonNegativeDuration = 0.0
+    """And up to so much later again, drawn anew for each [s]."""
+
+
+class SampleLoss(SensorFault):
+    """Samples are lost, one by one or in bursts; the one before stays.
+
+    With ``enter`` it is the channel of Gilbert (1960), with ``probability``, too, that of Elliott
+    (1963): in each sample a burst may begin or end, and all samples in a burst are lost.
+    """
+
+    neutral = ({"probability": 0.0, "enter": 0.0},)
+    model: Literal["sample_loss"]
+    probability: Share = 0.0
+    """Of a sample to be lost outside of bursts."""
+    enter: Share = 0.0
+    """Probability that a burst begins with a sample."""
+    leave: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """Probability that it is over with the next one; its mean length is 1 / leave samples."""
+
+
+# --- Faults of the numbers that sensors measure; each is of one signal ----------------------------
+
+
+def _in_its_unit(value: Any, info: ValidationInfo) -> float:
+    """Read a quantity of whatever the signal measures, which stands before it."""
+    signal = info.data.get("signal")
+    # Without a signal the record is wrong anyway.
+    return 0.0 if signal is None else quantity_reader(SIGNALS[signal].dimension)(value, info)
+
+
+_Size = Annotated[
+    float,
+    BeforeValidator(_in_its_unit),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["1 m", "2 deg", "3 m/s"]}),
+]
+_LeastZero = Annotated[_Size, Field(ge=0.0)]
+
+
+class SignalFault(SensorFault):
+    """A fault of one of the numbers that a sensor measures."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("signal",)
+
+    signal: SignalName
+
+    def own_dimensions(self) -> dict[str, Dimension]:
+        """Return what the fields that take their unit from the signal are of."""
+        dimension = SIGNALS[self.signal].dimension
+        names = type(self).model_fields.keys() & {"size", "value"}
+        return dict.fromkeys(sorted(names), dimension)
+
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
+        """Say that a sensor does not measure the signal."""
+        known = signals_of(sensor)
+        if self.signal in known:
+            return []
+        has = f"measures {', '.join(known)}" if known else "measures none that can be disturbed"
+        return [(("signal",), f"a {model_name(sensor)} {has}, and not {self.signal}")]
+
+
+class Bias(SignalFault):
+    """It is too large by the same amount."""
+
+    neutral = ({"size": 0.0},)
+    model: Literal["bias"]
+    size: _Size
+
+
+class Scale(SignalFault):
+    """It is too large by the same factor."""
+
+    neutral = ({"factor": 1.0},)
+    model: Literal["scale"]
+    factor: Number
+
+
+class Drift(SignalFault):
+    """It goes away, evenly since the first onset."""
+
+    neutral = ({"size": 0.0},)
+    model: Literal["drift"]
+    size: _Size
+    """How far it goes ..."""
+    over: Annotated[Duration, Field(gt=0.0)]
+    """... in this time [s]."""
+
+
+class Noise(SignalFault):
+    """White Gaussian noise of its own in every sample."""
+
+    neutral = ({"size": 0.0},)
+    model: Literal["noise"]
+    size: _LeastZero
+    """Standard deviation."""
+
+
+class Quantise(SignalFault):
+    """It comes in steps only: the nearest multiple."""
+
+    neutral = ({"size": 0.0},)
+    model: Literal["quantise"]
+    size: _LeastZero
+    """Of a step; with 0 there are none."""
+
+
+class StuckAt(SignalFault):
+    """It has one value whatever is there."""
+
+    model: Literal["stuck_at"]
+    value: _Size
+
+
+class Spike(SignalFault):
+    """It is too large by the same amount, in a few samples."""
+
+    neutral = ({"size": 0.0}, {"probability": 0.0})
+    model: Literal["spike"]
+    size: _Size
+    probability: Share
+    """Of a sample to have it."""
+
+
+class BitFlip(SignalFault):
+    """A bit of the 64 of IEEE 754 is the wrong one; the result may be infinite or no number."""
+
+    model: Literal["bit_flip"]
+    bit: Annotated[int, Field(ge=0, le=63)]
+    """0 is the least of the fraction, 52 the least of the exponent, 63 the sign."""
+
+
+class Jump(SensorFault):
+    """The place of the ego is another one, along the axes of the map, and so is its heading."""
+
+    needs = ("ego estimates", "fixes")
+    neutral = ({"x": 0.0, "y": 0.0, "heading": 0.0},)
+    model: Literal["jump"]
+    x: Length = 0.0
+    y: Length = 0.0
+    heading: Angle = 0.0
+
+    def misfits(self, sensor: SensorRecord) -> list[Problem]:
+        """Say that a sensor does not measure where the ego is, or not its heading."""
+        found = super().misfits(sensor)
+        if not found and self.heading != 0.0 and "ego estimates" not in delivered(sensor):
+            found.append((("heading",), f"a {model_name(sensor)} does not measure the heading"))
+        return found
+
+
 # --- Faults of the list of objects that a sensor reports ------------------------------------------
 
 Classes = Annotated[Many[ObjectClass], Field(min_length=1)]
-Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 Bearing = Annotated[Angle, Field(ge=-math.pi, le=math.pi)]
 
 
@@ -188,21 +372,6 @@ class Miss(_OfSome):
         return found
 
 
-class Misclassify(_OfSome):
-    """Objects are taken for some of another class."""
-
-    STRUCTURE: ClassVar[tuple[str, ...]] = ("classes", "taken_for")
-    needs = ("classes",)
-    model: Literal["misclassify"]
-    taken_for: ObjectClass
-
-
-class Split(_OfSome):
-    """An object is reported as two, side by side, each half as wide."""
-
-    model: Literal["split"]
-
-
 class Ghost(SensorFault):
     """An object is reported that is not there.
 
@@ -220,6 +389,21 @@ class Ghost(SensorFault):
     length: Annotated[Length, Field(ge=0.0)] = 4.5
     width: Annotated[Length, Field(ge=0.0)] = 1.8
     taken_for: ObjectClass = "car"
+
+
+class Misclassify(_OfSome):
+    """Objects are taken for some of another class."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("classes", "taken_for")
+    needs = ("classes",)
+    model: Literal["misclassify"]
+    taken_for: ObjectClass
+
+
+class Split(_OfSome):
+    """An object is reported as two, side by side, each half as wide."""
+
+    model: Literal["split"]
 
 
 # --- Faults of a sensor's body: where it looks, how far, and through what -------------------------
@@ -322,210 +506,3 @@ class Blackout(SensorFault):
     model: Literal["blackout"]
     transmission: Share = 0.0
     """Share of the contrast that passes."""
-
-
-# --- Faults of the numbers that sensors measure; each is of one signal ----------------------------
-
-
-def _in_its_unit(value: Any, info: ValidationInfo) -> float:
-    """Read a quantity of whatever the signal measures, which stands before it."""
-    signal = info.data.get("signal")
-    # Without a signal the record is wrong anyway.
-    return 0.0 if signal is None else quantity_reader(SIGNALS[signal].dimension)(value, info)
-
-
-_Size = Annotated[
-    float,
-    BeforeValidator(_in_its_unit),
-    WithJsonSchema({"type": ["string", "number"], "examples": ["1 m", "2 deg", "3 m/s"]}),
-]
-_LeastZero = Annotated[_Size, Field(ge=0.0)]
-
-
-class SignalFault(SensorFault):
-    """A fault of one of the numbers that a sensor measures."""
-
-    STRUCTURE: ClassVar[tuple[str, ...]] = ("signal",)
-
-    signal: SignalName
-
-    def own_dimensions(self) -> dict[str, Dimension]:
-        """Return what the fields that take their unit from the signal are of."""
-        dimension = SIGNALS[self.signal].dimension
-        names = type(self).model_fields.keys() & {"size", "value"}
-        return dict.fromkeys(sorted(names), dimension)
-
-    def misfits(self, sensor: SensorRecord) -> list[Problem]:
-        """Say that a sensor does not measure the signal."""
-        known = signals_of(sensor)
-        if self.signal in known:
-            return []
-        has = f"measures {', '.join(known)}" if known else "measures none that can be disturbed"
-        return [(("signal",), f"a {model_name(sensor)} {has}, and not {self.signal}")]
-
-
-class Bias(SignalFault):
-    """It is too large by the same amount."""
-
-    neutral = ({"size": 0.0},)
-    model: Literal["bias"]
-    size: _Size
-
-
-class Scale(SignalFault):
-    """It is too large by the same factor."""
-
-    neutral = ({"factor": 1.0},)
-    model: Literal["scale"]
-    factor: Number
-
-
-class Drift(SignalFault):
-    """It goes away, evenly since the first onset."""
-
-    neutral = ({"size": 0.0},)
-    model: Literal["drift"]
-    size: _Size
-    """How far it goes ..."""
-    over: Annotated[Duration, Field(gt=0.0)]
-    """... in this time [s]."""
-
-
-class Noise(SignalFault):
-    """White Gaussian noise of its own in every sample."""
-
-    neutral = ({"size": 0.0},)
-    model: Literal["noise"]
-    size: _LeastZero
-    """Standard deviation."""
-
-
-class Quantise(SignalFault):
-    """It comes in steps only: the nearest multiple."""
-
-    neutral = ({"size": 0.0},)
-    model: Literal["quantise"]
-    size: _LeastZero
-    """Of a step; with 0 there are none."""
-
-
-class StuckAt(SignalFault):
-    """It has one value whatever is there."""
-
-    model: Literal["stuck_at"]
-    value: _Size
-
-
-class Spike(SignalFault):
-    """It is too large by the same amount, in a few samples."""
-
-    neutral = ({"size": 0.0}, {"probability": 0.0})
-    model: Literal["spike"]
-    size: _Size
-    probability: Annotated[Number, Field(ge=0.0, le=1.0)]
-    """Of a sample to have it."""
-
-
-class BitFlip(SignalFault):
-    """A bit of the 64 of IEEE 754 is the wrong one; the result may be infinite or no number."""
-
-    model: Literal["bit_flip"]
-    bit: Annotated[int, Field(ge=0, le=63)]
-    """0 is the least of the fraction, 52 the least of the exponent, 63 the sign."""
-
-
-class Jump(SensorFault):
-    """The place of the ego is another one, along the axes of the map, and so is its heading."""
-
-    needs = ("ego estimates", "fixes")
-    neutral = ({"x": 0.0, "y": 0.0, "heading": 0.0},)
-    model: Literal["jump"]
-    x: Length = 0.0
-    y: Length = 0.0
-    heading: Angle = 0.0
-
-    def misfits(self, sensor: SensorRecord) -> list[Problem]:
-        """Say that a sensor does not measure where the ego is, or not its heading."""
-        found = super().misfits(sensor)
-        if not found and self.heading != 0.0 and "ego estimates" not in delivered(sensor):
-            found.append((("heading",), f"a {model_name(sensor)} does not measure the heading"))
-        return found
-
-
-# --- Faults of when samples come and of what they say about it ------------------------------------
-
-_Duration = Annotated[Duration, Field(ge=0.0)]
-_Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-
-
-class DropOut(SensorFault):
-    """A sensor delivers nothing new."""
-
-    silences = True
-    model: Literal["drop_out"]
-
-
-class PowerLoss(SensorFault):
-    """A sensor delivers nothing, and once it has power again it takes a while to come up."""
-
-    silences = True
-    model: Literal["power_loss"]
-    restart: _Duration = 0.0
-    """From the end of the fault to the first sample that counts again [s]."""
-
-
-class Freeze(SensorFault):
-    """What the newest sample said is said again and again, with new stamps: nobody can tell."""
-
-    model: Literal["freeze"]
-
-
-class Stale(SensorFault):
-    """The newest sample stays; the sensor says that it is well, but the stamp stands still."""
-
-    model: Literal["stale"]
-
-
-class StaleStamp(SensorFault):
-    """Samples are new, and their stamps are not."""
-
-    model: Literal["stale_stamp"]
-
-
-class ClockDrift(SensorFault):
-    """The clock of the sensor is wrong, and so are the stamps."""
-
-    neutral = ({"offset": 0.0, "rate": 0.0},)
-    model: Literal["clock_drift"]
-    offset: Duration = 0.0
-    """What is added to every stamp [s]."""
-    rate: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0
-    """What is added to it in each second since the onset [s]."""
-
-
-class Delay(SensorFault):
-    """Samples come later, with their own stamps; none overtakes another."""
-
-    neutral = ({"by": 0.0, "jitter": 0.0},)
-    model: Literal["delay"]
-    by: _Duration
-    """How much later each comes [s]."""
-    jitter: _Duration = 0.0
-    """And up to so much later again, drawn anew for each [s]."""
-
-
-class SampleLoss(SensorFault):
-    """Samples are lost, one by one or in bursts; the one before stays.
-
-    With ``enter`` it is the channel of Gilbert (1960), with ``probability``, too, that of Elliott
-    (1963): in each sample a burst may begin or end, and all samples in a burst are lost.
-    """
-
-    neutral = ({"probability": 0.0, "enter": 0.0},)
-    model: Literal["sample_loss"]
-    probability: _Share = 0.0
-    """Of a sample to be lost outside of bursts."""
-    enter: _Share = 0.0
-    """Probability that a burst begins with a sample."""
-    leave: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """Probability that it is over with the next one; its mean length is 1 / leave samples."""

@@ -12,57 +12,44 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
+from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
-from adeye.spec.quantity import (
-    PLUGIN,
-    Acceleration,
-    Angle,
-    AngularRate,
-    ById,
-    Duration,
-    Frequency,
-    Identifier,
-    Length,
-    Number,
-    Record,
-    Speed,
-)
 
-PositiveLength = Annotated[Length, Field(gt=0.0)]
-NonNegativeLength = Annotated[Length, Field(ge=0.0)]
-PositiveDuration = Annotated[Duration, Field(gt=0.0)]
-NonNegativeDuration = Annotated[Duration, Field(ge=0.0)]
-PositiveFrequency = Annotated[Frequency, Field(gt=0.0)]
-NonNegativeAngle = Annotated[Angle, Field(ge=0.0)]
-PositiveAngle = Annotated[Angle, Field(gt=0.0)]
-NonNegativeSpeed = Annotated[Speed, Field(ge=0.0)]
-NonNegativeNumber = Annotated[Number, Field(ge=0.0)]
-FieldOfView = Annotated[Angle, Field(gt=0.0, le=6.283185307179587)]
-NarrowFieldOfView = Annotated[Angle, Field(gt=0.0, le=2.8)]
+PositiveLength = Annotated[q.Length, Field(gt=0.0)]
+NonNegativeLength = Annotated[q.Length, Field(ge=0.0)]
+PositiveDuration = Annotated[q.Duration, Field(gt=0.0)]
+NonNegativeDuration = Annotated[q.Duration, Field(ge=0.0)]
+PositiveFrequency = Annotated[q.Frequency, Field(gt=0.0)]
+NonNegativeAngle = Annotated[q.Angle, Field(ge=0.0)]
+PositiveAngle = Annotated[q.Angle, Field(gt=0.0)]
+NonNegativeSpeed = Annotated[q.Speed, Field(ge=0.0)]
+NonNegativeNumber = Annotated[q.Number, Field(ge=0.0)]
+FieldOfView = Annotated[q.Angle, Field(gt=0.0, le=6.283185307179587)]
+NarrowFieldOfView = Annotated[q.Angle, Field(gt=0.0, le=2.8)]
 """Of a camera with a flat image: below 160 degrees."""
-Share = Annotated[Number, Field(ge=0.0, le=1.0)]
+Share = Annotated[q.Number, Field(ge=0.0, le=1.0)]
 
-PluginPath = Annotated[str, StringConstraints(pattern=PLUGIN)]
+PluginPath = Annotated[str, StringConstraints(pattern=q.PLUGIN)]
 """An entry point: ``module:Class`` or ``./file.py:Class``."""
 
 
-class Mount(Record):
+class Mount(q.Record):
     """Pose of a sensor in the vehicle frame: x forward, y left of the box centre, z up.
 
     Angles as in ISO 8855: yaw to the left is positive, then pitch with the nose down is positive.
     """
 
-    x: Length = 0.0
-    y: Length = 0.0
-    z: Length = 0.0
+    x: q.Length = 0.0
+    y: q.Length = 0.0
+    z: q.Length = 0.0
     """Of physical cameras and lidars; the others are drawn in plan view and do not look at it."""
-    yaw: Angle = 0.0
+    yaw: q.Angle = 0.0
     """Of whatever looks in a direction: satellite receiver and inertial unit do not look at it."""
-    pitch: Annotated[Angle, Field(ge=-1.0, le=1.0)] = 0.0
+    pitch: Annotated[q.Angle, Field(ge=-1.0, le=1.0)] = 0.0
     """Of physical cameras and lidars; the others are drawn in plan view and do not look at it."""
 
 
-class SensorRecord(Record):
+class SensorRecord(q.Record):
     """What every sensor has."""
 
     STRUCTURE: ClassVar[tuple[str, ...]] = ()
@@ -72,7 +59,7 @@ class SensorRecord(Record):
     latency: NonNegativeDuration = 0.0
     jitter: NonNegativeDuration = 0.0
     """A sample comes up to this much later than its latency, drawn anew for each [s]."""
-    realises: Identifier | None = None
+    realises: q.Identifier | None = None
     cost: NonNegativeNumber = 0.0
     text: str = ""
 
@@ -110,13 +97,13 @@ class Lidar(_Ranging):
     """Object-level lidar: its range follows the rain and the target's reflectivity."""
 
     kind: Literal["lidar"]
-    reference_reflectivity: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.9
+    reference_reflectivity: Annotated[q.Number, Field(gt=0.0, le=1.0)] = 0.9
     """Reflectivity at which the clear-weather range is specified."""
     range_noise: NonNegativeLength = 0.0
     bearing_noise: NonNegativeAngle = 0.0
 
 
-class Patch(Record):
+class Patch(q.Record):
     """A rectangle of an image, in pixels; column 0 is at the left, row 0 at the top."""
 
     column: Annotated[int, Field(ge=0)] = 0
@@ -151,7 +138,7 @@ class PhysicalCamera(SensorRecord):
     """Least rows of an object that the detector accepts; more where its contrast is weak."""
     min_pixel_width: Annotated[int, Field(ge=1, le=64)] = 1
     """Least columns of an object that the detector accepts."""
-    contrast_threshold: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.05
+    contrast_threshold: Annotated[q.Number, Field(gt=0.0, le=1.0)] = 0.05
     """Contrast from which a pixel shows its object by day."""
     noise: NonNegativeNumber = 0.0
     """Standard deviation of Gaussian noise on the contrast of every pixel."""
@@ -159,7 +146,7 @@ class PhysicalCamera(SensorRecord):
     """Of the whole lens: 0 for a blackout."""
     headlamps: NonNegativeNumber = 20_000.0
     """Intensity of the ego's headlamps straight ahead [cd]; they are always on."""
-    patches: ById[Patch] = {}
+    patches: q.ById[Patch] = {}
 
     @finds
     def _fits_the_image(self) -> Iterator[Problem]:
@@ -189,11 +176,11 @@ class PhysicalLidar(SensorRecord):
     beams: Annotated[int, Field(ge=2, le=4096)] = 900
     """Per layer, evenly over the field of view."""
     layers: Annotated[int, Field(ge=1, le=64)] = 1
-    vertical_field_of_view: Annotated[Angle, Field(ge=0.0, le=1.5)] = 0.0
+    vertical_field_of_view: Annotated[q.Angle, Field(ge=0.0, le=1.5)] = 0.0
     """From the lowest to the highest layer, about the mount's pitch."""
     range: PositiveLength
     """In clear air at the reference reflectivity [m]."""
-    reference_reflectivity: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.9
+    reference_reflectivity: Annotated[q.Number, Field(gt=0.0, le=1.0)] = 0.9
     range_noise: NonNegativeLength = 0.0
     bearing_noise: NonNegativeAngle = 0.0
     drop_out: Share = 0.0
@@ -240,18 +227,18 @@ class PhysicalRadar(SensorRecord):
     range: PositiveLength
     """Where a target of the reference cross section is detected half of the time, straight ahead of
     the sensor in clear air [m]."""
-    reference_cross_section: Annotated[Number, Field(gt=0.0)] = 10.0
+    reference_cross_section: Annotated[q.Number, Field(gt=0.0)] = 10.0
     """Radar cross section at which the range is specified [m²]."""
-    false_alarm_rate: Annotated[Number, Field(gt=0.0, lt=0.5)] = 1e-6
+    false_alarm_rate: Annotated[q.Number, Field(gt=0.0, lt=0.5)] = 1e-6
     """Probability that noise alone crosses the threshold in one cell of range and range rate."""
     range_resolution: PositiveLength = 0.5
     bearing_resolution: PositiveAngle = 0.03
-    range_rate_resolution: Annotated[Speed, Field(gt=0.0)] = 0.2
-    max_range_rate: Annotated[Speed, Field(gt=0.0)] = 80.0
+    range_rate_resolution: Annotated[q.Speed, Field(gt=0.0)] = 0.2
+    max_range_rate: Annotated[q.Speed, Field(gt=0.0)] = 80.0
     """Greater ones are folded into the span from minus this to this: they are ambiguous."""
-    elevation_beam: Annotated[Angle, Field(gt=0.0, le=1.5)] = 0.17
+    elevation_beam: Annotated[q.Angle, Field(gt=0.0, le=1.5)] = 0.17
     """Vertical width of the beam [rad], which decides how much rain is in a cell."""
-    clutter: Annotated[Number, Field(ge=0.0, le=MOST_CLUTTER)] = 0.2
+    clutter: Annotated[q.Number, Field(ge=0.0, le=MOST_CLUTTER)] = 0.2
     """Mean number of detections of standing things at the roadside in a sample."""
 
     @property
@@ -292,7 +279,7 @@ class Ultrasonic(SensorRecord):
             yield ("blind_zone",), f"nothing is left of the range of {self.range:g} m"
 
 
-class Outage(Record):
+class Outage(q.Record):
     """When a receiver has no fix: a tunnel, a street canyon. Its samples go on, without values."""
 
     begin: NonNegativeDuration
@@ -314,7 +301,7 @@ class Gnss(SensorRecord):
     """Correlation time of the bias [s]."""
     speed_noise: NonNegativeSpeed = 0.0
     """White, of each component of the velocity [m/s]."""
-    outages: ById[Outage] = {}
+    outages: q.ById[Outage] = {}
 
 
 class Imu(SensorRecord):
@@ -322,13 +309,13 @@ class Imu(SensorRecord):
 
     kind: Literal["imu"]
     mount: Mount = Mount()
-    acceleration_noise: Annotated[Acceleration, Field(ge=0.0)] = 0.0
+    acceleration_noise: Annotated[q.Acceleration, Field(ge=0.0)] = 0.0
     """White, of a sample [m/s²]."""
-    acceleration_bias: Annotated[Acceleration, Field(ge=0.0)] = 0.0
+    acceleration_bias: Annotated[q.Acceleration, Field(ge=0.0)] = 0.0
     """Standard deviation of the slowly changing bias [m/s²]."""
-    yaw_rate_noise: Annotated[AngularRate, Field(ge=0.0)] = 0.0
+    yaw_rate_noise: Annotated[q.AngularRate, Field(ge=0.0)] = 0.0
     """White, of a sample [rad/s]."""
-    yaw_rate_bias: Annotated[AngularRate, Field(ge=0.0)] = 0.0
+    yaw_rate_bias: Annotated[q.AngularRate, Field(ge=0.0)] = 0.0
     """Standard deviation of the slowly changing bias [rad/s]."""
     bias_time: PositiveDuration = 100.0
     """Correlation time of both biases [s]."""

@@ -8,28 +8,16 @@ from typing import Annotated, Final, Literal, get_args
 
 from pydantic import AfterValidator, Field
 
+from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds, repeated
-from adeye.spec.quantity import (
-    Acceleration,
-    AngularRate,
-    ById,
-    Duration,
-    Identifier,
-    Jerk,
-    Length,
-    Many,
-    Number,
-    Record,
-    Speed,
-)
 from adeye.spec.sensors import NonNegativeDuration, NonNegativeLength, PositiveFrequency
 
 Count = Annotated[int, Field(ge=-1_000_000, le=1_000_000)]
 Step = Annotated[int, Field(ge=1, le=1_000_000)]
 Level = Annotated[int, Field(ge=1, le=4)]
-Watched = Annotated[Many[Identifier], Field(min_length=1)]
-PositiveAcceleration = Annotated[Acceleration, Field(gt=0.0)]
-PositiveDuration = Annotated[Duration, Field(gt=0.0)]
+Watched = Annotated[q.Many[q.Identifier], Field(min_length=1)]
+PositiveAcceleration = Annotated[q.Acceleration, Field(gt=0.0)]
+PositiveDuration = Annotated[q.Duration, Field(gt=0.0)]
 
 LevelKey = Literal["1", "2", "3", "4"]
 """Levels of criticality as keys, from the mildest."""
@@ -43,7 +31,7 @@ MANOEUVRE_MONITORS: Final = ("mrm_rest_area", "mrm_roadside_parking", "mrm_stop"
 where it is in force. They detect nothing."""
 
 
-class Counter(Record):
+class Counter(q.Record):
     """How a monitor is debounced: up when it fires, down when it does not, between two ends."""
 
     increment: Step = 1
@@ -54,7 +42,7 @@ class Counter(Record):
     """Lower end, at which it is cleared, and at which it begins."""
 
 
-class OwnCounter(Record):
+class OwnCounter(q.Record):
     """What of the counter a monitor has of its own."""
 
     increment: Step | None = None
@@ -63,7 +51,7 @@ class OwnCounter(Record):
     heal: Count | None = None
 
 
-class _Monitor(Record):
+class _Monitor(q.Record):
     level: Level = 4
     """Of criticality, while it is confirmed."""
     counter: OwnCounter = OwnCounter()
@@ -93,10 +81,10 @@ class ChannelImplausible(_Monitor):
     max_lateral_error: PositiveAcceleration = 4.0
     """Greatest difference between that and what is driven [m/s²], until the safety channel takes
     over."""
-    max_jerk: Annotated[Jerk, Field(gt=0.0)] = 500.0
+    max_jerk: Annotated[q.Jerk, Field(gt=0.0)] = 500.0
     """Greatest change of the acceleration from one command to the next [m/s³]. An emergency braking
     may begin within one command."""
-    max_steering_rate: Annotated[AngularRate, Field(gt=0.0)] = 5.0
+    max_steering_rate: Annotated[q.AngularRate, Field(gt=0.0)] = 5.0
     """Greatest change of the steering angle from one command to the next [rad/s]."""
 
 
@@ -112,7 +100,7 @@ class ChannelStuck(_Monitor):
     """Ids of channels."""
     timeout: PositiveDuration = 0.5
     """Longest that a command stays the same [s]."""
-    min_speed: Annotated[Speed, Field(ge=0.0)] = 1.0
+    min_speed: Annotated[q.Speed, Field(ge=0.0)] = 1.0
     """Below, it may stay the same: who stands holds the brake [m/s]."""
 
 
@@ -140,7 +128,7 @@ class LaneDeparture(_Monitor):
     """The ego is too far from the centre of every lane, or off the lanes."""
 
     kind: Literal["lane_departure"]
-    max_offset: Annotated[Length, Field(gt=0.0)] = 1.0
+    max_offset: Annotated[q.Length, Field(gt=0.0)] = 1.0
 
 
 class ObjectDanger(_Monitor):
@@ -156,7 +144,7 @@ class CriticalArea(_Monitor):
     kind: Literal["critical_area"]
     time: NonNegativeDuration = 1.0
     """The strip is as long as the ego and what it drives in this time [s]."""
-    width_factor: Annotated[Number, Field(gt=0.0)] = 1.2
+    width_factor: Annotated[q.Number, Field(gt=0.0)] = 1.2
     """Its width, in widths of the ego."""
 
 
@@ -165,7 +153,7 @@ class RssDanger(_Monitor):
 
     kind: Literal["rss_danger"]
     response_time: NonNegativeDuration = 0.5
-    acceleration: Annotated[Acceleration, Field(ge=0.0)] = 1.5
+    acceleration: Annotated[q.Acceleration, Field(ge=0.0)] = 1.5
     """Largest of the ego while it responds [m/s²]."""
     least_braking: PositiveAcceleration = 6.0
     """Of the ego [m/s²]."""
@@ -177,13 +165,13 @@ class OddExit(_Monitor):
     """The ego leaves a speed or a part of the road; what is not given is not asked."""
 
     kind: Literal["odd_exit"]
-    max_speed: Annotated[Speed, Field(ge=0.0)] | None = None
-    from_s: Length | None = None
+    max_speed: Annotated[q.Speed, Field(ge=0.0)] | None = None
+    from_s: q.Length | None = None
     """Along the road [m]."""
-    to_s: Length | None = None
-    from_d: Length | None = None
+    to_s: q.Length | None = None
+    from_d: q.Length | None = None
     """From the right edge of the lanes to the left [m]."""
-    to_d: Length | None = None
+    to_d: q.Length | None = None
 
     @finds
     def _asks_something(self) -> Iterator[Problem]:
@@ -232,14 +220,14 @@ def _all_levels(given: dict[LevelKey, Manoeuvre]) -> dict[LevelKey, Manoeuvre]:
 Manoeuvres = Annotated[dict[LevelKey, Manoeuvre], AfterValidator(_all_levels)]
 
 
-class Supervisor(Record):
+class Supervisor(q.Record):
     """Monitors with counters and levels, and the manoeuvre that each level asks for."""
 
     rate: PositiveFrequency = 10.0
     """How often the monitors are asked and counted; a whole part of the channel's rate."""
     counter: Counter = Counter()
     """Of every monitor that does not say otherwise."""
-    monitors: Annotated[ById[Monitor], Field(min_length=1)]
+    monitors: Annotated[q.ById[Monitor], Field(min_length=1)]
     manoeuvres: Manoeuvres = Field(default_factory=lambda: _all_levels({}))
     """What the highest level among the confirmed monitors asks for."""
     patience: NonNegativeDuration = 60.0

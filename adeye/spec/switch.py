@@ -11,18 +11,6 @@ from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.quantity import Acceleration, AngularRate, Duration, Identifier, Jerk, Many, Record
 from adeye.spec.sensors import NonNegativeAngle, NonNegativeDuration
 
-_COMMON: Final = frozenset(
-    {
-        "policy",
-        "priority",
-        "default",
-        "staleness",
-        "realises",
-        "handover",
-        "meanwhile",
-        "bumpless",
-    }
-)
 _REQUESTS: Final = frozenset({"debounce", "latch"})
 _RETURN: Final = frozenset({"return_after", "return_degraded"})
 _VOTE: Final = frozenset(
@@ -35,15 +23,6 @@ _VOTE: Final = frozenset(
         "without_majority",
     }
 )
-KEYS: Final[dict[str, frozenset[str]]] = {
-    "fixed_priority": _COMMON | _REQUESTS,
-    "hysteresis": _COMMON | {"debounce"} | _RETURN,
-    "voting": _COMMON | _REQUESTS | _VOTE,
-    # What-if of any other policy: its keys may stay in the file.
-    "stuck": _COMMON | _REQUESTS | _RETURN | _VOTE,
-}
-"""Which keys each policy knows."""
-
 NEEDED: Final[dict[str, tuple[str, ...]]] = {
     "hysteresis": ("return_after",),
     "voting": ("voters", "acceleration_tolerance", "steering_tolerance"),
@@ -168,3 +147,14 @@ class Switch(Record):
         if self.voters is None:
             return 0
         return len(self.voters) // 2 + 1 if self.quorum is None else self.quorum
+
+
+_COMMON: Final = frozenset(Switch.model_fields) - _REQUESTS - _RETURN - _VOTE
+KEYS: Final[dict[str, frozenset[str]]] = {
+    "fixed_priority": _COMMON | _REQUESTS,
+    "hysteresis": _COMMON | {"debounce"} | _RETURN,
+    "voting": _COMMON | _REQUESTS | _VOTE,
+    # What-if of any other policy: its keys may stay in the file.
+    "stuck": _COMMON | _REQUESTS | _RETURN | _VOTE,
+}
+"""Which keys each policy knows."""

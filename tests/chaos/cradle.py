@@ -40,7 +40,7 @@ LOADED: Final = (
     "adeye.campaign.run",
     "adeye.cli.app",
     "adeye.cli.progress",
-    "adeye.report.page.views",
+    "adeye.report.page.html",
     "adeye.reporting",
     "adeye.store.read.query",
     "adeye.store.repository",

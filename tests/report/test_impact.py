@@ -5,7 +5,7 @@ from typing import Any
 
 from adeye.judge.verdict import ExitCode
 from adeye.report.gate.baseline import Finding, Kind
-from adeye.report.impact import impact_of
+from adeye.reporting import impact_of
 from tests.report.parts import impact
 from tests.stored import known
 

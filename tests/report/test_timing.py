@@ -7,8 +7,8 @@ import pytest
 
 from adeye.judge.timeline import Injection, InjectionClass, Timeline
 from adeye.judge.verdict import Verdict
+from adeye.report.assessment import timing_of
 from adeye.report.model.assessment import Timing
-from adeye.report.timing import timing_of
 from adeye.store.read.bulk import Figures
 from tests.figures import figures_of
 

@@ -140,15 +140,9 @@ class _Builder:
         # Nothing is wholly argued for on files that do not fit together.
         states += ["undeveloped"] if report.findings else []
         gate = ", ".join(self._gate) or "no architecture"
-        self._add(
-            GsnNode(
-                "G-top",
-                "goal",
-                report.concept_title or report.title,
-                f"The functional safety requirements hold for {gate} in the ODD {report.odd}.",
-                fold_states(states),
-            )
-        )
+        title = report.concept_title or report.title
+        text = f"The functional safety requirements hold for {gate} in the ODD {report.odd}."
+        self._add(GsnNode("G-top", "goal", title, text, fold_states(states)))
         for node in self._contexts():
             self._add(node, "G-top", "in_context_of")
         text = "Each goal of the concept."
@@ -171,12 +165,8 @@ class _Builder:
         text += f"concept {report.concept_digest[:12]}"
         yield GsnNode("C-versions", "context", versions, text)
         if report.findings:
-            yield GsnNode(
-                "C-findings",
-                "context",
-                "Integrity of concept and evidence",
-                f"{len(report.findings)} findings by adeye check.",
-            )
+            text = f"{len(report.findings)} findings by adeye check."
+            yield GsnNode("C-findings", "context", "Integrity of concept and evidence", text)
         for item in report.assumptions:
             expired = f" Expired on {item.valid_until}." if item.is_expired else ""
             yield GsnNode(f"A-{item.id}", "assumption", item.id, f"{item.text.strip()}{expired}")
@@ -185,11 +175,9 @@ class _Builder:
         return [item for item in self._report.fsrs if goal.id in item.goals]
 
     def _goal_state(self, goal: SafetyGoal) -> State:
-        return fold_states([self._fsr_state(item) for item in self._needed(goal)])
-
-    def _needed(self, goal: SafetyGoal) -> list[Fsr]:
-        """FSRs that a goal hangs on: the mandatory ones."""
-        return [item for item in self._serving(goal) if item.mandatory]
+        """Fold the FSRs that a goal hangs on: the mandatory ones."""
+        needed = [item for item in self._serving(goal) if item.mandatory]
+        return fold_states([self._fsr_state(item) for item in needed])
 
     def _fsr_state(self, fsr: Fsr) -> State:
         cells = [self._report.cell(fsr.id, name) for name in self._gate]

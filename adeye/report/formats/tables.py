@@ -12,12 +12,12 @@ from __future__ import annotations
 import csv
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final, Literal, Protocol, Self, get_args
+from typing import Any, Final, Literal, Self, get_args
 
 from adeye.errors import InputError, UsageError
 from adeye.identity import file_digest
@@ -37,23 +37,22 @@ GROUP_ROWS: Final = 16_384
 """Rows of a group of a Parquet file, which a reader can skip by its least and largest values."""
 
 
-class TableFile(Protocol):
+class TableFile(ABC):
     """A file that rows are added to; a context that closes it."""
 
-    rows: int
+    rows = 0
 
+    @abstractmethod
     def add(self, columns: Sequence[Sequence[Any]]) -> None:
         """Add rows, given by column."""
-        ...
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        """Return the file, which is open."""
+        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
+    @abstractmethod
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Close the file."""
 
 
 def open_table(
@@ -96,7 +95,7 @@ def require_parquet() -> Any:
     return pa
 
 
-class _ParquetFile:
+class _ParquetFile(TableFile):
     def __init__(
         self, path: Path, columns: Sequence[ExportColumn], metadata: Mapping[str, Any]
     ) -> None:
@@ -124,7 +123,6 @@ class _ParquetFile:
         self._writer = self._pa.parquet.ParquetWriter(path, self._schema, compression="zstd")
         self._waiting: list[Any] = []
         self._waiting_rows = 0
-        self.rows = 0
 
     def add(self, columns: Sequence[Sequence[Any]]) -> None:
         count = len(columns[0])
@@ -145,23 +143,16 @@ class _ParquetFile:
         rest = table.slice(rows)
         self._waiting, self._waiting_rows = [rest], len(rest)
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None and self._waiting_rows:
             self._write(self._waiting_rows)
         self._writer.close()
 
 
-class _TextFile:
+class _TextFile(TableFile):
     def __init__(self, path: Path, columns: Sequence[ExportColumn]) -> None:
         self._file = path.open("w", encoding="utf-8", newline="")
         self._names = [column.name for column in columns]
-        self.rows = 0
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._file.close()

@@ -260,7 +260,6 @@ class Dot:
     """One architecture.
 
     Attributes:
-        name: Its id.
         x: To the right.
         y: Downwards.
         style: ``front`` or ``behind``.
@@ -269,7 +268,6 @@ class Dot:
         title: What it says when it is pointed at.
     """
 
-    name: str
     x: float
     y: float
     style: str
@@ -393,7 +391,6 @@ def _dots(
         state = "on the front" if item.is_on_front else f"dominated by {item.dominated_by}"
         dots.append(
             Dot(
-                name=item.id,
                 x=x,
                 y=y,
                 style="front" if item.is_on_front else "behind",

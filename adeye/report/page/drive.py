@@ -337,18 +337,25 @@ def _ego(trace: Trace, run: int, rows: int) -> drawn.EgoMotion:
     )
 
 
-def _actors(trace: Trace, run: int, rows: int) -> tuple[drawn.ActorMotion, ...]:
+def _body(trace: Trace, run: int, index: int) -> dict[str, Any]:
+    """Say of an object what it is and how large."""
     context = trace.layout.context
+    length, width, _ = context.object_sizes[run, index]
+    return {
+        "id": context.object_ids[index],
+        "kind": columns.OBJECT_CLASSES[int(context.object_classes[index])],
+        "length_m": float(length),
+        "width_m": float(width),
+    }
+
+
+def _actors(trace: Trace, run: int, rows: int) -> tuple[drawn.ActorMotion, ...]:
     made = []
-    for index in range(context.actor_count):
+    for index in range(trace.layout.context.actor_count):
         state = trace["objects"][run, :rows, index]
-        length, width, _ = context.object_sizes[run, index]
         made.append(
             drawn.ActorMotion(
-                id=context.object_ids[index],
-                kind=columns.OBJECT_CLASSES[int(context.object_classes[index])],
-                length_m=float(length),
-                width_m=float(width),
+                **_body(trace, run, index),
                 x_m=_floats(state[:, columns.OBJECT_X]),
                 y_m=_floats(state[:, columns.OBJECT_Y]),
                 heading_rad=_floats(state[:, columns.OBJECT_HEADING], ANGLES),
@@ -363,13 +370,9 @@ def _boxes(trace: Trace, run: int) -> tuple[drawn.StaticBox, ...]:
     made = []
     for index in range(context.actor_count, len(context.object_ids)):
         state = trace["objects"][run, 0, index]
-        length, width, _ = context.object_sizes[run, index]
         made.append(
             drawn.StaticBox(
-                id=context.object_ids[index],
-                kind=columns.OBJECT_CLASSES[int(context.object_classes[index])],
-                length_m=float(length),
-                width_m=float(width),
+                **_body(trace, run, index),
                 x_m=float(state[columns.OBJECT_X]),
                 y_m=float(state[columns.OBJECT_Y]),
                 heading_rad=float(state[columns.OBJECT_HEADING]),
@@ -446,12 +449,9 @@ def _channels(trace: Trace, run: int, held: Any) -> tuple[drawn.ChannelView, ...
 
 
 def _faults(trace: Trace, run: int, held: Any) -> tuple[drawn.FaultView, ...]:
+    active = trace["fault_active"][run, held]
     return tuple(
-        drawn.FaultView(
-            id=name,
-            text=name,
-            active=tuple(bool(value) for value in trace["fault_active"][run, held, index]),
-        )
+        drawn.FaultView(id=name, text=name, active=tuple(active[:, index].tolist()))
         for index, name in enumerate(trace.layout.faults)
     )
 

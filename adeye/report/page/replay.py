@@ -403,38 +403,33 @@ def pack_replay(replay: Replay) -> Packed:
         "sensors": [_sensor(sensor) for sensor in replay.sensors],
         "channels": [_channel(channel) for channel in replay.channels],
         "grid": None if replay.grid is None else _grid(replay.grid),
-        "faults": [
-            {"id": fault.id, "text": fault.text, "active": repeats(fault.active)}
-            for fault in replay.faults
-        ],
+        "faults": [_placed(fault) for fault in replay.faults],
         "authority": repeats(replay.authority),
         "reason": repeats(replay.reason),
         "signals": [_signal(signal) for signal in replay.signals],
     }
 
 
-def _placed(part: Line | EgoMotion | ActorMotion | StaticBox) -> Packed:
-    """Pack what has a place: columns as differences, under their names without the unit."""
+def _placed(part: Part, *without: str) -> Packed:
+    """Pack numbers as differences, under their names without the unit, and words as repeats."""
     packed: Packed = {}
     for field, value in part:
         name, _, unit = field.rpartition("_")
-        is_column = isinstance(value, tuple)
-        key = name.removesuffix("_angle") or field
-        packed[key] = differences(value, _STEPS[unit]) if is_column else value
+        if field in without:
+            continue
+        if unit in _STEPS:
+            is_column = isinstance(value, tuple)
+            key = name.removesuffix("_angle")
+            packed[key] = differences(value, _STEPS[unit]) if is_column else value
+        else:
+            packed[field] = repeats(value) if isinstance(value, tuple) else value
     return packed
 
 
 def _sensor(sensor: SensorView) -> Packed:
     found = [point for sample in sensor.detections for point in sample]
     return {
-        "id": sensor.id,
-        "kind": sensor.kind,
-        "x": sensor.x_m,
-        "y": sensor.y_m,
-        "yaw": sensor.yaw_rad,
-        "fov": sensor.fov_rad,
-        "range": sensor.range_m,
-        "alive": repeats(sensor.alive),
+        **_placed(sensor, "detections", "points"),
         "count": repeats([len(sample) for sample in sensor.detections]),
         "dx": differences([point[0] for point in found], LENGTH),
         "dy": differences([point[1] for point in found], LENGTH),
@@ -455,15 +450,8 @@ def _points(rows: Sequence[Sequence[Point]]) -> Packed:
 
 
 def _channel(channel: ChannelView) -> Packed:
-    packed: Packed = {
-        "id": channel.id,
-        "acceleration": differences(channel.acceleration_mps2, LENGTH),
-        "steering": differences(channel.steering_angle_rad, ANGLE),
-        "status": repeats(channel.status),
-        "tracks": None,
-    }
-    if channel.tracks is not None:
-        packed["tracks"] = _tracks(channel.tracks)
+    packed = _placed(channel, "tracks", "fan")
+    packed["tracks"] = None if channel.tracks is None else _tracks(channel.tracks)
     if channel.fan is not None:
         packed["fan"] = _fan(channel.fan)
     return packed

@@ -11,7 +11,7 @@ import pytest
 
 from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.judge.statistics import mcnemar_p
-from adeye.report.comparison.inference import MarginBootstrap, Matched, PointCounts, Units, infer
+from adeye.report.comparison.compare import MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.store.read.bulk import Labels
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate.baseline import LETTERS, Baseline, BaselineCases, BaselineCell
-from adeye.report.gate.snapshot import case_keys, take_down
+from adeye.report.gate.decide import case_keys, take_down
 from adeye.store.read.totals import totals
 from adeye.store.repository import Repository
 from tests.project import Executed

@@ -9,8 +9,7 @@ from lxml import html as lxml_html
 
 from adeye.report.comparison.records import Range
 from adeye.report.model.report import Report
-from adeye.report.page.html import render
-from adeye.report.page.views import arrange_claims
+from adeye.report.page.html import axis_end, render
 from tests.report.parts import claim, claims, coverage, line, refused, step
 
 PARTS = ("confidence", "odd_coverage", "step_uncertainty")
@@ -26,25 +25,23 @@ def section(report: Report, name: str, **changes: Any) -> str:
 
 
 def test_bounds_of_the_gate_come_first_and_lie_on_one_axis(report: Report) -> None:
-    assert report.confidence is not None
-    view = arrange_claims(report.confidence)
-    assert [row.claim.is_in_gate for row in view.rows] == [True, True, True, False]
-    first, worse, weighted, _ = view.rows
+    page = lxml_html.document_fromstring(render(report.model_copy(update={"replays": ()})))
+    rows = page.xpath("//table[@class='list claims']/tbody/tr")
+    assert [bool(row.xpath("td[1]/span")) for row in rows] == [True, True, True, False]
     # The largest end is 0.139.
-    assert view.end == "0.20"
-    assert (first.dot, first.low, first.high, first.bound) == (0.0, 0.0, 29.8, 24.35)
-    assert worse.dot == 25.0
-    assert weighted.low is None
+    assert page.xpath("//table[@class='list claims']/thead//span/text()")[1] == "0.20"
+    first, worse, weighted, _ = rows
+    places = first.xpath(".//circle/@cx | .//line[@class!='grid']/@x1 | .//line/@x2")
+    assert sorted(places) == sorted(["100%", "0.0%", "29.8%", "24.35%", "24.35%", "0.0%"])
+    assert worse.xpath(".//circle/@cx") == ["25.0%"]
+    assert weighted.xpath(".//line[@class='span']") == []
 
 
 def test_axis_ends_at_a_round_number_that_no_bound_passes() -> None:
-    ends = {0.0007: "0.0010", 0.02: "0.020", 0.3: "0.50", 0.6: "1.00", 1.0: "1.00"}
-    for upper, end in ends.items():
-        view = arrange_claims(claims(claim(upper=upper, interval=Range(low=0.0, high=upper / 2))))
-        assert view.end == end
-        (row,) = view.rows
-        assert row.bound is not None
-        assert row.bound <= 100.0
+    for upper, end in {0.0007: 0.001, 0.02: 0.02, 0.3: 0.5, 0.6: 1.0, 1.0: 1.0}.items():
+        found = axis_end([claim(upper=upper, interval=Range(low=0.0, high=upper / 2))])
+        assert found == pytest.approx(end)
+        assert found >= upper
 
 
 def test_grid_and_nothing_judged_say_that_there_is_no_probability(report: Report) -> None:

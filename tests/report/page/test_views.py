@@ -1,13 +1,15 @@
 """The matrix both ways and the goal structure, as the page shows them."""
 
 import xml.etree.ElementTree as ET
+from typing import Any
 
 import pytest
 
 from adeye.judge.verdict import WORST_FIRST, Verdict
 from adeye.report.formats.gsn import argument_of
+from adeye.report.formats.matrix import TraceGroup, grouped, matrix_of
 from adeye.report.model.report import Report
-from adeye.report.page.views import TraceWay, arrange, badge, goal_structure, ways_of
+from adeye.report.page.html import WAYS, arrange, badge, goal_structure, worst_first
 
 
 def test_architectures_of_the_gate_come_first(report: Report) -> None:
@@ -71,37 +73,38 @@ def test_requirement_not_judged_in_a_scenario_says_so(report: Report) -> None:
     assert {cell.badge.word for cell in outside} == {"not judged here"}
 
 
+Ways = dict[str, tuple[TraceGroup, ...]]
+
+
 @pytest.fixture(scope="module")
-def ways(report: Report) -> dict[str, TraceWay]:
-    return {way.by: way for way in ways_of(report)}
+def ways(report: Report) -> Ways:
+    return {by: grouped(matrix_of(report, by), by) for by, _, _ in WAYS}
 
 
-def test_both_ways_have_the_same_links(ways: dict[str, TraceWay]) -> None:
-    def links(way: TraceWay, column: str) -> set[tuple[str, str]]:
-        at = way.columns.index(column)
-        return {(line.id, name) for line in way.lines if line.id for name in line.links[at]}
+def test_both_ways_have_the_same_links(ways: Ways) -> None:
+    def links(by: str, column: Any) -> set[tuple[str, str]]:
+        return {(group.id, name) for group in ways[by] if group.id for name in group.links[column]}
 
-    forwards, backwards = ways["hazard"], ways["element"]
-    pairs = links(forwards, "element")
+    pairs = links("hazard", "element")
     assert pairs
-    assert pairs == {(hazard, element) for element, hazard in links(backwards, "hazard")}
-    there = links(ways["scenario"], "fsr")
-    assert {name for _, name in there} == {name for _, name in links(forwards, "fsr")}
+    assert pairs == {(hazard, element) for element, hazard in links("element", "hazard")}
+    there = links("scenario", "fsr")
+    assert {name for _, name in there} == {name for _, name in links("hazard", "fsr")}
 
 
-def test_verdicts_are_counted_the_worst_first(ways: dict[str, TraceWay]) -> None:
-    for way in ways.values():
-        for line in way.lines:
-            ranks = [WORST_FIRST.index(verdict) for verdict, _ in line.verdicts]
+def test_verdicts_are_counted_the_worst_first(ways: Ways) -> None:
+    for groups in ways.values():
+        for counts in (worst_first(group.verdicts) for group in groups):
+            ranks = [WORST_FIRST.index(verdict) for verdict, _ in counts]
             assert ranks == sorted(ranks)
-            assert all(count > 0 for _, count in line.verdicts)
-    assert ways["hazard"].lines[0].verdicts[0][0] is Verdict.FAIL
+            assert all(count > 0 for _, count in counts)
+    assert worst_first(ways["hazard"][0].verdicts)[0][0] is Verdict.FAIL
 
 
-def test_line_with_a_verdict_that_is_no_pass_has_a_gap(ways: dict[str, TraceWay]) -> None:
-    for line in ways["scenario"].lines:
-        is_shown = all(verdict is Verdict.PASS for verdict, _ in line.verdicts)
-        assert bool(line.gaps) is not (is_shown and bool(line.verdicts))
+def test_line_with_a_verdict_that_is_no_pass_has_a_gap(ways: Ways) -> None:
+    for group in ways["scenario"]:
+        is_shown = all(word == "PASS" for word in group.verdicts)
+        assert bool(group.gaps) is not (is_shown and bool(group.verdicts))
 
 
 def test_drawing_has_every_node_under_an_id_of_its_own_and_names_no_address(
