@@ -1,27 +1,22 @@
 """What tests of the whole product share: a project on disk and one small executed campaign."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests import postgres
+from tests.postgres import Server
 from tests.project import Executed, Project, run_cases
 from tests.suites import build_suites
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-    from tests.postgres import Server
 
 MakeProject = Callable[..., Project]
 

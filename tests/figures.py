@@ -1,16 +1,12 @@
 """Figures made from rows like those of ``v_runs``."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from adeye.store.read.bulk import Figures, Labels, encode_points
 from adeye.store.tables import METRIC_IDS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 
 def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:

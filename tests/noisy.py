@@ -1,14 +1,10 @@
 """A campaign whose own place is so noisy that the debounce of the safety channel matters."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from tests.project import CANDIDATE, Project
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 CONFIRM = "architecture.channels.safety.parameters.confirm"
 

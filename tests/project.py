@@ -1,29 +1,25 @@
 """A project on disk for tests: the shipped content, copied, edited and run as a user would."""
 
-from __future__ import annotations
-
 import json
 import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
 import adeye
 from adeye.campaign.plan import CampaignPlan, make_plan
+from adeye.campaign.summary import CampaignSummary
 from adeye.simulate import engine
+from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests.store.rows import result_table_hash
-from tests.stored import stored
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from adeye.campaign.summary import CampaignSummary
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
+from tests.stored import known, stored
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,6 +29,31 @@ MINI: dict[str, Any] = stored("mini")
 LEGACY = "odd/architectures/legacy_camera.yaml"
 CANDIDATE = "odd/architectures/camera_radar.yaml"
 CONCEPT = "odd/concepts/motorway_chauffeur.yaml"
+
+
+def use(
+    name: str, sweep: Mapping[str, list[Any]] | None = None, *, faults: Sequence[Any] = ("none",)
+) -> dict[str, Any]:
+    """Return a scenario of an ODD, without a fault and a sweep unless said."""
+    swept = {} if sweep is None else {"sweep": {"parameters": dict(sweep)}}
+    return {"use": name, "faults": list(faults), **swept}
+
+
+def odd_of(
+    *uses: str | dict[str, Any],
+    faults: Sequence[Any] = (),
+    architectures: Sequence[str] = ("camera_radar",),
+    **more: Any,
+) -> dict[str, Any]:
+    """Return the mini ODD with other scenarios, of the candidate alone unless said."""
+    return {
+        **MINI,
+        "scenarios": [use(item) if isinstance(item, str) else item for item in uses],
+        "faults": list(faults),
+        "architectures": [f"architectures/{name}.yaml" for name in architectures],
+        "gate": {"architectures": [architectures[0]]},
+        **more,
+    }
 
 
 class Project:
@@ -81,6 +102,13 @@ class Project:
         """Edit the ODD."""
         return self.edited("odd/tested.yaml")
 
+    def require(self, *names: str) -> None:
+        """Leave only some of the requirements in the concept."""
+        with self.edited(CONCEPT) as concept:
+            concept["requirements"] = [
+                item for item in concept["requirements"] if item["id"] in names
+            ]
+
     def plan(self) -> CampaignPlan:
         """Plan the ODD."""
         return make_plan(self.odd)
@@ -109,13 +137,24 @@ class Executed:
     summary: CampaignSummary
     db: Path
 
+    @contextmanager
+    def opened(self) -> Iterator[tuple[Repository, CampaignInfo]]:
+        """Open the database, and find the campaign in it."""
+        with Repository.open(self.db, create=False) as repository:
+            yield repository, repository.find_campaign(self.summary.campaign)
+
+    def case(self, architecture: str, fault_entry: str) -> TestCase:
+        """Return the first test case of an architecture with a fault, or ``none``."""
+        wanted = (architecture, fault_entry)
+        cases = self.plan.cases
+        return next(c for c in cases if (c.architecture.architecture, c.fault_entry) == wanted)
+
 
 def rows_of(repository: Repository, campaign: str | None = None) -> list[dict[str, Any]]:
     """Read ``v_runs`` of a campaign, the newest unless said, with parsed JSON columns."""
     if campaign is None:
         newest = repository.latest_campaign()
-        assert newest is not None
-        campaign = newest.id
+        campaign = known(newest).id
     table = repository.results(campaign)
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     for row in rows:
@@ -128,8 +167,7 @@ def table_hash(db: Path | str) -> str:
     """Hash the newest campaign of a database."""
     with Repository.open(db, create=False) as repository:
         newest = repository.latest_campaign()
-        assert newest is not None
-        return result_table_hash(repository, newest.id)
+        return result_table_hash(repository, known(newest).id)
 
 
 def count_rows(db: Path, table: str) -> int:

@@ -4,8 +4,6 @@ Written without the product, with the numbers as they stand in the text. Meant t
 regulation. A driver that is given the name of a variant does what the published code does there.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 G = 9.81

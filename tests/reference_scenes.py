@@ -3,8 +3,6 @@
 Written without the product: positions along a road instead of gaps, moments instead of counters.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from tests.reference_models import DRIVERS, LANE, LENGTH, NO_VARIANT, WIDTH, Driver, Seen

@@ -1,7 +1,5 @@
 """A database as SQL shows it, and as somebody leaves it who has the file."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

@@ -1,18 +1,14 @@
 """A small campaign to compare: a copy, a suite with a spare part, one without a radar."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from adeye.campaign.work import BatchTask, execute
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, Executed, Project
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SUITES: dict[str, Any] = stored("suites")
 

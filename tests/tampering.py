@@ -1,13 +1,8 @@
 """A database as somebody has it who holds the file and a shell."""
 
-from __future__ import annotations
-
+import sqlite3
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import sqlite3
-    from collections.abc import Iterator, Sequence
 
 
 def unguard(raw: sqlite3.Connection) -> Sequence[str]:

@@ -1,13 +1,11 @@
 """The public functions do what the command line does."""
 
-from __future__ import annotations
-
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,11 +14,10 @@ from adeye.cli.app import main
 from adeye.errors import InputError
 from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.project import Executed
+from adeye.version import __version__
+from tests.processes import python
+from tests.project import Executed
+from tests.refusals import refused
 
 
 def test_exported_names_are_pinned() -> None:
@@ -34,13 +31,8 @@ def test_exported_names_are_pinned() -> None:
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
-    script = (
-        "import adeye, sys; print([m for m in ('numpy', 'pandas', 'numba') if m in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == "[]"
+    heavy = "[m for m in ('numpy', 'pandas', 'numba') if m in sys.modules]"
+    assert python("-c", f"import adeye, sys; print({heavy})").stdout.strip() == "[]"
 
 
 def test_plan_counts_without_running(mini: Executed) -> None:
@@ -75,9 +67,8 @@ def test_comparison_is_the_record_that_the_command_prints(
     mini: Executed, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = adeye.compare("mini", adeye.CompareOptions(baseline="legacy_camera"), db=mini.db)
-    assert main(
-        ["compare", "mini", "--baseline", "legacy_camera", "--db", str(mini.db), "--json"]
-    ) == int(ExitCode.OK)
+    options = ["--baseline", "legacy_camera", "--db", str(mini.db), "--json"]
+    assert main(["compare", "mini", *options]) == int(ExitCode.OK)
     printed = json.loads(capsys.readouterr().out)
     assert printed.pop("schema") == "adeye/compare@1"
     assert printed == found.model_dump(mode="json")
@@ -89,8 +80,7 @@ def test_comparison_is_of_the_newest_campaign_unless_said(mini: Executed) -> Non
     assert found.campaign == mini.summary.campaign
     for name in ("1", mini.summary.campaign[:8], str(mini.project.odd)):
         assert adeye.compare(name, db=mini.db) == found
-    with pytest.raises(InputError, match="There are: 1 "):
-        adeye.compare("legacy_camera", db=mini.db)
+    refused(InputError, adeye.compare, "legacy_camera", db=mini.db, says="There are: 1 ")
 
 
 def test_a_campaign_may_be_a_number(mini: Executed) -> None:
@@ -167,3 +157,15 @@ TABLE = {"time": [0.0, 1.0], "gap": [9.0, 9.0]}
 def test_number_beyond_all_bounds_is_an_input_error(mini: Executed, call: Any, number: int) -> None:
     with pytest.raises(InputError):
         call(number, mini)
+
+
+# --- The version is one, wherever it is asked for -------------------------------------------------
+
+
+def test_version_of_the_package_is_that_of_the_distribution() -> None:
+    assert adeye.__version__ == __version__
+    try:
+        installed = version("adeye")
+    except PackageNotFoundError:
+        pytest.skip("adeye is not installed here, only on the path")
+    assert installed == __version__

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.processes import python
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "adeye"
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -78,12 +80,8 @@ def test_module_has_at_most_900_lines() -> None:
 
 @pytest.mark.slow
 def test_module_begins_with_a_docstring() -> None:
-    silent = [
-        dotted(path)
-        for path in MODULES
-        if not ast.get_docstring(ast.parse(path.read_text("utf-8")))
-    ]
-    assert silent == []
+    trees = {dotted(path): ast.parse(path.read_text("utf-8")) for path in MODULES}
+    assert [name for name, tree in trees.items() if not ast.get_docstring(tree)] == []
 
 
 def test_folder_of_modules_is_a_package() -> None:
@@ -127,16 +125,14 @@ def test_third_party_import_is_a_declared_dependency() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("library", ONE_PLACE)
-def test_library_is_imported_in_its_one_place(library: str) -> None:
+def test_library_is_imported_in_its_one_place() -> None:
+    used = {dotted(path): third_parties(path) for path in MODULES}
     strangers = [
-        dotted(path)
-        for path in MODULES
-        if library in third_parties(path)
-        and not any(
-            dotted(path) == place or dotted(path).startswith(f"{place}.")
-            for place in ONE_PLACE[library]
-        )
+        (module, library)
+        for library, places in ONE_PLACE.items()
+        for module, libraries in used.items()
+        if library in libraries
+        and not any(f"{module}.".startswith(f"{place}.") for place in places)
     ]
     assert strangers == []
 
@@ -151,8 +147,7 @@ def test_kernel_imports_numpy_and_numba_only() -> None:
 
 @pytest.mark.slow
 def test_imports_keep_the_contracts() -> None:
-    linter = Path(sys.executable).with_name("lint-imports")
-    result = subprocess.run([linter], cwd=ROOT, capture_output=True, text=True, check=False)
+    result = python(Path(sys.executable).with_name("lint-imports"))
     assert result.returncode == 0, result.stdout + result.stderr
 
 
@@ -160,8 +155,5 @@ def test_imports_keep_the_contracts() -> None:
 def test_importing_the_command_line_loads_nothing_heavy() -> None:
     heavy = ["highway_env", "numba", "numpy", "pandas", "scipy", "sqlalchemy"]
     program = f"import sys, adeye.cli; print(sorted(set({heavy!r}) & set(sys.modules)))"
-    result = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stderr
-    assert result.stdout.strip() == "[]"
+    result = python("-c", program)
+    assert (result.returncode, result.stdout.strip()) == (0, "[]"), result.stderr

@@ -1,10 +1,8 @@
 """Both traffic implementations come to the same verdicts; where not, the difference is listed."""
 
-from __future__ import annotations
-
 import os
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,12 +10,7 @@ import pytest
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.work import BatchTask, execute
 from adeye.judge.evaluate import VERDICTS
-from adeye.sweep.case import batches
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from adeye.sweep.case import TestCase
+from adeye.sweep.case import TestCase, batches
 
 ROOT = Path(__file__).resolve().parents[1]
 SEED = 20_260

@@ -2,26 +2,14 @@
 
 import ast
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.processes import python
+
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / "benchmarks").glob("*.py"))
-
-
-def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        env=environment,
-        check=False,
-    )
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
@@ -37,7 +25,7 @@ def test_smoke_prints_a_table_and_writes_no_result(file: Path) -> None:
     before = set(results.glob("*"))
     if file.stem == "sumo":
         pytest.importorskip("libsumo")
-    done = run(file, "--smoke")
+    done = python(file, "--smoke")
     assert done.returncode == 0, done.stderr
     assert "ratio" in done.stdout
     assert len(done.stdout.splitlines()) >= 2
@@ -56,7 +44,7 @@ def test_a_median_of_fewer_than_three_rounds_is_refused() -> None:
         "    except SystemExit as error:\n"
         "        print(file, error.code)"
     )
-    done = run("-c", script, *FILES)
+    done = python("-c", script, *FILES)
     assert done.stdout.splitlines() == [f"{file} 2" for file in FILES], done.stderr
     assert done.stderr.count("fewer than 3 rounds") == len(FILES)
 
@@ -69,9 +57,7 @@ def test_result_names_the_machine_and_keeps_earlier_ones(tmp_path: Path) -> None
         "result = {'machine': machine(), 'ratio': 2.0}\n"
         f"print(write_result('law', result, Path({str(tmp_path)!r})))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    done = python("-c", script)
     content = json.loads(Path(done.stdout.strip()).read_text("utf-8"))
     assert content["benchmark"] == "law"
     assert content["ratio"] == 2.0

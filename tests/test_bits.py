@@ -18,19 +18,13 @@ def many(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """Seventy test cases and more of one structure, contacts and handovers among them."""
     project = Project(tmp_path_factory.mktemp("bits"))
     with project.edited_odd() as odd:
-        odd["scenarios"] = [
-            {
-                "use": "cut_in",
-                "sweep": {
-                    "parameters": {
-                        "ego_speed": ["70 km/h", "130 km/h"],
-                        "gap": ["8 m", "15 m", "30 m", "60 m"],
-                        "lateral_speed": ["0.6 m/s", "1 m/s", "2 m/s"],
-                        "friction": [0.5, 0.9],
-                    }
-                },
-            }
-        ]
+        axes = {
+            "ego_speed": ["70 km/h", "130 km/h"],
+            "gap": ["8 m", "15 m", "30 m", "60 m"],
+            "lateral_speed": ["0.6 m/s", "1 m/s", "2 m/s"],
+            "friction": [0.5, 0.9],
+        }
+        odd["scenarios"] = [{"use": "cut_in", "sweep": {"parameters": axes}}]
     return project
 
 
@@ -85,16 +79,10 @@ def test_blocks_threads_and_workers_change_no_table(
     many: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hashes = set()
-    ways: list[tuple[int, dict[str, int]]] = [
-        (1024, {}),
-        (64, {"threads": 2}),
-        (7, {"threads": 2}),
-        (33, {"workers": 2}),
-    ]
-    for number, (size, options) in enumerate(ways):
+    for size, threads, workers in ((1024, 1, 1), (64, 2, 1), (7, 2, 1), (33, 1, 2)):
         monkeypatch.setattr(runner, "block_size", lambda _, chosen=size: chosen)
-        database = tmp_path / f"{number}.db"
-        summary = many.run(db=str(database), **options)
+        database = tmp_path / f"{size}.db"
+        summary = many.run(db=str(database), threads=threads, workers=workers)
         assert summary.executed == summary.planned > 200
         hashes.add(table_hash(database))
     assert len(hashes) == 1

@@ -1,24 +1,19 @@
 """What changed since a baseline, and what became stale by the files."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from adeye.errors import InputError, IntegrityError
 from adeye.judge.verdict import ExitCode
 from adeye.report.gate.baseline import Kind
+from adeye.report.model.evidence import Impact, StaleFiles
 from adeye.reporting import GateOptions, change_since, gate_campaign, stale_now, write_reports
 from adeye.store.repository import Repository
+from tests.conftest import MakeProject
 from tests.project import CANDIDATE, Project
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.report.model.evidence import Impact, StaleFiles
-    from tests.conftest import MakeProject
+from tests.stored import known
 
 
 @pytest.fixture
@@ -37,16 +32,12 @@ def baseline(project: Project) -> Path:
 
 def since(project: Project, path: Path) -> Impact:
     with Repository.open(project.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
-        return change_since(repository, campaign, path, project.db)
+        return change_since(repository, repository.find_campaign(), path, project.db)
 
 
 def stale(project: Project) -> StaleFiles | str:
     with Repository.open(project.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
-        return stale_now(repository, campaign)
+        return stale_now(repository, repository.find_campaign())
 
 
 @pytest.mark.slow
@@ -77,8 +68,7 @@ def test_change_is_told_from_verdicts_to_stale_evidence(project: Project, baseli
     failing = [item for item in told.changes if item.kind is Kind.NEWLY_FAILING and item.decides]
     assert "FSR-03" in {item.fsr for item in failing}
     assert failing[0].command.startswith(f"adeye show {failing[0].runs[0][:12]}")
-    assert told.stale is not None
-    assert told.stale.causes == ()
+    assert known(told.stale).causes == ()
 
 
 def test_files_that_cannot_be_planned_are_said(project: Project) -> None:

@@ -1,35 +1,22 @@
 """Runners that are asked to end, that share a campaign, and that sleep longer than their lease."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
 import subprocess
-import sys
 import time
+from collections.abc import Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from adeye.store.repository import Repository
-from tests.processes import wait_for_the_end
-from tests.project import MINI, ROOT, Project, count_rows, table_hash
+from tests.processes import started, wait_for_the_end
+from tests.project import Project, count_rows, odd_of, table_hash, use
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-TWO: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {"use": "cut_in", "faults": ["none"], "sweep": {"parameters": {"gap": ["30 m", "50 m"]}}}
-    ],
-    "faults": [],
-    "architectures": ["architectures/own.yaml"],
-    "gate": {"architectures": ["own"]},
-}
+TWO = odd_of(use("cut_in", {"gap": ["30 m", "50 m"]}), architectures=("own",))
 """Two test cases of an architecture with a channel in Python."""
 SLOW = """
 import os
@@ -100,17 +87,9 @@ def _end_all() -> Iterator[None]:
     STARTED.clear()
 
 
-def started(arguments: list[str], folder: Path, **environment: str) -> subprocess.Popen[str]:
-    """Start Python in a session of its own."""
-    process = subprocess.Popen(
-        [sys.executable, *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+def begun(*command: str, project: Project, **environment: str) -> subprocess.Popen[str]:
+    """Start Python in the folder of a project; it does not outlive the test."""
+    process = started(*command, cwd=project.folder, **environment)
     STARTED.append(process)
     return process
 
@@ -120,7 +99,7 @@ def interrupted(project: Project, lanes: str, *signals: signal.Signals) -> tuple
     mark = project.folder / "mark"
     options = ["--db", str(project.db), lanes, "2", "-k", "cut_in"]
     command = ["-m", "adeye", "run", str(project.odd), *options]
-    process = started(command, project.folder, MARK=str(mark))
+    process = begun(*command, project=project, MARK=str(mark))
     while not mark.exists():
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
@@ -141,34 +120,21 @@ def resumed(project: Project) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("lanes", "name", "code"),
-    [("--threads", signal.SIGINT, 130), ("--workers", signal.SIGTERM, 143)],
-)
-def test_first_signal_gives_a_few_seconds_and_leaves_a_campaign_that_goes_on(
-    slow: Project, lanes: str, name: signal.Signals, code: int
+@pytest.mark.parametrize("lanes", ["--threads", "--workers"])
+@pytest.mark.parametrize("times", [1, 2])
+def test_one_signal_gives_a_few_seconds_and_two_end_at_once_a_campaign_that_goes_on(
+    slow: Project, lanes: str, times: int
 ) -> None:
-    returned, said = interrupted(slow, lanes, name)
-    assert (returned, "gets 5 s to end" in said) == (code, True), said
-    assert f"adeye run {slow.odd} --db {slow.db} {lanes} 2 -k cut_in" in said
-    with Repository.open(slow.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
-        # It gave back what it held.
-        assert repository.work_state(campaign.id).leased == 0
-    resumed(slow)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("lanes", "name", "code"),
-    [("--threads", signal.SIGTERM, 143), ("--workers", signal.SIGINT, 130)],
-)
-def test_second_signal_ends_at_once_and_leaves_a_campaign_that_goes_on(
-    slow: Project, lanes: str, name: signal.Signals, code: int
-) -> None:
-    returned, said = interrupted(slow, lanes, name, name)
-    assert (returned, "go on with: adeye run" in said) == (code, True), said
+    is_term = (lanes == "--workers") == (times == 1)
+    name, code = (signal.SIGTERM, 143) if is_term else (signal.SIGINT, 130)
+    returned, said = interrupted(slow, lanes, *[name] * times)
+    told = "gets 5 s to end" if times == 1 else "go on with: adeye run"
+    assert (returned, told in said) == (code, True), said
+    if times == 1:
+        assert f"adeye run {slow.odd} --db {slow.db} {lanes} 2 -k cut_in" in said
+        with Repository.open(slow.db, create=False) as repository:
+            # It gave back what it held.
+            assert repository.work_state(repository.find_campaign().id).leased == 0
     resumed(slow)
 
 
@@ -184,7 +150,7 @@ def ended(process: subprocess.Popen[str]) -> list[Any]:
 def test_two_runners_share_a_campaign_and_end_with_one_verdict(tmp_path: Path) -> None:
     project = Project(tmp_path / "project")
     command = ["-c", RUNNER, str(project.odd), str(project.db)]
-    runners = [started(command, project.folder) for _ in range(2)]
+    runners = [begun(*command, project=project) for _ in range(2)]
     first, second = (ended(runner) for runner in runners)
     assert first[0] == second[0] == 0
     assert first[2] == second[2] == 0
@@ -197,17 +163,15 @@ def test_two_runners_share_a_campaign_and_end_with_one_verdict(tmp_path: Path) -
 def test_stopped_runner_is_taken_over_and_fenced_off(slow: Project) -> None:
     mark = slow.folder / "mark"
     command = ["-c", RUNNER, str(slow.odd), str(slow.db)]
-    stopped = started(command, slow.folder, MARK=str(mark))
+    stopped = begun(*command, project=slow, MARK=str(mark))
     while not mark.exists():
         assert stopped.poll() is None, stopped.communicate()
         time.sleep(0.05)
     # A slow block keeps its lease for longer than that, because its runner lives.
     with Repository.open(slow.db, create=False) as repository:
-        campaign = repository.latest_campaign()
-        assert campaign is not None
         time.sleep(3.0)
-        assert repository.claim_block(campaign=campaign.id) is None
-    other = started(command, slow.folder)
+        assert repository.claim_block(campaign=repository.find_campaign().id) is None
+    other = begun(*command, project=slow)
     assert other.stdout is not None
     assert any(line.startswith("wait") for line in other.stdout)
     stopped.send_signal(signal.SIGSTOP)

@@ -12,7 +12,7 @@ from adeye.simulate import engine
 from adeye.simulate.engine import EngineIdentity, identity
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
-from tests.project import MINI, Project, run_cases
+from tests.project import MINI, Project, odd_of, run_cases, use
 
 STEP = 0.05
 HORIZON, TAIL = 12.0, 13.0
@@ -21,23 +21,12 @@ HORIZON, TAIL = 12.0, 13.0
 @pytest.fixture(scope="module")
 def sixteen(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[TestCase], Trace]:
     """Sixteen cut-ins of the candidate and their trace as one batch."""
-    odd = {
-        **MINI,
-        "scenarios": [
-            {
-                "use": "cut_in",
-                "sweep": {
-                    "parameters": {
-                        "ego_speed": ["70 km/h", "90 km/h", "110 km/h", "130 km/h"],
-                        "gap": ["10 m", "20 m", "40 m", "60 m"],
-                    }
-                },
-                "faults": ["front_camera_out"],
-            }
-        ],
-        "architectures": ["architectures/legacy_camera.yaml"],
-        "gate": {"architectures": ["legacy_camera"]},
+    axes = {
+        "ego_speed": ["70 km/h", "90 km/h", "110 km/h", "130 km/h"],
+        "gap": ["10 m", "20 m", "40 m", "60 m"],
     }
+    uses = use("cut_in", axes, faults=["front_camera_out"])
+    odd = odd_of(uses, faults=MINI["faults"], architectures=("legacy_camera",))
     plan = Project(tmp_path_factory.mktemp("engine") / "project", odd).plan()
     cases = [case for case in plan.cases if case.fault_entry == "front_camera_out"]
     assert len(cases) == 16
@@ -144,9 +133,8 @@ RAYS = 400
 @pytest.fixture(scope="module")
 def cut_out(tmp_path_factory: pytest.TempPathFactory) -> Trace:
     """A lead van that leaves the lane and uncovers a stopped car; the candidate's camera."""
-    odd = {**MINI, "scenarios": [{"use": "cut_out_to_stopped", "faults": ["none"]}], "faults": []}
-    odd["architectures"] = ["architectures/camera_radar.yaml"]
-    plan = Project(tmp_path_factory.mktemp("cut_out") / "project", odd).plan()
+    folder = tmp_path_factory.mktemp("cut_out")
+    plan = Project(folder / "project", odd_of("cut_out_to_stopped")).plan()
     return run_cases(plan, [plan.cases[0]])
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import adeye
 from adeye.former import former
+from tests.refusals import refused
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -35,5 +36,4 @@ def test_former_place_is_the_present_module_with_a_warning(
 
 
 def test_place_that_never_was_is_still_unknown() -> None:
-    with pytest.raises(ModuleNotFoundError, match=r"adeye\.nowhere"):
-        import_module("adeye.nowhere")
+    refused(ModuleNotFoundError, import_module, "adeye.nowhere", says=r"adeye\.nowhere")

@@ -1,30 +1,25 @@
 """Guests may not change what is judged: whatever they write into, the rest is as it was."""
 
-from __future__ import annotations
-
 import textwrap
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from adeye import api
 from adeye.delivery import no_measurement
 from adeye.errors import IntegrityError
+from adeye.judge.verdict import ExitCode
 from adeye.plugins import Part
 from adeye.selftest.bench import BARE, DB, DRIVING, Bench, Edit
 from adeye.selftest.inputs import bounded
+from adeye.signals import Measurement, Scene
 from adeye.simulate.sensors.rig import _Guest
 from adeye.store.read.query import run_query
 from adeye.trace import Trace
 from tests.simulate.sensors.scenes import CAR, scene, scene_context
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.judge.verdict import ExitCode
-    from adeye.signals import Measurement, Scene
 
 OSCILLATES = Edit(BARE, "flaw: none", "flaw: oscillates")
 """A car whose steering fails FSR-04, so that there is something to hide."""

@@ -1,14 +1,8 @@
 """Canonical JSON and digests: equal content, equal bytes, whatever the order or spelling."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,8 +19,8 @@ from adeye.identity import (
     stream_seed,
     stream_seeds,
 )
-
-ROOT = Path(__file__).resolve().parents[1]
+from tests.processes import python
+from tests.refusals import refused
 
 VALUES = st.recursive(
     st.none()
@@ -42,25 +36,16 @@ VALUES = st.recursive(
 )
 
 
-def test_keys_are_sorted_and_nothing_is_padded() -> None:
-    assert canonical_json({"b": [1, True, None], "a": "x"}) == b'{"a":"x","b":[1,true,null]}'
-
-
-def test_minus_zero_is_zero() -> None:
-    assert canonical_json(-0.0) == b"0.0"
-
-
-def test_integral_float_differs_from_int() -> None:
-    assert (canonical_json(1.0), canonical_json(1)) == (b"1.0", b"1")
-    assert canonical_json([True]) == b"[true]"
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.1, b"0.1"), (1 / 3, b"0.3333333333333333"), (1e22, b"1e+22"), (5e-324, b"5e-324")],
-)
-def test_float_is_the_shortest_that_reads_back(value: float, text: bytes) -> None:
-    assert canonical_json(value) == text
+def test_keys_are_sorted_nothing_is_padded_and_numbers_keep_their_kind() -> None:
+    for value, text in (
+        ({"b": [1, True, None], "a": "x"}, b'{"a":"x","b":[1,true,null]}'),
+        (-0.0, b"0.0"),
+        ((1.0, 1, [True]), b"[1.0,1,[true]]"),
+        (np.float64(0.1), b"0.1"),
+        # A float is the shortest text that reads back.
+        ((1 / 3, 1e22, 5e-324), b"[0.3333333333333333,1e+22,5e-324]"),
+    ):
+        assert canonical_json(value) == text
 
 
 def test_text_is_nfc_and_utf8() -> None:
@@ -68,38 +53,16 @@ def test_text_is_nfc_and_utf8() -> None:
     assert canonical_json({"e\u0301": 1}) == canonical_json({"\u00e9": 1})
 
 
-def test_tuple_is_a_list() -> None:
-    assert canonical_json((1, (2,))) == b"[1,[2]]"
+WITHOUT_FORM = [
+    *(math.nan, math.inf, -math.inf, [1, {"a": math.nan}], 1j, np.int64(1), np.array([1.0])),
+    *({1: "int key"}, {None: 1}, {"\u00e9": 1, "e\u0301": 2}, {1, 2}, "\ud800", object()),
+    *(b"ab", bytearray(b"ab"), memoryview(b"ab")),
+]
 
 
-def test_numpy_float_is_a_float() -> None:
-    assert canonical_json(np.float64(0.1)) == b"0.1"
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        math.nan,
-        math.inf,
-        -math.inf,
-        [1, {"a": math.nan}],
-        {1: "int key"},
-        {None: 1},
-        {"\u00e9": 1, "e\u0301": 2},
-        {1, 2},
-        b"ab",
-        bytearray(b"ab"),
-        memoryview(b"ab"),
-        np.array([1.0]),
-        np.int64(1),
-        object(),
-        "\ud800",
-        1j,
-    ],
-)
-def test_what_has_no_canonical_form_is_refused(value: Any) -> None:
-    with pytest.raises(ValueError, match=r"."):
-        canonical_json(value)
+def test_what_has_no_canonical_form_is_refused() -> None:
+    for value in WITHOUT_FORM:
+        refused(ValueError, canonical_json, value, says=r".")
 
 
 @pytest.mark.slow
@@ -134,21 +97,16 @@ def test_stream_seed_never_changes() -> None:
     assert stream_seed(7, 0, "cut_in", {"gap": 20.0}) == 16862306026069089708
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
+def test_every_part_of_the_situation_changes_the_stream_seed() -> None:
+    for other in (
         (8, 0, "cut_in", {"gap": 20.0}),
         (7, 1, "cut_in", {"gap": 20.0}),
         (7, 0, "cut_out", {"gap": 20.0}),
         (7, 0, "cut_in", {"gap": 20.000000000000004}),
         (7, 0, "cut_in", {"gap": 20.0, "rain": 0.0}),
         (7, 0, "cut_in", {"lead": 20.0}),
-    ],
-)
-def test_every_part_of_the_situation_changes_the_stream_seed(
-    other: tuple[int, int, str, dict[str, float]],
-) -> None:
-    assert stream_seed(*other) != stream_seed(7, 0, "cut_in", {"gap": 20.0})
+    ):
+        assert stream_seed(*other) != stream_seed(7, 0, "cut_in", {"gap": 20.0})
 
 
 def test_digest_does_not_depend_on_the_hash_seed() -> None:
@@ -156,18 +114,9 @@ def test_digest_does_not_depend_on_the_hash_seed() -> None:
         "from adeye.identity import digest;"
         "print(digest({k: {'x': 1.5} for k in {'a', 'b', 'c', 'd', 'e'}}))"
     )
-    answers = {
-        subprocess.run(
-            [sys.executable, "-c", program],
-            cwd=ROOT,
-            env={**os.environ, "PYTHONHASHSEED": seed},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for seed in ("0", "1", "2")
-    }
-    assert len(answers) == 1
+    answers = {python("-c", program, PYTHONHASHSEED=seed).stdout for seed in ("0", "1", "2")}
+    (answer,) = answers
+    assert len(answer.strip()) == 64
 
 
 def test_seeds_of_many_are_those_of_each() -> None:
@@ -208,8 +157,7 @@ def test_percent_signs_in_the_constant_part_stay() -> None:
 
 
 def test_rows_with_a_key_twice_are_refused() -> None:
-    with pytest.raises(ValueError, match="are not all different"):
-        JsonRows.of({"a": 1}, ["a"])
+    refused(ValueError, JsonRows.of, {"a": 1}, ["a"], says="are not all different")
 
 
 def test_digests_of_texts_are_sha256() -> None:

@@ -1,9 +1,7 @@
 """What is told while something goes on."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from threading import Event
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,9 +10,6 @@ from adeye.errors import LostConnection
 from adeye.notices import notice, told_to, waiting_for
 from adeye.store import database
 from adeye.store.database import persistently
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 @pytest.fixture

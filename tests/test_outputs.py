@@ -7,6 +7,7 @@ import pytest
 
 from adeye.errors import PlatformError, UsageError
 from adeye.outputs import guarded, reads, replacing, replacing_folder, write_atomically
+from tests.refusals import refused
 
 
 def test_file_holds_the_content_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
@@ -25,15 +26,13 @@ def test_failure_keeps_the_old_content(tmp_path: Path, monkeypatch: pytest.Monke
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(PlatformError, match="No space left on device"):
-        write_atomically(b"new", path)
+    refused(PlatformError, write_atomically, b"new", path, says="No space left on device")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_folder_in_the_place_of_the_file_is_a_platform_error(tmp_path: Path) -> None:
-    with pytest.raises(PlatformError, match="cannot write"):
-        write_atomically(b"x", tmp_path)
+    refused(PlatformError, write_atomically, b"x", tmp_path, says="cannot write")
     assert list(tmp_path.parent.glob(f".{tmp_path.name}*")) == []
 
 
@@ -70,8 +69,7 @@ def test_folder_that_cannot_take_its_place_leaves_the_old_one(
         return real(self, target)
 
     monkeypatch.setattr(Path, "replace", replace)
-    with pytest.raises(PlatformError, match="No space left on device"):
-        fill(folder, "two")
+    refused(PlatformError, fill, folder, "two", says="No space left on device")
     assert [path.name for path in folder.iterdir()] == ["one"]
     assert list(tmp_path.iterdir()) == [folder]
 
@@ -90,8 +88,7 @@ def test_error_while_writing_is_passed_on_and_leaves_nothing(tmp_path: Path) -> 
 
 def test_device_gets_what_is_written_and_stays() -> None:
     write_atomically(b"x", Path("/dev/null"))
-    with pytest.raises(PlatformError, match="No space left"):
-        write_atomically(b"x", Path("/dev/full"))
+    refused(PlatformError, write_atomically, b"x", Path("/dev/full"), says="No space left")
     assert Path("/dev/null").is_char_device()
     assert Path("/dev/full").is_char_device()
 
@@ -118,8 +115,7 @@ def test_socket_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as server:
         server.bind("s")
-        with pytest.raises(UsageError, match="no regular file"):
-            write_atomically(b"x", Path("s"))
+        refused(UsageError, write_atomically, b"x", Path("s"), says="no regular file")
     assert Path("s").is_socket()
 
 
@@ -136,29 +132,23 @@ def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> Non
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
+def test_evidence_and_what_was_never_written_are_not_replaced(tmp_path: Path) -> None:
+    for name, content in (
         ("b.json", '{\n "schema": "adeye/baseline@1"}'),
         ("m.json", '{\n  "campaign": "c",\n  "schema": "adeye/manifest@1"}'),
         ("m.json.sig", '{"payloadType": "application/vnd.adeye.manifest+json"}'),
         ("key.txt", "-----BEGIN PRIVATE KEY-----"),
         ("pyproject.toml", "[project]"),
-    ],
-)
-def test_evidence_and_what_was_never_written_are_not_replaced(
-    tmp_path: Path, name: str, content: str
-) -> None:
-    path = tmp_path / name
-    path.write_text(content, "utf-8")
-    with pytest.raises(UsageError, match="would be overwritten"):
-        write_atomically(b"a,b\n", path)
-    assert path.read_text("utf-8") == content
-    with guarded({"-o": path} if name[0] in "bm" else {}, renewed="-o"):
-        if name[0] in "bm":
-            write_atomically(b"new", path)
-    path.write_text("", "utf-8")
-    write_atomically(b"a,b\n1,2\n", path)
+    ):
+        path = tmp_path / name
+        path.write_text(content, "utf-8")
+        refused(UsageError, write_atomically, b"a,b\n", path, says="would be overwritten")
+        assert path.read_text("utf-8") == content
+        with guarded({"-o": path} if name[0] in "bm" else {}, renewed="-o"):
+            if name[0] in "bm":
+                write_atomically(b"new", path)
+        path.write_text("", "utf-8")
+        write_atomically(b"a,b\n1,2\n", path)
 
 
 def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: Path) -> None:
@@ -166,9 +156,7 @@ def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: 
     path.write_text("x", "utf-8")
     os.link(path, link)
     with guarded({"-o": link}):
-        with pytest.raises(UsageError, match="is what is read"):
-            reads(path)
-        with pytest.raises(UsageError, match="is what is read"):
-            write_atomically(b"new", link)
+        refused(UsageError, reads, path, says="is what is read")
+        refused(UsageError, write_atomically, b"new", link, says="is what is read")
     write_atomically(b"new", link)
     assert path.read_text("utf-8") == "x"

@@ -6,16 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye import signals
 from adeye.ports import SwitchContext, SwitchModel
-from adeye.signals import (
-    NO_CHANNEL,
-    OK,
-    REASON_DEFAULT,
-    REASON_OVERRIDE,
-    REQUESTS_AUTHORITY,
-    SILENT,
-    ControlCommand,
-)
 from adeye.simulate.switch import make_switch
 from adeye.simulate.switch.arbiter import overriding
 from adeye.spec.switch import Switch
@@ -31,18 +23,17 @@ SPEC = Switch.model_validate(
 )
 
 
-def proposals(tick: int, *, nominal: int = OK, safety: int = OK, stamp: float | None = None) -> Any:
+def proposals(
+    tick: int, *, nominal: int = signals.OK, safety: int = signals.OK, stamp: float | None = None
+) -> Any:
     """Commands of both channels; the nominal one is as old as its stamp says."""
     now = tick * STEP
-    said = (
-        ("nominal", 1.0, nominal, now if stamp is None else stamp),
-        ("safety", -4.0, safety, now),
-    )
     return [
-        ControlCommand(
-            name, np.array([own]), np.array([0.1 * own]), np.array([at]), np.array([status])
+        signals.ControlCommand(name, *map(np.atleast_1d, (own, 0.1 * own, at, status)))
+        for name, own, at, status in (
+            ("nominal", 1.0, now if stamp is None else stamp, nominal),
+            ("safety", -4.0, now, safety),
         )
-        for name, own, status, at in said
     ]
 
 
@@ -69,8 +60,8 @@ def test_without_an_override_the_switch_is_the_very_same() -> None:
 def test_override_begins_exactly_at_its_tick() -> None:
     switch = make(AuthorityOverride(3, "safety"))
     found = [decide(switch, tick) for tick in range(6)]
-    assert found[:3] == [(NOMINAL, REASON_DEFAULT, 1.0, 0.1)] * 3
-    assert found[3:] == [(SAFETY, REASON_OVERRIDE, -4.0, -0.4)] * 3
+    assert found[:3] == [(NOMINAL, signals.REASON_DEFAULT, 1.0, 0.1)] * 3
+    assert found[3:] == [(SAFETY, signals.REASON_OVERRIDE, -4.0, -0.4)] * 3
 
 
 def test_override_at_tick_0_is_that_channel_from_the_start() -> None:
@@ -81,22 +72,22 @@ def test_override_at_tick_0_is_that_channel_from_the_start() -> None:
 def test_original_decision_keeps_its_reason_and_command() -> None:
     plain, same = make(None), make(AuthorityOverride(2, "safety"))
     for tick in range(5):
-        asks = REQUESTS_AUTHORITY if tick >= 2 else OK
+        asks = signals.REQUESTS_AUTHORITY if tick >= 2 else signals.OK
         assert decide(same, tick, safety=asks) == decide(plain, tick, safety=asks)
 
 
 def test_request_of_another_channel_is_not_heard() -> None:
     switch = make(AuthorityOverride(0, "nominal"))
-    found = decide(switch, 0, safety=REQUESTS_AUTHORITY)
-    assert found == (NOMINAL, REASON_OVERRIDE, 1.0, 0.1)
+    found = decide(switch, 0, safety=signals.REQUESTS_AUTHORITY)
+    assert found == (NOMINAL, signals.REASON_OVERRIDE, 1.0, 0.1)
 
 
 def test_channel_that_cannot_act_leaves_the_ego_coasting() -> None:
     switch = make(AuthorityOverride(2, "nominal"))
     assert decide(switch, 0)[0] == NOMINAL
     # The switch itself would hand over to the safety channel; the override does not let it.
-    late = [decide(switch, tick, nominal=SILENT, stamp=0.0) for tick in (2, 3, 20)]
-    assert late[-1] == (NO_CHANNEL, REASON_OVERRIDE, 0.0, 0.1)
+    late = [decide(switch, tick, nominal=signals.SILENT, stamp=0.0) for tick in (2, 3, 20)]
+    assert late[-1] == (signals.NO_CHANNEL, signals.REASON_OVERRIDE, 0.0, 0.1)
 
 
 def test_other_runs_of_the_batch_keep_their_decisions() -> None:
@@ -104,29 +95,20 @@ def test_other_runs_of_the_batch_keep_their_decisions() -> None:
     context = SwitchContext([SPEC, SPEC], IDS, STEP)
     cases = [case, replace(case, override=AuthorityOverride(0, "safety"))]
     both = overriding(make_switch(context), cases, context)
+    names = ("acceleration", "steering_angle", "stamp", "status")
     two = [
-        ControlCommand(
-            item.channel,
-            np.repeat(item.acceleration, 2),
-            np.repeat(item.steering_angle, 2),
-            np.repeat(item.stamp, 2),
-            np.repeat(item.status, 2),
-        )
+        signals.ControlCommand(item.channel, *(np.repeat(getattr(item, name), 2) for name in names))
         for item in proposals(0)
     ]
     command, authority = both.arbitrate(0.0, two)
     assert authority.channel.tolist() == [NOMINAL, SAFETY]
-    assert authority.reason.tolist() == [REASON_DEFAULT, REASON_OVERRIDE]
+    assert authority.reason.tolist() == [signals.REASON_DEFAULT, signals.REASON_OVERRIDE]
     assert command[:, 0].tolist() == [1.0, -4.0]
 
 
 @pytest.mark.slow
 def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Executed) -> None:
-    case = next(
-        case
-        for case in mini.plan.cases
-        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "nominal_silent")
-    )
+    case = mini.case("camera_radar", "nominal_silent")
     stuck = case.architecture.switch.model_copy(update={"policy": "stuck"})
     architecture = case.architecture.model_copy(update={"switch": stuck})
     forced = run_cases(mini.plan, [replace(case, override=AuthorityOverride(0, "nominal"))])
@@ -134,7 +116,7 @@ def test_run_with_an_override_from_the_start_is_that_of_a_stuck_switch(mini: Exe
     for name in ("ego", "objects", "command", "contact", "acceleration", "monitors"):
         assert forced[name].tobytes() == real[name].tobytes(), name
     decided = forced["authority"][0, : int(forced.length[0]) - 1]
-    assert set(decided.tolist()) <= {NOMINAL, NO_CHANNEL}
+    assert set(decided.tolist()) <= {NOMINAL, signals.NO_CHANNEL}
 
 
 @pytest.mark.slow

@@ -14,6 +14,8 @@ from adeye import plugin_code
 from adeye import plugins as registry
 from adeye.errors import SpecError
 from adeye.plugins import load_part, plugins_digest, read_file, require, validate_parameters
+from tests.refusals import refused
+from tests.stored import known
 
 CHANNEL = """
 from adeye.ports import Parameters as Base
@@ -39,15 +41,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_file_beside_the_naming_file_is_loaded(folder: Path) -> None:
+def test_file_beside_the_naming_file_is_loaded_and_executed_once(folder: Path) -> None:
     part = load_part("./mine.py:Mine", folder)
-    assert part.obj().act(None) == (0.0, 0.0)
-    assert part.build().act(None) == (0.0, 0.0)
+    assert part.obj().act(None) == part.build().act(None) == (0.0, 0.0)
     assert len(part.source_digest) == 64
-
-
-def test_same_file_is_executed_once(folder: Path) -> None:
-    assert load_part("./mine.py:Mine", folder).obj is load_part("mine.py:Mine", folder).obj
+    assert load_part("mine.py:Mine", folder).obj is part.obj
 
 
 def test_edited_file_is_loaded_again_with_another_digest(folder: Path) -> None:
@@ -202,50 +200,31 @@ def test_code_that_a_file_imports_is_part_of_it_where_it_is_the_users_own(
         load_part("./mine.py:Mine", folder)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
+def test_what_cannot_be_found_is_named(folder: Path) -> None:
+    for name, message in (
         ("./other.py:Mine", "there is no file"),
         ("./mine.py:Mein", "Did you mean 'Mine'"),
         ("./mine.py", "does not name a class"),
         (":Mine", "does not name a class"),
         ("no_such_module_here:Mine", "there is no module 'no_such_module_here'"),
         ("sys:exit", "has no source file"),
-    ],
-)
-def test_what_cannot_be_found_is_named(folder: Path, name: str, message: str) -> None:
-    with pytest.raises(SpecError, match=message):
-        load_part(name, folder)
-
-
-def test_syntax_error_is_reported_with_file_and_line(folder: Path) -> None:
-    (folder / "broken.py").write_text("x = 1\ndef act(:\n")
-    with pytest.raises(SpecError) as caught:
-        load_part("./broken.py:Mine", folder)
-    where = caught.value.where
-    assert where is not None
-    assert (Path(where.path).name, where.line) == ("broken.py", 2)
+    ):
+        refused(SpecError, load_part, name, folder, says=message)
 
 
 def test_error_while_importing_is_reported_with_file_and_line(folder: Path) -> None:
-    (folder / "raising.py").write_text("x = 1\ny = x / 0\n")
-    with pytest.raises(SpecError, match="ZeroDivisionError") as caught:
-        load_part("./raising.py:Mine", folder)
-    where = caught.value.where
-    assert where is not None
-    assert (Path(where.path).name, where.line) == ("raising.py", 2)
+    for text, message in (("def act(:", ""), ("y = x / 0", "ZeroDivisionError")):
+        (folder / "broken.py").write_text(f"x = 1\n{text}\n")
+        caught = refused(SpecError, load_part, "./broken.py:Mine", folder, says=message)
+        where = known(caught.where)
+        assert (Path(where.path).name, where.line) == ("broken.py", 2)
 
 
-@pytest.mark.parametrize(
-    "line", ["from adeye.simulate.channel import Channel", "from adeye.spec import Odds"]
-)
-def test_part_of_adeye_that_is_not_for_guests_leads_to_the_public_face(
-    folder: Path, line: str
-) -> None:
-    (folder / "deep.py").write_text(f"{line}\n{CHANNEL}")
-    with pytest.raises(SpecError) as caught:
-        load_part("./deep.py:Mine", folder)
-    assert "adeye.ports" in str(caught.value.remedy)
+def test_part_of_adeye_that_is_not_for_guests_leads_to_the_public_face(folder: Path) -> None:
+    for line in ("from adeye.simulate.channel import Channel", "from adeye.spec import Odds"):
+        (folder / "deep.py").write_text(f"{line}\n{CHANNEL}")
+        caught = refused(SpecError, load_part, "./deep.py:Mine", folder)
+        assert "adeye.ports" in str(caught.remedy)
 
 
 def test_code_that_changes_the_working_folder_leaves_relative_paths_alone(
@@ -259,8 +238,7 @@ def test_code_that_changes_the_working_folder_leaves_relative_paths_alone(
 
 def test_file_with_null_bytes_is_an_input_error(folder: Path) -> None:
     (folder / "binary.py").write_bytes(b"\0\1")
-    with pytest.raises(SpecError, match="null"):
-        load_part("./binary.py:Mine", folder)
+    refused(SpecError, load_part, "./binary.py:Mine", folder, says="null")
 
 
 def test_missing_method_is_named(folder: Path) -> None:
@@ -275,8 +253,7 @@ def test_parameters_are_validated_by_the_declared_model(folder: Path) -> None:
     part = load_part("./mine.py:Mine", folder)
     good = validate_parameters(part, {"speed": "36 km/h"})
     assert good.errors == ()
-    assert good.parameters is not None
-    assert good.parameters.model_dump() == {"speed": pytest.approx(10.0)}
+    assert known(good.parameters).model_dump() == {"speed": pytest.approx(10.0)}
     bad = validate_parameters(part, {"speed": "3 m", "sped": 1})
     assert [loc for loc, _ in bad.errors] == [("speed",), ("sped",)]
     assert bad.parameters is None

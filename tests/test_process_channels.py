@@ -25,17 +25,10 @@ def guest(name: str) -> dict[str, Any]:
 
 def add(project: Project, architecture: str, name: str = "") -> None:
     """Write an architecture with a guest and name it in the ODD."""
-    project.write(
-        f"odd/architectures/{architecture}.yaml",
-        {
-            "extends": "camera_radar.yaml",
-            "architecture": architecture,
-            "title": architecture,
-            "channels": {"guest": guest(name)},
-        },
-    )
+    path = f"architectures/{architecture}.yaml"
+    names = {"extends": "camera_radar.yaml", "architecture": architecture, "title": architecture}
+    project.write(f"odd/{path}", {**names, "channels": {"guest": guest(name)}})
     with project.edited_odd() as odd:
-        path = f"architectures/{architecture}.yaml"
         odd["architectures"] = list(dict.fromkeys([*odd["architectures"], path]))
 
 
@@ -72,10 +65,7 @@ def test_failing_programs_are_named_and_no_other_run_changes(project: Project) -
             # What is mastered passes: the guest has no authority.
             assert row["verdicts"]["FSR-01"] == "PASS"
     assert "channel_killed of channel guest in 2 runs of segfaults" in summary.message
-    mixed = digests(project)
-    assert {key: mixed[key] for key in digests(project, "honest.db")} == digests(
-        project, "honest.db"
-    )
+    assert digests(project, "honest.db").items() <= digests(project).items()
     hanging = next(row["run"] for row in rows if row["architecture"] == "sleeps")
     assert "depends on the machine" in replay_run(project.db, hanging).note
 

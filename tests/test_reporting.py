@@ -1,24 +1,19 @@
 """Reports written to files, and the runs that a page embeds."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
+from adeye.campaign.run import Progress
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import ExitCode
+from adeye.report.model.report import Report
 from adeye.reporting import read_report, write_replay, write_reports
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.campaign.run import Progress
-    from adeye.report.model.report import Report
+from tests.refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -124,10 +119,8 @@ def test_database_without_a_campaign_is_a_usage_error(tmp_path: Path) -> None:
 def test_unknown_campaign_and_missing_database_are_input_errors(
     mini: Executed, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError):
-        write_reports(mini.db, "fedcba", junit=tmp_path / "junit.xml")
-    with pytest.raises(InputError):
-        write_reports(tmp_path / "missing.db", None, junit=tmp_path / "junit.xml")
+    for db, campaign in ((mini.db, "fedcba"), (tmp_path / "missing.db", None)):
+        refused(InputError, write_reports, db, campaign, junit=tmp_path / "junit.xml")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,24 +1,19 @@
 """A runner that is killed again and again loses nothing and repeats nothing."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
-import sys
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from adeye.errors import AdeyeError
 from adeye.store.repository import Repository
-from tests.processes import wait_for_the_end
-from tests.project import ROOT, Project, count_rows, table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from tests.processes import started, wait_for_the_end
+from tests.project import Project, count_rows, table_hash
+from tests.stored import known
 
 KILLS = 5
 SEED = 20261121
@@ -34,19 +29,6 @@ adeye.run(sys.argv[1], db=sys.argv[2], workers=2, progress=tell)
 """
 
 
-def start(project: Project, db: Path) -> subprocess.Popen[str]:
-    """Start a runner with two workers in a session of its own; it tells its progress."""
-    return subprocess.Popen(
-        [sys.executable, "-c", RUNNER, str(project.odd), str(db)],
-        cwd=project.folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        start_new_session=True,
-    )
-
-
 def kill(process: subprocess.Popen[str], *, workers_too: bool) -> None:
     """End the runner with SIGKILL, alone or with its workers, and see that nobody is left."""
     if workers_too:
@@ -60,9 +42,8 @@ def kill(process: subprocess.Popen[str], *, workers_too: bool) -> None:
 
 def wait_for_a_moment(process: subprocess.Popen[str], blocks: int, delay: float) -> bool:
     """Wait until so many blocks are done, and a while; tell whether the runner is still there."""
-    assert process.stdout is not None
     for _ in range(blocks):
-        if not process.stdout.readline():
+        if not known(process.stdout).readline():
             break
     time.sleep(delay)
     return process.poll() is None
@@ -85,13 +66,13 @@ def test_killed_campaign_ends_as_an_uninterrupted_one(tmp_path: Path) -> None:
     random = np.random.default_rng(SEED)
     halfway = 0
     for number in range(KILLS):
-        process = start(project, killed)
+        process = started("-c", RUNNER, project.odd, killed, cwd=project.folder)
         # From the start of Python over planning and the first lease to the middle of a batch.
         assert wait_for_a_moment(process, number % 3, float(random.uniform(0.0, 0.6)))
         kill(process, workers_too=bool(random.integers(2)))
         halfway += results(killed) > 0
     assert halfway > 0
-    last = start(project, killed)
+    last = started("-c", RUNNER, project.odd, killed, cwd=project.folder)
     last.communicate()
     assert last.returncode == 0
     whole = project.run(db="whole.db")

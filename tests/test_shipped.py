@@ -1,22 +1,21 @@
 """The shipped ODDs hold what they claim: green candidate, red legacy, live axes, monotone rain."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import adeye
+from adeye.campaign.plan import make_plan
+from adeye.cli.app import main
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate.baseline import read_baseline
 from adeye.report.metrics import moves
+from adeye.sweep.axes import set_path
 from tests.figures import figures_of
 from tests.project import CANDIDATE, ROOT, Executed, Project
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 pytestmark = pytest.mark.slow
 
@@ -71,42 +70,24 @@ def test_every_swept_axis_moves_a_metric(motorway: Executed) -> None:
             assert moves(own, axis), f"{use.name}: {axis}"
 
 
-def radar_removed(candidate: Any) -> None:
-    del candidate["sensors"]["front_radar"]
-    candidate["channels"]["nominal"]["links"].remove("front_radar")
+EDITS: dict[str, tuple[str, Any]] = {
+    "camera turned": ("sensors.front_camera.mount.yaw", "20 deg"),
+    "camera late": ("sensors.front_camera.latency", "0.6 s"),
+    "radar late": ("sensors.front_radar.latency", "0.6 s"),
+    "safety unlinked": ("channels.safety.links", []),
+    "switch stuck": ("switch.policy", "stuck"),
+    "radar removed": ("channels.nominal.links", ["localisation", "front_camera"]),
+}
 
 
-def camera_turned(candidate: Any) -> None:
-    candidate["sensors"]["front_camera"]["mount"]["yaw"] = "20 deg"
-
-
-def camera_late(candidate: Any) -> None:
-    candidate["sensors"]["front_camera"]["latency"] = "0.6 s"
-
-
-def radar_late(candidate: Any) -> None:
-    candidate["sensors"]["front_radar"]["latency"] = "0.6 s"
-
-
-def safety_unlinked(candidate: Any) -> None:
-    candidate["channels"]["safety"]["links"] = []
-
-
-def switch_stuck(candidate: Any) -> None:
-    candidate["switch"]["policy"] = "stuck"
-
-
-@pytest.mark.parametrize(
-    "edit",
-    [radar_removed, camera_turned, camera_late, radar_late, safety_unlinked, switch_stuck],
-    ids=lambda edit: edit.__name__,
-)
-def test_one_edit_of_the_candidate_fails_a_mandatory_requirement(
-    edit: Callable[[Any], None], tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("edit", EDITS)
+def test_one_edit_of_the_candidate_fails_a_mandatory_requirement(edit: str, tmp_path: Path) -> None:
     project = shipped(tmp_path / "project", MOTORWAY)
+    path, value = EDITS[edit]
     with project.edited(CANDIDATE) as candidate:
-        edit(candidate)
+        set_path(candidate, tuple(path.split(".")), value)
+        if edit == "radar removed":
+            del candidate["sensors"]["front_radar"]
     with project.edited_odd() as odd:
         odd["architectures"] = ["architectures/camera_radar.yaml"]
     summary = project.run()
@@ -165,12 +146,8 @@ def test_experiment_a_is_monotone_on_its_whole_grid(tmp_path: Path) -> None:
 # --- the sensor study -----------------------------------------------------------------------------
 
 SUITES = (
-    "study_camera",
-    "study_camera_radar",
-    "study_ultrasonic",
-    "study_corner_radars",
-    "study_lidar_grille",
-    "study_four_lidars",
+    *("study_camera", "study_camera_radar", "study_ultrasonic"),
+    *("study_corner_radars", "study_lidar_grille", "study_four_lidars"),
 )
 """From poor to rich; each has the sensors of the one before."""
 ELSEWHERE = "study_lidar_roof"
@@ -186,14 +163,12 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Executed:
         "cut_in_late": {"ego_speed": ["90 km/h"], "gap": ["20 m"]},
         "cut_out_to_stopped": {"ego_speed": ["100 km/h"], "front_distance": ["90 m", "150 m"]},
         "pedestrian_crossing_night": {
-            "trigger_distance": ["40 m"],
-            "ego_speed": ["30 km/h", "50 km/h"],
-            "rain": ["7.5 mm/h"],
+            "trigger_distance": ["40 m"], "ego_speed": ["30 km/h", "50 km/h"], "rain": ["7.5 mm/h"]
         },
         "overtaken_behind_slow_lead": {"ego_speed": ["100 km/h"], "rain": ["7.5 mm/h"]},
         "parking_pedestrian": {"ego_speed": ["3 m/s"], "trigger_distance": ["3 m", "6 m"]},
         "parking_post": {"ego_speed": ["2 m/s"]},
-    }
+    }  # fmt: skip
     with project.edited_odd() as odd:
         for use in odd["scenarios"]:
             use["sweep"]["parameters"].update(thinned[use.get("as", use["use"])])
@@ -255,3 +230,30 @@ def test_avoidable_contacts_are_the_cameras(study: Executed) -> None:
     for row in study.project.rows():
         if row["contact"] and row["architecture"] != SUITES[0]:
             assert row["scenario"] in {"cut_in_late", "parking_pedestrian"}, row["architecture"]
+
+
+# --- The shipped baseline is of the shipped ODD, and the ODD still comes to it --------------------
+
+ODD = ROOT / "odd" / "motorway_chauffeur.yaml"
+BASELINE = ROOT / "reports" / "baselines" / "motorway_chauffeur.json"
+
+
+def test_baseline_is_of_the_shipped_odd() -> None:
+    baseline, plan = read_baseline(BASELINE), make_plan(ODD)
+    assert BASELINE.stat().st_size < 200_000
+    assert (baseline.odd, baseline.gate) == (plan.files.odd.spec.odd, plan.files.gate)
+    assert baseline.planned == baseline.accounted == plan.expansion.count
+    assert baseline.exit_code is ExitCode.OK
+    assert set(baseline.architectures) == set(plan.files.architectures)
+    digests = {name: item.digest for name, item in baseline.fsrs.items()}
+    assert digests == {item.requirement.id: item.digest for item in plan.requirements}
+
+
+@pytest.mark.slow
+def test_shipped_odd_comes_to_its_baseline(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    db = str(tmp_path / "adeye.db")
+    assert main(["run", str(ODD), "--db", db, "--quiet"]) == 0
+    assert main(["gate", "--db", db, "--baseline", str(BASELINE)]) == 0
+    assert "Nothing differs from the baseline." in capfd.readouterr().out

@@ -1,27 +1,22 @@
 """A plug-in may end the process that it is in, but never with an exit code of its choice."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import platform
 import signal
-import subprocess
-import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.errors import Interrupted, PluginError, SpecError, Terminated, UsageError
 from adeye.selftest.bench import BARE, DRIVING, Bench, Edit
 from adeye.supervision import guest, is_asked
-from tests.processes import wait_for_the_end
-from tests.project import ROOT
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from tests.processes import started, wait_for_the_end
+from tests.refusals import refused
+from tests.stored import known
 
 PROGRAM = """
 import atexit, ctypes, os, signal, sys, threading, time
@@ -51,22 +46,9 @@ LEAVING = {
 }
 
 
-def started(program: str, *arguments: str, folder: Path | None = None) -> subprocess.Popen[str]:
-    """Start Python in a session of its own."""
-    return subprocess.Popen(
-        [sys.executable, "-c", program, *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
 def ended(act: str, code: int = 0, after: str = "") -> tuple[int, str, str]:
     """Let a supervised process do something; return its exit code and what it said."""
-    process = started(PROGRAM.format(act=act, code=code, after=after))
+    process = started("-c", PROGRAM.format(act=act, code=code, after=after))
     out, err = process.communicate(timeout=60)
     assert wait_for_the_end(process.pid) == []
     return process.returncode, out, err
@@ -78,9 +60,8 @@ def test_process_that_did_not_see_its_end_is_incomplete(act: str) -> None:
     assert (code, "./part.py:Part" in out) == (3, True), out
 
 
-@pytest.mark.parametrize(
-    ("told", "after", "code"),
-    [
+def test_exit_code_is_the_one_of_the_explicit_end() -> None:
+    for told, after, code in (
         (0, "", 0),
         (1, "", 1),
         (1, "os._exit(0)", 1),
@@ -88,10 +69,8 @@ def test_process_that_did_not_see_its_end_is_incomplete(act: str) -> None:
         (0, "os._exit(7)", 7),
         (0, "os.kill(os.getpid(), signal.SIGKILL)", 3),
         (141, "", 141),
-    ],
-)
-def test_exit_code_is_the_one_of_the_explicit_end(told: int, after: str, code: int) -> None:
-    assert ended("pass", told, after)[0] == code
+    ):
+        assert ended("pass", told, after)[0] == code
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
@@ -134,7 +113,7 @@ while True:
 
 
 def test_each_signal_is_heard_once_whoever_it_was_sent_to() -> None:
-    with started(HEARING) as process:
+    with started("-c", HEARING) as process:
         assert process.stdout is not None
         process.stdout.readline()
         process.send_signal(signal.SIGINT)
@@ -146,9 +125,8 @@ def test_each_signal_is_heard_once_whoever_it_was_sent_to() -> None:
 
 
 def test_killed_parent_leaves_no_child() -> None:
-    with started(HEARING) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
+    with started("-c", HEARING) as process:
+        known(process.stdout).readline()
         process.kill()
     assert wait_for_the_end(process.pid) == []
 
@@ -165,14 +143,12 @@ def in_a_thread(question: Callable[[], bool]) -> bool:
 def test_only_who_may_have_heard_a_signal_may_have_been_asked_to_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
-    assert is_asked(KeyboardInterrupt())
-    assert not is_asked(GeneratorExit())
-    assert not in_a_thread(lambda: is_asked(KeyboardInterrupt()))
-    monkeypatch.setattr(signal, "getsignal", lambda _: signal.SIG_IGN)
-    assert not is_asked(KeyboardInterrupt())
-    monkeypatch.setattr(signal, "getsignal", lambda _: print)
-    assert not is_asked(KeyboardInterrupt())
+    for handler, is_heard in ((signal.default_int_handler, True), (signal.SIG_IGN, False),
+                              (print, False)):  # fmt: skip
+        monkeypatch.setattr(signal, "getsignal", lambda _, handler=handler: handler)
+        assert is_asked(KeyboardInterrupt()) is is_heard
+        assert not in_a_thread(lambda: is_asked(KeyboardInterrupt()))
+        assert not is_asked(GeneratorExit())
     assert is_asked(Interrupted())
     assert is_asked(Terminated())
 
@@ -190,10 +166,8 @@ def test_guest_that_takes_the_working_folder_away_is_named(
 
 @pytest.mark.parametrize("error", [SystemExit(0), GeneratorExit(), ValueError("no")])
 def test_what_a_guest_raises_where_nothing_contains_it_names_it(error: BaseException) -> None:
-    with (
-        pytest.raises(PluginError, match=r"the sensor \./s\.py:S raised"),
-        guest("./s.py:S", "sensor"),
-    ):
+    named = pytest.raises(PluginError, match=r"the sensor \./s\.py:S raised")
+    with named, guest("./s.py:S", "sensor"):
         raise error
 
 
@@ -263,7 +237,7 @@ def ran(folder: Path, place: str, act: str, *options: str) -> tuple[int, str]:
     executor = ["--executor", "./odd/part.py:Executor"] * (place == "in_executor")
     program = "import sys; from adeye.cli import main; sys.exit(main())"
     options = (*options, "--junit", "junit.xml", "--db", "x.db", "--quiet", *executor)
-    process = started(program, "run", DRIVING, *options, folder=bench)
+    process = started("-c", program, "run", DRIVING, *options, cwd=bench)
     out, err = process.communicate(timeout=300)
     assert wait_for_the_end(process.pid) == []
     assert (process.returncode != 0) or (bench / "junit.xml").exists()
@@ -304,14 +278,13 @@ def test_interruption_that_a_plugin_raises_is_as_any_other_exception(
     assert "the sensor ./part.py:Sensor raised KeyboardInterrupt" in said
 
 
-@pytest.mark.parametrize("error", ["GeneratorExit", "SystemExit(0)", "asyncio.CancelledError"])
-def test_whatever_an_import_raises_is_an_error_of_the_plugin(tmp_path: Path, error: str) -> None:
-    from adeye.plugins import load_part
+def test_whatever_an_import_raises_is_an_error_of_the_plugin(tmp_path: Path) -> None:
+    for error in ("GeneratorExit", "SystemExit(0)", "asyncio.CancelledError"):
+        from adeye.plugins import load_part
 
-    (tmp_path / "part.py").write_text(f"import asyncio\nraise {error}\n")
-    with pytest.raises(SpecError, match=r"part\.py:2:1") as raised:
-        load_part("./part.py:Part", tmp_path)
-    assert not isinstance(raised.value.__cause__, Exception)
+        (tmp_path / "part.py").write_text(f"import asyncio\nraise {error}\n")
+        raised = refused(SpecError, load_part, "./part.py:Part", tmp_path, says=r"part\.py:2:1")
+        assert not isinstance(raised.__cause__, Exception)
 
 
 def test_program_that_is_left_by_a_stray_exit_is_not_good(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """The trace: its digest covers every judged value of its run, and nothing beyond its length."""
 
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.load import load_architecture
 from adeye.trace import COLUMNS, DRAWN, LINK_TICKS, PRESENCE, ChannelEvent, Layout, Trace
+from tests.stored import known
 
 ARCHITECTURE = Path(__file__).parents[1] / "odd" / "architectures" / "camera_radar.yaml"
 
@@ -50,7 +52,7 @@ LENGTH = (4, 3)
 
 def context() -> SceneContext:
     """Make what does not change during the runs; every number differs from run to run."""
-    each = np.arange(1.0, RUNS + 1)
+    each, segments = np.arange(1.0, RUNS + 1), np.arange(RUNS * 5.0).reshape(RUNS, 1, 5)
     return SceneContext(
         step=0.05,
         object_ids=("lead", "truck"),
@@ -59,16 +61,7 @@ def context() -> SceneContext:
         object_sizes=np.arange(RUNS * OBJECTS * 3.0).reshape(RUNS, OBJECTS, 3),
         object_reflectivity=np.arange(RUNS * OBJECTS * 1.0).reshape(RUNS, OBJECTS),
         ego_size=np.arange(RUNS * 3.0).reshape(RUNS, 3),
-        road=RoadMap(
-            np.arange(RUNS * 5.0).reshape(RUNS, 1, 5),
-            each,
-            2,
-            each,
-            each,
-            each,
-            np.zeros((RUNS, 0, 5)),
-            each,
-        ),
+        road=RoadMap(segments, each, 2, each, each, each, np.zeros((RUNS, 0, 5)), each),
         surroundings=Surroundings(
             each, each, each, np.array([False, True]), each + 1.0, each + 2.0, each + 3.0
         ),
@@ -206,8 +199,7 @@ def test_selection_keeps_everything_in_the_asked_order() -> None:
     assert chosen.length.tolist() == [3, 4]
     assert chosen.case_digests == ("b", "a")
     event = chosen.channel_events[0]
-    assert event is not None
-    assert event.channel == "nominal"
+    assert known(event).channel == "nominal"
     assert make().select([]).runs == 0
 
 
@@ -216,17 +208,12 @@ def test_selection_keeps_the_surroundings_of_its_runs() -> None:
     whole = LAYOUT.context
     assert kept.runs == 1
     assert kept.object_ids == whole.object_ids
-    for found, wanted in (
-        (kept.ego_size, whole.ego_size),
-        (kept.object_sizes, whole.object_sizes),
-        (kept.object_reflectivity, whole.object_reflectivity),
-        (kept.stream_seeds, whole.stream_seeds),
-        (kept.road.segments, whole.road.segments),
-        (kept.road.speed_limit, whole.road.speed_limit),
-        (kept.surroundings.night, whole.surroundings.night),
-        (kept.surroundings.friction, whole.surroundings.friction),
+    for name in (
+        *("ego_size", "object_sizes", "object_reflectivity", "stream_seeds", "road.segments"),
+        *("road.speed_limit", "surroundings.night", "surroundings.friction"),
     ):
-        assert found.tolist() == wanted[[1]].tolist()
+        found, wanted = (attrgetter(name)(each) for each in (kept, whole))
+        assert found.tolist() == wanted[[1]].tolist(), name
 
 
 def test_column_is_had_by_its_name() -> None:
@@ -268,10 +255,7 @@ def test_links_before_a_change_stay_and_those_after_it_change() -> None:
         assert plain[1] == changed[1], name
 
 
-def test_links_do_not_depend_on_how_long_the_run_goes_on() -> None:
-    assert long().chains()[0][:1] == long((LINK_TICKS + 1, LONG)).chains()[0][:1]
-
-
-def test_chain_does_not_depend_on_the_batch() -> None:
+def test_chain_does_not_depend_on_the_batch_nor_its_links_on_how_long_the_run_goes_on() -> None:
     both = long()
     assert [both.select([run]).chains()[0] for run in (0, 1)] == both.chains()
+    assert both.chains()[0][:1] == long((LINK_TICKS + 1, LONG)).chains()[0][:1]

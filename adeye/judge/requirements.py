@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.errors import (
+    ExpressionError,
+    InputError,
+    InputErrors,
+    SourceLocation,
+    SpecError,
+    suggest,
+)
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
@@ -547,7 +554,10 @@ class _Check:
     def _check_windows(self, formula: Formula, scenarios: Sequence[str]) -> None:
         step = self._plan.step
         for window in _windows(formula.root):
-            syntax.window_rows(window, step)
+            try:
+                syntax.window_rows(window, step)
+            except ExpressionError as error:
+                raise self._refuse(error.message, error.remedy) from error
         if not math.isfinite(formula.reach_s):
             raise self._refuse(
                 "an operator below another one has no window, so that no trace is long enough",

@@ -8,6 +8,7 @@ import pytest
 from adeye.analysis.reference_cases import Question, check_question, drive, obligations, read
 from adeye.errors import UsageError
 from adeye.kernel.reference_drivers import drivers as columns
+from tests.refusals import refused
 
 HEADER = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps"
 
@@ -63,10 +64,8 @@ def test_defaults_fill_what_the_file_does_not_say(scenes: np.ndarray) -> None:
 
 
 def test_question_without_models_and_what_is_no_plain_number_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no model"):
-        check_question(Question(models=()))
+    refused(UsageError, check_question, Question(models=()), says="no model")
     path = tmp_path / "cases.csv"
     for speed in ("\uff11\uff10", "1_0", "nan"):
         path.write_text(f"{HEADER}\n30,{speed},80,1\n", "utf-8")
-        with pytest.raises(UsageError, match=r"cases\.csv:2: other_speed_mps"):
-            read(path, "cut_in")
+        refused(UsageError, read, path, "cut_in", says=r"cases\.csv:2: other_speed_mps")

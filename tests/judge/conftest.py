@@ -1,31 +1,25 @@
 """Recorded runs made by hand: what a test says about ego, objects and decisions is in the trace."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import evaluate_trace
+from adeye.judge.evaluate import Evaluation, evaluate_trace
 from adeye.judge.metrics import METRICS
+from adeye.judge.requirements import CheckedRequirement
 from adeye.judge.safe_stop import achieved_rating, best_rating, rules_of
 from adeye.judge.trace_signals import TraceSignals
+from adeye.judge.uncertainty import NumericUncertainty
 from adeye.signals import RoadMap, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import Requirement
+from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.trace import ChannelEvent, Layout, Trace
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from adeye.judge.evaluate import Evaluation
-    from adeye.judge.requirements import CheckedRequirement
-    from adeye.judge.uncertainty import NumericUncertainty
-    from adeye.spec.odd import Attributes
 
 ARCHITECTURE: dict[str, Any] = stored("two_channels")
 
@@ -98,12 +92,12 @@ class HandMade:
         for name in objects:
             self.object(name, speed=20.0, s=44.0 + 20.0 * self.time)
 
-    def ego(self, run: int | slice = slice(None), **motion: Any) -> HandMade:
+    def ego(self, run: int | slice = slice(None), **motion: Any) -> Self:
         """Set s, d, speed, heading, acceleration or steering_angle of the ego, all rows or one."""
         self._move(self.columns["ego"], self.columns["ego_place"], run, motion)
         return self
 
-    def object(self, name: str, run: int | slice = slice(None), **motion: Any) -> HandMade:
+    def object(self, name: str, run: int | slice = slice(None), **motion: Any) -> Self:
         """Set s, d, speed, heading, acceleration, or size (length, width) of an object."""
         index = self.objects.index(name)
         if "size" in motion:
@@ -125,7 +119,7 @@ class HandMade:
         place[..., 4] = np.where((lanes >= 0) & (lanes < 3), lanes, -1)
         place[..., 5] = place[..., 1] - (np.clip(lanes, 0, 2) + 0.5) * 3.5
 
-    def set(self, column: str, value: Any, *, rows: Any = slice(None), at: Any = None) -> HandMade:
+    def set(self, column: str, value: Any, *, rows: Any = slice(None), at: Any = None) -> Self:
         """Set a column, of all runs, at some rows and, if given, one index of its next axis."""
         target = self.columns[column]
         if at is None:
@@ -134,7 +128,7 @@ class HandMade:
             target[:, rows, at] = value
         return self
 
-    def touch(self, row: int, name: str, *, speed: float = 3.0, run: int = 0) -> HandMade:
+    def touch(self, row: int, name: str, *, speed: float = 3.0, run: int = 0) -> Self:
         """End a run at a row by contact with an object."""
         self.columns["contact"][run, row] = self.objects.index(name)
         self.columns["impact_speed"][run, row] = speed

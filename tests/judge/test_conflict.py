@@ -1,7 +1,5 @@
 """Conflicts: bodies on the road, who is in the path, bounds, and what is left to do."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple
 from typing import Any
@@ -9,24 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.conflict import (
-    ACROSS,
-    ALONG,
-    HALF_LENGTH,
-    HALF_WIDTH,
-    QUANTITIES,
-    Body,
-    Scene,
-    are_finite,
-    distance_below,
-    is_far_beside,
-    is_in_path,
-    lateral_reach,
-    least_so_far,
-    on_road,
-    reach_of,
-    turn,
-)
+from adeye.judge import conflict
 from adeye.judge.following import DST, MDRAC, MTTC, STN, TTR, is_worse_when_larger
 from adeye.judge.series import RssParameters, TraceSeries
 from adeye.judge.stl.series import SampleStatus
@@ -36,7 +17,7 @@ from adeye.kernel.criticality import rss_lateral_distance
 
 def measured(made: Any, quantity: str, row: int = 0) -> Any:
     values, actors = TraceSeries(made.trace()).conflicts
-    column = QUANTITIES.index(quantity)
+    column = conflict.QUANTITIES.index(quantity)
     return float(values[column, 0, row]), int(actors[column, 0, row])
 
 
@@ -136,8 +117,8 @@ def test_mirrored_road_gives_the_same(hand_made: Any) -> None:
 def test_ttc_grows_and_drac_falls_with_the_gap(hand_made: Any) -> None:
     made = hand_made().ego(s=0.0).object("lead", s=np.linspace(10.0, 90.0, 21), speed=10.0)
     values, _ = TraceSeries(made.trace()).conflicts
-    assert np.all(np.diff(values[0, :, QUANTITIES.index("ttc")]) > 0.0)
-    assert np.all(np.diff(values[0, :, QUANTITIES.index("drac")]) < 0.0)
+    assert np.all(np.diff(values[0, :, conflict.QUANTITIES.index("ttc")]) > 0.0)
+    assert np.all(np.diff(values[0, :, conflict.QUANTITIES.index("drac")]) < 0.0)
 
 
 @pytest.mark.parametrize(
@@ -234,23 +215,23 @@ def test_bend_without_end_is_the_straight_to_the_bit(hand_made: Any) -> None:
     assert bits[0].tobytes() == bits[1].tobytes()
 
 
-EGO: Body = (0.0, 0.0, 20.0, 0.0, 2.0, 1.0)
+EGO: conflict.Body = (0.0, 0.0, 20.0, 0.0, 2.0, 1.0)
 
 
-def turned(angle: float, speed: float = 10.0) -> Body:
-    return on_road(0.0, 0.0, speed, 4.0, 2.0, math.sin(angle), math.cos(angle))
+def turned(angle: float, speed: float = 10.0) -> conflict.Body:
+    return conflict.on_road(0.0, 0.0, speed, 4.0, 2.0, math.sin(angle), math.cos(angle))
 
 
 def test_straight_body_is_as_long_and_wide_as_it_is() -> None:
     body = turned(0.0)
-    assert (body[ALONG], body[ACROSS]) == (10.0, 0.0)
-    assert (body[HALF_LENGTH], body[HALF_WIDTH]) == (2.0, 1.0)
+    assert (body[conflict.ALONG], body[conflict.ACROSS]) == (10.0, 0.0)
+    assert (body[conflict.HALF_LENGTH], body[conflict.HALF_WIDTH]) == (2.0, 1.0)
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.7, -0.7, 2.0, math.pi])
 def test_turned_body_keeps_its_speed_and_its_corners_reach_its_extents(angle: float) -> None:
     body = turned(angle)
-    assert math.hypot(body[ALONG], body[ACROSS]) == pytest.approx(10.0)
+    assert math.hypot(body[conflict.ALONG], body[conflict.ACROSS]) == pytest.approx(10.0)
     corners = [
         (
             x * math.cos(angle) - y * math.sin(angle),
@@ -259,45 +240,44 @@ def test_turned_body_keeps_its_speed_and_its_corners_reach_its_extents(angle: fl
         for x in (-2.0, 2.0)
         for y in (-1.0, 1.0)
     ]
-    assert body[HALF_LENGTH] == pytest.approx(max(along for along, _ in corners))
-    assert body[HALF_WIDTH] == pytest.approx(max(across for _, across in corners))
+    assert body[conflict.HALF_LENGTH] == pytest.approx(max(along for along, _ in corners))
+    assert body[conflict.HALF_WIDTH] == pytest.approx(max(across for _, across in corners))
 
 
 @pytest.mark.parametrize("size", [(4.0, 2.0), (0.6, 0.6), (18.75, 2.55)])
 def test_reach_is_a_little_more_than_half_of_the_diagonal(size: tuple[float, float]) -> None:
     half = 0.5 * math.hypot(*size)
-    assert half < reach_of(*size) < half * 1.00001 + 2e-6
+    assert half < conflict.reach_of(*size) < half * 1.00001 + 2e-6
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_one_number_that_is_not_finite_spoils_all(bad: float) -> None:
     numbers = [1.0, -2.0, 0.0, 1e300, -1e-300, -0.0, 5.0, 6.0, 7.0, 8.0]
-    assert are_finite(*numbers)
+    assert conflict.are_finite(*numbers)
     for place in range(10):
         spoilt = list(numbers)
         spoilt[place] = bad
-        assert not are_finite(*spoilt)
+        assert not conflict.are_finite(*spoilt)
 
 
 def test_angle_is_turned_anew_only_where_it_changes() -> None:
     turns = np.full((2, 3), np.nan)
-    turn(turns, 1, 0.5)
+    conflict.turn(turns, 1, 0.5)
     assert turns[1].tolist() == pytest.approx([0.5, math.sin(0.5), math.cos(0.5)])
     assert np.isnan(turns[0]).all()
     turns[1, 1] = 9.0
-    turn(turns, 1, 0.5)
+    conflict.turn(turns, 1, 0.5)
     assert turns[1, 1] == 9.0
-    turn(turns, 1, 0.25)
+    conflict.turn(turns, 1, 0.25)
     assert turns[1, 1] == pytest.approx(math.sin(0.25))
 
 
-def walker(d: float, across: float) -> Body:
+def walker(d: float, across: float) -> conflict.Body:
     return (40.0, d, 0.0, across, 0.3, 0.3)
 
 
-@pytest.mark.parametrize(
-    ("d", "across", "is_met"),
-    [
+def test_walker_is_in_the_path_if_in_the_corridor_as_the_ego_passes() -> None:
+    for d, across, is_met in (
         (0.0, 0.0, True),
         (1.29, 0.0, True),
         (1.3, 0.0, False),
@@ -307,21 +287,17 @@ def walker(d: float, across: float) -> Body:
         (4.0, 1.5, False),
         (9.0, -1.5, False),
         (2.0, -4.0, False),
-    ],
-)
-def test_walker_is_in_the_path_if_in_the_corridor_as_the_ego_passes(
-    d: float, across: float, *, is_met: bool
-) -> None:
-    # The ego is beside the walker from 1.885 s to 2.115 s on.
-    assert is_in_path(EGO, 1.0, walker(d, across), 37.7) is is_met
-    mirrored = walker(-d, -across)
-    assert is_in_path(EGO, 1.0, mirrored, 37.7) is is_met
+    ):
+        # The ego is beside the walker from 1.885 s to 2.115 s on.
+        assert conflict.is_in_path(EGO, 1.0, walker(d, across), 37.7) is is_met
+        mirrored = walker(-d, -across)
+        assert conflict.is_in_path(EGO, 1.0, mirrored, 37.7) is is_met, d
 
 
 def test_walker_beside_the_corridor_is_met_by_no_ego_that_stands() -> None:
-    standing: Body = (0.0, 0.0, 0.0, 0.0, 2.0, 1.0)
-    assert not is_in_path(standing, 1.0, walker(4.0, -1.5), 37.7)
-    assert not is_in_path(EGO, 1.0, walker(4.0, -1.5), 0.0)
+    standing: conflict.Body = (0.0, 0.0, 0.0, 0.0, 2.0, 1.0)
+    assert not conflict.is_in_path(standing, 1.0, walker(4.0, -1.5), 37.7)
+    assert not conflict.is_in_path(EGO, 1.0, walker(4.0, -1.5), 0.0)
 
 
 RSS = np.array(astuple(RssParameters()))
@@ -337,10 +313,10 @@ def scene(seed: int, rows: int = 30, objects: int = 3) -> Any:
     return ego, np.array([[4.0, 2.0, 1.5]]), others, bits.uniform(0.5, 6.0, (1, objects, 3))
 
 
-def whole(ego: Any, size: Any, others: Any, sizes: Any) -> Scene:
+def whole(ego: Any, size: Any, others: Any, sizes: Any) -> conflict.Scene:
     """Let a run of 20 rows have them; nothing reads their places on the road."""
     places, nobody = np.zeros((*others.shape[:3], 6)), np.full(ego.shape[:2], -1, dtype=np.int16)
-    return Scene(np.array([20]), ego, ego[..., :6], size, others, places, sizes, nobody)
+    return conflict.Scene(np.array([20]), ego, ego[..., :6], size, others, places, sizes, nobody)
 
 
 def distances(
@@ -364,7 +340,7 @@ def distances(
 def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
     ego, size, others, sizes = scene(seed)
     others[..., :2] += 40.0
-    found = least_so_far(0, whole(ego, size, others, sizes))
+    found = conflict.least_so_far(0, whole(ego, size, others, sizes))
     every = distances(ego, size, others, sizes)[:20]
     assert found in every
     assert found >= every.min() > 0.0
@@ -373,8 +349,8 @@ def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
 @pytest.mark.slow
 def test_without_a_number_or_an_object_nothing_is_left_out() -> None:
     ego, size, others, sizes = scene(0)
-    assert least_so_far(0, whole(ego, size, others[:, :, :0], sizes)) == np.inf
-    assert least_so_far(0, whole(ego, size, others * np.nan, sizes)) == np.inf
+    assert conflict.least_so_far(0, whole(ego, size, others[:, :, :0], sizes)) == np.inf
+    assert conflict.least_so_far(0, whole(ego, size, others * np.nan, sizes)) == np.inf
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -388,7 +364,7 @@ def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
         for at in range(others.shape[2]):
             ox, oy, o_heading = others[0, row, at, :3]
             o_length, o_width = sizes[0, at, :2]
-            found = distance_below(
+            found = conflict.distance_below(
                 ox - x, oy - y, heading, 4.0, 2.0, o_heading, o_length, o_width, turns, at, 3.0
             )
             bounds += found != every[row, at]
@@ -404,17 +380,19 @@ def test_far_beside_is_neither_in_the_path_nor_laterally_unsafe() -> None:
         beside, across = bits.uniform(-8.0, 8.0), bits.uniform(-2.0, 2.0)
         speed, angle = bits.uniform(-20.0, 20.0), bits.uniform(-0.7, 0.7)
         length, width = bits.uniform(0.3, 12.0), bits.uniform(0.3, 3.0)
-        reach = lateral_reach(abs(across), RSS[0], RSS[6], BRAKING) + RSS[8]
-        if not is_far_beside(beside, 1.0, reach, speed, angle, length, width, RSS, BRAKING):
+        reach = conflict.lateral_reach(abs(across), RSS[0], RSS[6], BRAKING) + RSS[8]
+        if not conflict.is_far_beside(
+            beside, 1.0, reach, speed, angle, length, width, RSS, BRAKING
+        ):
             continue
         culled += 1
         own = (0.0, 0.0, 20.0, across, 2.0, 1.0)
-        other = on_road(30.0, beside, speed, length, width, np.sin(angle), np.cos(angle))
-        assert own[ALONG] == 20.0
-        assert not is_in_path(own, 1.0, other, 20.0)
+        other = conflict.on_road(30.0, beside, speed, length, width, np.sin(angle), np.cos(angle))
+        assert own[conflict.ALONG] == 20.0
+        assert not conflict.is_in_path(own, 1.0, other, 20.0)
         side = np.copysign(1.0, beside)
         lateral = rss_lateral_distance(side * across, side * other[3], *RSS[[0, 1, 6, 7, 8]])
-        assert abs(beside) - 1.0 - other[HALF_WIDTH] >= lateral
+        assert abs(beside) - 1.0 - other[conflict.HALF_WIDTH] >= lateral
     assert 100 < culled < 2900
 
 

@@ -1,11 +1,9 @@
 """The map around the ego at one row: layers, numbers of cells, and views of channels."""
 
-from __future__ import annotations
-
 import io
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,16 +12,13 @@ from adeye.errors import UsageError
 from adeye.judge.grid import LAYERS, grid_at, grid_map
 from adeye.judge.safe_stop import ratings_of
 from adeye.kernel.stops import RULE_NAMES
+from adeye.spec.architecture import Architecture
 from adeye.spec.grid import ADEYE_COSTS, CellCosts, CellRule, GridSettings, rating_costs
+from adeye.trace import Trace
+from tests.judge.conftest import HandMade
+from tests.refusals import refused
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adeye.spec.architecture import Architecture
-    from adeye.trace import Trace
-    from tests.judge.conftest import HandMade
-
-    Make = Callable[..., HandMade]
+Make = Callable[..., HandMade]
 
 
 def beside(made: HandMade) -> HandMade:
@@ -226,11 +221,10 @@ def test_layer_alone_is_that_of_the_whole_map(
     assert np.array_equal(alone[name], whole[name])
 
 
-@pytest.mark.parametrize("time", [-0.1, 2.1, math.nan])
-def test_time_outside_of_the_run_is_refused(hand_made: Make, time: float) -> None:
-    with pytest.raises(UsageError, match="the run has no") as error:
-        grid_map(hand_made().trace(), 0, time)
-    assert "from 0 to 2 s" in str(error.value)
+def test_time_outside_of_the_run_is_refused(hand_made: Make) -> None:
+    for time in (-0.1, 2.1, math.nan):
+        error = refused(UsageError, grid_map, hand_made().trace(), 0, time, says="the run has no")
+        assert "from 0 to 2 s" in str(error)
 
 
 def test_unknown_view_is_refused_with_those_that_there_are(hand_made: Make) -> None:
@@ -252,5 +246,4 @@ def test_archive_has_layers_axes_and_names(hand_made: Make) -> None:
 def test_trace_without_tracks_has_no_view_of_a_channel(hand_made: Make) -> None:
     made = hand_made()
     made.columns["tracks"] = made.columns["tracks"][:, :, :, :0]
-    with pytest.raises(UsageError, match="no tracks"):
-        grid_map(made.trace(), 0, 0.0, view="safety")
+    refused(UsageError, grid_map, made.trace(), 0, 0.0, view="safety", says="no tracks")

@@ -1,7 +1,5 @@
 """Intervals of fault handling, over hand-made times and alarms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,13 +1,13 @@
 """Verdicts of FSRs on hand-made runs: every way not to be a PASS."""
 
-from __future__ import annotations
-
 import math
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye.judge import evaluate
 from adeye.judge.evaluate import Evaluation
 from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import compile_requirement
@@ -17,6 +17,7 @@ from adeye.signals import SILENT
 from adeye.spec.concept import Requirement
 from adeye.spec.odd import Attributes
 from tests.judge.conftest import fsr, judge
+from tests.stored import known
 
 PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR, _ = Verdict
 TAKEOVER = (
@@ -101,21 +102,18 @@ def test_formula_is_vacuous_open_or_broken_by_what_a_run_shows(hand_made: Any) -
         assert said in str(found.detail)
 
 
-@pytest.mark.parametrize(
-    "formula",
-    [
+def test_past_before_the_first_row_tests_nothing(hand_made: Any) -> None:
+    for formula in (
         "always(historically[60 s, 61 s] contact)",
         "always(rise(authority.safety) implies historically[60 s, 61 s] contact)",
         "always(not once[60 s, 61 s] (not contact))",
-    ],
-)
-def test_past_before_the_first_row_tests_nothing(hand_made: Any, formula: str) -> None:
-    made = hand_made().set("authority", 1, rows=slice(5, None))
-    found = judged(made, fsr(formula=formula))
-    assert (found.verdict, found.is_exercised) == (VACUOUS, False)
-    assert found.detail == "nothing lies that far back"
-    near = judged(made, fsr(formula="always(historically[0.2 s, 0.3 s] not contact)"))
-    assert (near.verdict, near.is_exercised) == (PASS, True)
+    ):
+        made = hand_made().set("authority", 1, rows=slice(5, None))
+        found = judged(made, fsr(formula=formula))
+        assert (found.verdict, found.is_exercised) == (VACUOUS, False), formula
+        assert found.detail == "nothing lies that far back", formula
+        near = judged(made, fsr(formula="always(historically[0.2 s, 0.3 s] not contact)"))
+        assert (near.verdict, near.is_exercised) == (PASS, True), formula
 
 
 @pytest.mark.parametrize("formula", ["always(ego.speed <= 30 m/s)", "always(gap > 1 m)"])
@@ -166,25 +164,20 @@ def test_run_that_is_none_is_invalid_whatever_it_shows(hand_made: Any) -> None:
 # --- bounds
 
 
-@pytest.mark.parametrize(
-    ("bound", "verdict", "margin"),
-    [
+def test_bound_on_a_value(hand_made: Any) -> None:
+    for bound, verdict, margin in (
         ({"metric": "min_distance_m", "at_least": 30.0}, PASS, 10.0),
         ({"metric": "min_distance_m", "at_least": 40.5}, FAIL, -0.5),
         ({"metric": "max_lane_offset_m", "at_most": 0.4}, PASS, 0.4),
         ({"metric": "max_lane_offset_m", "at_most": 0}, PASS, 0.0),
         ({"metric": "contact", "at_most": 0}, PASS, 0.0),
-    ],
-)
-def test_bound_on_a_value(
-    hand_made: Any, bound: dict[str, Any], verdict: Verdict, margin: float
-) -> None:
-    found = judged(hand_made(), fsr(bound=bound))
-    assert (found.verdict, found.is_exercised) == (verdict, True)
-    assert found.margin == pytest.approx(margin)
-    metric = METRICS[bound["metric"]]
-    assert found.robustness_low == found.robustness_high == pytest.approx(margin / metric.scale)
-    assert (found.signal, found.unit) == (metric.column, metric.unit)
+    ):
+        found = judged(hand_made(), fsr(bound=bound))
+        assert (found.verdict, found.is_exercised) == (verdict, True), bound
+        assert found.margin == pytest.approx(margin), bound
+        metric = METRICS[str(bound["metric"])]
+        assert found.robustness_low == found.robustness_high == pytest.approx(margin / metric.scale)
+        assert (found.signal, found.unit) == (metric.column, metric.unit), bound
 
 
 def test_bound_names_time_actor_value_and_threshold(hand_made: Any) -> None:
@@ -291,9 +284,8 @@ def test_run_outside_the_odd_is_evidence_only_where_asked(hand_made: Any) -> Non
         fsr(id=applies, formula="always(not contact)", applies=applies)
         for applies in ("inside", "outside", "everywhere")
     ]
-    inside, outside = evaluated(
-        hand_made(runs=2), *items, inside=np.array([True, False])
-    ).judgements
+    is_inside = np.array([True, False])
+    inside, outside = evaluated(hand_made(runs=2), *items, inside=is_inside).judgements
     assert [item.fsr_id for item in inside] == ["inside", "everywhere"]
     assert [item.fsr_id for item in outside] == ["outside", "everywhere"]
 
@@ -371,10 +363,8 @@ def test_run_that_its_fault_never_met_passes_nothing_and_fails_what_it_fails(
     hand_made: Any,
 ) -> None:
     made = hand_made(faults=("late",))
-    fine, vacuous = (
-        fsr(id="FSR-01", formula="always(not contact)"),
-        fsr(id="FSR-02", formula=TAKEOVER),
-    )
+    fine = fsr(id="FSR-01", formula="always(not contact)")
+    vacuous = fsr(id="FSR-02", formula=TAKEOVER)
     broken = fsr(id="FSR-03", formula="always(time_gap >= 2.5 s)")
     far, near = fsr(id="FSR-04", bound=CLOSE), fsr(id="FSR-05", bound={**CLOSE, "at_least": 90.0})
     found = evaluated(made, fine, vacuous, broken, far, near).judgements[0]
@@ -395,7 +385,76 @@ def test_contact_before_the_fault_fails_and_leaves_the_rest_untested(hand_made: 
 def test_both_faults_of_an_entry_must_act(hand_made: Any) -> None:
     made = hand_made(faults=("early", "late")).set("fault_active", 1, rows=slice(3, 5), at=0)
     found = judged(made, fsr(formula="always(not contact)"))
-    assert (found.verdict, found.detail) == (
-        INVALID,
-        "not tested: fault late did not act within the horizon",
+    assert found.verdict is INVALID
+    assert found.detail == "not tested: fault late did not act within the horizon"
+
+
+# --- Verdicts as columns: the record of one run is what its row says ------------------------------
+
+NAN = math.nan
+
+
+@pytest.fixture
+def columns() -> evaluate.JudgementColumns:
+    return evaluate.JudgementColumns(
+        fsr_id="FSR-01",
+        fsr_digest="d" * 64,
+        runs=np.array([2, 5]),
+        verdict=np.array([evaluate.PASS, evaluate.ERROR]),
+        exercised=np.array([True, False]),
+        numbers=np.array([[0.5, math.inf, 5.0, 1.25, 7.0, 2.0], [NAN] * 6]),
+        actor=np.array([1, -1]),
+        binding=np.array([0, 1]),
+        bindings=(("m", "gap", "gap > 2 m"), (None, None, None)),
+        detail=np.array([1, 0]),
+        details=("a signal has a sample that is not a finite number", None),
+        objects=("lead", "cutter"),
     )
+
+
+def test_every_verdict_has_its_code() -> None:
+    codes = {
+        evaluate.PASS: Verdict.PASS,
+        evaluate.FAIL: Verdict.FAIL,
+        evaluate.INCONCLUSIVE: Verdict.INCONCLUSIVE,
+        evaluate.VACUOUS: Verdict.VACUOUS,
+        evaluate.INVALID: Verdict.INVALID,
+        evaluate.ERROR: Verdict.ERROR,
+    }
+    assert {code: evaluate.VERDICTS[code] for code in codes} == codes
+    assert set(evaluate.VERDICTS) == set(Verdict) - {Verdict.NOT_RUN}
+
+
+def test_record_of_a_run_is_its_row(columns: evaluate.JudgementColumns) -> None:
+    assert columns.of_run(2) == evaluate.Judgement(
+        fsr_id="FSR-01",
+        fsr_digest="d" * 64,
+        verdict=Verdict.PASS,
+        is_exercised=True,
+        robustness_low=0.5,
+        robustness_high=math.inf,
+        margin=5.0,
+        unit="m",
+        signal="gap",
+        predicate="gap > 2 m",
+        time_s=1.25,
+        actor="cutter",
+        value=7.0,
+        threshold=2.0,
+    )
+
+
+def test_what_is_not_there_is_none(columns: evaluate.JudgementColumns) -> None:
+    found = known(columns.of_run(5))
+    given = {"fsr_id", "fsr_digest", "verdict", "is_exercised", "detail"}
+    assert found.verdict is Verdict.ERROR
+    assert found.detail == "a signal has a sample that is not a finite number"
+    for item in fields(evaluate.Judgement):
+        assert item.name in given or getattr(found, item.name) is None
+
+
+@pytest.mark.parametrize("run", [0, 3, 6])
+def test_run_that_the_fsr_does_not_concern_has_no_record(
+    columns: evaluate.JudgementColumns, run: int
+) -> None:
+    assert columns.of_run(run) is None

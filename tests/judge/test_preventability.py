@@ -1,13 +1,12 @@
 """Cells, conflicts, takeovers in hindsight, and what a gate makes of them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.judge.preventability import (
     CELLS,
+    Cell,
     Comparison,
     Takeover,
     TakeoverClass,
@@ -21,16 +20,12 @@ from adeye.judge.preventability import (
 )
 from adeye.judge.verdict import Verdict
 
-if TYPE_CHECKING:
-    from adeye.judge.preventability import Cell
-
 FAIL, PASS, INCONCLUSIVE = Verdict.FAIL, Verdict.PASS, Verdict.INCONCLUSIVE
 NEITHER: dict[str, Cell] = {"cc": "neither"}
 
 
-@pytest.mark.parametrize(
-    ("ours", "theirs", "cell"),
-    [
+def test_cells() -> None:
+    for ours, theirs, cell in (
         (False, False, "both_avoid"),
         (False, True, "only_ours"),
         (True, False, "only_model"),
@@ -38,24 +33,19 @@ NEITHER: dict[str, Cell] = {"cc": "neither"}
         (None, True, "unknown"),
         (True, None, "unknown"),
         (None, None, "unknown"),
-    ],
-)
-def test_cells(*, ours: bool | None, theirs: bool | None, cell: Cell) -> None:
-    assert cell_of(ours, theirs) == cell
+    ):
+        assert cell_of(ours, theirs) == cell
 
 
-@pytest.mark.parametrize(
-    ("contact", "required", "expected"),
-    [
+def test_conflicts() -> None:
+    for contact, required, expected in (
         (True, None, True),
         (None, None, True),
         (False, None, False),
         (False, 6.0, False),
         (False, 6.1, True),
-    ],
-)
-def test_conflicts(*, contact: bool | None, required: float | None, expected: bool) -> None:
-    assert is_conflict(contact, required, 6.0) is expected
+    ):
+        assert is_conflict(contact, required, 6.0) is expected
 
 
 def test_cells_are_counted_by_scenario_architecture_and_model() -> None:
@@ -67,9 +57,9 @@ def test_cells_are_counted_by_scenario_architecture_and_model() -> None:
     assert all(tuple(row.counts) == CELLS for row in rows)
 
 
-@pytest.mark.parametrize(
-    ("counts", "failures", "models", "expected"),
-    [
+def test_gate() -> None:
+    failures: Any
+    for counts, failures, models, expected in (
         # Set aside, and something passes.
         ({FAIL: 1, PASS: 3}, [NEITHER], ["cc"], (PASS, 1, 0)),
         # Nothing passes but what is set aside.
@@ -92,15 +82,8 @@ def test_cells_are_counted_by_scenario_architecture_and_model() -> None:
         # Not the failures that were counted.
         ({FAIL: 2, PASS: 3}, [NEITHER], ["cc"], (FAIL, 0, 0)),
         ({FAIL: 1, PASS: 3}, [NEITHER, NEITHER], ["cc"], (FAIL, 0, 0)),
-    ],
-)
-def test_gate(
-    counts: dict[Verdict, int],
-    failures: list[dict[str, Cell]],
-    models: list[str],
-    expected: tuple[Verdict, int, int],
-) -> None:
-    assert gate_verdict(counts, failures, models) == expected
+    ):
+        assert gate_verdict(counts, failures, models) == expected
 
 
 def test_gate_keeps_the_least_number_of_exercised_runs_and_waivers() -> None:
@@ -110,9 +93,8 @@ def test_gate_keeps_the_least_number_of_exercised_runs_and_waivers() -> None:
     assert few[0] is Verdict.VACUOUS
 
 
-@pytest.mark.parametrize(
-    ("takeover", "expected"),
-    [
+def test_takeover_is_classified_by_what_happens_without() -> None:
+    for takeover, expected in (
         (Takeover(took_over=True, violates=False, fork_violates=True), "needed_and_done"),
         (Takeover(took_over=True, violates=True, fork_violates=True), "late"),
         (Takeover(took_over=True, violates=False, fork_violates=False), "spurious"),
@@ -122,10 +104,8 @@ def test_gate_keeps_the_least_number_of_exercised_runs_and_waivers() -> None:
         (Takeover(took_over=False, violates=True, fork_violates=None), "missed"),
         (Takeover(took_over=False, violates=False, fork_violates=True), "not_needed"),
         (Takeover(took_over=False, violates=False, fork_violates=None), "not_needed"),
-    ],
-)
-def test_takeover_is_classified_by_what_happens_without(takeover: Takeover, expected: str) -> None:
-    assert classify_takeover(takeover) == expected
+    ):
+        assert classify_takeover(takeover) == expected
 
 
 def test_takeover_without_its_fork_has_no_truth() -> None:

@@ -6,13 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adeye.judge.safe_stop import (
-    DECELERATIONS,
-    achieved_rating,
-    best_rating,
-    decelerations_of,
-    rules_of,
-)
+from adeye.judge import safe_stop
 from adeye.kernel.stops import CONTACT, DEFAULT_RULES
 from adeye.signals import RoadMap
 from adeye.spec.architecture import Architecture
@@ -48,25 +42,25 @@ def test_objects_count_where_they_were_at_the_time(hand_made: Make) -> None:
     made.object("lead", d=-1.25, speed=40.0, s=0.0 + 40.0 * made.time)
     trace = made.trace()
     trace.layout.context.road.shoulder[:] = 2.5
-    assert best_rating(trace, 0, 10, RULES) == 1.0
+    assert safe_stop.best_rating(trace, 0, 10, RULES) == 1.0
 
 
 def test_nothing_reachable_is_rated_as_contact(hand_made: Make) -> None:
     made = stopped(hand_made, MIDDLE, objects=("wall",))
     made.object("wall", d=MIDDLE, s=36.0, speed=0.0, size=(4.0, 40.0))
-    assert best_rating(made.trace(), 0, 10, RULES) == CONTACT
+    assert safe_stop.best_rating(made.trace(), 0, 10, RULES) == CONTACT
 
 
 def test_follower_in_the_own_lane_does_not_forbid_to_stop(hand_made: Make) -> None:
     made = stopped(hand_made, MIDDLE)
     made.object("lead", d=MIDDLE, s=20.0 * made.time - 10.0)
     # The lane to the right is free.
-    assert best_rating(made.trace(), 0, 10, RULES) == 3.0
+    assert safe_stop.best_rating(made.trace(), 0, 10, RULES) == 3.0
 
 
 @pytest.mark.parametrize(("d", "rating"), [(MIDDLE, 5.0), (3.5, 5.0), (SLOW, 3.0), (-9.0, 7.0)])
 def test_achieved_rating_is_that_of_the_place(hand_made: Make, d: float, rating: float) -> None:
-    assert achieved_rating(stopped(hand_made, d).trace(), 0, RULES) == rating
+    assert safe_stop.achieved_rating(stopped(hand_made, d).trace(), 0, RULES) == rating
 
 
 def test_a_bay_that_was_in_reach_is_regretted(hand_made: Make) -> None:
@@ -84,7 +78,7 @@ def test_who_stands_in_a_bay_stands_best(hand_made: Make, d: float, rating: floa
     trace = stopped(hand_made, d).trace()
     bay = np.array([[[0.0, 40.0, 60.0, 4.0, 30.0]]])
     context = replaced(trace, replace(trace.layout.context.road, refuges=bay))
-    assert achieved_rating(context, 0, RULES) == rating
+    assert safe_stop.achieved_rating(context, 0, RULES) == rating
 
 
 def test_a_free_verge_is_better_than_a_lane_and_worse_than_a_shoulder(hand_made: Make) -> None:
@@ -93,21 +87,21 @@ def test_a_free_verge_is_better_than_a_lane_and_worse_than_a_shoulder(hand_made:
     ratings = []
     for shoulder, verge in ((0.0, 0.0), (0.0, 2.5), (2.5, 0.0)):
         other = replace(road, shoulder=road.shoulder * 0.0 + shoulder, verge=road.verge + verge)
-        ratings.append(achieved_rating(replaced(trace, other), 0, RULES))
+        ratings.append(safe_stop.achieved_rating(replaced(trace, other), 0, RULES))
     assert ratings == [7.0, 2.0, 1.0]
 
 
 def test_the_safety_channel_s_own_decelerations_say_what_was_in_reach(hand_made: Make) -> None:
     trace = stopped(hand_made, SLOW).object("lead", d=8.75).trace()
     architecture = trace.layout.architecture
-    assert decelerations_of(architecture) == DECELERATIONS
+    assert safe_stop.decelerations_of(architecture) == safe_stop.DECELERATIONS
     links = ("channels.nominal",)
     weak = {"stop_deceleration": "1.3 m/s^2", "emergency_deceleration": "1.5 m/s^2"}
     channel = SafetyChannel(
         kind="safety", links=links, rate="20 Hz", parameters=SafetyParameters.model_validate(weak)
     )
     weaker = architecture.model_copy(update={"channels": {"safety": channel}})
-    slow = decelerations_of(weaker)
+    slow = safe_stop.decelerations_of(weaker)
     assert slow == {"stop_deceleration": 1.3, "emergency_deceleration": 1.5}
     # At 1.5 m/s² it stands 133 m after the fault at 20 m.
     bay = np.array([[[0.0, 110.0, 40.0, 4.0, 20.0]]])
@@ -133,7 +127,7 @@ def test_each_run_of_a_batch_has_its_own_decelerations_and_ratings(hand_made: Ma
     found = [rate_run(mixed, run) for run in range(2)]
     assert [(item.achieved, item.best) for item in found] == [(3.0, 1.0), (0.0, 0.0)]
     assert rate_run(mixed.select([1]), 0) == found[1]
-    assert rules_of(other)[[1, 3]].tolist() == [2.0, 0.0]
+    assert safe_stop.rules_of(other)[[1, 3]].tolist() == [2.0, 0.0]
 
 
 def of_architecture(trace: Trace, *architectures: Architecture) -> Trace:

@@ -1,7 +1,5 @@
 """Post-encroachment times of random crossings are those of a second implementation."""
 
-from __future__ import annotations
-
 import math
 import os
 from typing import Any

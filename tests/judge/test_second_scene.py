@@ -1,7 +1,5 @@
 """Metrics of random runs are those of a second implementation, values and statuses."""
 
-from __future__ import annotations
-
 import math
 import os
 from typing import Any

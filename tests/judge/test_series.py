@@ -1,7 +1,5 @@
 """Metric series: status, cap and actor of their samples."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,8 @@ from adeye.judge.series import (
 from adeye.judge.stl.formula import unit_exponents
 from adeye.judge.stl.series import SampleStatus
 from tests.judge.stl.batch import errors_of
+from tests.refusals import refused
+from tests.stored import known
 
 
 @pytest.mark.parametrize("name", SERIES)
@@ -102,16 +102,14 @@ def test_shorter_response_needs_less_distance(hand_made: Any) -> None:
 def test_jerk_is_the_slope_of_the_acceleration_and_unknown_at_the_start(hand_made: Any) -> None:
     made = hand_made(rows=41, step=0.05).ego(acceleration=np.linspace(0.0, -4.0, 41))
     series = TraceSeries(made.trace()).series("jerk")
-    assert series.status is not None
-    assert series.status[0, 0] == SampleStatus.NOT_APPLICABLE
+    assert known(series.status)[0, 0] == SampleStatus.NOT_APPLICABLE
     np.testing.assert_allclose(series.values[0, 20:], -2.0)
     # Before the run nothing changed.
     np.testing.assert_allclose(series.values[0, :20], -2.0 * np.arange(20) * 0.05)
 
 
 def test_unknown_series_is_refused(hand_made: Any) -> None:
-    with pytest.raises(KeyError):
-        TraceSeries(hand_made().trace()).series("gab")
+    refused(KeyError, TraceSeries(hand_made().trace()).series, "gab")
 
 
 VALUE, FREE, NOT_APPLICABLE, ERROR = SampleStatus
@@ -126,9 +124,8 @@ def test_decelerations_are_demands() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("value", "actor", "touched", "column", "expected"),
-    [
+def test_value_stands_for() -> None:
+    for value, actor, touched, column, expected in (
         (1.0, 0, -1, GAP, VALUE),
         (1.0, -1, -1, GAP, VALUE),
         (np.inf, -1, -1, TTC, FREE),
@@ -139,18 +136,14 @@ def test_decelerations_are_demands() -> None:
         (np.inf, 0, 0, REQUIRED, NOT_APPLICABLE),
         (np.inf, 0, -1, REQUIRED, ERROR),
         (np.nan, 0, 0, REQUIRED, ERROR),
-    ],
-)
-def test_value_stands_for(
-    value: float, actor: int, touched: int, column: int, expected: SampleStatus
-) -> None:
-    demands = is_demand(column)
-    assert status_of(value, actor, touched, demands) == expected
-    status = np.full((1, 2), -1, dtype=np.int8)
-    actors, contact = np.full((1, 2), actor, np.int16), np.full((1, 2), touched, np.int16)
-    fill_statuses(np.array([1]), np.full((1, 2), value), actors, contact, demands, status)
-    # Beyond the run there is nothing.
-    assert status.tolist() == [[expected, FREE if demands else VALUE]]
+    ):
+        demands = is_demand(column)
+        assert status_of(value, actor, touched, demands) == expected
+        status = np.full((1, 2), -1, dtype=np.int8)
+        actors, contact = np.full((1, 2), actor, np.int16), np.full((1, 2), touched, np.int16)
+        fill_statuses(np.array([1]), np.full((1, 2), value), actors, contact, demands, status)
+        # Beyond the run there is nothing.
+        assert status.tolist() == [[expected, FREE if demands else VALUE]], value
 
 
 def test_what_is_not_finite_is_an_error() -> None:

@@ -1,7 +1,5 @@
 """Signals of a trace: every name of the dictionary, and what holds at which row."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,6 +11,8 @@ from adeye.signals import SILENT
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 from tests.judge.stl.batch import errors_of
+from tests.refusals import refused
+from tests.stored import known
 
 
 def signals(made: Any, **options: Any) -> TraceSignals:
@@ -52,13 +52,11 @@ def test_plan_and_trace_have_the_same_dictionary(
 
 
 def test_unknown_signal_is_a_key_error(hand_made: Any) -> None:
-    with pytest.raises(KeyError):
-        signals(hand_made()).series("ego.sped")
+    refused(KeyError, signals(hand_made()).series, "ego.sped")
 
 
 def test_inside_odd_needs_one_entry_per_run(hand_made: Any) -> None:
-    with pytest.raises(ValueError, match="shape"):
-        signals(hand_made(runs=2), inside=np.ones(1, dtype=bool))
+    refused(ValueError, signals, hand_made(runs=2), inside=np.ones(1, dtype=bool), says="shape")
 
 
 @pytest.mark.parametrize(
@@ -69,9 +67,8 @@ def test_decisions_are_told_from_scenes(name: str, *, decided: bool) -> None:
     assert is_decision(name) is decided
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+def test_last_row_has_no_decision(hand_made: Any) -> None:
+    for name in (
         "channel.nominal.status",
         "channel.nominal.tracks.lead",
         "authority.safety",
@@ -80,13 +77,11 @@ def test_decisions_are_told_from_scenes(name: str, *, decided: bool) -> None:
         "monitor.danger.raw",
         "fault.camera_out.active",
         "faulted",
-    ],
-)
-def test_last_row_has_no_decision(hand_made: Any, name: str) -> None:
-    status = signals(hand_made(faults=("camera_out",))).series(name).status
-    assert status is not None
-    assert status[0, -1] == SampleStatus.NOT_APPLICABLE
-    assert np.all(status[0, :-1] == SampleStatus.VALUE)
+    ):
+        status = signals(hand_made(faults=("camera_out",))).series(name).status
+        assert status is not None, name
+        assert status[0, -1] == SampleStatus.NOT_APPLICABLE, name
+        assert np.all(status[0, :-1] == SampleStatus.VALUE), name
 
 
 def test_command_of_a_silent_channel_does_not_apply_but_its_status_does(hand_made: Any) -> None:
@@ -95,10 +90,8 @@ def test_command_of_a_silent_channel_does_not_apply_but_its_status_does(hand_mad
     command, state = (
         source.series(f"channel.nominal.{what}") for what in ("acceleration", "status")
     )
-    assert command.status is not None
-    assert state.status is not None
-    assert command.status[0, 4] == SampleStatus.NOT_APPLICABLE
-    assert state.status[0, 4] == SampleStatus.VALUE
+    assert known(command.status)[0, 4] == SampleStatus.NOT_APPLICABLE
+    assert known(state.status)[0, 4] == SampleStatus.VALUE
     assert state.labels[int(state.values[0, 4])] == "silent"
 
 
@@ -114,9 +107,8 @@ def test_silent_channel_tracks_nothing_and_one_without_tracks_does_not_say(hand_
     made = hand_made().set("false_tracks", NO_TRACKS, rows=slice(4, 7), at=0)
     made.set("status", SILENT, rows=5, at=0)
     series = signals(made).series("channel.nominal.tracks.lead")
-    assert series.status is not None
     unknown = SampleStatus.NOT_APPLICABLE
-    assert series.status[0, 3:8].tolist() == [0, unknown, 0, unknown, 0]
+    assert known(series.status)[0, 3:8].tolist() == [0, unknown, 0, unknown, 0]
     assert not series.values[0, 5]
 
 
@@ -174,23 +166,18 @@ def test_fault_of_another_entry_is_never_active(hand_made: Any) -> None:
     assert not values(hand_made(), "fault.brake_loss.active", faults=["brake_loss"]).any()
 
 
-@pytest.mark.parametrize(
-    ("speed", "d", "stands", "safe"),
-    [
+def test_safe_state_is_standstill_on_lane_or_shoulder(hand_made: Any) -> None:
+    for speed, d, stands, safe in (
         (0.0, 5.25, True, True),
         (0.05, -1.9, True, True),
         (-0.05, 5.25, True, True),
         (0.06, 5.25, False, False),
         (0.0, -2.1, True, False),
         (0.0, 10.6, True, False),
-    ],
-)
-def test_safe_state_is_standstill_on_lane_or_shoulder(
-    hand_made: Any, speed: float, d: float, *, stands: bool, safe: bool
-) -> None:
-    made = hand_made().ego(speed=speed, d=d)
-    assert values(made, "standstill").all() == stands
-    assert values(made, "safe_state").all() == safe
+    ):
+        made = hand_made().ego(speed=speed, d=d)
+        assert values(made, "standstill").all() == stands, speed
+        assert values(made, "safe_state").all() == safe, speed
 
 
 def test_contact_is_no_safe_state(hand_made: Any) -> None:
@@ -199,22 +186,19 @@ def test_contact_is_no_safe_state(hand_made: Any) -> None:
     assert values(made, "contact")[:5].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0]
 
 
-@pytest.mark.parametrize(
-    ("speed", "d", "planned", "inside"),
-    [
+def test_odd_is_left_by_speed_or_by_leaving_the_road(hand_made: Any) -> None:
+    for speed, d, planned, inside in (
         (36.0, 5.25, True, True),
         (37.0, 5.25, True, False),
         (36.0, -3.0, True, False),
         (36.0, 5.25, False, False),
-    ],
-)
-def test_odd_is_left_by_speed_or_by_leaving_the_road(
-    hand_made: Any, speed: float, d: float, *, planned: bool, inside: bool
-) -> None:
-    attributes = Attributes.model_validate({"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}})
-    made = hand_made().ego(speed=speed, d=d)
-    found = values(made, "in_odd", inside=np.array([planned]), attributes=attributes)
-    assert found.all() == inside == found.any()
+    ):
+        attributes = Attributes.model_validate(
+            {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
+        )
+        made = hand_made().ego(speed=speed, d=d)
+        found = values(made, "in_odd", inside=np.array([planned]), attributes=attributes)
+        assert found.all() == inside == found.any(), speed
 
 
 def test_odd_without_a_speed_limit_has_none(hand_made: Any) -> None:

@@ -1,12 +1,9 @@
 """Statistics: published values, scipy, laws, and coverage by counting."""
 
-from __future__ import annotations
-
 import inspect
 import itertools
 import math
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -36,9 +33,7 @@ from adeye.judge.statistics import (
     wilson,
     zero_failure_bound,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from tests.refusals import refused
 
 
 def test_intervals_have_the_published_values() -> None:
@@ -65,35 +60,21 @@ def test_wilson_is_scipys() -> None:
 
 
 def test_what_is_no_proportion_level_prior_or_count_is_refused() -> None:
-    refused: list[tuple[Callable[[], object], str]] = [
-        *((partial(wilson, *pair, 0.95), "no proportion") for pair in ((1, 0), (-1, 3), (4, 3))),
-        *(
-            (partial(jeffreys, 1, 2, 0.9, prior), "prior")
-            for prior in ((0.0, 1.0), (-1.0, 2.0), (math.nan, 1.0))
-        ),
-        *(
-            (call, "confidence")
-            for level in (0.0, 1.0, -1.0, math.nan)
-            for call in (
-                partial(clopper_pearson, 1, 2, level),
-                partial(runs_without_failure, 0.1, level),
-            )
-        ),
-        *(
-            (partial(runs_without_failure, share, 0.95), "between 0 and 1")
-            for share in (0.0, 1.0, math.nan)
-        ),
-        (partial(mcnemar_p, -1, 3), "negative"),
-        *(
-            (partial(poisson_rate, *pair, 0.95), "no rate")
-            for pair in ((-1, 1.0), (1, 0.0), (1, math.inf))
-        ),
-        (partial(bca, 0.5, np.array([math.nan]), np.ones(1), 0.95), "no number"),
-        (partial(zero_failure_bound, [Stratum(1.0, 1, 10)], 0.95), "without a failure"),
-    ]
-    for call, message in refused:
-        with pytest.raises(ValueError, match=message):
-            call()
+    for pair in ((1, 0), (-1, 3), (4, 3)):
+        refused(ValueError, wilson, *pair, 0.95, says="no proportion")
+    for prior in ((0.0, 1.0), (-1.0, 2.0), (math.nan, 1.0)):
+        refused(ValueError, jeffreys, 1, 2, 0.9, prior, says="prior")
+    for level in (0.0, 1.0, -1.0, math.nan):
+        refused(ValueError, clopper_pearson, 1, 2, level, says="confidence")
+        refused(ValueError, runs_without_failure, 0.1, level, says="confidence")
+    for share in (0.0, 1.0, math.nan):
+        refused(ValueError, runs_without_failure, share, 0.95, says="between 0 and 1")
+    for counted in ((-1, 1.0), (1, 0.0), (1, math.inf)):
+        refused(ValueError, poisson_rate, *counted, 0.95, says="no rate")
+    refused(ValueError, mcnemar_p, -1, 3, says="negative")
+    refused(ValueError, bca, 0.5, np.array([math.nan]), np.ones(1), 0.95, says="no number")
+    failed = [Stratum(1.0, 1, 10)]
+    refused(ValueError, zero_failure_bound, failed, 0.95, says="without a failure")
 
 
 @pytest.mark.slow
@@ -134,18 +115,15 @@ def test_jeffreys_is_the_quantile_of_the_posterior() -> None:
     assert (jeffreys(0, 7, 0.9).low, jeffreys(7, 7, 0.9).high) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("level", "counts"),
-    [
+def test_runs_without_failure_golden_values() -> None:
+    for level, counts in (
         (0.90, [22, 230, 2302, 23025]),
         (0.95, [29, 299, 2995, 29956]),
         (0.99, [44, 459, 4603, 46050]),
-    ],
-)
-def test_runs_without_failure_golden_values(level: float, counts: list[int]) -> None:
-    assert [runs_without_failure(10.0**-k, level) for k in (1, 2, 3, 4)] == counts
-    for k, count in zip((1, 2, 3, 4), counts, strict=True):
-        assert upper_bound(0, count, level) <= 10.0**-k < upper_bound(0, count - 1, level)
+    ):
+        assert [runs_without_failure(10.0**-k, level) for k in (1, 2, 3, 4)] == counts
+        for k, count in zip((1, 2, 3, 4), counts, strict=True):
+            assert upper_bound(0, count, level) <= 10.0**-k < upper_bound(0, count - 1, level)
 
 
 @pytest.mark.parametrize("level", [5e-324, 1e-17, 0.5, 1.0 - 1e-9, 1.0 - 2.0**-53])
@@ -357,8 +335,7 @@ def test_a_stratum_without_runs_can_be_anything() -> None:
     seen = strata((0.7, 0.3), (1000, 0))
     assert zero_failure_bound(seen, 0.95) >= 0.3
     assert stratified_bound([Stratum(0.7, 1, 1000), Stratum(0.3, 0, 0)], 0.95) >= 0.3
-    with pytest.raises(ValueError, match="without runs"):
-        stratified_estimate(seen)
+    refused(ValueError, stratified_estimate, seen, says="without runs")
 
 
 def test_more_runs_never_make_the_bound_worse() -> None:
@@ -372,32 +349,16 @@ def test_more_runs_never_make_the_bound_worse() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("runs", [(6, 3), (4, 4)])
 def test_stratified_bound_covers_at_least_as_often_as_it_says(runs: tuple[int, int]) -> None:
-    weights, level = (0.8, 0.2), 0.9
-    outcomes = list(itertools.product(*(range(count + 1) for count in runs)))
-    bounds = np.array(
-        [
-            stratified_bound(
-                [
-                    Stratum(weight, failed, count)
-                    for weight, failed, count in zip(weights, outcome, runs, strict=True)
-                ],
-                level,
-            )
-            for outcome in outcomes
-        ]
-    )
-    for shares in itertools.product(np.linspace(0.0, 1.0, 41), repeat=2):
-        truth = weights[0] * shares[0] + weights[1] * shares[1]
-        chance = np.array(
-            [
-                math.prod(
-                    stats.binom.pmf(failed, count, share)
-                    for failed, count, share in zip(outcome, runs, shares, strict=True)
-                )
-                for outcome in outcomes
-            ]
-        )
-        assert chance[bounds >= truth - 1e-12].sum() >= level - 1e-9
+    weights, level, grid = (0.8, 0.2), 0.9, np.linspace(0.0, 1.0, 41)
+    outcomes = itertools.product(*(range(count + 1) for count in runs))
+    found = [stratified_bound(list(map(Stratum, weights, seen, runs)), level) for seen in outcomes]
+    bounds = np.reshape(found, [count + 1 for count in runs])
+    # Chances of so many failures, for each share.
+    chances = [stats.binom.pmf(np.arange(n + 1)[:, np.newaxis], n, grid) for n in runs]
+    for one, other in itertools.product(range(len(grid)), repeat=2):
+        covered = bounds >= np.dot(weights, grid[[one, other]]) - 1e-12
+        chance = np.outer(chances[0][:, one], chances[1][:, other])
+        assert chance[covered].sum() >= level - 1e-9
 
 
 def test_estimate_weighs_shares_and_variances() -> None:
@@ -413,17 +374,13 @@ def test_weights_are_varied_one_by_one() -> None:
     assert raised == zero_failure_bound(strata((0.25, 0.75), (1000, 10)), 0.95)
 
 
-@pytest.mark.parametrize(
-    "parts",
-    [
+def test_what_is_no_population_is_refused() -> None:
+    for parts in (
         [],
         strata((0.5, 0.4), (10, 10)),
         strata((1.5, -0.5), (10, 10)),
         [Stratum(1.0, 3, 2)],
         [Stratum(math.nan, 0, 2)],
-    ],
-)
-def test_what_is_no_population_is_refused(parts: list[Stratum]) -> None:
-    for function in (zero_failure_bound, stratified_bound):
-        with pytest.raises(ValueError, match=r"weight|failures|stratum"):
-            function(parts, 0.95)
+    ):
+        for function in (zero_failure_bound, stratified_bound):
+            refused(ValueError, function, parts, 0.95, says=r"weight|failures|stratum")

@@ -1,7 +1,5 @@
 """What follows a fault as times, and injected faults counted."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,7 @@ from adeye.judge.timeline import (
     worst_of,
 )
 from adeye.signals import REASON_STALENESS
+from tests.refusals import refused
 
 ONSET = 5
 
@@ -152,8 +151,7 @@ def test_ego_beside_the_road_or_nowhere_violates(hand_made: Any) -> None:
 
 def test_runs_of_another_clock_are_no_twins(hand_made: Any) -> None:
     one, two = hand_made().trace(), hand_made(step=0.05).trace()
-    with pytest.raises(ValueError, match="no twin"):
-        timeline(one, 0, two, 0)
+    refused(ValueError, timeline, one, 0, two, 0, says="no twin")
 
 
 def injection(class_: str, violation: float | None = None, run: str = "ab") -> Injection:

@@ -1,7 +1,5 @@
 """Folding of verdicts and exit codes, every pair against an order that is spelt out here."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -16,6 +14,7 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
+from tests.refusals import refused
 
 # Each row: (verdict of one run, of another, fold over both runs, fold over both FSRs).
 PAIRS = """
@@ -114,10 +113,9 @@ def test_a_waived_run_is_set_aside_but_passes_nothing() -> None:
     assert fold_runs({Verdict.NOT_RUN: 2}, waived={Verdict.NOT_RUN: 1}) is Verdict.NOT_RUN
 
 
-@pytest.mark.parametrize("verdict", [Verdict.FAIL, Verdict.ERROR, Verdict.VACUOUS, Verdict.PASS])
-def test_only_open_evidence_can_be_waived(verdict: Verdict) -> None:
-    with pytest.raises(ValueError, match="cannot be waived"):
-        fold_runs({verdict: 1}, waived={verdict: 1})
+def test_only_open_evidence_can_be_waived() -> None:
+    for verdict in (Verdict.FAIL, Verdict.ERROR, Verdict.VACUOUS, Verdict.PASS):
+        refused(ValueError, fold_runs, {verdict: 1}, waived={verdict: 1}, says="cannot be waived")
 
 
 def test_nonsense_counts_are_refused() -> None:
@@ -164,9 +162,8 @@ def test_only_pass_exits_with_zero() -> None:
 GREEN = {"a": [Verdict.PASS, Verdict.PASS], "b": [Verdict.PASS]}
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "planned", "accounted", "expected"),
-    [
+def test_the_gate_is_green_only_when_everything_is_there_and_passes() -> None:
+    for verdicts, planned, accounted, expected in (
         (GREEN, 4, 4, 0),
         (GREEN, 4, 3, 3),
         (GREEN, 4, 5, 4),
@@ -176,12 +173,8 @@ GREEN = {"a": [Verdict.PASS, Verdict.PASS], "b": [Verdict.PASS]}
         ({"a": [Verdict.PASS], "b": [Verdict.PASS, Verdict.FAIL]}, 4, 3, 1),
         ({"a": [Verdict.ERROR], "b": [Verdict.PASS]}, 4, 4, 3),
         ({"a": [Verdict.VACUOUS]}, 1, 1, 3),
-    ],
-)
-def test_the_gate_is_green_only_when_everything_is_there_and_passes(
-    verdicts: dict[str, list[Verdict]], planned: int, accounted: int, expected: int
-) -> None:
-    assert gate_exit(verdicts, planned=planned, accounted=accounted) == expected
+    ):
+        assert gate_exit(verdicts, planned=planned, accounted=accounted) == expected
 
 
 def test_a_failing_channel_does_not_prevent_judgement() -> None:

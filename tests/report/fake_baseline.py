@@ -1,7 +1,5 @@
 """A baseline of two architectures, two scenarios and three FSRs, and changes of it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from adeye.judge.verdict import ExitCode, Verdict

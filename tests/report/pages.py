@@ -1,7 +1,5 @@
 """The report of a database, and the text of one section of its page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from lxml import html as lxml_html

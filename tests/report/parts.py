@@ -1,7 +1,5 @@
 """Parts of a report as ``content/report.yaml`` tells them, with changes."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 from adeye.report.claims import Claim, Claims

@@ -1,7 +1,5 @@
 """What the campaign says of preventability, timing and safe stops."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

@@ -1,7 +1,5 @@
 """Claims of confidence: bounds, refusals, strata."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from copy import deepcopy
@@ -28,6 +26,7 @@ from adeye.signals import Bools, Ints
 from adeye.store.read.bulk import Labels
 from adeye.store.repository import Repository
 from tests.project import LEGACY, Executed, Project
+from tests.refusals import refused
 from tests.sql import rows
 from tests.stored import known, stored
 
@@ -99,8 +98,7 @@ def test_zero_failures_are_the_zero_failure_bound() -> None:
     found = single(["PASS"] * 299)
     assert (found.points, found.exercised, found.failing, found.undecided) == (299, 299, 0, 0)
     assert found.upper == pytest.approx(1.0 - 0.05 ** (1.0 / 299))
-    assert found.interval is not None
-    assert found.interval.high == pytest.approx(1.0 - 0.025 ** (1.0 / 299))
+    assert known(found.interval).high == pytest.approx(1.0 - 0.025 ** (1.0 / 299))
     assert found.refusal == ""
 
 
@@ -146,9 +144,7 @@ def test_one_grid_among_samples_has_no_bound_and_spoils_the_sum() -> None:
         {"a": ["PASS"] * 9, "b": ["PASS"] * 9}, {"b": "full_factorial"}, {"a": 1.0, "b": 1.0}
     )
     found = claims(campaign)
-    assert [(item.scenario, item.upper is None) for item in found.claims] == [
-        ("a", False), ("b", True),
-    ]  # fmt: skip
+    assert {item.scenario: item.upper is None for item in found.claims} == {"a": False, "b": True}
     assert found.missing == ()
 
 
@@ -234,15 +230,12 @@ def test_target_tells_how_many_points_it_takes() -> None:
 def test_options_out_of_range_are_refused() -> None:
     nan = float("nan")
     for option, value in (("level", 1.0), ("level", 0.0), ("level", nan), ("target", 2.0)):
-        with pytest.raises(UsageError, match=f"is {value:g}"):
-            single(["PASS"], **{option: value})
-    with pytest.raises(UsageError, match="'wald'"):
-        single(["PASS"], method="wald")
+        refused(UsageError, single, ["PASS"], **{option: value}, says=f"is {value:g}")
+    refused(UsageError, single, ["PASS"], method="wald", says="'wald'")
 
 
 def test_counts_are_those_of_the_documented_view(suites: Executed) -> None:
-    with Repository.open(suites.db, create=False) as repository:
-        campaign = repository.find_campaign(suites.summary.campaign)
+    with suites.opened() as (repository, campaign):
         found = claimed.claims_of(repository, campaign)
     sql = (
         "SELECT v.fsr, r.architecture, r.scenario, r.parameters, v.verdict FROM v_verdicts v "
@@ -289,10 +282,7 @@ def test_declared_distribution_is_spoken_of_as_such_and_not_as_uniform() -> None
     for use in content["odd"]["scenarios"]:
         use["sweep"]["parameters"] = law
     designs = claimed.designs_of(content)
-    assert (claimed.is_sample(designs["cut_in"]), claimed.is_sample(designs["cut_out"])) == (
-        True,
-        False,
-    )
+    assert [claimed.is_sample(designs[name]) for name in ("cut_in", "cut_out")] == [True, False]
     drawn, fixed = claimed.spoken_of(designs, designs)
     assert drawn.startswith("cut_in: points drawn from the declared distribution of each axis")
     assert "drawn uniformly" not in drawn
@@ -312,8 +302,7 @@ def test_each_kind_of_design_is_spoken_of_once() -> None:
 def test_report_calls_only_its_grid_no_random_sample(suites: Executed, mini: Executed) -> None:
     statements = []
     for executed in (suites, mini):
-        with Repository.open(executed.db, create=False) as repository:
-            campaign = repository.find_campaign(executed.summary.campaign)
+        with executed.opened() as (repository, campaign):
             report = ReportBuilder(repository, campaign, "my.db").build(lambda _: (), replays=0)
         statements.append(report.statements)
     drawn, fixed = statements[0]

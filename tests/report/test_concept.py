@@ -1,7 +1,5 @@
 """The safety concept in the report: goals, FSRs, elements, decompositions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import date
 from types import SimpleNamespace
@@ -16,7 +14,6 @@ from adeye.report.model.report import Cell
 from adeye.spec.concept import Concept, Decomposition, DependentFailure, Requirement, Waiver
 from adeye.spec.load import load_odd, shipped
 from adeye.store.read.checking import Violation
-from adeye.store.repository import Repository
 from adeye.store.rules import RULES
 from tests.project import Executed
 from tests.stored import known
@@ -24,8 +21,7 @@ from tests.stored import known
 
 @pytest.fixture(scope="module")
 def content(mini: Executed) -> argued.CampaignContent:
-    with Repository.open(mini.db, create=False) as repository:
-        campaign = repository.find_campaign(mini.summary.campaign)
+    with mini.opened() as (repository, campaign):
         odd = repository.content("odd", campaign.odd_digest)
     return argued.CampaignContent(campaign, mini.plan.files.concept.spec, odd)
 
@@ -47,10 +43,8 @@ def test_architecture_is_listed_with_what_it_is_made_of(content: argued.Campaign
 
 
 def test_scenario_has_its_exposure_per_hour_or_none(content: argued.CampaignContent) -> None:
-    assert {item.id: item.exposure for item in argued.scenarios_of(content)} == {
-        "cut_in": "",
-        "lead_braking": "",
-    }
+    told = {item.id: item.exposure for item in argued.scenarios_of(content)}
+    assert told == {"cut_in": "", "lead_braking": ""}
     uses = [dict(use) for use in content.odd["odd"]["scenarios"]]
     uses[0]["exposure"] = 0.6 / 3600.0
     odd = {**content.odd, "odd": {**content.odd["odd"], "scenarios": uses}}

@@ -1,7 +1,5 @@
 """Swept axes that move no metric."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from adeye.report.metrics import dead_axes, moves

@@ -1,25 +1,27 @@
 """How far evidence reaches: coverage, step, repeated results."""
 
-from __future__ import annotations
-
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from adeye.campaign.integrity import executed_coverage
 from adeye.judge.uncertainty import Difference
+from adeye.judge.verdict import ExitCode
 from adeye.report import evidence
 from adeye.report.claims import claims_of, refusals_of
 from adeye.report.evidence import evidence_of, exclusions_of, step_statements, step_uncertainty_of
+from adeye.report.gate.baseline import Finding, Kind
+from adeye.report.impact import impact_of
 from adeye.report.model.evidence import OddCoverage
-from adeye.store.repository import Repository
 from adeye.store.write.half_steps import UncertaintyRecord
 from tests.project import Executed
+from tests.report.parts import impact
+from tests.stored import known
 
 
 def parts(executed: Executed) -> dict[str, Any]:
-    with Repository.open(executed.db, create=False) as repository:
-        campaign = repository.find_campaign(executed.summary.campaign)
+    with executed.opened() as (repository, campaign):
         odd = repository.content("odd", campaign.odd_digest)
         return evidence_of(repository, campaign, odd, lambda text: f"{text} --db my.db")
 
@@ -33,8 +35,7 @@ def test_bounds_are_those_of_the_command_and_a_grid_has_none(
     mini: Executed, mini_parts: dict[str, Any]
 ) -> None:
     found = mini_parts["confidence"]
-    with Repository.open(mini.db, create=False) as repository:
-        campaign = repository.find_campaign(mini.summary.campaign)
+    with mini.opened() as (repository, campaign):
         assert found == claims_of(repository, campaign)
     assert found.claims
     assert all(claim.upper is None for claim in found.claims)
@@ -147,3 +148,39 @@ def test_no_uncertainty_is_not_taken_for_zero() -> None:
     assert "at most" not in text
     # Who did not ask says nothing.
     assert step_statements(()) == ()
+
+
+# --- What a report says about change --------------------------------------------------------------
+
+FOUND = (
+    Finding(Kind.NEWLY_FAILING, "FAIL, PASS before", fsr="F", architecture="a", runs=("r1", "r2")),
+    Finding(Kind.NEWLY_PASSING, "PASS, FAIL before", fsr="G"),
+    Finding(Kind.MARGIN, "lost 1 m", decides=False, fsr="F", architecture="b", scenario="s"),
+)
+
+
+def result(*changes: Finding) -> Any:
+    return SimpleNamespace(
+        baseline="b.json", exit_code=ExitCode.FAILED, message="no", changes=changes
+    )
+
+
+COMMANDS = ("adeye gate c0de", lambda run: f"adeye show {run}")
+
+
+def test_every_difference_is_told_with_its_worst_run_and_whether_it_decides() -> None:
+    told = impact_of(result(*FOUND), "c0de", "gone", COMMANDS)
+    assert [item.kind for item in told.changes] == [item.kind for item in FOUND]
+    assert [item.decides for item in told.changes] == [True, False, False]
+    assert told.deciding == 1
+    first, _, last = told.changes
+    assert first.command == "adeye show r1"
+    assert (last.command, last.fsr, last.architecture, last.scenario) == ("", "F", "b", "s")
+
+
+def test_reason_stands_where_stale_evidence_is_not_known() -> None:
+    told = impact_of(result(), "c0de", "the file is gone", COMMANDS)
+    assert (told.stale, told.not_asked) == (None, "the file is gone")
+    stale = known(impact().stale)
+    told = impact_of(result(), "c0de", stale, COMMANDS)
+    assert (told.stale, told.not_asked) == (stale, "")

@@ -1,7 +1,5 @@
 """Faults in the report: groups, rates, takeovers."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from itertools import pairwise
@@ -26,6 +24,7 @@ from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
 from tests.noisy import CONFIRM, noisy_project
 from tests.project import Executed
+from tests.refusals import refused
 from tests.report.pages import built, section
 from tests.stored import known
 
@@ -157,8 +156,7 @@ def test_every_run_is_in_one_point_and_a_grid_has_a_rate_without_an_interval(
 
 
 def test_unknown_axis_is_refused_with_those_that_there_are(db: Path) -> None:
-    with pytest.raises(InputError, match=r"does not sweep it.*deceleration"):
-        trades_by(db, None, "weather")
+    refused(InputError, trades_by, db, None, "weather", says=r"does not sweep it.*deceleration")
 
 
 def row(confirm: float, fault: str, **metrics: Any) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """SARIF and ReqIF against the schemas of those who define them, and read by tools of others."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -20,8 +18,7 @@ from adeye.report.formats.sarif import check_sarif, render_sarif
 from adeye.report.model.report import Report
 from adeye.store.read.checking import Violation
 from tests.report.fake import build_report
-from tests.report.formats.test_check_sarif import checked
-from tests.report.formats.test_sarif import log_of, require_sarif, result
+from tests.report.formats.test_sarif import checked, log_of, require_sarif, result
 
 # --- SARIF
 

@@ -1,7 +1,5 @@
 """Lines of FSRs and scenarios, only where the files still say what was run."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reasons why there is no bound, each once."""
 
-from __future__ import annotations
-
 from adeye.report.claims import Refusal, refusals_of
 from tests.report.parts import claim, claims, refused
 

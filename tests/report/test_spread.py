@@ -1,13 +1,12 @@
 """Least, median and greatest value of each metric, each with its run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from adeye.report.metrics import metric_title, summarise
 from adeye.report.model.report import MetricSummary
 from adeye.store.tables import METRIC_IDS
 from tests.figures import figures_of
+from tests.stored import known
 
 UNITLESS = {
     *("contact", "contact_at_fault", "nominal_availability", "takeovers", "trips"),
@@ -43,8 +42,7 @@ def test_extremes_and_median_come_with_the_runs_that_they_come_from() -> None:
     ]
     assert values == [(1.0, "b"), (2.0, "c"), (3.0, "a")]
     assert (found.runs, found.undefined) == (4, 1)
-    assert found.minimum is not None
-    assert found.minimum.command == "adeye replay b"
+    assert known(found.minimum).command == "adeye replay b"
 
 
 def test_median_of_an_even_number_is_a_run_that_exists() -> None:

@@ -154,21 +154,16 @@ def test_budget_that_no_fault_exercises_is_vacuous_only_if_all_is_measured() -> 
         assert (row.verdict, row.note) == (Verdict.NOT_RUN, "not measured")
 
 
-@pytest.mark.parametrize(
-    ("of", "verdict", "left"),
-    [
+def test_goal_is_held_against_its_largest_budget() -> None:
+    for of, verdict, left in (
         (concept(fdti=None), Verdict.NOT_RUN, None),
         (concept(), Verdict.INCONCLUSIVE, 0.7),
         (concept(fdti=None, frti=0.4), Verdict.INCONCLUSIVE, 0.6),
         (concept(frti=0.3), Verdict.PASS, 0.4),
         (concept(frti=0.9), Verdict.FAIL, -0.2),
         (concept(fdti=1.2), Verdict.FAIL, -0.2),
-    ],
-)
-def test_goal_is_held_against_its_largest_budget(
-    of: Any, verdict: Verdict, left: float | None
-) -> None:
-    [row] = told(injection(), of=of).goals
-    assert row.verdict is verdict
-    assert row.margin_s == (None if left is None else pytest.approx(left))
-    assert (row.fhti_s is None) == (of.requirements[0].frti is None or row.fdti_s is None)
+    ):
+        [row] = told(injection(), of=of).goals
+        assert row.verdict is verdict, of
+        assert row.margin_s == (None if left is None else pytest.approx(left)), of
+        assert (row.fhti_s is None) == (of.requirements[0].frti is None or row.fdti_s is None)

@@ -1,7 +1,5 @@
 """The table of verification: each FSR with its verdicts, margins and worst runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,15 +1,11 @@
 """Scripted channels for proofs that need a known command."""
 
-from __future__ import annotations
+from pathlib import Path
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
-from tests.project import CANDIDATE, MINI, Project, run_cases
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.trace import Trace
+from adeye.testing import zoo
+from adeye.trace import Trace
+from tests.project import CANDIDATE, Project, odd_of, run_cases
 
 SCRIPTED = '''
 """A channel that gives the command, the status and the silence that its parameters say."""
@@ -52,13 +48,7 @@ def scripted(folder: Path, channels: dict[str, dict[str, float]], **switch: Any)
         channels: Parameters of each channel, by id.
         switch: Fields of the switch; by default the first channel acts.
     """
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-        "faults": [],
-        "architectures": ["architectures/camera_radar.yaml"],
-    }
-    project = Project(folder / "project", odd)
+    project = Project(folder / "project", odd_of("lead_braking"))
     (folder / "project" / "odd" / "architectures" / "scripted.py").write_text(SCRIPTED, "utf-8")
     names = list(channels)
     with project.edited(CANDIDATE) as candidate:
@@ -73,12 +63,17 @@ def scripted(folder: Path, channels: dict[str, dict[str, float]], **switch: Any)
         }
         default = {"policy": "fixed_priority", "priority": names, "default": names[0]}
         candidate["switch"] = {**default, **switch}
-    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
-        # Requirements that every architecture can be judged on.
-        concept["requirements"] = [
-            item for item in concept["requirements"] if item["id"] in {"FSR-01", "FSR-06"}
-        ]
+    # Requirements that every architecture can be judged on.
+    project.require("FSR-01", "FSR-06")
     return project
+
+
+def invite(project: Project) -> None:
+    """Give the candidate a channel ``guest`` that is a program of its own."""
+    zoo.settle(project.folder / "odd" / "architectures")
+    guest = {"kind": "process", "links": ["localisation"], "parameters": zoo.parameters("")}
+    with project.edited(CANDIDATE) as candidate:
+        candidate["channels"]["guest"] = {"rate": "20 Hz", **guest}
 
 
 def driven(project: Project) -> Trace:

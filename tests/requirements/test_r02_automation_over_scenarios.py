@@ -1,36 +1,23 @@
 """R2: one command runs a catalogue over several roads, and goes on after an interruption."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 import adeye
+from adeye.campaign.run import Progress
 from adeye.cli.app import main
-from tests.project import MINI, table_hash
-
-if TYPE_CHECKING:
-    from adeye.campaign.run import Progress
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
+from tests.project import odd_of, table_hash, use
+from tests.refusals import refused
 
 pytestmark = pytest.mark.requirements
 
-CATALOGUE: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {"use": "cut_in", "faults": ["none"]},
-        {"use": "cut_in_on_a_bend", "faults": ["none"]},
-        {
-            "use": "lead_braking",
-            "faults": ["none"],
-            "sweep": {"parameters": {"ego_speed": ["60 km/h", "80 km/h"]}},
-        },
-    ],
-    "faults": [],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "gate": {"architectures": ["camera_radar"]},
-}
+CATALOGUE = odd_of(
+    "cut_in",
+    "cut_in_on_a_bend",
+    use("lead_braking", {"ego_speed": ["60 km/h", "80 km/h"]}),
+)
 BEND: dict[str, Any] = {
     "extends": "cut_in",
     "scenario": "cut_in_on_a_bend",
@@ -50,19 +37,14 @@ def test_one_command_runs_a_catalogue_over_several_roads_and_resumes(
         if state.done:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        adeye.run(project.odd, db=project.db, progress=stop)
+    refused(KeyboardInterrupt, adeye.run, project.odd, db=project.db, progress=stop)
     begun = len(project.rows())
     assert 0 < begun < 4
     command = ["run", str(project.odd), "--db", str(project.db), "--workers", "1", "--quiet"]
     main(command)
     rows = project.rows()
-    assert [row["scenario"] for row in rows] == [
-        "cut_in",
-        "cut_in_on_a_bend",
-        "lead_braking",
-        "lead_braking",
-    ]
+    names = ["cut_in", "cut_in_on_a_bend", "lead_braking", "lead_braking"]
+    assert [row["scenario"] for row in rows] == names
     # The two roads lead to two drives.
     assert rows[0]["trace_digest"] != rows[1]["trace_digest"]
     finished = table_hash(project.db)

@@ -1,25 +1,17 @@
 """R3: the same campaign from the shell and from ten lines of Python, with identical results."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.project import MINI, ROOT, table_hash
-
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
+from adeye.kernel.jit import cache_directory
+from tests.conftest import MakeProject
+from tests.project import ROOT, odd_of, table_hash
 
 pytestmark = pytest.mark.requirements
 
-TWO: dict[str, Any] = {
-    **MINI,
-    "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-    "faults": [],
-}
+TWO = odd_of("lead_braking", architectures=("camera_radar", "legacy_camera"))
 
 PROGRAM = """
 import adeye
@@ -37,6 +29,9 @@ assert replayed.identical
 @pytest.mark.slow
 def test_shell_and_python_give_identical_results(make_project: MakeProject) -> None:
     project = make_project(TWO)
+    # The child finds the compiled functions of this process.
+    environment = {"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(project.folder.parent)}
+    environment["NUMBA_CACHE_DIR"] = str(cache_directory())
     code = {}
     for name, command in {
         "shell": ["-m", "adeye", "run", "odd/tested.yaml", "--db", "shell.db", "--workers", "1"],
@@ -45,8 +40,7 @@ def test_shell_and_python_give_identical_results(make_project: MakeProject) -> N
         done = subprocess.run(
             [sys.executable, *command],
             cwd=project.folder,
-            env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(project.folder.parent)}
-            | _cache(),
+            env=environment,
             capture_output=True,
             text=True,
             check=False,
@@ -56,10 +50,3 @@ def test_shell_and_python_give_identical_results(make_project: MakeProject) -> N
     assert code["python"] == 0
     assert len(PROGRAM.strip().splitlines()) <= 10
     assert table_hash(project.folder / "shell.db") == table_hash(project.folder / "python.db")
-
-
-def _cache() -> dict[str, str]:
-    """Let the child find the compiled functions of this process."""
-    from adeye.kernel.jit import cache_directory
-
-    return {"NUMBA_CACHE_DIR": str(cache_directory())}

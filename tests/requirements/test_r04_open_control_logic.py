@@ -1,10 +1,8 @@
 """R4: the channels of the package are readable source, and each can be replaced, from YAML too."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 import pytest
 
@@ -12,10 +10,8 @@ from adeye.simulate.channels.factory import BUILT_IN
 from adeye.simulate.channels.policy import PolicyChannel
 from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.channels import BuiltInChannel
-from tests.project import CANDIDATE, MINI
-
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, odd_of, use
 
 pytestmark = pytest.mark.requirements
 
@@ -65,13 +61,7 @@ def test_channel_is_source_in_the_package(kind: str) -> None:
 
 @pytest.mark.slow
 def test_channel_can_be_replaced_without_a_change_here(make_project: MakeProject) -> None:
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-        "faults": [],
-        "architectures": ["architectures/camera_radar.yaml"],
-    }
-    project = make_project(odd)
+    project = make_project(odd_of("lead_braking"))
     before = project.run()
     (project.folder / "odd" / "architectures" / "gentle.py").write_text(REPLACEMENT, "utf-8")
     with project.edited(CANDIDATE) as candidate:
@@ -95,21 +85,8 @@ def test_nominal_channel_is_exchanged_for_another_one_by_its_kind(
         "trajectory": {},
         "policy": {"policy": "./keep.py:keep", "normalised": False},
     }
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [
-                {
-                    "use": "cut_in",
-                    "faults": ["none"],
-                    "sweep": {"parameters": {"gap": ["20 m"], "ego_speed": ["100 km/h"]}},
-                }
-            ],
-            "faults": [],
-            "architectures": [f"architectures/{kind}_logic.yaml" for kind in kinds],
-            "gate": {"architectures": ["nominal_logic"]},
-        }
-    )
+    near = use("cut_in", {"gap": ["20 m"], "ego_speed": ["100 km/h"]})
+    project = make_project(odd_of(near, architectures=[f"{kind}_logic" for kind in kinds]))
     (project.folder / "odd" / "architectures" / "keep.py").write_text(POLICY, "utf-8")
     base = project.read(CANDIDATE)
     for kind, parameters in kinds.items():

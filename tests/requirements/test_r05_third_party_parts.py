@@ -1,19 +1,14 @@
 """R5: channel, sensor, metric, fault and executor of another package plug in, no change here."""
 
-from __future__ import annotations
-
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from adeye.cli.app import main
-from tests.project import CANDIDATE, MINI, Project, table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
+from tests.motorway import fault
+from tests.project import CANDIDATE, CONCEPT, Project, odd_of, table_hash, use
 
 pytestmark = pytest.mark.requirements
 
@@ -205,43 +200,29 @@ def third_party(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return name
 
 
+ALONE = {"policy": "fixed_priority", "priority": ["nominal"], "default": "nominal"}
+
+
 def plugged(project: Project, name: str, *, near: float, reach: float) -> None:
+    kinds = {
+        "sensors": {"kind": f"{name}.eye:Eye", "parameters": {"range": reach}},
+        "channels": {
+            "kind": f"{name}.follow:Follow", "links": ["eye"], "parameters": {"near": near}
+        },
+    }  # fmt: skip
     with project.edited(CANDIDATE) as candidate:
-        candidate["sensors"]["eye"] = {
-            "kind": f"{name}.eye:Eye",
-            "rate": "20 Hz",
-            "parameters": {"range": reach},
-        }
-        candidate["channels"]["nominal"] = {
-            "kind": f"{name}.follow:Follow",
-            "links": ["eye"],
-            "rate": "20 Hz",
-            "parameters": {"near": near},
-        }
-        candidate["channels"].pop("safety", None)
-        candidate["switch"] = {
-            "policy": "fixed_priority",
-            "priority": ["nominal"],
-            "default": "nominal",
-        }
+        candidate["sensors"]["eye"] = {"rate": "20 Hz", **kinds["sensors"]}
+        candidate["channels"] = {"nominal": {"rate": "20 Hz", **kinds["channels"]}}
+        candidate["switch"] = ALONE
 
 
 @pytest.mark.slow
 def test_channel_and_sensor_of_a_third_party_drive_the_ego(
     make_project: MakeProject, third_party: str
 ) -> None:
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "cut_in", "faults": ["none"]}],
-        "faults": [],
-        "architectures": ["architectures/camera_radar.yaml"],
-    }
-    project = make_project(odd)
-    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
-        # Requirements that every architecture can be judged on.
-        concept["requirements"] = [
-            item for item in concept["requirements"] if item["id"] in {"FSR-01", "FSR-02"}
-        ]
+    project = make_project(odd_of("cut_in"))
+    # Requirements that every architecture can be judged on.
+    project.require("FSR-01", "FSR-02")
     distances = {}
     for near, reach in ((60.0, 100.0), (60.0, 20.0), (1.0, 100.0)):
         plugged(project, third_party, near=near, reach=reach)
@@ -277,39 +258,23 @@ def test_parts_from_a_file_of_the_user_run_in_the_loop(make_project: MakeProject
 def braking(project: Project, name: str) -> None:
     """Test a channel with a hook, a fault in it, and a metric of the package."""
     with project.edited(CANDIDATE) as candidate:
-        candidate["channels"] = {
-            "nominal": {"kind": f"{name}.braking:Braking", "links": ["localisation"]}
-        }
-        candidate["switch"] = {
-            "policy": "fixed_priority",
-            "priority": ["nominal"],
-            "default": "nominal",
-        }
-    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
-        kept = [item for item in concept["requirements"] if item["id"] == "FSR-01"]
+        nominal = {"kind": f"{name}.braking:Braking", "links": ["localisation"]}
+        candidate["channels"] = {"nominal": nominal}
+        candidate["switch"] = ALONE
+    project.require("FSR-01")
+    with project.edited(CONCEPT) as concept:
         bound = {"formula": None, "bound": {"metric": "pace_mps", "at_least": 1.0}}
-        own = {**kept[0], "id": "FSR-90", **bound, "on_contact": "inconclusive"}
-        concept["requirements"] = [*kept, own]
+        own = {**bound, "id": "FSR-90", "on_contact": "inconclusive"}
+        concept["requirements"].append({**concept["requirements"][0], **own})
 
 
 @pytest.mark.slow
 def test_fault_and_metric_of_a_third_party_decide_a_verdict(
     make_project: MakeProject, third_party: str
 ) -> None:
-    fault = {
-        "id": "frozen",
-        "target": "hooks.nominal",
-        "model": "planner_frozen",
-        "onset": {"at": "0 s"},
-    }
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "cut_in", "faults": ["none", "frozen"]}],
-        "faults": [fault],
-        "architectures": ["architectures/camera_radar.yaml"],
-        "plugins": [f"{third_party}.pace:Pace"],
-    }
-    project = make_project(odd)
+    frozen = fault("frozen", "hooks.nominal", "planner_frozen")
+    uses = use("cut_in", faults=("none", "frozen"))
+    project = make_project(odd_of(uses, faults=[frozen], plugins=[f"{third_party}.pace:Pace"]))
     braking(project, third_party)
     project.run()
     rows = {row["fault_entry"]: row for row in project.rows()}
@@ -317,10 +282,8 @@ def test_fault_and_metric_of_a_third_party_decide_a_verdict(
     # The channel brakes by itself and not with the fault; the metric sees it and the verdict says.
     assert rows["none"]["max_deceleration_mps2"] == pytest.approx(2.0)
     assert rows["frozen"]["max_deceleration_mps2"] == 0.0
-    assert {name: row["verdicts"]["FSR-90"] for name, row in rows.items()} == {
-        "none": "PASS",
-        "frozen": "FAIL",
-    }
+    verdicts = {name: row["verdicts"]["FSR-90"] for name, row in rows.items()}
+    assert verdicts == {"none": "PASS", "frozen": "FAIL"}
 
 
 @pytest.mark.slow

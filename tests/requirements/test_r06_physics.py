@@ -1,7 +1,5 @@
 """R6: the world obeys physics: grip, actuators, geometry, weather; and the step does not matter."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

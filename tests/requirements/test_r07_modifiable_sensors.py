@@ -1,11 +1,10 @@
 """R7: every parameter of every sensor is varied from YAML, and what it stands for changes."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,14 +16,11 @@ from adeye.simulate.sensors.rig import BUILT_IN, Rig
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec import sensors as records
 from adeye.spec.quantity import Record
-from tests.project import CANDIDATE, MINI, Project
+from adeye.sweep.case import TestCase
+from tests.project import CANDIDATE, Project, odd_of, use
+from tests.refusals import refused
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from adeye.sweep.case import TestCase
 
 pytestmark = pytest.mark.requirements
 
@@ -125,21 +121,13 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return make
 
 
-def project_of(folder: Path, model: str) -> Project:
+def project_of(folder: Path, model: str, axes: dict[str, list[Any]] | None = None) -> Project:
     """One scenario for each parameter, which sweeps it; all in one plan."""
     uses = [
-        {
-            "use": "cut_in",
-            "as": f"sweep_{number}",
-            "faults": ["none"],
-            "sweep": {"parameters": {f"{TESTED}.{path}": values}},
-        }
-        for number, (path, values) in enumerate(axes_of(model).items())
+        use("cut_in", {f"{TESTED}.{path}": values}) | {"as": f"sweep_{number}"}
+        for number, (path, values) in enumerate((axes or axes_of(model)).items())
     ]
-    architectures = ["architectures/camera_radar.yaml"]
-    project = Project(
-        folder / "project", MINI | {"scenarios": uses, "faults": [], "architectures": architectures}
-    )
+    project = Project(folder / "project", odd_of(*uses))
     kind, _, fidelity = model.partition("/")
     words = {"kind": kind, "rate": "20 Hz"} | ({"fidelity": fidelity} if fidelity else {})
     with project.edited(CANDIDATE) as candidate:
@@ -172,12 +160,8 @@ def readings(case: TestCase, ticks: int = 30) -> list[Measurement]:
     stays before the bumper of an ego that turns to the left.
     """
     sizes = [CAR, TRUCK, CAR, (0.5, 0.6, 1.75), (0.2, 0.2, 1.0)]
-    context = scene_context(
-        sizes,
-        kinds=["car", "truck", "parked_car", "pedestrian", "barrier"],
-        rain=5.0 * MM_PER_HOUR,
-        illuminance=1.0,
-    )
+    kinds = ["car", "truck", "parked_car", "pedestrian", "barrier"]
+    context = scene_context(sizes, kinds=kinds, rain=5.0 * MM_PER_HOUR, illuminance=1.0)
     rig = Rig([case], context, Path())
     spec = case.architecture.sensors["tested"]
     clustering = None
@@ -224,51 +208,29 @@ def test_every_parameter_changes_what_the_sensor_reads(model: str, planned: Any)
     assert idle == WITHOUT_EFFECT.get(model, frozenset())
 
 
-@pytest.mark.parametrize("path", PAPERS)
-def test_what_is_only_written_about_a_sensor_is_no_axis(path: str, tmp_path: Path) -> None:
-    project = project_of(tmp_path, "camera")
-    with project.edited_odd() as odd:
-        sweep = {"parameters": {f"{TESTED}.{path}": PAPERS[path]}}
-        odd["scenarios"] = [{"use": "cut_in", "faults": ["none"], "sweep": sweep}]
-    with pytest.raises(SweepError, match="no run differs between") as caught:
-        project.plan()
-    assert caught.value.where is not None
+def test_what_is_only_written_about_a_sensor_is_no_axis(tmp_path: Path) -> None:
+    for path in PAPERS:
+        project = project_of(tmp_path, "camera", {path: PAPERS[path]})
+        caught = refused(SweepError, project.plan, says="no run differs between")
+        assert caught.where is not None
 
 
 def test_fidelity_is_swept_where_both_records_have_what_is_written(tmp_path: Path) -> None:
-    project = project_of(tmp_path, "radar/physical")
-    with project.edited_odd() as odd:
-        odd["scenarios"] = [
-            {
-                "use": "cut_in",
-                "faults": ["none"],
-                "sweep": {"parameters": {f"{TESTED}.fidelity": ["object", "physical"]}},
-            }
-        ]
+    project = project_of(tmp_path, "radar/physical", {"fidelity": ["object", "physical"]})
     one, other = project.plan().cases
     assert isinstance(one.architecture.sensors["tested"], records.Radar)
     assert isinstance(other.architecture.sensors["tested"], records.PhysicalRadar)
     assert one.digest != other.digest
 
 
-@pytest.mark.parametrize(
-    ("path", "values", "said"),
-    [
+def test_value_that_is_none_is_refused_at_its_axis(tmp_path: Path) -> None:
+    for path, values, said in (
         ("range", ["5 s"], "is not a length"),
         ("beams", [1], "beams: must be at least 2"),
         ("mount.z", ["0.1 m"], "at least 0.2 m above the ground"),
         ("kind", ["radar"], "cannot vary"),
         ("bemas", [900], "no architecture has this path. There are: rate"),
-    ],
-)
-def test_value_that_is_none_is_refused_at_its_axis(
-    path: str, values: list[Any], said: str, tmp_path: Path
-) -> None:
-    project = project_of(tmp_path, "lidar/physical")
-    with project.edited_odd() as odd:
-        sweep = {"parameters": {f"{TESTED}.{path}": values}}
-        odd["scenarios"] = [{"use": "cut_in", "faults": ["none"], "sweep": sweep}]
-    with pytest.raises(SweepError) as caught:
-        list(project.plan().cases)
-    assert said in str(caught.value)
-    assert "tested.yaml:" in str(caught.value)
+    ):
+        project = project_of(tmp_path, "lidar/physical", {path: values})
+        caught = refused(SweepError, list, project.plan().cases, says=said)
+        assert "tested.yaml:" in str(caught)

@@ -1,19 +1,13 @@
 """R9: the truth is recorded at every tick, and given to the channels that are allowed it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
 from adeye.campaign.replay import rerun
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-    from tests.project import Executed
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
+from tests.project import Executed
 
 pytestmark = pytest.mark.requirements
 

@@ -1,20 +1,14 @@
 """R10: what a channel commands is what the ego does, and what it sees follows from that."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from adeye.signals import EGO_SPEED, NO_CHANNEL
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 from tests.requirements.loop import driven, scripted
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
 
 pytestmark = pytest.mark.requirements
 

@@ -1,18 +1,14 @@
 """R11: vehicles, a pedestrian and a cyclist, scripted and reactive, in one scenario."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.signals import OBJECT_CLASSES, OBJECT_SPEED, OBJECT_Y
-from tests.project import MINI, run_cases
+from tests.conftest import MakeProject
+from tests.project import odd_of, run_cases
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
@@ -20,13 +16,7 @@ STREET: dict[str, Any] = stored("street")
 
 
 def test_every_kind_of_participant_moves_in_its_own_way(make_project: MakeProject) -> None:
-    odd = {
-        **MINI,
-        "scenarios": [{"use": "street", "faults": ["none"]}],
-        "faults": [],
-        "architectures": ["architectures/camera_radar.yaml"],
-    }
-    project = make_project(odd)
+    project = make_project(odd_of("street"))
     project.write("scenarios_db/urban/street.yaml", STREET)
     plan = project.plan()
     trace = run_cases(plan, [plan.cases[0]])

@@ -1,24 +1,17 @@
 """R12: several channels run at once, shadow commands are kept, and FSRs judge each of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from adeye.judge.verdict import Verdict
 from adeye.signals import SILENT
-from adeye.sweep.case import AuthorityOverride
-from adeye.testing import zoo
-from tests.project import CANDIDATE, CONCEPT, MINI, run_cases
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-    from tests.conftest import MakeProject
-    from tests.project import Executed
+from adeye.sweep.case import AuthorityOverride, TestCase
+from adeye.trace import Trace
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, CONCEPT, Executed, odd_of, run_cases
+from tests.requirements.loop import invite
 
 pytestmark = pytest.mark.requirements
 
@@ -41,14 +34,7 @@ def test_every_channel_answers_at_every_tick_whoever_acts(
 
 @pytest.mark.slow
 def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
+    project = make_project(odd_of("lead_braking"))
     with project.edited(CONCEPT) as concept:
         like = next(item for item in concept["requirements"] if item["id"] == "FSR-06")
         concept["requirements"] = [
@@ -66,23 +52,10 @@ def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
 def test_commands_of_a_program_and_of_a_planned_stop_are_kept_while_another_acts(
     make_project: MakeProject,
 ) -> None:
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
-    zoo.settle(project.folder / "odd" / "architectures")
+    project = make_project(odd_of("lead_braking"))
+    invite(project)
     with project.edited(CANDIDATE) as candidate:
         candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}
-        candidate["channels"]["guest"] = {
-            "kind": "process",
-            "links": ["localisation"],
-            "rate": "20 Hz",
-            "parameters": zoo.parameters(""),
-        }
     plan = project.plan()
     trace = run_cases(plan, [plan.cases[0]])
     rows = int(trace.length[0]) - 1
@@ -102,12 +75,7 @@ def test_shadow_commands_say_what_a_fork_with_another_authority_would_have_begun
     mini: Executed,
 ) -> None:
     """The shadow command at the fork's tick is the acting one of the fork, bit for bit."""
-    case = next(
-        case
-        for case in mini.plan.cases
-        if (case.architecture.architecture, case.fault_entry) == ("camera_radar", "none")
-    )
-    tick = 40
+    case, tick = mini.case("camera_radar", "none"), 40
     origin = run_cases(mini.plan, [case])
     fork = run_cases(mini.plan, [replace(case, override=AuthorityOverride(tick, "safety"))])
     safety = origin.layout.channels.index("safety")

@@ -1,9 +1,7 @@
 """R13: a declarative switch decides whose command acts."""
 
-from __future__ import annotations
-
-import re
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,18 +9,21 @@ import pytest
 from adeye.campaign.events import events_of
 from adeye.errors import InputError
 from adeye.signals import EGO_SPEED, REASON_LABELS
-from tests.project import CANDIDATE, run_cases
+from adeye.trace import Trace
+from tests.conftest import MakeProject
+from tests.motorway import fault
+from tests.project import CANDIDATE, Executed, run_cases
 from tests.requirements.loop import driven, scripted
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from adeye.trace import Trace
-    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
 FIRST = round(1.0 / 0.05)
+CHANNELS = {
+    "careful": {"acceleration": -4.0, "requests_from": 1.0},
+    "quick": {"acceleration": 0.5},
+}
+SWITCH = {"priority": ["careful", "quick"], "default": "quick"}
+TWO = {"quick": {"acceleration": 0.5}, "spare": {"acceleration": -2.0}}
 
 
 def authority(trace: Trace) -> list[str]:
@@ -33,12 +34,7 @@ def authority(trace: Trace) -> list[str]:
 
 @pytest.mark.slow
 def test_request_of_the_channel_with_priority_takes_over(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick", "latch": True}
-    trace = driven(scripted(tmp_path, channels, **switch))
+    trace = driven(scripted(tmp_path, CHANNELS, **SWITCH, latch=True))
     acting = authority(trace)
     assert set(acting[: FIRST - 2]) == {"quick"}
     assert set(acting[FIRST + 2 :]) == {"careful"}
@@ -48,20 +44,16 @@ def test_request_of_the_channel_with_priority_takes_over(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_the_other_order_of_priority_gives_the_other_answer(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5, "requests_from": 0.0},
-    }
-    for order, winner in ((["careful", "quick"], "careful"), (["quick", "careful"], "quick")):
+    channels = {**CHANNELS, "quick": {"acceleration": 0.5, "requests_from": 0.0}}
+    for order in (["careful", "quick"], ["quick", "careful"]):
         switch = {"priority": order, "default": "quick", "latch": False}
-        trace = driven(scripted(tmp_path / winner, channels, **switch))
-        assert set(authority(trace)[FIRST + 2 :]) == {winner}
+        trace = driven(scripted(tmp_path / order[0], channels, **switch))
+        assert set(authority(trace)[FIRST + 2 :]) == {order[0]}
 
 
 def test_channel_that_falls_silent_loses_authority(tmp_path: Path) -> None:
-    channels = {"quick": {"acceleration": 0.5, "fails_from": 1.0}, "spare": {"acceleration": -2.0}}
-    switch = {"priority": ["quick", "spare"], "default": "quick", "staleness": "0.2 s"}
-    acting = authority(driven(scripted(tmp_path, channels, **switch)))
+    channels = {**TWO, "quick": {"acceleration": 0.5, "fails_from": 1.0}}
+    acting = authority(driven(scripted(tmp_path, channels, staleness="0.2 s")))
     lost = acting.index("spare")
     assert set(acting[:lost]) == {"quick"}
     assert set(acting[lost:]) == {"spare"}
@@ -70,37 +62,21 @@ def test_channel_that_falls_silent_loses_authority(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_request_must_stand_as_long_as_the_debounce(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick"}
-    taken = [
-        authority(driven(scripted(tmp_path / name, channels, **switch, debounce=debounce))).index(
-            "careful"
-        )
-        for name, debounce in (("at_once", "0 s"), ("later", "0.3 s"))
-    ]
-    assert taken[1] - taken[0] == pytest.approx(0.3 / 0.05, abs=1)
+    at_once, later = (
+        driven(scripted(tmp_path / name, CHANNELS, **SWITCH, debounce=f"{name} s"))
+        for name in ("0", "0.3")
+    )
+    waited = authority(later).index("careful") - authority(at_once).index("careful")
+    assert waited == pytest.approx(0.3 / 0.05, abs=1)
 
 
 @pytest.mark.slow
 def test_hysteresis_returns_to_the_default_after_its_time(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -1.0, "requests_from": 1.0, "requests_until": 1.5},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick"}
-    held = authority(driven(scripted(tmp_path / "latched", channels, **switch)))
-    returned = authority(
-        driven(
-            scripted(
-                tmp_path / "hysteresis",
-                channels,
-                **{**switch, "policy": "hysteresis", "return_after": "1 s"},
-            )
-        )
-    )
+    passing = {"acceleration": -1.0, "requests_from": 1.0, "requests_until": 1.5}
+    channels = {**CHANNELS, "careful": passing}
+    held = authority(driven(scripted(tmp_path / "latched", channels, **SWITCH)))
+    switch = {**SWITCH, "policy": "hysteresis", "return_after": "1 s"}
+    returned = authority(driven(scripted(tmp_path / "hysteresis", channels, **switch)))
     first = held.index("careful")
     assert set(held[first:]) == {"careful"}
     asked = round(0.5 / 0.05)
@@ -109,17 +85,10 @@ def test_hysteresis_returns_to_the_default_after_its_time(tmp_path: Path) -> Non
 
 
 def test_majority_outvotes_the_default_that_is_wrong(tmp_path: Path) -> None:
-    channels = {
-        "alpha": {"acceleration": 3.0},
-        "beta": {"acceleration": -1.0},
-        "gamma": {"acceleration": -1.2},
-    }
-    switch = {
-        "policy": "voting",
-        "voters": ["alpha", "beta", "gamma"],
-        "acceleration_tolerance": "0.5 m/s^2",
-        "steering_tolerance": "1 deg",
-    }
+    votes = {"alpha": 3.0, "beta": -1.0, "gamma": -1.2}
+    tolerances = {"acceleration_tolerance": "0.5 m/s^2", "steering_tolerance": "1 deg"}
+    channels = {name: {"acceleration": vote} for name, vote in votes.items()}
+    switch = {"policy": "voting", "voters": list(votes), **tolerances}
     trace = driven(scripted(tmp_path, channels, **switch))
     assert set(authority(trace)) == {"beta"}
     assert set(trace["command"][0, 1 : trace.length[0] - 1, 0].tolist()) == {-1.0}
@@ -127,46 +96,27 @@ def test_majority_outvotes_the_default_that_is_wrong(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_latency_of_the_handover_is_in_the_time_to_the_takeover(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick"}
     taken, kept = {}, {}
     for latency in (0, 3):
         folder = tmp_path / str(latency)
-        trace = driven(scripted(folder, channels, **switch, handover=f"{latency * 50} ms"))
+        trace = driven(scripted(folder, CHANNELS, **SWITCH, handover=f"{latency * 50} ms"))
         taken[latency] = authority(trace).index("careful")
         kept[latency] = [row.text for row in events_of(trace, 0) if row.kind == "switch"]
     assert taken[3] - taken[0] == 3
-    assert [text for text in kept[3] if "careful" in text] == [
-        "authority to careful from quick (request)"
-    ]
+    careful = [text for text in kept[3] if "careful" in text]
+    assert careful == ["authority to careful from quick (request)"]
     assert "handover from quick begins" in kept[3]
     assert "handover from quick begins" not in kept[0]
 
 
 @pytest.mark.slow
 def test_late_switch_delays_each_handover_by_its_ticks(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick", "handover": "0.1 s"}
     taken = {}
     for late in (0, 4):
-        project = scripted(tmp_path / str(late), channels, **switch)
+        project = scripted(tmp_path / str(late), CHANNELS, **SWITCH, handover="0.1 s")
         with project.edited_odd() as odd:
             odd["scenarios"][0]["faults"] = ["late"]
-            odd["faults"] = [
-                {
-                    "id": "late",
-                    "target": "switch",
-                    "model": "late",
-                    "delay": f"{50 * late} ms",
-                    "onset": {"at": "0 s"},
-                }
-            ]
+            odd["faults"] = [fault("late", "switch", "late", delay=f"{50 * late} ms")]
         plan = project.plan()
         case = next(case for case in plan.cases if case.faults)
         taken[late] = authority(run_cases(plan, [case])).index("careful")
@@ -176,47 +126,34 @@ def test_late_switch_delays_each_handover_by_its_ticks(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_bumpless_handover_limits_the_jerk_of_the_command(tmp_path: Path) -> None:
-    channels = {
-        "careful": {"acceleration": -4.0, "requests_from": 1.0},
-        "quick": {"acceleration": 0.5},
-    }
-    switch = {"priority": ["careful", "quick"], "default": "quick"}
     limits = {"jerk": "10 m/s^3", "steering_rate": "20 deg/s"}
-    trace = driven(scripted(tmp_path, channels, **switch, bumpless=limits))
+    trace = driven(scripted(tmp_path, CHANNELS, **SWITCH, bumpless=limits))
     acting = trace["command"][0, 1 : trace.length[0] - 1, 0]
     assert np.abs(np.diff(acting)).max() == pytest.approx(10.0 * 0.05)
     assert acting[-1] == -4.0
 
 
-def test_key_of_another_policy_is_an_error_with_its_line(tmp_path: Path) -> None:
-    channels = {"quick": {"acceleration": 0.5}, "spare": {"acceleration": -2.0}}
-    project = scripted(tmp_path, channels, return_after="1 s")
-    with pytest.raises(InputError) as caught:
-        project.plan()
-    assert re.search(r"camera_radar\.yaml:\d+:\d+: .*return_after is no key of", str(caught.value))
-
-
-def test_handover_that_is_no_whole_number_of_ticks_is_an_error_with_its_line(
-    tmp_path: Path,
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("return_after", "1 s", "return_after is no key of"),
+        ("handover", "0.07 s", "handover: 0.07 s is no"),
+    ],
+)
+def test_key_of_another_policy_and_part_of_a_tick_are_errors_with_their_line(
+    tmp_path: Path, key: str, value: str, message: str
 ) -> None:
-    channels = {"quick": {"acceleration": 0.5}, "spare": {"acceleration": -2.0}}
-    with pytest.raises(InputError) as caught:
-        scripted(tmp_path, channels, handover="0.07 s").plan()
-    assert re.search(r"camera_radar\.yaml:\d+:\d+: .*handover: 0.07 s is no", str(caught.value))
+    with pytest.raises(InputError, match=rf"camera_radar\.yaml:\d+:\d+: .*{message}"):
+        scripted(tmp_path, TWO, **{key: value}).plan()
 
 
 @pytest.mark.slow
-def test_stuck_switch_keeps_the_default(make_project: MakeProject) -> None:
+def test_stuck_switch_keeps_the_default(mini: Executed, make_project: MakeProject) -> None:
     project = make_project()
     with project.edited(CANDIDATE) as candidate:
         candidate["switch"]["policy"] = "stuck"
-    plan = project.plan()
-    case = next(
-        case
-        for case in plan.cases
-        if case.fault_entry == "nominal_silent" and case.architecture.architecture == "camera_radar"
-    )
-    trace = run_cases(plan, [case])
+    stuck = replace(mini, plan=project.plan())
+    trace = run_cases(stuck.plan, [stuck.case("camera_radar", "nominal_silent")])
     nominal = trace.layout.channels.index("nominal")
     rows = int(trace.length[0]) - 1
     assert set(trace["authority"][0, 1:rows].tolist()) <= {nominal, -1}

@@ -1,49 +1,35 @@
 """R14: every channel, built in or not, gives commands of one specification."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import pytest
 
 from adeye.cli.new import EXAMPLES
 from adeye.ports import ControlChannel
 from adeye.simulate.channels.factory import BUILT_IN, make_channel
-from adeye.spec.channels import (
-    NominalParameters,
-    ReferenceParameters,
-    SafetyParameters,
-    TrajectoryParameters,
-)
+from adeye.spec import channels
 from adeye.testing import ScriptedChannel, check_channel
 
 pytestmark = pytest.mark.requirements
 
-PARAMETERS = {
-    "nominal": NominalParameters(),
-    "safety": SafetyParameters(),
-    "trajectory": TrajectoryParameters(),
-    "reference": ReferenceParameters(),
+SEEN = {"front": "radar", "pose": "localisation"}
+TRUTH = {"truth": "ground_truth"}
+KINDS: dict[str, tuple[Any, tuple[str, ...], dict[str, str]]] = {
+    "nominal": (channels.NominalParameters, ("front", "pose"), SEEN),
+    "safety": (channels.SafetyParameters, ("truth", "channels.other", "switch"), TRUTH),
+    "trajectory": (channels.TrajectoryParameters, ("front", "pose"), SEEN),
+    "reference": (channels.ReferenceParameters, ("truth",), TRUTH),
 }
-LINKS = {
-    "nominal": ("front", "pose"),
-    "safety": ("truth", "channels.other", "switch"),
-    "trajectory": ("front", "pose"),
-    "reference": ("truth",),
-}
-SENSORS = {
-    "nominal": {"front": "radar", "pose": "localisation"},
-    "safety": {"truth": "ground_truth"},
-    "trajectory": {"front": "radar", "pose": "localisation"},
-    "reference": {"truth": "ground_truth"},
-}
+"""Parameters, links and kinds of sensors."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", sorted(BUILT_IN))
 def test_built_in_channel_conforms(kind: str) -> None:
-    check_channel(BUILT_IN[kind], PARAMETERS[kind], links=LINKS[kind], sensors=SENSORS[kind])
+    parameters, links, sensors = KINDS[kind]
+    check_channel(BUILT_IN[kind], parameters(), links=links, sensors=sensors)
     assert isinstance(BUILT_IN[kind](), ControlChannel)
 
 
@@ -61,13 +47,13 @@ STOPS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("stop", sorted(STOPS))
 def test_every_kind_of_safe_stop_conforms(stop: str) -> None:
-    parameters = SafetyParameters.model_validate(STOPS[stop])
-    check_channel(
-        lambda: make_channel("safety", Path(), parameters),
-        parameters,
-        links=LINKS["safety"],
-        sensors=SENSORS["safety"],
-    )
+    model, links, sensors = KINDS["safety"]
+    parameters = model.model_validate(STOPS[stop])
+
+    def make() -> ControlChannel:
+        return make_channel("safety", Path(), parameters)
+
+    check_channel(make, parameters, links=links, sensors=sensors)
 
 
 def test_fake_of_the_package_conforms() -> None:

@@ -1,9 +1,7 @@
 """R16: a second sensor of a type is a second name; no code."""
 
-from __future__ import annotations
-
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,25 +9,16 @@ import pytest
 from adeye.campaign.plan import signal_table
 from adeye.report.comparison.records import CompareOptions
 from adeye.reporting import compare_campaign
-from tests.project import CANDIDATE, MINI, run_cases
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, odd_of, run_cases, use
 from tests.requirements.test_r08_six_sensor_types import SUITE
-
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
 
 pytestmark = pytest.mark.requirements
 
 
 @pytest.mark.slow
 def test_second_radar_is_an_instance_of_its_own(make_project: MakeProject) -> None:
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "cut_in", "faults": ["none"]}],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
+    project = make_project(odd_of("cut_in"))
     alone = project.plan()
     before = run_cases(alone, [alone.cases[0]])
     with project.edited(CANDIDATE) as candidate:
@@ -74,27 +63,9 @@ def test_further_sensor_that_nobody_reads_changes_no_verdict_and_no_drive(
 ) -> None:
     """Of any model: a suite, its copy, and the suite with one more of each, on common numbers."""
     names = ("suite", "copy", "spare")
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [
-                {
-                    "use": "cut_in",
-                    "faults": ["none"],
-                    "sweep": {
-                        "parameters": {
-                            "gap": ["15 m", "30 m"],
-                            "ego_speed": ["80 km/h", "120 km/h"],
-                            "rain": ["0 mm/h", "7.5 mm/h"],
-                        }
-                    },
-                }
-            ],
-            "faults": [],
-            "architectures": [f"architectures/{name}.yaml" for name in names],
-            "gate": {"architectures": ["suite"]},
-        }
-    )
+    axes = {"gap": ["15 m", "30 m"], "ego_speed": ["80 km/h", "120 km/h"]}
+    swept = use("cut_in", {**axes, "rain": ["0 mm/h", "7.5 mm/h"]})
+    project = make_project(odd_of(swept, architectures=names))
     base = project.read(CANDIDATE)
     base["sensors"] = SUITE | {"truth": base["sensors"]["truth"]}
     base["channels"]["nominal"]["links"] = list(SUITE)
@@ -110,14 +81,11 @@ def test_further_sensor_that_nobody_reads_changes_no_verdict_and_no_drive(
     # What is told of the drive itself; the traces of the spare have more columns.
     assert told(rows["suite"]) == told(rows["copy"]) == told(rows["spare"])
     assert "max_deceleration_mps2" in told(rows["suite"])[0]
-    assert {row["trace_digest"] for row in rows["copy"]} == {
-        row["trace_digest"] for row in rows["suite"]
-    }
+    digests = {name: {row["trace_digest"] for row in rows[name]} for name in names}
+    assert digests["copy"] == digests["suite"]
     comparison = compare_campaign(project.db, (), CompareOptions(baseline="suite"))
-    assert {(item.a, item.b) for item in comparison.differences} >= {
-        ("suite", "copy"),
-        ("suite", "spare"),
-    }
+    pairs = {(item.a, item.b) for item in comparison.differences}
+    assert pairs >= {("suite", "copy"), ("suite", "spare")}
     for item in comparison.differences:
         assert item.only_a_fails == item.only_b_fails == 0
         assert all(one == other for one, other in (words.split("/") for words in item.verdicts))

@@ -1,34 +1,21 @@
 """R17: worlds and scenarios are written by hand, inherited from and overridden."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from adeye.signals import PLACE_CURVATURE, PLACE_LANE
-from tests.project import MINI, run_cases
-
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
+from tests.project import odd_of, run_cases, use
 
 pytestmark = pytest.mark.requirements
 
-ODD: dict[str, Any] = {
-    **MINI,
-    "faults": [],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "scenarios": [
-        {"use": "lead_braking", "faults": ["none"]},
-        {"use": "braking_on_a_bend", "faults": ["none"]},
-        {
-            "use": "braking_on_a_bend",
-            "as": "braking_on_a_wet_bend",
-            "faults": ["none"],
-            "parameters": {"rain": "7.5 mm/h", "scenario.ego.lane": 0},
-        },
-    ],
-}
+ODD = odd_of(
+    "lead_braking",
+    "braking_on_a_bend",
+    use("braking_on_a_bend")
+    | {"as": "braking_on_a_wet_bend", "parameters": {"rain": "7.5 mm/h", "scenario.ego.lane": 0}},
+)
 BEND: dict[str, Any] = {
     "extends": "lead_braking",
     "scenario": "braking_on_a_bend",

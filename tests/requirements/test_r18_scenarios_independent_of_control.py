@@ -1,22 +1,18 @@
 """R18: a scenario's identity and its randomness are the same whatever drives through it."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.identity import digest
 from adeye.spec.load import scenario_files
-from tests.project import CANDIDATE, MINI, ROOT, run_cases
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
-    from tests.conftest import MakeProject
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, ROOT, odd_of, run_cases
 
 pytestmark = pytest.mark.requirements
 
@@ -48,17 +44,8 @@ EDITS: list[Edit] = [another_radar, no_camera, another_channel, no_safety_channe
 
 def executed(make_project: MakeProject, name: str, edit: Edit | None) -> tuple[TestCase, Trace]:
     """A cut-in without the requirements that name what an edit takes away."""
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "cut_in", "faults": ["none"]}],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        },
-        name=name,
-    )
-    with project.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
-        concept["requirements"] = concept["requirements"][:1]
+    project = make_project(odd_of("cut_in"), name=name)
+    project.require("FSR-01")
     if edit is not None:
         with project.edited(CANDIDATE) as candidate:
             edit(candidate)
@@ -83,10 +70,11 @@ def test_architecture_leaves_situation_and_noise_as_they_were(
     shared = int(np.argmin(same)) if not same.all() else int(rows)
     assert shared > 20
     for name in set(before.layout.sensors) & set(after.layout.sensors):
-        one, other = before.layout.sensors.index(name), after.layout.sensors.index(name)
-        assert np.array_equal(
-            before["detections"][0, :shared, one], after["detections"][0, :shared, other]
-        ), name
+        one, other = (
+            trace["detections"][0, :shared, trace.layout.sensors.index(name)]
+            for trace in (before, after)
+        )
+        assert np.array_equal(one, other), name
 
 
 def test_no_scenario_of_the_catalogue_names_perception_or_control() -> None:

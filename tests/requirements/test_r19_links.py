@@ -1,9 +1,5 @@
 """R19: the link table decides which sensor feeds which channel, and can be swept."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
@@ -11,35 +7,23 @@ from adeye.campaign.replay import describe_run, replay_run
 from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
 from adeye.sweep.case import structure_key
-from tests.project import CANDIDATE, MINI, Project, run_cases
-
-if TYPE_CHECKING:
-    from adeye.sweep.case import TestCase
-    from tests.conftest import MakeProject
+from tests.conftest import MakeProject
+from tests.project import CANDIDATE, Project, odd_of, run_cases, use
+from tests.refusals import refused
 
 pytestmark = pytest.mark.requirements
 
 
-def project_with(make_project: MakeProject, *variants: tuple[str, list[str]]) -> Project:
+ALL = ["localisation", "front_camera", "front_radar"]
+LISTS = [ALL, ["localisation", "front_camera"], ["localisation", "front_radar"], ["localisation"]]
+
+
+def project_with(make_project: MakeProject, **variants: list[str]) -> Project:
     """One cut-in; one architecture per link table of the nominal channel."""
-    names = [f"architectures/{name}.yaml" for name, _ in variants]
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [
-                {
-                    "use": "cut_in",
-                    "faults": ["none"],
-                    "sweep": {"parameters": {"lateral_speed": ["2 m/s"], "gap": ["20 m"]}},
-                }
-            ],
-            "faults": [],
-            "architectures": names,
-            "gate": {"architectures": [variants[0][0]]},
-        }
-    )
+    near = use("cut_in", {"lateral_speed": ["2 m/s"], "gap": ["20 m"]})
+    project = make_project(odd_of(near, architectures=list(variants)))
     base = project.read(CANDIDATE)
-    for name, links in variants:
+    for name, links in variants.items():
         base["architecture"] = name
         base["channels"]["nominal"]["links"] = links
         project.write(f"odd/architectures/{name}.yaml", base)
@@ -48,12 +32,7 @@ def project_with(make_project: MakeProject, *variants: tuple[str, list[str]]) ->
 
 @pytest.mark.slow
 def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> None:
-    project = project_with(
-        make_project,
-        ("both", ["localisation", "front_camera", "front_radar"]),
-        ("camera_only", ["localisation", "front_camera"]),
-        ("blind", ["localisation"]),
-    )
+    project = project_with(make_project, both=ALL, camera_only=LISTS[1], blind=LISTS[3])
     plan = project.plan()
     tracked = {}
     for case in plan.cases:
@@ -65,11 +44,8 @@ def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> No
         radar = trace.layout.sensors.index("front_radar")
         assert trace["detected"][0, :rows, radar].any()
         tracked[case.architecture.architecture] = (bool(known), trace.digests()[0])
-    assert {name: known for name, (known, _) in tracked.items()} == {
-        "both": True,
-        "camera_only": True,
-        "blind": False,
-    }
+    seeing = {name: known for name, (known, _) in tracked.items()}
+    assert seeing == {"both": True, "camera_only": True, "blind": False}
     # One situation, three link tables, three drives.
     assert len({case.situation_digest for case in plan.cases}) == 1
     assert len({digest for _, digest in tracked.values()}) == 3
@@ -77,11 +53,7 @@ def test_channel_is_fed_by_what_is_linked_to_it(make_project: MakeProject) -> No
 
 @pytest.mark.slow
 def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeProject) -> None:
-    project = project_with(
-        make_project,
-        ("both", ["localisation", "front_camera", "front_radar"]),
-        ("camera_only", ["localisation", "front_camera"]),
-    )
+    project = project_with(make_project, both=ALL, camera_only=LISTS[1])
     summary = project.run()
     assert (summary.planned, summary.executed) == (2, 2)
     rows = {row["architecture"]: row for row in project.rows()}
@@ -90,30 +62,11 @@ def test_link_tables_are_compared_as_an_axis_of_one_campaign(make_project: MakeP
 
 
 LINKS = "architecture.channels.nominal.links"
-LISTS = [
-    ["localisation", "front_camera", "front_radar"],
-    ["localisation", "front_camera"],
-    ["localisation", "front_radar"],
-    ["localisation"],
-]
 
 
 def swept_links(make_project: MakeProject, lists: list[list[str]]) -> Project:
     """One cut-in of one architecture; the list of links of its nominal channel is an axis."""
-    return make_project(
-        {
-            **MINI,
-            "scenarios": [
-                {
-                    "use": "cut_in",
-                    "faults": ["none"],
-                    "sweep": {"parameters": {"gap": ["15 m", "20 m"], LINKS: lists}},
-                }
-            ],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
+    return make_project(odd_of(use("cut_in", {"gap": ["15 m", "20 m"], LINKS: lists})))
 
 
 @pytest.mark.slow
@@ -122,9 +75,8 @@ def test_whole_lists_of_links_are_an_axis_of_a_sweep(make_project: MakeProject) 
     plan = project.plan()
     cases = list(plan.cases)
     assert len(cases) == len(LISTS) * 2
-    assert {case.architecture.channels["nominal"].links for case in cases} == {
-        tuple(links) for links in LISTS
-    }
+    swept = {case.architecture.channels["nominal"].links for case in cases}
+    assert swept == {tuple(links) for links in LISTS}
     assert len({case.digest for case in cases}) == len(cases)
     # One situation per gap, whoever listens to what; one batch never mixes two lists.
     assert len({case.situation_digest for case in cases}) == 2
@@ -143,29 +95,12 @@ def test_whole_lists_of_links_are_an_axis_of_a_sweep(make_project: MakeProject) 
 
 def test_list_with_an_unknown_link_is_refused_at_its_axis(make_project: MakeProject) -> None:
     project = swept_links(make_project, [["localisation"], ["localisation", "sonar"]])
-    with pytest.raises(SweepError, match=r"tested\.yaml:\d+:\d+: .*'sonar', which is none of"):
-        project.plan()
+    refused(SweepError, project.plan, says=r"tested\.yaml:\d+:\d+: .*'sonar', which is none of")
 
 
 def test_parameters_of_a_linked_sensor_are_swept(make_project: MakeProject) -> None:
-    project = make_project()
     axis = "architecture.sensors.front_radar.mount.yaw"
-    with project.edited_odd() as odd:
-        odd["scenarios"] = [
-            {
-                "use": "cut_in",
-                "faults": ["none"],
-                "sweep": {"parameters": {axis: ["0 deg", "5 deg"]}},
-            }
-        ]
-    radars = [
-        case.architecture.sensors["front_radar"]
-        for case in project.plan().cases
-        if _is_candidate(case)
-    ]
+    project = make_project(odd_of(use("cut_in", {axis: ["0 deg", "5 deg"]})))
+    radars = [case.architecture.sensors["front_radar"] for case in project.plan().cases]
     yaws = {round(radar.mount.yaw, 3) for radar in radars if isinstance(radar, Radar)}
     assert yaws == {0.0, 0.087}
-
-
-def _is_candidate(case: TestCase) -> bool:
-    return case.architecture.architecture == "camera_radar"

@@ -1,54 +1,36 @@
 """R20: faults of every part begin by time, by condition or at random while a run goes on."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.signals import FAULT, SILENT
-from adeye.testing import zoo
-from tests.project import CANDIDATE, MINI, run_cases
-
-if TYPE_CHECKING:
-    from adeye.trace import Trace
-    from tests.conftest import MakeProject
+from adeye.trace import Trace
+from tests.conftest import MakeProject
+from tests.motorway import fault
+from tests.project import CANDIDATE, MINI, Project, odd_of, run_cases, use
+from tests.requirements.loop import invite
 
 pytestmark = pytest.mark.requirements
 
-BY_CONDITION: dict[str, Any] = {
-    "id": "blind_when_near",
-    "target": "sensors.front_radar",
-    "model": "drop_out",
-    "onset": {"when": "cutter.gap <= 36 m"},
-    "duration": "1 s",
+BY_CONDITION = fault("blind_when_near", "sensors.front_radar", "drop_out", duration="1 s") | {
+    "onset": {"when": "cutter.gap <= 36 m"}
 }
+
+
+def driven(project: Project) -> dict[str, Trace]:
+    """Run each test case by itself; by its faults."""
+    plan = project.plan()
+    return {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
 
 
 @pytest.fixture
 def traces(make_project: MakeProject) -> dict[str, Trace]:
     """One cut-in of the candidate without and with each fault, and with two at once."""
-    use = {
-        "use": "cut_in",
-        "faults": [
-            "none",
-            "front_camera_out",
-            "nominal_silent",
-            "blind_when_near",
-            ["front_camera_out", "blind_when_near"],
-        ],
-    }
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [use],
-            "faults": [*MINI["faults"], BY_CONDITION],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
-    plan = project.plan()
-    return {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
+    single = ["none", "front_camera_out", "nominal_silent", "blind_when_near"]
+    uses = use("cut_in", faults=[*single, ["front_camera_out", "blind_when_near"]])
+    return driven(make_project(odd_of(uses, faults=[*MINI["faults"], BY_CONDITION])))
 
 
 def rows_of_fault(trace: Trace, name: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -138,31 +120,15 @@ def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> Non
         {**fault, "id": fault["target"].replace(".", "_"), "onset": {"between": ["1 s", "2 s"]}}
         for fault in EVERY_PART
     ]
-    use = {
-        "use": "lead_braking",
-        "sweep": {"parameters": {"deceleration": ["6 m/s^2"], "time_gap": ["1.2 s"]}},
-        # The switch has something to do only when the nominal channel fails.
-        "faults": [
-            *(fault["id"] for fault in faults if fault["id"] != "switch"),
-            "nominal_silent",
-            ["nominal_silent", "switch"],
-        ],
-    }
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [use],
-            "faults": [*faults, MINI["faults"][1]],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
-    plan = project.plan()
-    found = {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
-    for fault in faults:
-        name = fault["id"]
-        entry, twin = (
-            (name, "none") if name != "switch" else ("switch+nominal_silent", "nominal_silent")
-        )
+    names = [fault["id"] for fault in faults]
+    # The switch, the last, has something to do only when the nominal channel fails.
+    entries = [*names[:-1], "nominal_silent", ["nominal_silent", "switch"]]
+    axes = {"deceleration": ["6 m/s^2"], "time_gap": ["1.2 s"]}
+    uses = use("lead_braking", axes, faults=entries)
+    found = driven(make_project(odd_of(uses, faults=[*faults, MINI["faults"][1]])))
+    for name in names:
+        is_last = name == "switch"
+        entry, twin = ("switch+nominal_silent", "nominal_silent") if is_last else (name, "none")
         active = rows_of_fault(found[entry], name)
         onset = int(np.argmax(active))
         assert 1.0 <= found[entry].time[onset] <= 2.05, name
@@ -176,32 +142,12 @@ def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> Non
 @pytest.mark.slow
 def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> None:
     faults = [
-        {"id": "dead", "target": "channels.guest", "model": "crash", "onset": {"at": "2 s"}},
-        {
-            "id": "deaf",
-            "target": "links.guest.localisation",
-            "model": "drop",
-            "onset": {"at": "2 s"},
-        },
+        fault("dead", "channels.guest", "crash", "2 s"),
+        fault("deaf", "links.guest.localisation", "drop", "2 s"),
     ]
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "lead_braking", "faults": ["dead", "deaf"]}],
-            "faults": faults,
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
-    zoo.settle(project.folder / "odd" / "architectures")
-    with project.edited(CANDIDATE) as candidate:
-        candidate["channels"]["guest"] = {
-            "kind": "process",
-            "links": ["localisation"],
-            "rate": "20 Hz",
-            "parameters": zoo.parameters(""),
-        }
-    plan = project.plan()
-    found = {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
+    project = make_project(odd_of(use("lead_braking", faults=["dead", "deaf"]), faults=faults))
+    invite(project)
+    found = driven(project)
     onset = round(2.0 / 0.05)
     guest = found["none"].layout.channels.index("guest")
     status = found["dead"]["status"][0, : found["dead"].length[0] - 1, guest]
@@ -216,22 +162,11 @@ def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> N
 
 @pytest.mark.slow
 def test_planned_stop_can_be_deprived_of_its_view_and_says_so(make_project: MakeProject) -> None:
-    faults = [
-        {"id": "lost", "target": "links.safety.truth", "model": "drop", "onset": {"at": "2 s"}}
-    ]
-    project = make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "lead_braking", "faults": ["lost"]}],
-            "faults": faults,
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
+    lost = fault("lost", "links.safety.truth", "drop", "2 s")
+    project = make_project(odd_of(use("lead_braking", faults=["lost"]), faults=[lost]))
     with project.edited(CANDIDATE) as candidate:
         candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}
-    plan = project.plan()
-    case = next(case for case in plan.cases if case.faults)
-    trace = run_cases(plan, [case])
+    trace = driven(project)["lost"]
     safety = trace.layout.channels.index("safety")
     status = trace["status"][0, : trace.length[0] - 1, safety]
     # Without a recent ego estimate it is in fault: the last one was one tick and a latency old.

@@ -1,20 +1,14 @@
 """R23: no tie to a hardware configuration: the same bits whatever the processor offers."""
 
-from __future__ import annotations
-
 import json
-import os
-import subprocess
-import sys
 from importlib.metadata import requires
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-if TYPE_CHECKING:
-    from tests.conftest import MakeProject
-    from tests.project import Project
+from tests.conftest import MakeProject
+from tests.processes import ROOT, python
+from tests.project import Project
 
 pytestmark = pytest.mark.requirements
 
@@ -43,13 +37,7 @@ print(json.dumps(found))
 
 def bits(project: Project, **environment: str) -> dict[str, str]:
     """Trace digest by test case, computed in a process of its own."""
-    ended = subprocess.run(
-        [sys.executable, "-c", BITS, str(project.odd)],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2]), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    ended = python("-c", BITS, project.odd, cwd=ROOT, **environment)
     assert ended.returncode == 0, ended.stderr
     assert "Unknown CPU features" not in ended.stderr
     found: dict[str, str] = json.loads(ended.stdout)

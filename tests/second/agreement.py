@@ -6,8 +6,6 @@ by a relative 1e-9 from those of the state take the second implementation to bot
 product says. How many states may need that is limited, so that it hides nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import product

@@ -3,13 +3,10 @@
 In continuous time, without rows: when both are where the actor crosses follows from their motion.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from tests.second.scene import Body
+from tests.second.scene import Body
 
 INF = math.inf
 

@@ -4,13 +4,8 @@ TTM(m) is the largest tau at which manoeuvre m, begun then, avoids the collision
 tau says whether it does; nothing of the product is used.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
 
 INF = math.inf
 

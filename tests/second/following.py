@@ -6,8 +6,6 @@ their stops, in decimal numbers of fifty digits, so that no care against roundin
 required deceleration is searched for, and the motion says whether it is enough.
 """
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal, localcontext
 from itertools import pairwise

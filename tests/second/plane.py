@@ -5,8 +5,6 @@ moves as the second box does past the first: contact and nearest passing are tho
 goes the other way along a ray. Without the product, which works with separating axes.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ From the definitions of responsibility-sensitive safety, of UN Regulation 157 an
 the metrics, without the product.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise

@@ -5,17 +5,13 @@ product is used. A row gives, for each quantity, the values of all objects that 
 empty list is a row without conflict, None one that says nothing.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 from tests.second import evading, following, plane, rules
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Put = Callable[[str, float], None]
+Put = Callable[[str, float], None]
 
 INF = math.inf
 G = 9.80665

@@ -1,8 +1,7 @@
 """Architectures: the vehicle, and what links and switch may name."""
 
-from __future__ import annotations
-
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,8 @@ from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import Camera, PluginSensor
+from adeye.sweep.axes import set_path
+from tests.refusals import refused
 from tests.stored import stored
 
 TABLES = stored("definitions")
@@ -32,18 +33,14 @@ CONTENT: dict[str, Any] = load_document(
 def content(*place: str, value: Any) -> dict[str, Any]:
     """Return the shipped architecture with one value changed."""
     changed = copy.deepcopy(CONTENT)
-    part = changed
-    for key in place[:-1]:
-        part = part.setdefault(key, {})
-    part[place[-1]] = value
+    set_path(changed, place, value)
     return changed
 
 
 def errors(changed: dict[str, Any]) -> list[tuple[tuple[int | str, ...], str]]:
     """Return place and message of everything that is refused."""
-    with pytest.raises(ValidationError) as caught:
-        Architecture.model_validate(changed)
-    return [(item["loc"], item["msg"]) for item in caught.value.errors()]
+    caught = refused(ValidationError, Architecture.model_validate, changed)
+    return [(item["loc"], item["msg"]) for item in caught.errors()]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=[path.stem for path in SHIPPED])
@@ -54,24 +51,20 @@ def test_shipped_architecture_reads_back_from_its_stored_form(path: Path) -> Non
 
 
 def test_quantities_are_si() -> None:
-    camera = Architecture.model_validate(
-        content("sensors", "front_camera", "range", value="0.12 km")
-    ).sensors["front_camera"]
+    changed = content("sensors", "front_camera", "range", value="0.12 km")
+    camera = Architecture.model_validate(changed).sensors["front_camera"]
     assert isinstance(camera, Camera)
     assert camera.range == 120.0
 
 
 def test_link_to_what_is_not_there_is_refused_at_its_place() -> None:
-    ((loc, message),) = errors(content("channels", "safety", "links", value=["truth", "lidar"]))
-    assert loc == ("channels", "safety", "links", 1)
-    assert "'lidar', which is none of" in message
-    assert "channels.nominal" in message
-
-
-def test_link_that_is_nearly_right_is_named() -> None:
-    links = ["truth", "health.front_camara"]
-    ((_, message),) = errors(content("channels", "safety", "links", value=links))
-    assert message.endswith("Did you mean 'health.front_camera'?")
+    for link, said in (
+        ("lidar", "'lidar', which is none of .*channels.nominal"),
+        ("health.front_camara", "Did you mean 'health.front_camera'?$"),
+    ):
+        ((loc, message),) = errors(content("channels", "safety", "links", value=["truth", link]))
+        assert loc == ("channels", "safety", "links", 1)
+        assert re.search(said.replace("?", r"\?"), message)
 
 
 def test_every_wrong_reference_is_listed() -> None:
@@ -91,15 +84,14 @@ def test_sensors_channels_and_switch_can_be_linked(link: str) -> None:
     assert spec.channels["safety"].links == (link,)
 
 
-def test_default_must_be_in_the_priority() -> None:
-    ((loc, message),) = errors(content("switch", "priority", value=["safety"]))
-    assert loc == ("switch", "default")
-    assert "'nominal' is not in priority: safety" in message
-
-
-def test_channel_twice_in_the_priority_is_refused() -> None:
-    ((loc, _),) = errors(content("switch", "priority", value=["nominal", "safety", "nominal"]))
-    assert loc == ("switch", "priority", 2)
+def test_default_must_be_in_the_priority_and_no_channel_twice() -> None:
+    for priority, place, said in (
+        (["safety"], ("default",), "'nominal' is not in priority: safety"),
+        (["nominal", "safety", "nominal"], ("priority", 2), ""),
+    ):
+        ((loc, message),) = errors(content("switch", "priority", value=priority))
+        assert loc == ("switch", *place)
+        assert said in message
 
 
 @pytest.mark.parametrize(("place", "value"), TABLES["impossible value is refused of architecture"])
@@ -151,11 +143,6 @@ def test_rate_is_that_of_the_actuator() -> None:
     assert steering.rate == pytest.approx(3.14159265)
 
 
-@pytest.mark.parametrize(
-    ("target", "model", "more", "said"), TABLES["what is no such fault is refused of architecture"]
-)
-def test_what_is_no_such_fault_is_refused(
-    target: str, model: str, more: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(ValidationError, match=said):
-        read(target, model, **more)
+def test_what_is_no_such_fault_is_refused() -> None:
+    for target, model, more, said in TABLES["what is no such fault is refused of architecture"]:
+        refused(ValidationError, read, target, model, **more, says=said)

@@ -1,7 +1,5 @@
 """Channels of an architecture, and reference drivers by their names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -13,24 +11,12 @@ from adeye.campaign.studies.preventability import reference_architecture
 from adeye.errors import SourceLocation, SpecError
 from adeye.kernel.reference_drivers import drivers as reference_parameters
 from adeye.selftest.bench import DB, DRIVING, Bench, Edit
-from adeye.spec.channels import (
-    EDITIONS,
-    MODELS,
-    VARIANTS,
-    Channel,
-    NominalChannel,
-    NominalParameters,
-    PluginChannel,
-    PolicyChannel,
-    ProcessChannel,
-    ReferenceName,
-    SafetyChannel,
-    SafetyParameters,
-    StopRatings,
-    TrajectoryChannel,
-    read_name,
-)
+from adeye.simulate.channels.safety import monitor_kinds
+from adeye.spec import channels
+from adeye.spec.channels import SafetyChannel
 from adeye.spec.load import load_architecture, load_odd, shipped
+from adeye.spec.supervisor import KINDS, Counter, Supervisor
+from tests.refusals import refused
 from tests.stored import stored
 
 TABLES = stored("definitions")
@@ -38,33 +24,30 @@ TABLES = stored("definitions")
 
 # --- A reference driver as an architecture ------------------------------------------------------
 
-CHANNEL: TypeAdapter[Any] = TypeAdapter(Channel)
+CHANNEL: TypeAdapter[Any] = TypeAdapter(channels.Channel)
 
 
-@pytest.mark.parametrize(
-    ("kind", "model"),
-    [
-        ("nominal", NominalChannel),
-        ("safety", SafetyChannel),
-        ("trajectory", TrajectoryChannel),
-        ("./mine.py:Planner", PluginChannel),
-    ],
-)
-def test_kind_chooses_the_model(kind: str, model: type) -> None:
-    assert type(CHANNEL.validate_python({"kind": kind})) is model
+def test_kind_chooses_the_model() -> None:
+    for kind, model in (
+        ("nominal", channels.NominalChannel),
+        ("safety", channels.SafetyChannel),
+        ("trajectory", channels.TrajectoryChannel),
+        ("./mine.py:Planner", channels.PluginChannel),
+    ):
+        assert type(CHANNEL.validate_python({"kind": kind})) is model
 
 
 def test_policy_channel_names_its_policy() -> None:
     content = {"kind": "policy", "parameters": {"policy": "./mine.py:drive", "nearest": 3}}
     channel = CHANNEL.validate_python(content)
-    assert type(channel) is PolicyChannel
+    assert type(channel) is channels.PolicyChannel
     assert channel.parameters.nearest == 3
 
 
 def test_process_channel_names_its_program_and_what_stops_it() -> None:
     parameters = {"command": ["./drive", "--fast"], "values": {"gain": 2}, "run_deadline": "1 min"}
     channel = CHANNEL.validate_python({"kind": "process", "parameters": parameters})
-    assert type(channel) is ProcessChannel
+    assert type(channel) is channels.ProcessChannel
     assert channel.parameters.command == ("./drive", "--fast")
     assert (channel.parameters.run_deadline, channel.parameters.step_deadline) == (60.0, 2.0)
     assert channel.parameters.limits.processes == 16
@@ -85,48 +68,51 @@ def test_parameters_of_the_trajectory_channel_have_units() -> None:
     assert channel.parameters.max_jerk == 10.0
 
 
-@pytest.mark.parametrize("content", TABLES["impossible channel is refused"])
-def test_impossible_channel_is_refused(content: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError):
-        CHANNEL.validate_python(content)
+def test_impossible_channel_is_refused() -> None:
+    for content in TABLES["impossible channel is refused"]:
+        refused(ValidationError, CHANNEL.validate_python, content)
 
 
 @pytest.mark.parametrize(("window", "fits"), [(0, True), (2, False), (3, True), (30, True)])
 def test_window_of_confirmation_has_room_for_the_hits(window: int, *, fits: bool) -> None:
     content = {"confirm_hits": 3, "confirm_window": window}
     if fits:
-        assert NominalParameters.model_validate(content).confirm_window == window
+        assert channels.NominalParameters.model_validate(content).confirm_window == window
         return
     with pytest.raises(ValidationError, match="3 detections never come in 2 samples"):
-        NominalParameters.model_validate(content)
+        channels.NominalParameters.model_validate(content)
 
 
 def test_what_a_planned_stop_reads_is_no_part_of_the_identity_where_it_is_left_out() -> None:
-    content = SafetyParameters().model_dump(mode="json")
+    content = channels.SafetyParameters().model_dump(mode="json")
     assert set(content) == {
         *("staleness", "confirm", "heal", "stop_deceleration", "emergency_deceleration"),
         *("danger_threshold", "max_command", "max_lane_offset", "lateral_margin"),
     }
     assert (
-        SafetyParameters(stop="in_lane", ratings=StopRatings()).model_dump(mode="json") == content
+        channels.SafetyParameters(stop="in_lane", ratings=channels.StopRatings()).model_dump(
+            mode="json"
+        )
+        == content
     )
-    planned = SafetyParameters(stop="planned", ratings=StopRatings(fast_lane=6))
+    planned = channels.SafetyParameters(stop="planned", ratings=channels.StopRatings(fast_lane=6))
     added = planned.model_dump(mode="json")
     assert added["stop"] == "planned"
     assert added["ratings"]["fast_lane"] == 6
-    assert SafetyParameters.model_validate(added, context={"si": True}) == planned
+    assert channels.SafetyParameters.model_validate(added, context={"si": True}) == planned
 
 
-@pytest.mark.parametrize(("parameters", "match"), TABLES["wrong stop is refused"])
-def test_wrong_stop_is_refused(parameters: dict[str, Any], match: str) -> None:
-    with pytest.raises(ValidationError, match=match):
-        SafetyParameters.model_validate(parameters)
+def test_wrong_stop_is_refused() -> None:
+    for parameters, match in TABLES["wrong stop is refused"]:
+        refused(ValidationError, channels.SafetyParameters.model_validate, parameters, says=match)
 
 
 def test_way_of_stopping_is_structure_because_of_its_monitor() -> None:
-    planned = SafetyChannel(kind="safety", parameters=SafetyParameters(stop="planned"))
-    assert (planned.stop, SafetyChannel(kind="safety").stop) == ("planned", "in_lane")
-    assert "stop" in SafetyChannel.STRUCTURE
+    planned = channels.SafetyChannel(
+        kind="safety", parameters=channels.SafetyParameters(stop="planned")
+    )
+    assert (planned.stop, channels.SafetyChannel(kind="safety").stop) == ("planned", "in_lane")
+    assert "stop" in channels.SafetyChannel.STRUCTURE
 
 
 # --- Names of reference drivers, and the architectures that they stand for ------------------------
@@ -165,37 +151,28 @@ def odd(tmp_path: Path) -> Any:
 
 
 def test_names_are_those_that_the_models_have() -> None:
-    assert set(MODELS) == set(reference_parameters.MODELS)
-    assert set(EDITIONS) == set(reference_parameters.EDITIONS)
-    assert set(VARIANTS) == {*reference_parameters.VARIANTS, *reference_parameters.GROUPS}
+    assert set(channels.MODELS) == set(reference_parameters.MODELS)
+    assert set(channels.EDITIONS) == set(reference_parameters.EDITIONS)
+    assert set(channels.VARIANTS) == {*reference_parameters.VARIANTS, *reference_parameters.GROUPS}
 
 
-@pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        ("reference:cc", ReferenceName("cc")),
-        ("reference:fsm@r157", ReferenceName("fsm", "r157")),
-        ("reference:cc+jrc", ReferenceName("cc", "r157-01", ("jrc",))),
-        (
-            "reference:reg157@eu-2022-1426+jrc-guard+jrc-lateral",
-            ReferenceName("reg157", "eu-2022-1426", ("jrc-guard", "jrc-lateral")),
-        ),
+def test_name_is_read() -> None:
+    long = "reference:reg157@eu-2022-1426+jrc-guard+jrc-lateral"
+    for text, name in (
+        ("reference:cc", channels.ReferenceName("cc")),
+        ("reference:fsm@r157", channels.ReferenceName("fsm", "r157")),
+        ("reference:cc+jrc", channels.ReferenceName("cc", "r157-01", ("jrc",))),
+        (long, channels.ReferenceName("reg157", "eu-2022-1426", ("jrc-guard", "jrc-lateral"))),
         ("architectures/reference_cc.yaml", None),
-    ],
-)
-def test_name_is_read(text: str, name: ReferenceName | None) -> None:
-    assert read_name(text, WHERE) == name
+    ):
+        assert channels.read_name(text, WHERE) == name
 
 
-@pytest.mark.parametrize(
-    ("text", "said"), TABLES["name that means nothing is refused at its place"]
-)
-def test_name_that_means_nothing_is_refused_at_its_place(odd: Any, text: str, said: str) -> None:
-    with pytest.raises(SpecError) as caught:
-        odd(text)
-    assert said in str(caught.value)
-    assert "odd.yaml:5:17" in str(caught.value)
-    assert caught.value.exit_code == 2
+def test_name_that_means_nothing_is_refused_at_its_place(odd: Any) -> None:
+    for text, said in TABLES["name that means nothing is refused at its place"]:
+        caught = refused(SpecError, odd, text, says=said)
+        assert "odd.yaml:5:17" in str(caught)
+        assert caught.exit_code == 2
 
 
 def test_driver_drives_the_car_of_the_first_file(odd: Any) -> None:
@@ -248,3 +225,82 @@ def test_driver_is_executed_judged_and_replayed_as_any_architecture(tmp_path: Pa
     assert set(found.architecture) == {"bare", "reference_cc", "reference_fsm_jrc"}
     for run in found[found.architecture != "bare"].run:
         assert api.replay(str(run), db=db).identical
+
+
+# --- What may stand under ``supervisor:``, and what is refused, with its place --------------------
+
+OFF: dict[str, dict[str, Any]] = {"off": {"kind": "off_road"}}
+BACKWARDS = {"kind": "odd_exit", "from_s": "9 m", "to_s": "8 m"}
+
+
+def channel(supervisor: dict[str, Any], *, rate: str = "20 Hz", stop: str = "planned") -> Any:
+    parameters = {"stop": stop, "supervisor": supervisor}
+    return SafetyChannel.model_validate({"kind": "safety", "rate": rate, "parameters": parameters})
+
+
+def test_monitor_takes_from_the_common_counter_what_it_does_not_say() -> None:
+    monitors = {"a": {"kind": "off_road", "counter": {"fault": 15}}, **OFF}
+    counter = {"decrement": 2, "heal": -8}
+    made = Supervisor.model_validate({"counter": counter, "monitors": monitors})
+    assert made.counter_of("a") == Counter(increment=1, decrement=2, fault=15, heal=-8)
+    assert made.counter_of("off") == Counter(increment=1, decrement=2, fault=4, heal=-8)
+
+
+def test_levels_that_are_not_named_ask_for_the_usual() -> None:
+    made = Supervisor.model_validate({"monitors": OFF, "manoeuvres": {"3": "stop"}})
+    assert list(made.manoeuvres.values()) == ["continue", "rest_area", "stop", "stop"]
+
+
+def test_monitors_are_in_the_order_of_their_names() -> None:
+    made = Supervisor.model_validate({"monitors": {"b": {"kind": "off_road"}, "a": OFF["off"]}})
+    assert list(made.monitors) == ["a", "b"]
+
+
+def test_content_can_be_stored_and_read_back() -> None:
+    made = channel({"monitors": {"x": {"kind": "odd_exit", "max_speed": "30 m/s"}}})
+    stored = made.model_dump(mode="json")
+    assert SafetyChannel.model_validate(stored, context={"si": True}) == made
+
+
+def test_safety_channel_without_one_has_its_old_content_and_structure() -> None:
+    plain = SafetyChannel.model_validate({"kind": "safety"})
+    assert "supervisor" not in plain.model_dump(mode="json")["parameters"]
+    assert plain.monitors is None
+    assert channel({"monitors": OFF}).monitors == [["off", "off_road", []]]
+
+
+def test_kernels_know_the_kinds_by_their_place() -> None:
+    for name in ("channel_silent", "sensor_silent", "last_safe_stop"):
+        assert KINDS[getattr(monitor_kinds, name.upper())] == name
+
+
+def test_wrong_supervisor_is_refused() -> None:
+    for supervisor, place, match in (
+        ({"monitors": {}}, "monitors", "at least 1 item"),
+        ({"monitors": {"a": {"kind": "of_road"}}}, "a", "channel_silent"),
+        ({"counter": {"fault": -4}, "monitors": OFF}, "fault", "-4 is not more than -4"),
+        ({"monitors": {"a": OFF["off"] | {"counter": {"heal": 4}}}}, "counter", "4 is not more"),
+        ({"counter": {"increment": 0}, "monitors": OFF}, "increment", "greater than or equal to 1"),
+        ({"counter": {"fault": 1.5}, "monitors": OFF}, "fault", "integer"),
+        ({"monitors": {"a": {"kind": "off_road", "level": 5}}}, "level", "less than or equal to 4"),
+        ({"monitors": {"mrm_stop": {"kind": "off_road"}}}, "mrm_stop", "another name"),
+        ({"monitors": {"a": {"kind": "channel_silent"}}}, "watches", "required"),
+        ({"monitors": {"a": {"kind": "sensor_silent", "watches": ["x", "x"]}}}, "1", "twice"),
+        ({"monitors": {"a": {"kind": "odd_exit"}}}, "kind", "asks nothing"),
+        ({"monitors": {"a": BACKWARDS}}, "to_s", "more than from_s"),
+        ({"monitors": OFF, "manoeuvres": {"3": "continue"}}, "3", "milder than 'rest_area'"),
+        ({"monitors": OFF, "manoeuvres": {"5": "stop"}}, "5", "'1', '2', '3' or '4'"),
+        ({"monitors": OFF, "rate": "8 Hz"}, "rate", "6.66667 Hz and 10 Hz"),
+        ({"monitors": OFF, "rate": "30 Hz"}, "rate", "nearest that do are 10 Hz and 20 Hz"),
+    ):
+        caught = refused(ValidationError, channel, supervisor)
+        wrong = caught.errors()
+        assert len(wrong) == 1
+        assert place in [str(step) for step in wrong[0]["loc"]]
+        assert match in wrong[0]["msg"] or match in str(wrong[0])
+
+
+def test_last_safe_stop_takes_a_planner() -> None:
+    last = {"monitors": {"last": {"kind": "last_safe_stop"}}}
+    assert channel(last).parameters.supervisor is not None
+    refused(ValidationError, channel, last, stop="in_lane", says="takes stop: planned")

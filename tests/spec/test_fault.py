@@ -1,7 +1,5 @@
 """Faults: onsets, targets, what is no fault, those of vehicle, channels and switch."""
 
-from __future__ import annotations
-
 from typing import Any, get_args
 
 import pytest
@@ -13,6 +11,7 @@ from adeye.spec.fault import FAULT, MODELS, Late, idle_faults, model_of
 from adeye.spec.fault_base import LONGEST_LAG, Fault, Onset
 from adeye.spec.load import shipped
 from adeye.spec.quantity import SI
+from tests.refusals import refused
 from tests.stored import stored
 
 TABLES = stored("definitions")
@@ -29,27 +28,15 @@ OUT: dict[str, Any] = {
 }
 
 
-def test_times_are_in_seconds() -> None:
+def test_times_are_in_seconds_and_a_duration_may_be_left_out() -> None:
     fault = FAULT.validate_python(OUT)
-    assert fault.onset.at == 2.0
-    assert fault.duration == 0.5
-    assert fault.target_id == "front_camera"
-
-
-def test_duration_may_be_left_out() -> None:
+    assert (fault.onset.at, fault.duration, fault.target_id) == (2.0, 0.5, "front_camera")
     assert FAULT.validate_python({k: v for k, v in OUT.items() if k != "duration"}).duration is None
 
 
-@pytest.mark.parametrize(("changes", "said"), TABLES["what is no fault is refused"])
-def test_what_is_no_fault_is_refused(changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValidationError, match=said):
-        FAULT.validate_python({**OUT, **changes})
-
-
-def test_text_is_no_part_of_what_is_executed() -> None:
-    plain = FAULT.validate_python(OUT).executable()
-    assert FAULT.validate_python({**OUT, "text": "cable broken"}).executable() == plain
-    assert FAULT.validate_python({**OUT, "duration": "1 s"}).executable() != plain
+def test_what_is_no_fault_is_refused() -> None:
+    for changes, said in TABLES["what is no fault is refused"]:
+        refused(ValidationError, FAULT.validate_python, {**OUT, **changes}, says=said)
 
 
 def test_stored_fault_reads_back() -> None:
@@ -58,14 +45,13 @@ def test_stored_fault_reads_back() -> None:
     assert FAULT.validate_python(stored, context=SI) == triggered
 
 
-def test_identity_of_a_fault_that_comes_once_is_what_it_was() -> None:
-    assert FAULT.validate_python(OUT).executable() == {
-        "id": "camera_out",
-        "target": "sensors.front_camera",
-        "model": "drop_out",
-        "onset": {"at": 2.0, "when": None},
-        "duration": 0.5,
-    }
+def test_identity_of_a_fault_that_comes_once_is_what_it_was_and_its_text_no_part_of_it() -> None:
+    for text in ({}, {"text": "cable broken"}):
+        assert FAULT.validate_python({**OUT, **text}).executable() == {
+            **OUT,
+            "onset": {"at": 2.0, "when": None},
+            "duration": 0.5,
+        }
     again = FAULT.validate_python({**OUT, "every": "2 s", "times": 3}).executable()
     assert (again["every"], again["times"]) == (2.0, 3)
 
@@ -78,20 +64,13 @@ def test_name_of_a_model_is_one_for_each_kind_of_target() -> None:
 # --- What every fault has, whatever its model -----------------------------------------------------
 
 
-def test_onset_keeps_the_one_way_that_it_is_given() -> None:
-    onset = Onset.model_validate({"between": ["1 s", "2 s"]})
-    assert (onset.at, onset.when, onset.between) == (None, None, (1.0, 2.0))
+def test_onset_keeps_the_one_way_that_it_is_given_in_si() -> None:
+    onset = Onset.model_validate({"between": ["500 ms", "2 s"]})
+    assert (onset.at, onset.when, onset.between) == (None, None, (0.5, 2.0))
 
 
 def test_port_and_id_are_parts_of_the_target() -> None:
-    fault = FAULT.validate_python(
-        {
-            "id": "a",
-            "target": "links.safety.channels.nominal",
-            "model": "drop",
-            "onset": {"at": "1 s"},
-        }
-    )
+    fault = read("links.safety.channels.nominal", "drop")
     assert (fault.port, fault.target_id) == ("links", "safety.channels.nominal")
 
 
@@ -102,16 +81,9 @@ def test_every_model_says_what_it_is_and_what_it_is_for(model: type[Fault]) -> N
     assert len(get_args(model.model_fields["model"].annotation)) == 1
 
 
-@pytest.mark.parametrize(
-    "onset", [{}, {"at": "1 s", "when": "time >= 1 s"}, {"between": ["2 s", "1 s"]}]
-)
-def test_onset_is_one_of_three_and_in_order(onset: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError):
-        Onset.model_validate(onset)
-
-
-def test_onset_is_read_in_si() -> None:
-    assert Onset.model_validate({"between": ["500 ms", "2 s"]}).between == (0.5, 2.0)
+def test_onset_is_one_of_three_and_in_order() -> None:
+    for onset in ({}, {"at": "1 s", "when": "time >= 1 s"}, {"between": ["2 s", "1 s"]}):
+        refused(ValidationError, Onset.model_validate, onset)
 
 
 # --- What comes late or stands still: of links, channels and actuators alike ----------------------
@@ -122,15 +94,25 @@ def read(target: str, model: str, **more: Any) -> Any:
     return FAULT.validate_python({**content, **more})
 
 
-@pytest.mark.parametrize("target", ["links.nominal.front", "actuators.brake"])
-def test_delay_is_in_seconds(target: str) -> None:
-    assert read(target, "delay", by="250 ms").by == 0.25
+def test_values_are_in_si_and_have_their_defaults() -> None:
+    for target in ("links.nominal.front", "actuators.brake"):
+        assert read(target, "delay", by="250 ms").by == 0.25
+    bias = read("channels.nominal", "bias", steering_angle="180 deg")
+    assert bias.steering_angle == pytest.approx(3.14159265)
+    assert bias.acceleration == 0.0
+    assert read("links.safety.switch", "reorder", by="100 ms").by == 0.1
+    assert read("hooks.nominal", "map_shifted", offset="-50 cm").offset == -0.5
+    # Everything is lost unless a share is given.
+    drop = read("links.nominal.front", "drop")
+    assert (drop.probability, drop.burst) == (1.0, 1)
+    late = read("switch", "late", delay="200 ms")
+    assert isinstance(late, Late)
+    assert (late.delay, late.port, late.target_id) == (0.2, "switch", "")
 
 
-@pytest.mark.parametrize("by", ["-1 s", f"{LONGEST_LAG + 1} s", "2 m"])
-def test_delay_that_is_none_is_refused(by: str) -> None:
-    with pytest.raises(ValidationError, match="by"):
-        read("actuators.brake", "delay", by=by)
+def test_delay_that_is_none_is_refused() -> None:
+    for by in ("-1 s", f"{LONGEST_LAG + 1} s", "2 m"):
+        refused(ValidationError, read, "actuators.brake", "delay", by=by, says="by")
 
 
 def test_stuck_is_of_channels_and_actuators() -> None:
@@ -143,57 +125,21 @@ def test_stuck_is_of_channels_and_actuators() -> None:
 # --- Faults of channels, links and insides: values in SI, defaults, and what is refused -----------
 
 
-def test_values_are_in_si() -> None:
-    bias = read("channels.nominal", "bias", steering_angle="180 deg")
-    assert bias.steering_angle == pytest.approx(3.14159265)
-    assert bias.acceleration == 0.0
-    assert read("links.safety.switch", "reorder", by="100 ms").by == 0.1
-    assert read("hooks.nominal", "map_shifted", offset="-50 cm").offset == -0.5
-
-
-def test_everything_is_lost_unless_a_share_is_given() -> None:
-    drop = read("links.nominal.front", "drop")
-    assert (drop.probability, drop.burst) == (1.0, 1)
-
-
-@pytest.mark.parametrize(
-    ("target", "model", "more", "said"), TABLES["what is no such fault is refused"]
-)
-def test_what_is_no_such_fault_is_refused(
-    target: str, model: str, more: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(ValidationError, match=said):
-        read(target, model, **more)
+def test_what_is_no_such_fault_is_refused() -> None:
+    for target, model, more, said in TABLES["what is no such fault is refused"]:
+        refused(ValidationError, read, target, model, **more, says=said)
 
 
 # --- Faults of the switch: how late, and of nothing else ------------------------------------------
 
-LATE = {
-    "id": "slow_relay",
-    "target": "switch",
-    "model": "late",
-    "delay": "200 ms",
-    "onset": {"at": "1 s"},
-}
 
-
-def test_delay_is_in_seconds_of_switch_faults() -> None:
-    fault = FAULT.validate_python(LATE)
-    assert isinstance(fault, Late)
-    assert (fault.delay, fault.port, fault.target_id) == (0.2, "switch", "")
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"delay": "-1 s"}, "greater than or equal to 0"),
-        ({"delay": "1 m"}, "is not a time"),
-        ({"target": "channels.nominal"}, "late is a fault of switch"),
-    ],
-)
-def test_what_is_no_late_switch_is_refused(changes: dict[str, str], said: str) -> None:
-    with pytest.raises(ValidationError, match=said):
-        FAULT.validate_python({**LATE, **changes})
+def test_what_is_no_late_switch_is_refused() -> None:
+    for target, delay, said in (
+        ("switch", "-1 s", "greater than or equal to 0"),
+        ("switch", "1 m", "is not a time"),
+        ("channels.nominal", "1 s", "late is a fault of switch"),
+    ):
+        refused(ValidationError, read, target, "late", delay=delay, says=said)
 
 
 # --- Faults that change nothing: of no size, masked, on what nobody looks at, in no entry ---------
@@ -202,8 +148,7 @@ CANDIDATE = yaml.safe_load((shipped("odd") / "architectures/camera_radar.yaml").
 
 
 def fault(model: str, target: str = "sensors.front_radar", **more: Any) -> Any:
-    content = {"id": model, "target": target, "model": model, "onset": {"at": "2 s"}, **more}
-    return FAULT.validate_python(content)
+    return read(target, model, **{"id": model, "onset": {"at": "2 s"}, **more})
 
 
 def architecture(**changes: Any) -> Architecture:
@@ -283,17 +228,13 @@ def test_fault_on_what_nobody_looks_at_is_named() -> None:
     alone = {"policy": "stuck", "priority": ["nominal"], "default": "nominal"}
     nominal = {**channels["nominal"], "links": ["localisation", "health.front_camera"]}
     bare = architecture(channels={**channels, "nominal": nominal}, switch=alone)
-    found = idle(
-        fault("drop_out"),
-        fault("silent", "channels.safety"),
-        fault("late", "switch", delay="1 s"),
-        of=bare,
-    )
+    lost, silent = fault("drop_out"), fault("silent", "channels.safety")
+    found = idle(lost, silent, fault("late", "switch", delay="1 s"), of=bare)
     assert "which no channel" in found["drop_out"]
     assert "no channel that acts" in found["silent"]
     assert "one channel only" in found["late"]
     assert idle(fault("drop_out", "sensors.front_camera"), of=bare) == {}
-    assert idle(fault("drop_out"), fault("silent", "channels.safety")) == {}
+    assert idle(lost, silent) == {}
 
 
 def test_fault_of_no_entry_is_named() -> None:

@@ -1,7 +1,5 @@
 """Loading: files are found, extended and merged; an error is placed in the file that holds it."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any
@@ -21,7 +19,8 @@ from adeye.spec.load import (
 )
 from adeye.spec.sensors import Camera
 from tests.project import CONCEPT, Project
-from tests.stored import stored
+from tests.refusals import refused
+from tests.stored import known, stored
 
 TABLES = stored("definitions")
 
@@ -76,23 +75,13 @@ MAPPING = st.dictionaries(st.sampled_from("abc"), CONTENT)
 
 @pytest.mark.slow
 @given(base=MAPPING, override=MAPPING)
-def test_merging_twice_is_merging_once(base: Any, override: Any) -> None:
+def test_merging_twice_is_merging_once_and_leaves_both_as_they_were(
+    base: Any, override: Any
+) -> None:
+    before = repr((base, override))
     once = merge(base, override)
     assert merge(once, override) == once
-
-
-@pytest.mark.slow
-@given(base=MAPPING)
-def test_nothing_and_itself_change_nothing(base: Any) -> None:
-    assert merge(base, {}) == base
-    assert merge(base, base) == base
-
-
-@pytest.mark.slow
-@given(base=MAPPING, override=MAPPING)
-def test_merging_leaves_both_as_they_were(base: Any, override: Any) -> None:
-    before = repr((base, override))
-    merge(base, override)
+    assert merge(base, {}) == merge(base, base) == base
     assert repr((base, override)) == before
 
 
@@ -100,13 +89,11 @@ def test_merging_leaves_both_as_they_were(base: Any, override: Any) -> None:
 
 
 def test_extended_scenario_has_both_contents(write: Any) -> None:
-    loaded = load_scenario(
-        write("near", "extends: base\nscenario: near\nparameters: {gap: {default: 25 m}}\n")
-    )
-    assert loaded.spec.scenario == "near"
-    assert loaded.spec.title == "A base"
-    assert loaded.spec.parameters["gap"].default == "25 m"
-    assert loaded.spec.parameters["gap"].range == ("20 m", "60 m")
+    text = "extends: base\nscenario: near\nparameters: {gap: {default: 25 m}}\n"
+    loaded = load_scenario(write("near", text))
+    assert (loaded.spec.scenario, loaded.spec.title) == ("near", "A base")
+    gap = loaded.spec.parameters["gap"]
+    assert (gap.default, gap.range) == ("25 m", ("20 m", "60 m"))
     assert "extends" not in loaded.content
 
 
@@ -163,19 +150,11 @@ def test_cyclic_extends_is_refused(write: Any, first: str, second: str, chain: s
 
 def test_error_is_placed_in_the_file_that_holds_it(write: Any, tmp_path: Path) -> None:
     near = write("near", "extends: base\nscenario: near\nego: {speed: 20 s}\n")
-    with pytest.raises(SpecError, match=r"near.yaml:3:14: ego.speed: '20 s' is a time"):
-        load_scenario(near)
+    refused(SpecError, load_scenario, near, says=r"near.yaml:3:14: ego.speed: '20 s' is a time")
     base = tmp_path / "base.yaml"
     base.write_text(BASE.replace("s: 50 m", "s: 50 s"), encoding="utf-8")
     near.write_text("extends: base\nscenario: near\nego: {speed: 20 m/s}\n", encoding="utf-8")
-    with pytest.raises(SpecError, match=r"base.yaml:9:19: ego.s: '50 s' is a time"):
-        load_scenario(near)
-
-
-def test_unknown_key_is_placed_at_the_key_of_its_file(write: Any) -> None:
-    near = write("near", "extends: base\nscenario: near\nego: {sped: 20 m/s}\n")
-    with pytest.raises(SpecError, match=r"near.yaml:3:7: ego.sped: there is no key"):
-        load_scenario(near)
+    refused(SpecError, load_scenario, near, says=r"base.yaml:9:19: ego.s: '50 s' is a time")
 
 
 @pytest.fixture
@@ -190,14 +169,12 @@ def test_inherited_key_of_another_fidelity_says_how_to_remove_it(suites: Path) -
     camera = "fidelity: object, range: 80 m"
     text = "extends: study_camera\narchitecture: cheap\nsensors: {{front_camera: {{{}}}}}\n"
     path.write_text(text.format(camera), encoding="utf-8")
-    with pytest.raises(InputErrors) as caught:
-        load_architecture(path)
-    unknown = [error for error in caught.value.errors if "there is no key" in error.message]
+    caught = refused(InputErrors, load_architecture, path)
+    unknown = [error for error in caught.errors if "there is no key" in error.message]
     keys = [error.message.split(":")[0].rpartition(".")[2] for error in unknown]
     assert {"columns", "rows", "min_pixel_height"} <= set(keys)
     for key, error in zip(keys, unknown, strict=True):
-        assert error.where is not None
-        assert error.where.path.endswith("study_camera.yaml")
+        assert known(error.where).path.endswith("study_camera.yaml")
         assert f"`{key}: null` at this place in {path} removes it." in error.remedy
     # What the message says is so.
     removed = "".join(f", {key}: null" for key in keys)
@@ -207,7 +184,7 @@ def test_inherited_key_of_another_fidelity_says_how_to_remove_it(suites: Path) -
 
 def test_unknown_key_that_is_not_inherited_is_to_be_corrected_where_it_is(write: Any) -> None:
     near = write("near", "extends: base\nscenario: near\nego: {sped: 20 m/s}\n")
-    with pytest.raises(SpecError) as caught:
+    with pytest.raises(SpecError, match=r"near.yaml:3:7: ego.sped: there is no key") as caught:
         load_scenario(near)
     assert "null" not in str(caught.value)
 
@@ -260,8 +237,7 @@ def test_scenario_in_two_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "old").mkdir()
     for folder in (tmp_path, tmp_path / "old"):
         (folder / "follow.yaml").write_text("scenario: follow\n", encoding="utf-8")
-    with pytest.raises(SpecError, match="'follow' is in another file, too"):
-        scenario_files(tmp_path)
+    refused(SpecError, scenario_files, tmp_path, says="'follow' is in another file, too")
 
 
 def test_architecture_is_loaded_by_its_path() -> None:
@@ -277,14 +253,11 @@ def test_architecture_is_loaded_by_its_path() -> None:
 def of_several_concepts(tmp_path: Path) -> Path:
     """Write an ODD with a concept that speaks of the nominal channel only."""
     project = Project(tmp_path)
+    project.require("FSR-01")
+    nominal = {"id": "nominal_channel", "kind": "planner", "text": "drives"}
     with project.edited(CONCEPT) as concept:
-        concept["elements"] = [
-            {"id": "nominal_channel", "kind": "planner", "text": "drives", "asil_capability": "D"}
-        ]
-        concept["decompositions"] = []
-        concept["requirements"] = [
-            {**item, "allocation": ["nominal_channel"]} for item in concept["requirements"][:1]
-        ]
+        concept |= {"elements": [{**nominal, "asil_capability": "D"}], "decompositions": []}
+        concept["requirements"][0]["allocation"] = ["nominal_channel"]
     return project.odd
 
 

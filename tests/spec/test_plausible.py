@@ -1,8 +1,7 @@
 """Bounds of plausibility: slips of units and digits are refused with their place, unless meant."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -12,11 +11,9 @@ from adeye.campaign.plan import make_plan
 from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
 from adeye.spec.plausible import BOUNDS
-from tests.project import CANDIDATE, MINI, Project
-from tests.stored import stored
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from tests.project import CANDIDATE, MINI, Project, odd_of
+from tests.refusals import refused
+from tests.stored import known, stored
 
 TABLES = stored("definitions")
 
@@ -45,8 +42,7 @@ def test_part_beyond_the_plausible_is_refused_unless_it_is_meant(
 ) -> None:
     with pytest.raises(SpecError, match=f"{path}: .* is not plausible; {bound} is from ") as caught:
         load_architecture(edited(ARCHITECTURE, tmp_path, path, value))
-    assert caught.value.where is not None
-    assert caught.value.where.line > 1
+    assert known(caught.value.where).line > 1
     assert f"beyond_plausible: [{bound}]" in str(caught.value)
     meant = edited(ARCHITECTURE, tmp_path, path, value, beyond_plausible=[bound])
     assert load_architecture(meant).spec.architecture == "camera_radar"
@@ -73,8 +69,14 @@ LEAD = scenario_files(shipped("scenarios_db"))["lead_braking"]
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """Make a project with a scenario of its own."""
-    odd = {**MINI, "scenarios": [{"use": "mine"}], "faults": []}
+    odd = odd_of({"use": "mine"}, architectures=("camera_radar", "legacy_camera"))
     return Project(tmp_path_factory.mktemp("plausible") / "project", odd)
+
+
+def mine(project: Project, path: str, value: Any) -> Path:
+    """Write that scenario: the shipped one with another value at a path."""
+    file = edited(LEAD, project.folder / "scenarios_db", path, value, scenario="mine")
+    return file.rename(file.with_name("mine.yaml"))
 
 
 @pytest.mark.parametrize(
@@ -83,28 +85,21 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
 def test_scenario_beyond_the_plausible_is_refused(
     project: Project, path: str, value: Any, bound: str
 ) -> None:
-    file = edited(LEAD, project.folder / "scenarios_db", path, value, scenario="mine")
-    file = file.rename(file.with_name("mine.yaml"))
-    assert load_scenario(file).spec.scenario == "mine"
+    assert load_scenario(mine(project, path, value)).spec.scenario == "mine"
     with pytest.raises(InputError, match=f"{path}: .* is not plausible; {bound} is from "):
         make_plan(project.odd)
 
 
-@pytest.mark.parametrize(
-    ("path", "value"), [("ego.speed", "-5 m/s"), ("storyboard.brake.stop.rate", "0 m/s^2")]
-)
-def test_constant_that_no_run_can_have_is_refused(project: Project, path: str, value: Any) -> None:
-    file = edited(LEAD, project.folder / "scenarios_db", path, value, scenario="mine")
-    file.rename(file.with_name("mine.yaml"))
-    with pytest.raises(InputError, match=f"{path}: .* is not above "):
-        make_plan(project.odd)
+def test_constant_that_no_run_can_have_is_refused(project: Project) -> None:
+    for path, value in (("ego.speed", "-5 m/s"), ("storyboard.brake.stop.rate", "0 m/s^2")):
+        mine(project, path, value)
+        refused(InputError, make_plan, project.odd, says=f"{path}: .* is not above ")
 
 
 @pytest.mark.parametrize("path", TABLES["delay longer than the run is refused"])
 def test_delay_longer_than_the_run_is_refused(project: Project, path: str) -> None:
     """Such a sensor, channel or switch does nothing in any run, and no bound of its own says so."""
-    file = edited(LEAD, project.folder / "scenarios_db", "tail", "13 s", scenario="mine")
-    file.rename(file.with_name("mine.yaml"))
+    mine(project, "tail", "13 s")
     before = (project.folder / CANDIDATE).read_text("utf-8")
     edited(project.folder / CANDIDATE, (project.folder / CANDIDATE).parent, path, "60 s")
     try:
@@ -125,20 +120,15 @@ def test_default_counts_as_nobodys_word() -> None:
     assert is_written(short, ("sensors", "front_camera", "latency"))
 
 
-@pytest.mark.parametrize(
-    ("fault", "bound"), TABLES["fault beyond the plausible is refused unless it is meant"]
-)
-def test_fault_beyond_the_plausible_is_refused_unless_it_is_meant(
-    tmp_path: Path, fault: dict[str, Any], bound: str
-) -> None:
+def test_fault_beyond_the_plausible_is_refused_unless_it_is_meant(tmp_path: Path) -> None:
     project = Project(tmp_path, MINI)
-    with project.edited_odd() as odd:
-        odd["faults"] = [
-            {"id": "absurd", "target": "sensors.front_radar", "onset": {"at": "2 s"}, **fault}
-        ]
-        odd["scenarios"][0]["faults"] = ["none", "absurd"]
-    with pytest.raises(SpecError, match=rf"faults\.0\..* is not plausible; {bound} is from "):
+    for fault, bound in TABLES["fault beyond the plausible is refused unless it is meant"]:
+        own = {"id": "absurd", "target": "sensors.front_radar", "onset": {"at": "2 s"}}
+        with project.edited_odd() as odd:
+            odd.pop("beyond_plausible", None)
+            odd["faults"] = [{**own, **fault}]
+            odd["scenarios"][0]["faults"] = ["none", "absurd"]
+        refused(SpecError, project.plan, says=rf"faults\.0\..* is not plausible; {bound} is from ")
+        with project.edited_odd() as odd:
+            odd["beyond_plausible"] = [bound]
         project.plan()
-    with project.edited_odd() as odd:
-        odd["beyond_plausible"] = [bound]
-    project.plan()

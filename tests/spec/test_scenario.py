@@ -1,7 +1,5 @@
 """Logical scenarios: what belongs together is asked for, and identity is what is executed."""
 
-from __future__ import annotations
-
 import copy
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,8 @@ from adeye.spec.document import load_document
 from adeye.spec.load import load_scenario
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, SpeedChange
+from adeye.sweep.axes import set_path
+from tests.refusals import refused
 from tests.stored import stored
 
 TABLES = stored("definitions")
@@ -28,13 +28,12 @@ CONTENT: dict[str, Any] = load_document(ROOT / "motorway" / "cut_in.yaml").value
 def content(*place: str, value: Any) -> dict[str, Any]:
     """Return the shipped cut-in with one value changed; None removes it."""
     changed = copy.deepcopy(CONTENT)
-    part = changed
-    for key in place[:-1]:
-        part = part.setdefault(key, {})
+    set_path(changed, place, value)
     if value is None:
-        part.pop(place[-1], None)
-    else:
-        part[place[-1]] = value
+        part: Any = changed
+        for key in place[:-1]:
+            part = part[key]
+        del part[place[-1]]
     return changed
 
 
@@ -69,15 +68,12 @@ def test_default_within_its_range_is_a_parameter(default: Any, limits: Any) -> N
     assert parameter.default == default
 
 
-@pytest.mark.parametrize(
-    ("default", "limits", "place"), TABLES["other defaults are refused at their place"]
-)
-def test_other_defaults_are_refused_at_their_place(
-    default: Any, limits: Any, place: list[str | int]
-) -> None:
-    with pytest.raises(ValidationError) as caught:
-        Parameter.model_validate({"default": default, "range": limits})
-    assert {item["loc"][: len(place)] for item in caught.value.errors()} == {tuple(place)}
+def test_other_defaults_are_refused_at_their_place() -> None:
+    for default, limits, place in TABLES["other defaults are refused at their place"]:
+        caught = refused(
+            ValidationError, Parameter.model_validate, {"default": default, "range": limits}
+        )
+        assert {item["loc"][: len(place)] for item in caught.errors()} == {tuple(place)}
 
 
 @pytest.mark.parametrize(("place", "value"), TABLES["words ranges and defaults are not executed"])
@@ -86,9 +82,8 @@ def test_words_ranges_and_defaults_are_not_executed(place: tuple[str, ...], valu
     assert changed.executable() == LogicalScenario.model_validate(CONTENT).executable()
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
+def test_what_happens_is_executed() -> None:
+    for place, value in (
         (("world", "road", "shoulder"), "2 m"),
         (("world", "road", "verge"), "2 m"),
         (("world", "road", "bays"), {"bay": BAY}),
@@ -97,11 +92,9 @@ def test_words_ranges_and_defaults_are_not_executed(place: tuple[str, ...], valu
         (("storyboard", "cut_in", "when"), "cutter.gap < gap"),
         (("realised",), []),
         (("horizon",), "13 s"),
-    ],
-)
-def test_what_happens_is_executed(place: tuple[str, ...], value: Any) -> None:
-    changed = LogicalScenario.model_validate(content(*place, value=value))
-    assert changed.executable() != LogicalScenario.model_validate(CONTENT).executable()
+    ):
+        changed = LogicalScenario.model_validate(content(*place, value=value))
+        assert changed.executable() != LogicalScenario.model_validate(CONTENT).executable(), place
 
 
 def test_a_road_without_bays_and_verge_is_written_as_before_there_were_any() -> None:

@@ -10,6 +10,7 @@ from adeye.spec.fault import FAULT
 from adeye.spec.quantity import SI
 from adeye.spec.sensor_faults import DELIVERS, SIGNALS, SignalName, delivered, signals_of
 from adeye.spec.sensors import PluginSensor
+from tests.refusals import refused
 from tests.simulate.faults.streams import SUITE
 from tests.stored import stored
 
@@ -61,10 +62,9 @@ def test_fault_without_a_meaning_for_a_sensor_says_so_where_it_is_written(
 FIXED = {"id": "a", "target": "sensors.a", "onset": {"at": "0 s"}}
 
 
-@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused"])
-def test_what_cannot_be_is_refused(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError):
-        FAULT.validate_python({**FIXED, **wrong})
+def test_what_cannot_be_is_refused() -> None:
+    for wrong in TABLES["what cannot be is refused"]:
+        refused(ValidationError, FAULT.validate_python, {**FIXED, **wrong})
 
 
 def test_classes_are_of_the_structure_of_a_batch() -> None:
@@ -75,10 +75,9 @@ def test_classes_are_of_the_structure_of_a_batch() -> None:
 # --- The body: where it looks, how far, and through what ------------------------------------------
 
 
-@pytest.mark.parametrize("wrong", TABLES["what cannot be is refused of sensor bodies"])
-def test_what_cannot_be_is_refused_of_sensor_bodies(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError):
-        FAULT.validate_python({**FIXED, **wrong})
+def test_what_cannot_be_is_refused_of_sensor_bodies() -> None:
+    for wrong in TABLES["what cannot be is refused of sensor bodies"]:
+        refused(ValidationError, FAULT.validate_python, {**FIXED, **wrong})
 
 
 def test_lens_is_dark_and_sensor_straight_unless_given() -> None:
@@ -109,11 +108,10 @@ def test_stored_fault_is_read_again() -> None:
     assert again == fault
 
 
-@pytest.mark.parametrize(("wrong", "loc"), TABLES["wrong value is refused at its place"])
-def test_wrong_value_is_refused_at_its_place(wrong: dict[str, Any], loc: str) -> None:
-    with pytest.raises(ValidationError) as caught:
-        read(**wrong)
-    assert [error["loc"][-1] for error in caught.value.errors()] == [loc]
+def test_wrong_value_is_refused_at_its_place() -> None:
+    for wrong, loc in TABLES["wrong value is refused at its place"]:
+        caught = refused(ValidationError, read, **wrong)
+        assert [error["loc"][-1] for error in caught.errors()] == [loc]
 
 
 def test_signal_is_of_the_structure_of_a_batch() -> None:
@@ -128,7 +126,6 @@ def test_identity_of_a_drop_out_is_what_it_was() -> None:
     assert set(fault.executable()) == {"id", "target", "model", "onset", "duration"}
 
 
-@pytest.mark.parametrize("wrong", TABLES["what no sensor can have is refused"])
-def test_what_no_sensor_can_have_is_refused(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError):
-        FAULT.validate_python({**FIXED, **wrong})
+def test_what_no_sensor_can_have_is_refused() -> None:
+    for wrong in TABLES["what no sensor can have is refused"]:
+        refused(ValidationError, FAULT.validate_python, {**FIXED, **wrong})

@@ -1,20 +1,21 @@
 """A small ODD on disk, which tests change before they load it."""
 
-from __future__ import annotations
-
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 import yaml
 
 from adeye.spec.load import OddFiles, load_odd
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from tests.motorway import fault
 
 ROOT = Path(__file__).parents[2]
+
+CAMERA_OUT = fault("camera_out", "sensors.front_camera", "drop_out", "2 s")
+CANDIDATE = ["architectures/camera_radar.yaml"]
+Load = Callable[..., OddFiles]
 
 SWEEP: dict[str, Any] = {
     "parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m", "45 m", "60 m"]}
@@ -38,10 +39,7 @@ def load(project: Path) -> Callable[..., OddFiles]:
         content: dict[str, Any] = {
             "odd": "example",
             "scenarios": [{**use, **changes.pop("use", {})}],
-            "architectures": [
-                "architectures/legacy_camera.yaml",
-                "architectures/camera_radar.yaml",
-            ],
+            "architectures": ["architectures/legacy_camera.yaml", *CANDIDATE],
             "concept": "concepts/motorway_chauffeur.yaml",
         }
         path = project / "odd" / "example.yaml"

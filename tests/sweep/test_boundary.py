@@ -1,7 +1,5 @@
 """Planned attributes against the ODD: limits are inclusive in any unit, and NaN is outside."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -36,55 +34,28 @@ def test_no_attribute_admits_everything() -> None:
     assert found({}, ego_speed=np.array([1e9])) == []
 
 
-@pytest.mark.parametrize(
-    ("attributes", "name", "columns", "outside", "text"),
-    [
-        (
-            {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}},
-            "ego_speed",
-            {"ego_speed": [90 / 3.6, 100 / 3.6, 101 / 3.6]},
-            [False, False, True],
-            "ego_speed: 101 km/h is above the ODD's maximum 100 km/h",
-        ),
-        (
-            {"environment": {"rain": {"max": "7.5 mm/h"}}},
-            "rain",
-            {"rain": [0.0, 7.5e-3 / 3600, 8e-3 / 3600]},
-            [False, False, True],
-            "rain: 8 mm/h is above the ODD's maximum 7.5 mm/h",
-        ),
-        (
-            {"environment": {"friction": {"min": 0.5}}},
-            "friction",
-            {"friction": [0.5, 0.4, 0.3]},
-            [False, True, True],
-            "friction: 0.4 is below the ODD's minimum 0.5",
-        ),
-        (
-            {"environment": {"fog": {"min_visibility": "20 km"}}},
-            "fog visibility",
-            {},
-            [True],
-            "fog visibility: 10000 m is below the ODD's minimum 20000 m",
-        ),
-    ],
-)
-def test_limit_is_inside_and_the_first_breach_is_told(
-    attributes: dict[str, Any],
-    name: str,
-    columns: dict[str, list[float]],
-    outside: list[bool],
-    text: str,
-) -> None:
-    arrays: dict[str, Any] = {key: np.array(values) for key, values in columns.items()}
-    breach = next(item for item in found(attributes, **arrays) if item.attribute == name)
-    assert breach.outside.tolist() == outside
-    assert breach.text == text
-
-
-def test_inside_is_no_breach() -> None:
-    attributes = {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
-    assert found(attributes, ego_speed=np.array([130 / 3.6])) == []
+def test_limit_is_inside_and_the_first_breach_is_told() -> None:
+    kmh, mmh = 1 / 3.6, 1e-3 / 3600
+    for part, name, limit, values, outside, text in (
+        ("dynamic_elements", "ego_speed", {"max": "100 km/h"},
+         [90 * kmh, 100 * kmh, 101 * kmh], [False, False, True],
+         "ego_speed: 101 km/h is above the ODD's maximum 100 km/h"),
+        ("environment", "rain", {"max": "7.5 mm/h"},
+         [0.0, 7.5 * mmh, 8 * mmh], [False, False, True],
+         "rain: 8 mm/h is above the ODD's maximum 7.5 mm/h"),
+        ("environment", "friction", {"min": 0.5}, [0.5, 0.4, 0.3], [False, True, True],
+         "friction: 0.4 is below the ODD's minimum 0.5"),
+    ):  # fmt: skip
+        told = {
+            breach.attribute: (breach.outside.tolist(), breach.text)
+            for breach in found({part: {name: limit}}, SCENARIO, **{name: np.array(values)})
+        }
+        assert told[name] == (outside, text)
+    (breach,) = found({"environment": {"fog": {"min_visibility": "20 km"}}})
+    assert (breach.attribute, breach.outside.tolist()) == ("fog visibility", [True])
+    assert breach.text == "fog visibility: 10000 m is below the ODD's minimum 20000 m"
+    fast = {"dynamic_elements": {"ego_speed": {"max": "130 km/h"}}}
+    assert found(fast, ego_speed=np.array([130 / 3.6])) == []
 
 
 @pytest.mark.parametrize(
@@ -100,21 +71,13 @@ def test_word_outside_holds_for_every_point(
 
 
 def test_curve_to_the_right_is_as_narrow_as_one_to_the_left() -> None:
-    content = SCENARIO.model_dump(mode="json")
-    content["world"]["road"] |= {"kind": "curve", "radius": "-300 m"}
-    curve = LogicalScenario.model_validate(content, context=SI)
-    assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
-    (breach,) = found({"scenery": {"min_radius": "400 m"}}, curve)
-    assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
-
-
-def test_radius_of_a_curve_is_looked_at() -> None:
-    content = SCENARIO.model_dump(mode="json")
-    content["world"]["road"] |= {"kind": "curve", "radius": "300 m"}
-    curve = LogicalScenario.model_validate(content, context=SI)
-    (breach,) = found({"scenery": {"min_radius": "400 m"}}, curve)
-    assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
-    assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
+    for radius in ("300 m", "-300 m"):
+        content = SCENARIO.model_dump(mode="json")
+        content["world"]["road"] |= {"kind": "curve", "radius": radius}
+        curve = LogicalScenario.model_validate(content, context=SI)
+        assert found({"scenery": {"min_radius": "300 m"}}, curve) == []
+        (breach,) = found({"scenery": {"min_radius": "400 m"}}, curve)
+        assert breach.text == "radius: 300 m is below the ODD's minimum 400 m"
     assert found({"scenery": {"min_radius": "400 m"}}) == []
 
 

@@ -1,9 +1,6 @@
 """Test cases: identity, columns, structure, and which stand in one batch."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,21 +16,16 @@ from adeye.store.encoding import json_text
 from adeye.sweep import case as structure
 from adeye.sweep.case import AuthorityOverride, TestCase, batches, content_digest, structure_key
 from adeye.sweep.expand import Expansion, expand
+from tests.refusals import refused
+from tests.sweep.conftest import CAMERA_OUT, CANDIDATE, Load
 
 # --- Identity of a test case: what changes the drive changes the digest, and nothing else does ----
 
-FAULT = {
-    "id": "camera_out",
-    "target": "sensors.front_camera",
-    "model": "drop_out",
-    "onset": {"at": "2 s"},
-}
-
 
 @pytest.fixture
-def case(load: Callable[..., OddFiles]) -> TestCase:
+def case(load: Load) -> TestCase:
     """Return the last test case of a small plan: camera and radar, with a fault."""
-    return list(expand(load(faults=[FAULT])).cases())[-1]
+    return list(expand(load(faults=[CAMERA_OUT])).cases())[-1]
 
 
 def changed(case: TestCase, part: str, **changes: Any) -> TestCase:
@@ -127,16 +119,9 @@ def test_override_is_identity_and_leaves_the_situation(case: TestCase) -> None:
 
 # --- Columns say of every test case what its record says: one definition of identity --------------
 
-Load = Callable[..., "OddFiles"]
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = [path for path in sorted((ROOT / "odd").glob("*.yaml")) if path.stem != "million"]
-CAMERA_OUT = {
-    "id": "camera_out",
-    "target": "sensors.front_camera",
-    "model": "drop_out",
-    "onset": {"at": "2 s"},
-}
 
 
 def alone(case: TestCase) -> TestCase:
@@ -182,11 +167,8 @@ def test_overrides_replicates_and_faults_are_in_the_identity(load: Load) -> None
 
 
 def test_random_points_are_written_so_that_they_read_back(load: Load) -> None:
-    sweep = {
-        "design": "random",
-        "samples": 50,
-        "parameters": {"gap": ["30 m", "60 m"], "ego_speed": ["60 km/h", "130 km/h"]},
-    }
+    axes = {"gap": ["30 m", "60 m"], "ego_speed": ["60 km/h", "130 km/h"]}
+    sweep = {"design": "random", "samples": 50, "parameters": axes}
     expansion = expand(load(sweep, replicates=2))
     check(expansion)
     columns = next(expansion.columns(0, 50))
@@ -219,18 +201,10 @@ def test_the_first_point_outside_is_told_wherever_one_begins(load: Load) -> None
     limits = {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}}
     expansion = expand(load(sweep, attributes=limits))
     next(expansion.columns(0, 1))
-    with pytest.raises(SweepError, match="ego_speed: 110 km/h is above"):
-        next(expansion.columns(2, 3))
+    refused(SweepError, next, expansion.columns(2, 3), says="ego_speed: 110 km/h is above")
 
 
 # --- Batches: one structure inside, only values vary, the order is the plan's ---------------------
-
-CAMERA_OUT_OF_STRUCTURE: dict[str, Any] = {
-    "id": "camera_out",
-    "target": "sensors.front_camera",
-    "model": "drop_out",
-    "onset": {"at": "2 s"},
-}
 
 
 def keys(files: OddFiles) -> list[str]:
@@ -238,78 +212,64 @@ def keys(files: OddFiles) -> list[str]:
     return list(dict.fromkeys(structure_key(case) for case in expand(files).cases()))
 
 
-def only(axis: str, *values: Any) -> dict[str, Any]:
-    return {"parameters": {axis: list(values)}}
+PARTING = [
+    ("architecture.sensors.front_camera.rate", ["10 Hz", "20 Hz"]),
+    ("architecture.sensors.front_camera.latency", ["0.1 s", "0.2 s"]),
+    ("architecture.channels.nominal.delay", ["0 s", "0.05 s"]),
+    ("architecture.switch.policy", ["fixed_priority", "stuck"]),
+    ("architecture.switch.default", ["nominal", "safety"]),
+    ("architecture.switch.latch", [True, False]),
+    ("architecture.switch.priority", [["safety", "nominal"], ["nominal", "safety"]]),
+    ("architecture.channels.nominal.links", [["localisation"], []]),
+    ("scenario.world.road.lanes", [2, 3]),
+    ("scenario.actors.cutter.kind", ["car", "truck"]),
+]
+VARYING = [
+    ("gap", ["30 m", "60 m"]),
+    ("architecture.sensors.front_camera.range", ["80 m", "120 m"]),
+    ("architecture.sensors.front_camera.mount.yaw", ["0 deg", "2 deg"]),
+    ("architecture.vehicle.mass", [1500, 2000]),
+    ("architecture.channels.nominal.parameters.time_gap", ["1.5 s", "2 s"]),
+    ("scenario.environment.illumination", ["day", "night"]),
+]
 
 
-CANDIDATE = ["architectures/camera_radar.yaml"]
-
-
-@pytest.mark.parametrize(
-    "sweep",
-    [
-        only("gap", "30 m", "60 m"),
-        only("architecture.sensors.front_camera.range", "80 m", "120 m"),
-        only("architecture.sensors.front_camera.mount.yaw", "0 deg", "2 deg"),
-        only("architecture.vehicle.mass", 1500, 2000),
-        only("architecture.channels.nominal.parameters.time_gap", "1.5 s", "2 s"),
-        only("scenario.environment.illumination", "day", "night"),
-    ],
-)
-def test_values_vary_inside_a_batch(load: Load, sweep: dict[str, Any]) -> None:
-    assert len(keys(load(sweep, architectures=CANDIDATE))) == 1
-
-
-@pytest.mark.parametrize(
-    "sweep",
-    [
-        only("architecture.sensors.front_camera.rate", "10 Hz", "20 Hz"),
-        only("architecture.sensors.front_camera.latency", "0.1 s", "0.2 s"),
-        only("architecture.channels.nominal.delay", "0 s", "0.05 s"),
-        only("architecture.switch.policy", "fixed_priority", "stuck"),
-        only("architecture.switch.default", "nominal", "safety"),
-        {"parameters": {"architecture.switch.latch": [True, False]}},
-        only("architecture.switch.priority", ["safety", "nominal"], ["nominal", "safety"]),
-        only("architecture.channels.nominal.links", ["localisation"], []),
-        only("scenario.world.road.lanes", 2, 3),
-        only("scenario.actors.cutter.kind", "car", "truck"),
-    ],
-)
-def test_structure_parts_batches(load: Load, sweep: dict[str, Any]) -> None:
-    assert len(keys(load(sweep, architectures=CANDIDATE))) == 2
+def test_structure_parts_batches_and_values_vary_inside_one(load: Load) -> None:
+    for count, axes in ((1, VARYING), (2, PARTING)):
+        for axis, values in axes:
+            files = load({"parameters": {axis: values}}, architectures=CANDIDATE)
+            assert len(keys(files)) == count, axis
 
 
 def test_architecture_fault_entry_and_step_part_batches(load: Load) -> None:
-    assert len(keys(load(faults=[CAMERA_OUT_OF_STRUCTURE]))) == 4
+    assert len(keys(load(faults=[CAMERA_OUT]))) == 4
     case = next(iter(expand(load()).cases()))
     assert structure_key(replace(case, step=0.025)) != structure_key(case)
-    longer = case.scenario.model_copy(update={"horizon": case.scenario.horizon + 1.0})
-    assert structure_key(replace(case, scenario=longer)) != structure_key(case)
+    longer = changed(case, "scenario", horizon=case.scenario.horizon + 1.0)
+    assert structure_key(longer) != structure_key(case)
     assert structure_key(replace(case, replicate=3)) == structure_key(case)
 
 
 def test_onset_time_varies_inside_a_batch_and_its_condition_does_not(load: Load) -> None:
-    path = "faults.camera_out.onset.at"
-    files = load(
-        only(path, "1 s", "2 s"), faults=[CAMERA_OUT_OF_STRUCTURE], architectures=CANDIDATE
-    )
-    assert len(keys(files)) == 2  # without and with the fault
-    path = "faults.camera_out.onset.when"
-    triggered = {**CAMERA_OUT_OF_STRUCTURE, "onset": {"when": "time > 1 s"}}
-    files = load(
-        only(path, "time > 1 s", "time > 2 s"), faults=[triggered], architectures=CANDIDATE
-    )
-    assert len(keys(files)) == 3
+    triggered = {**CAMERA_OUT, "onset": {"when": "time > 1 s"}}
+    # One more structure is that without the fault.
+    for name, fault, values, count in (
+        ("at", CAMERA_OUT, ["1 s", "2 s"], 2),
+        ("when", triggered, ["time > 1 s", "time > 2 s"], 3),
+    ):
+        sweep = {"parameters": {f"faults.camera_out.onset.{name}": values}}
+        assert len(keys(load(sweep, faults=[fault], architectures=CANDIDATE))) == count
 
 
 def test_batches_are_the_plan_in_its_order_with_one_structure_each(load: Load) -> None:
-    cases = list(expand(load(faults=[CAMERA_OUT_OF_STRUCTURE])).cases())
+    cases = list(expand(load(faults=[CAMERA_OUT])).cases())
     for size in (1, 4, 6, 1_000):
         cut = list(batches(cases, size))
         assert [case for batch in cut for case in batch] == cases
         assert all(len(batch) <= size for batch in cut)
         assert all(len({structure_key(case) for case in batch}) == 1 for batch in cut)
     assert [len(batch) for batch in batches(cases, 4)] == [4, 2] * 4
+    assert list(batches(cases[:0], 5)) == []
 
 
 @given(letters=st.text("ab", max_size=30), size=st.integers(1, 7))
@@ -329,8 +289,3 @@ def test_batches_are_as_few_as_order_and_size_allow(letters: str, size: int) -> 
         else:
             runs.append([letter])
     assert [[case.key for case in batch] for batch in cut] == runs
-
-
-def test_nothing_makes_no_batch() -> None:
-    none: list[TestCase] = []
-    assert list(batches(none, 5)) == []

@@ -1,7 +1,5 @@
 """Designs, and what each allows to say."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -16,6 +14,7 @@ from adeye.sweep import design, sampling
 from adeye.sweep.axes import Axis
 from adeye.sweep.design import Relation, Space, design_statement, full_factorial, zipped
 from adeye.sweep.sampling import random_points
+from tests.refusals import refused
 
 # --- Designs on hand-made axes: which combinations are points, in which order, and how many -------
 
@@ -26,8 +25,10 @@ def axis(name: str, *values: float | str, kind: Any = "parameter") -> Axis:
     return Axis(name, kind, (), tuple(values), tuple(values), WHERE)
 
 
-def relation(text: str) -> Relation:
-    return Relation(parse(text), WHERE)
+def space(*axes: Axis, where: str = "", fixed: dict[str, Any] | None = None) -> Space:
+    """Span a space by axes, with one relation or two that are joined by a semicolon."""
+    relations = [Relation(parse(text), WHERE) for text in where.split("; ") if text]
+    return Space(list(axes), relations, fixed or {}, WHERE)
 
 
 def rows(points: design.Points) -> list[tuple[Any, ...]]:
@@ -38,7 +39,7 @@ def rows(points: design.Points) -> list[tuple[Any, ...]]:
 
 
 def test_last_axis_varies_fastest() -> None:
-    points = full_factorial(Space([axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)], [], {}, WHERE))
+    points = full_factorial(space(axis("a", 1.0, 2.0), axis("b", 3.0, 4.0, 5.0)))
     assert rows(points) == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5)]
     assert (points.raw, points.count) == (6, 6)
 
@@ -47,105 +48,78 @@ def test_last_axis_varies_fastest() -> None:
 @given(sizes=st.lists(st.integers(1, 5), min_size=1, max_size=4))
 def test_points_are_all_combinations_once(sizes: list[int]) -> None:
     axes = [axis(f"a{k}", *map(float, range(size))) for k, size in enumerate(sizes)]
-    points = full_factorial(Space(axes, [], {}, WHERE))
+    points = full_factorial(space(*axes))
     assert points.count == points.raw == math.prod(sizes) == len(set(rows(points)))
 
 
 def test_relation_excludes_points_and_keeps_the_count_before() -> None:
-    points = full_factorial(
-        Space([axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)], [relation("a < b")], {}, WHERE)
-    )
+    a, b = axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)
+    points = full_factorial(space(a, b, where="a < b"))
     assert rows(points) == [(1, 2), (1, 3), (2, 3)]
     assert (points.raw, points.count) == (9, 3)
-
-
-def test_relation_may_name_what_does_not_vary() -> None:
-    points = full_factorial(
-        Space([axis("a", 1.0, 3.0)], [relation("a > limit")], {"limit": 2.0}, WHERE)
-    )
-    assert rows(points) == [(3,)]
-
-
-def test_varied_value_wins_over_the_fixed_one() -> None:
-    points = full_factorial(Space([axis("a", 1.0, 3.0)], [relation("a > 2")], {"a": 9.0}, WHERE))
-    assert rows(points) == [(3,)]
+    # A relation may name what does not vary; what varies wins over what is fixed.
+    for where, fixed in (("a > limit", {"limit": 2.0}), ("a > 2", {"a": 9.0})):
+        assert rows(full_factorial(space(a, where=where, fixed=fixed))) == [(3,)]
 
 
 def test_without_axes_there_is_one_point() -> None:
-    points = full_factorial(Space([], [relation("limit > 1")], {"limit": 2.0}, WHERE))
+    points = full_factorial(space(where="limit > 1", fixed={"limit": 2.0}))
     assert (points.raw, points.count, points.columns) == (1, 1, {})
     with pytest.raises(SweepError, match="none of 1 combinations fulfils limit > 3"):
-        full_factorial(Space([], [relation("limit > 3")], {"limit": 2.0}, WHERE))
+        full_factorial(space(where="limit > 3", fixed={"limit": 2.0}))
 
 
 def test_text_stays_text() -> None:
-    points = full_factorial(
-        Space([axis("policy", "stuck", "free", kind="architecture")], [], {}, WHERE)
-    )
+    points = full_factorial(space(axis("policy", "stuck", "free", kind="architecture")))
     assert points.columns["policy"].tolist() == ["stuck", "free"]
     assert points.texts("policy") == ['"stuck"', '"free"']
 
 
-def test_no_feasible_point_is_refused_with_the_relations() -> None:
+def test_relation_that_no_point_fulfils_or_that_makes_no_sense_is_refused() -> None:
     with pytest.raises(SweepError, match=r"none of 2 combinations fulfils a > 5 and a < 9"):
-        full_factorial(
-            Space([axis("a", 1.0, 2.0)], [relation("a > 5"), relation("a < 9")], {}, WHERE)
-        )
-
-
-def test_unknown_name_is_refused() -> None:
+        full_factorial(space(axis("a", 1.0, 2.0), where="a > 5; a < 9"))
     with pytest.raises(SweepError, match="names 'c', which the sweep does not have"):
-        full_factorial(Space([axis("a", 1.0)], [relation("c > 5")], {}, WHERE))
-
-
-def test_relation_that_mixes_text_and_numbers_is_refused() -> None:
+        full_factorial(space(axis("a", 1.0), where="c > 5"))
     with pytest.raises(ExpressionError, match="mixes text and numbers"):
-        full_factorial(Space([axis("a", "x")], [relation("a > 5")], {}, WHERE))
+        full_factorial(space(axis("a", "x"), where="a > 5"))
 
 
 def test_too_many_combinations_are_refused_without_being_made(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(design, "MAX_RAW_POINTS", 5)
-    axes = [axis("a", 1.0, 2.0), axis("b", 1.0, 2.0, 3.0)]
     with pytest.raises(SweepError, match=r"6 combinations: a \(2\) × b \(3\); at most 5"):
-        full_factorial(Space(axes, [], {}, WHERE))
+        full_factorial(space(axis("a", 1.0, 2.0), axis("b", 1.0, 2.0, 3.0)))
 
 
 def test_size_of_the_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    axes = [axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0)]
-    whole = rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE)))
+    wide = space(axis("a", 1.0, 2.0, 3.0), axis("b", 1.0, 2.0, 3.0), where="a != b")
+    whole = rows(full_factorial(wide))
     monkeypatch.setattr(design, "CHUNK", 2)
-    assert rows(full_factorial(Space(axes, [relation("a != b")], {}, WHERE))) == whole
+    assert rows(full_factorial(wide)) == whole
 
 
 # --- zip ------------------------------------------------------------------------------------------
 
 
-def test_zip_walks_in_step() -> None:
-    points = zipped(Space([axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)], [], {}, WHERE))
-    assert rows(points) == [(1, 5), (2, 6)]
-    assert points.raw == 2
-
-
-def test_zip_drops_what_is_not_feasible() -> None:
-    points = zipped(
-        Space([axis("a", 1.0, 2.0), axis("b", 5.0, 1.0)], [relation("a < b")], {}, WHERE)
-    )
-    assert rows(points) == [(1, 5)]
-    assert (points.raw, points.count) == (2, 1)
+def test_zip_walks_in_step_and_drops_what_is_not_feasible() -> None:
+    points = zipped(space(axis("a", 1.0, 2.0), axis("b", 5.0, 6.0)))
+    assert (rows(points), points.raw) == ([(1, 5), (2, 6)], 2)
+    points = zipped(space(axis("a", 1.0, 2.0), axis("b", 5.0, 1.0), where="a < b"))
+    assert (rows(points), points.raw, points.count) == ([(1, 5)], 2, 1)
 
 
 def test_zip_of_unequal_lengths_is_refused() -> None:
     with pytest.raises(SweepError, match=r"these have a \(1\), b \(2\)"):
-        zipped(Space([axis("a", 1.0), axis("b", 5.0, 1.0)], [], {}, WHERE))
+        zipped(space(axis("a", 1.0), axis("b", 5.0, 1.0)))
 
 
 def test_zip_without_a_feasible_point_is_refused() -> None:
-    with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped(Space([axis("a", 1.0)], [relation("a > 1")], {}, WHERE))
-    with pytest.raises(SweepError, match="none of 1 combinations"):
-        zipped(Space([], [relation("limit > 1")], {"limit": 0.0}, WHERE))
+    for empty in (
+        space(axis("a", 1.0), where="a > 1"),
+        space(where="limit > 1", fixed={"limit": 0.0}),
+    ):
+        refused(SweepError, zipped, empty, says="none of 1 combinations")
 
 
 # --- random ---------------------------------------------------------------------------------------
@@ -153,9 +127,10 @@ def test_zip_without_a_feasible_point_is_refused() -> None:
 AXES = [axis("a", 0.0, 10.0), axis("b", -1.0, 1.0)]
 
 
-def draw(samples: int = 50, seed: int = 7, stream: str = "cut_in", **given: Any) -> Any:
-    arguments: dict[str, Any] = {"axes": AXES, "relations": [], "fixed": {}, **given}
-    return random_points(Space(where=WHERE, **arguments), samples, seed, stream)
+def draw(
+    samples: int = 50, seed: int = 7, stream: str = "cut_in", axes: Any = AXES, where: str = ""
+) -> Any:
+    return random_points(space(*axes, where=where), samples, seed, stream)
 
 
 def test_draws_lie_between_the_ends_and_fill_the_range() -> None:
@@ -186,14 +161,14 @@ def test_another_axis_leaves_the_draws_of_the_first() -> None:
 
 def test_feasible_draws_are_those_of_the_free_design() -> None:
     free = rows(draw(200))
-    kept = rows(draw(20, relations=[relation("a > 5 and b < 0")]))
+    kept = rows(draw(20, where="a > 5 and b < 0"))
     assert kept == [(a, b) for a, b in free if a > 5 and b < 0][:20]
 
 
 def test_size_of_the_random_chunks_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = rows(draw(30, relations=[relation("a > 5")]))
+    whole = rows(draw(30, where="a > 5"))
     monkeypatch.setattr(sampling, "DRAWS", 7)
-    assert rows(draw(30, relations=[relation("a > 5")])) == whole
+    assert rows(draw(30, where="a > 5")) == whole
 
 
 def test_values_are_written_so_that_they_read_back() -> None:
@@ -210,20 +185,17 @@ def test_texts_of_many_levels_are_those_of_few(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_million_points_take_a_few_bytes_each() -> None:
     axes = [axis(f"a{k}", *map(float, range(10))) for k in range(6)]
-    points = full_factorial(Space(axes, [], {}, WHERE))
+    points = full_factorial(space(*axes))
     assert points.count == 1_000_000
     assert sum(level.nbytes for level in points.levels.values()) == 6_000_000
 
 
-def test_infeasible_random_design_is_refused() -> None:
-    with pytest.raises(SweepError, match="only 0 of 5,000 draws fulfil a > 10"):
-        draw(5, relations=[relation("a > 10")])
-
-
-def test_hopeless_random_design_is_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_infeasible_random_design_is_refused_and_given_up_early(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    refused(SweepError, draw, 5, where="a > 10", says="only 0 of 5,000 draws fulfil a > 10")
     monkeypatch.setattr(sampling, "HOPELESS", 10_000)
-    with pytest.raises(SweepError, match="only 0 of 12,288 draws"):
-        draw(100_000, relations=[relation("a > 10")])
+    refused(SweepError, draw, 100_000, where="a > 10", says="only 0 of 12,288 draws")
 
 
 def test_random_draws_parameters_only() -> None:
@@ -232,8 +204,7 @@ def test_random_draws_parameters_only() -> None:
 
 
 def test_levels_of_a_point_are_of_one_type() -> None:
-    points = full_factorial(Space([axis("a", 1.0, 2.0)], [], {}, WHERE))
-    assert points.columns["a"].dtype == np.float64
+    assert full_factorial(space(axis("a", 1.0, 2.0))).columns["a"].dtype == np.float64
 
 
 # --- What a design lets one say: a population for independent draws, none for chosen points -------
@@ -292,9 +263,8 @@ def test_declared_distribution_is_told_as_it_was_written() -> None:
     axes = {"gap": {"lognormal": {"median": "30 m", "sigma": 0.5, "max": "90 m"}}}
     found = design_statement(stored({**RANDOM, "parameters": axes}), "cut_in")
     assert found.is_declared
-    assert found.distributions == {
-        "gap": "lognormal with median 30 m and sigma 0.5, not above 90 m"
-    }
+    told = "lognormal with median 30 m and sigma 0.5, not above 90 m"
+    assert found.distributions == {"gap": told}
 
 
 def test_scenario_is_found_under_its_other_id() -> None:
@@ -302,5 +272,4 @@ def test_scenario_is_found_under_its_other_id() -> None:
     odd["odd"]["scenarios"][0]["as"] = "again"
     odd["scenarios"]["again"] = {}
     assert design_statement(odd, "again").kind == "random"
-    with pytest.raises(KeyError):
-        design_statement(odd, "cut_in")
+    refused(KeyError, design_statement, odd, "cut_in")

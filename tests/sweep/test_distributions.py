@@ -1,10 +1,7 @@
 """Distributions: their quantiles, and axes made of them."""
 
-from __future__ import annotations
-
 import hashlib
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import InputError, SweepError
-from adeye.spec.load import OddFiles
 from adeye.sweep.distributions import Law, data_digests, require_mass
 from adeye.sweep.expand import read_points
-from tests.stored import stored
+from tests.refusals import refused
+from tests.stored import known, stored
+from tests.sweep.conftest import Load
 
 TABLES = stored("sweeps")
 
@@ -89,17 +87,10 @@ def test_weights_that_round_below_one_leave_no_share_without_a_level() -> None:
     assert law.quantile(np.array([1.0 - 2.0**-53])).tolist() == [2.0]
 
 
-@pytest.mark.parametrize(
-    ("law", "said"),
-    [
-        (Law("uniform", 2.0, 2.0), "nothing is left"),
-        (Law("normal", 20.0, 30.0), "lies between its ends"),
-        (Law("lognormal", 1e9, math.inf, 0.0, 0.5), "lies between its ends"),
-    ],
-)
-def test_law_of_which_nothing_is_left_is_refused(law: Law, said: str) -> None:
-    with pytest.raises(SweepError, match=said):
-        require_mass(law)
+def test_law_of_which_nothing_is_left_is_refused() -> None:
+    refused(SweepError, require_mass, Law("uniform", 2.0, 2.0), says="nothing is left")
+    for law in (Law("normal", 20.0, 30.0), Law("lognormal", 1e9, math.inf, 0.0, 0.5)):
+        refused(SweepError, require_mass, law, says="lies between its ends")
 
 
 def test_mass_is_what_lies_between_the_ends() -> None:
@@ -108,8 +99,6 @@ def test_mass_is_what_lies_between_the_ends() -> None:
 
 
 # --- Distributions in an ODD: read with their units, their files and their places in the ODD ------
-
-Load = Callable[..., "OddFiles"]
 
 
 def sweep(samples: int = 20, /, **parameters: Any) -> dict[str, Any]:
@@ -123,8 +112,7 @@ def data(project: Path, text: str) -> None:
 def test_quantities_are_read_in_their_units(load: Load) -> None:
     law = {"normal": {"mean": "90 km/h", "sd": "1.8 km/h", "min": "72 km/h", "max": "108 km/h"}}
     axes, points = read_points(load(sweep(ego_speed=law)), 0)
-    found = axes[0].law
-    assert found is not None
+    found = known(axes[0].law)
     assert (found.centre, found.low, found.high) == pytest.approx((25.0, 20.0, 30.0))
     assert found.spread == pytest.approx(0.5)
     assert abs(points.columns["ego_speed"].mean() - 25.0) < 0.5
@@ -163,19 +151,12 @@ def test_unusable_data_is_refused_at_the_axis(
     assert "example.yaml:" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("name", "law", "said"), TABLES["unusable distribution is refused at the axis"]
-)
-def test_unusable_distribution_is_refused_at_the_axis(
-    load: Load, name: str, law: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(InputError) as caught:
-        read_points(load(sweep(20, **{name: law})), 0)
-    assert said in str(caught.value)
-    assert "example.yaml:" in str(caught.value)
+def test_unusable_distribution_is_refused_at_the_axis(load: Load) -> None:
+    for name, law, said in TABLES["unusable distribution is refused at the axis"]:
+        caught = refused(InputError, read_points, load(sweep(20, **{name: law})), 0, says=said)
+        assert "example.yaml:" in str(caught)
 
 
 def test_distribution_of_a_grid_is_refused_with_its_line(load: Load) -> None:
     grid = {"parameters": {"gap": {"uniform": ["10 m", "50 m"]}}}
-    with pytest.raises(InputError, match="a distribution belongs to design: random, lhs, sobol"):
-        load(grid)
+    refused(InputError, load, grid, says="a distribution belongs to design: random, lhs, sobol")

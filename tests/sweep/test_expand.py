@@ -1,10 +1,7 @@
 """Expansion: counting, order, what is feasible and fits the clock."""
 
-from __future__ import annotations
-
 import itertools
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,26 +9,28 @@ import pytest
 
 from adeye.errors import SourceLocation, SpecError, SweepError
 from adeye.spec.expression import parse
-from adeye.spec.load import OddFiles
 from adeye.sweep import covering as feasible
 from adeye.sweep import expand as sequence
 from adeye.sweep.axes import Axis
+from adeye.sweep.case import TestCase
 from adeye.sweep.covering import FREE, Feasibility
 from adeye.sweep.design import Relation, Space
 from adeye.sweep.expand import Expansion, LazyCases, expand
 from adeye.sweep.groups import check_rates, check_times, guilty_path
+from tests.refusals import refused
+from tests.sweep.conftest import CAMERA_OUT, Load
 
 # --- Test cases are counted as points × fault entries × architectures × replicates ----------------
 
-Load = Callable[..., OddFiles]
 
-CAMERA_OUT = {
-    "id": "camera_out",
-    "target": "sensors.front_camera",
-    "model": "drop_out",
-    "onset": {"at": "2 s"},
-}
 RADAR_OUT = {**CAMERA_OUT, "id": "radar_out", "target": "sensors.front_radar"}
+
+
+def cases_of(load: Load, parameters: dict[str, Any] | None, **changes: Any) -> list[TestCase]:
+    """Expand the sweep of some axes, or that of ``load``, and list its test cases."""
+    of_sweep = {"design", "where", "samples"} & changes.keys()
+    sweep = {"parameters": parameters, **{name: changes.pop(name) for name in of_sweep}}
+    return list(expand(load(sweep if parameters else None, **changes)).cases())
 
 
 def test_factors_multiply(load: Load) -> None:
@@ -77,34 +76,21 @@ def test_axis_of_one_architecture_is_dropped_for_the_others(load: Load) -> None:
 
 
 def test_fault_axis_varies_only_the_entries_that_have_the_fault(load: Load) -> None:
-    sweep = {"parameters": {"faults.camera_out.duration": ["1 s", "2 s"]}}
-    cases = list(expand(load(sweep, faults=[CAMERA_OUT])).cases())
+    axes = {"faults.camera_out.duration": ["1 s", "2 s"]}
+    cases = cases_of(load, axes, faults=[CAMERA_OUT])
     assert len(cases) == 2 * (1 + 2)
     assert {f.duration for case in cases for f in case.faults} == {1.0, 2.0}
 
 
 def test_relations_and_scenario_constraints_exclude_points(load: Load) -> None:
-    sweep = {
-        "parameters": {
-            "ego_speed": ["20 km/h", "50 km/h"],
-            "relative_speed": ["-50 km/h", "-10 km/h"],
-        },
-        "where": ["relative_speed <= -10 km/h"],
-    }
-    expansion = expand(load(sweep))
-    assert expansion.factors[0].raw == 4
-    assert expansion.factors[0].points == 3
+    axes = {"ego_speed": ["20 km/h", "50 km/h"], "relative_speed": ["-50 km/h", "-10 km/h"]}
+    expansion = expand(load({"parameters": axes, "where": ["relative_speed <= -10 km/h"]}))
+    assert (expansion.factors[0].raw, expansion.factors[0].points) == (4, 3)
 
 
 def test_zip_walks_axes_in_step(load: Load) -> None:
-    sweep = {
-        "design": "zip",
-        "parameters": {
-            "ego_speed": ["80 km/h", "100 km/h", "100 km/h"],
-            "gap": ["30 m", "40 m", "50 m"],
-        },
-    }
-    points = [case.point for case in expand(load(sweep)).cases()][:3]
+    axes = {"ego_speed": ["80 km/h", "100 km/h", "100 km/h"], "gap": ["30 m", "40 m", "50 m"]}
+    points = [case.point for case in cases_of(load, axes, design="zip")][:3]
     assert [point["gap"] for point in points] == [30.0, 40.0, 50.0]
     assert points[1]["ego_speed"] == points[2]["ego_speed"]
 
@@ -116,44 +102,24 @@ def test_list_takes_the_points_as_written(load: Load) -> None:
 
 
 def test_random_is_seeded_and_inside_the_ends(load: Load) -> None:
-    sweep = {
-        "design": "random",
-        "samples": 20,
-        "parameters": {"gap": ["30 m", "60 m"], "ego_speed": ["60 km/h", "130 km/h"]},
-        "where": ["gap >= ego_speed * 1 s"],
-    }
-    first = [case.point for case in expand(load(sweep)).cases()][:20]
-    again = [case.point for case in expand(load(sweep)).cases()][:20]
-    other = [case.point for case in expand(load(sweep, seed=8)).cases()][:20]
+    axes = {"gap": ["30 m", "60 m"], "ego_speed": ["60 km/h", "130 km/h"]}
+    drawn = {"design": "random", "samples": 20, "where": ["gap >= ego_speed * 1 s"]}
+    first, again, other = (
+        [case.point for case in cases_of(load, axes, seed=seed, **drawn)][:20] for seed in (7, 7, 8)
+    )
     assert first == again != other
     assert all(30.0 <= float(p["gap"]) <= 60.0 for p in first)
     assert all(float(p["gap"]) >= float(p["ego_speed"]) for p in first)
     assert len({p["gap"] for p in first}) == 20
 
 
-def test_steps_include_both_ends_exactly(load: Load) -> None:
-    sweep = {"parameters": {"gap": {"from": "10 m", "to": "60 m", "step": "10 m"}}}
-    values = [case.point["gap"] for case in expand(load(sweep)).cases()][:6]
-    assert values == [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
-
-
 @pytest.mark.slow
 def test_a_billion_combinations_are_refused_before_expansion(load: Load) -> None:
     thousand = {"from": "30 m", "to": "59.97 m", "step": "0.03 m"}
-    axis = "architecture.sensors.front_camera.range"
-    sweep = {
-        "parameters": {
-            "gap": thousand,
-            axis: thousand,
-            "architecture.sensors.front_camera.mount.x": {
-                "from": "0 m",
-                "to": "0.999 m",
-                "step": "0.001 m",
-            },
-        }
-    }
-    with pytest.raises(SweepError, match=r"1,000,000,000 combinations"):
-        expand(load(sweep))
+    camera = "architecture.sensors.front_camera"
+    axes = {"gap": thousand, f"{camera}.range": thousand}
+    axes[f"{camera}.mount.x"] = {"from": "0 m", "to": "0.999 m", "step": "0.001 m"}
+    refused(SweepError, expand, load({"parameters": axes}), says=r"1,000,000,000 combinations")
 
 
 def test_more_test_cases_than_the_limit_are_refused(load: Load) -> None:
@@ -164,12 +130,10 @@ def test_more_test_cases_than_the_limit_are_refused(load: Load) -> None:
 def test_point_outside_the_odd_is_refused_or_marked(load: Load) -> None:
     limits = {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}}
     with pytest.raises(SweepError, match="ego_speed: 120 km/h is above the ODD's maximum 100 km/h"):
-        list(expand(load(attributes=limits)).cases())
-    cases = list(expand(load(attributes=limits, outside="robustness")).cases())
-    assert {(case.inside_odd, float(case.point["ego_speed"]) < 30.0) for case in cases} == {
-        (True, True),
-        (False, False),
-    }
+        cases_of(load, None, attributes=limits)
+    cases = cases_of(load, None, attributes=limits, outside="robustness")
+    found = {(case.inside_odd, float(case.point["ego_speed"]) < 30.0) for case in cases}
+    assert found == {(True, True), (False, False)}
 
 
 def test_rate_that_does_not_divide_the_clock_is_located(load: Load) -> None:
@@ -178,85 +142,41 @@ def test_rate_that_does_not_divide_the_clock_is_located(load: Load) -> None:
 
 
 def test_adding_a_sensor_leaves_every_situation(load: Load) -> None:
-    cases = list(expand(load()).cases())
-    legacy, candidate = cases[:6], cases[6:]
-    for one, other in zip(legacy, candidate, strict=True):
+    cases = cases_of(load, None)
+    for one, other in zip(cases[:6], cases[6:], strict=True):
         assert one.situation_digest == other.situation_digest
         assert one.stream_seed == other.stream_seed
         assert one.digest != other.digest
 
 
-def test_cost_and_texts_are_no_part_of_the_identity(load: Load) -> None:
-    sweep = {"parameters": {"architecture.cost": [1, 2]}}
-    cases = [
-        case
-        for case in expand(load(sweep)).cases()
-        if case.architecture.architecture == "camera_radar"
-    ]
-    assert cases[0].digest == cases[1].digest
-
-
-def test_situation_depends_on_seed_replicate_and_parameters(load: Load) -> None:
-    cases = list(expand(load(replicates=2)).cases())[:4]
-    other = next(iter(expand(load(seed=1)).cases()))
-    digests = [case.situation_digest for case in [*cases, other]]
-    assert all(a != b for a, b in pairwise(sorted(digests)))
-
-
-def test_clock_and_horizon_are_in_the_test_case_not_in_the_stream(load: Load) -> None:
-    one = next(iter(expand(load()).cases()))
-    finer = next(iter(expand(load(step="0.025 s")).cases()))
-    assert one.situation_digest == finer.situation_digest
-    assert one.stream_seed == finer.stream_seed
-    assert one.digest != finer.digest
-
-
 def test_relation_that_the_fixed_values_break_is_refused(load: Load) -> None:
     use = {"parameters": {"ego_speed": "20 km/h", "relative_speed": "-50 km/h"}}
-    with pytest.raises(SweepError, match="none of 1 combinations fulfils"):
-        expand(load({}, use=use))
+    refused(SweepError, expand, load({}, use=use), says="none of 1 combinations fulfils")
 
 
 def test_whole_numbers_stay_whole_on_their_way_into_a_file(load: Load) -> None:
-    sweep = {"parameters": {"scenario.world.road.lanes": [2, 3]}}
-    cases = list(expand(load(sweep)).cases())
+    cases = cases_of(load, {"scenario.world.road.lanes": [2, 3]})
     assert [case.scenario.world.road.lanes for case in cases] == [2, 3, 2, 3]
 
 
-def test_swept_rate_is_checked_against_the_clock(load: Load) -> None:
-    sweep = {"parameters": {"architecture.sensors.front_camera.rate": ["7 Hz"]}}
-    with pytest.raises(SweepError, match=r"example.yaml:\d+:\d+: sensors.front_camera.rate: 7 Hz"):
-        list(expand(load(sweep)).cases())
-
-
-def test_swept_horizon_is_checked_against_the_clock(load: Load) -> None:
-    with pytest.raises(SweepError, match=r"example.yaml:\d+:\d+: horizon: 1.01 s is no whole"):
-        list(expand(load({"parameters": {"scenario.horizon": ["1.01 s"]}})).cases())
+def test_swept_rate_and_horizon_are_checked_against_the_clock(load: Load) -> None:
+    for path, value, said in (
+        ("architecture.sensors.front_camera.rate", "7 Hz", "sensors.front_camera.rate: 7 Hz"),
+        ("scenario.horizon", "1.01 s", "horizon: 1.01 s is no whole"),
+    ):
+        refused(SweepError, cases_of, load, {path: [value]}, says=rf"example.yaml:\d+:\d+: {said}")
 
 
 def test_point_of_another_variant_does_not_lead_out_of_the_odd(load: Load) -> None:
-    sweep = {
-        "design": "zip",
-        "parameters": {
-            "ego_speed": ["80 km/h", "120 km/h"],
-            "scenario.ego.speed": ["ego_speed + 30 km/h", "ego_speed"],
-        },
-    }
+    speeds = {"scenario.ego.speed": ["ego_speed + 30 km/h", "ego_speed"]}
+    axes = {"ego_speed": ["80 km/h", "120 km/h"], **speeds}
     limits = {"dynamic_elements": {"ego_speed": {"max": "120 km/h"}}}
-    assert all(case.inside_odd for case in expand(load(sweep, attributes=limits)).cases())
-
-
-def test_the_point_that_leaves_the_odd_is_the_one_that_is_told(load: Load) -> None:
-    sweep = {"parameters": {"ego_speed": ["80 km/h", "125 km/h", "110 km/h"]}}
-    limits = {"dynamic_elements": {"ego_speed": {"max": "100 km/h"}}}
-    with pytest.raises(SweepError, match="ego_speed: 125 km/h is above"):
-        list(expand(load(sweep, attributes=limits)).cases())
+    assert all(case.inside_odd for case in cases_of(load, axes, design="zip", attributes=limits))
 
 
 def test_fixed_values_are_in_every_test_case(load: Load) -> None:
-    mass = "architecture.vehicle.mass"
-    use = {"parameters": {"rain": "5 mm/h", mass: 2000}}
-    cases = list(expand(load(use=use)).cases())
+    use = {"parameters": {"rain": "5 mm/h", "architecture.vehicle.mass": 2000}}
+    cases = cases_of(load, None, use=use)
     assert {case.parameters["rain"] for case in cases} == {5e-3 / 3600}
     assert {case.architecture.vehicle.mass for case in cases} == {2000.0}
     assert "rain" not in cases[0].point
@@ -380,36 +300,21 @@ def test_question_that_takes_too_long_is_refused_and_not_guessed(
 # --- Times and rates must fit the master clock; the message begins with the path of the first -----
 
 
-def test_shipped_files_fit_the_shipped_clock(load: Load) -> None:
+def test_what_does_not_fit_the_clock_is_told_with_its_path(load: Load) -> None:
     files = load()
-    check_times(files.scenarios["cut_in"].spec, 0.05)
-    check_rates(files.architectures["camera_radar"].spec, 0.05)
-
-
-def test_horizon_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
-    with pytest.raises(SpecError) as caught:
-        check_times(load().scenarios["cut_in"].spec, 0.07)
-    assert guilty_path(caught.value) == ("horizon",)
-
-
-def test_rate_that_does_not_divide_the_clock_is_told(load: Load) -> None:
-    with pytest.raises(SpecError) as caught:
-        check_rates(load().architectures["camera_radar"].spec, 0.04)
-    assert guilty_path(caught.value) == ("sensors", "front_camera", "rate")
-
-
-def test_jitter_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
-    spec = load().architectures["camera_radar"].spec
+    scenario, spec = files.scenarios["cut_in"].spec, files.architectures["camera_radar"].spec
+    check_times(scenario, 0.05)
+    check_rates(spec, 0.05)
     radar = spec.sensors["front_radar"].model_copy(update={"jitter": 0.07})
     late = spec.model_copy(update={"sensors": {**spec.sensors, "front_radar": radar}})
-    with pytest.raises(SpecError) as caught:
-        check_rates(late, 0.05)
-    assert guilty_path(caught.value) == ("sensors", "front_radar", "jitter")
-
-
-def test_handover_that_is_no_whole_number_of_steps_is_told(load: Load) -> None:
-    spec = load().architectures["camera_radar"].spec
     switch = spec.switch.model_copy(update={"handover": 0.07})
-    with pytest.raises(SpecError) as caught:
-        check_rates(spec.model_copy(update={"switch": switch}), 0.05)
-    assert guilty_path(caught.value) == ("switch", "handover")
+    slow = spec.model_copy(update={"switch": switch})
+    checks: tuple[tuple[Any, Any, float, str], ...] = (
+        (check_times, scenario, 0.07, "horizon"),
+        (check_rates, spec, 0.04, "sensors.front_camera.rate"),
+        (check_rates, late, 0.05, "sensors.front_radar.jitter"),
+        (check_rates, slow, 0.05, "switch.handover"),
+    )
+    for check, content, step, path in checks:
+        caught = refused(SpecError, check, content, step)
+        assert guilty_path(caught) == tuple(path.split("."))

@@ -1,8 +1,5 @@
 """Groups of test cases with one variant, sections of them, and what those share."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,23 +8,19 @@ from adeye.errors import SweepError
 from adeye.spec.load import OddFiles
 from adeye.sweep.expand import Expansion, expand, read_points
 from adeye.sweep.groups import Group, groups_of, overlapping, varies
+from tests.motorway import fault
 from tests.stored import stored
+from tests.sweep.conftest import CANDIDATE, Load
 
 TABLES = stored("sweeps")
 
 
 # --- Groups: fault entries are sets in the ODD's order, axes are those that vary something --------
 
-Load = Callable[..., "OddFiles"]
 
-
-def fault(name: str, target: str, model: str = "drop_out") -> dict[str, Any]:
-    return {"id": name, "target": target, "model": model, "onset": {"at": "1 s"}}
-
-
-CAMERA = fault("camera_out", "sensors.front_camera")
-RADAR = fault("radar_out", "sensors.front_radar")
-SILENT = fault("silent", "channels.nominal", "silent")
+CAMERA = fault("camera_out", "sensors.front_camera", "drop_out", "1 s")
+RADAR = fault("radar_out", "sensors.front_radar", "drop_out", "1 s")
+SILENT = fault("silent", "channels.nominal", "silent", "1 s")
 
 
 def groups(files: OddFiles, architecture: str = "camera_radar") -> list[Group]:
@@ -48,18 +41,12 @@ def test_every_fault_alone_is_the_default(load: Load) -> None:
     assert entries(load(faults=[CAMERA, RADAR])) == ["none", "camera_out", "radar_out"]
 
 
-@pytest.mark.parametrize(
-    "written",
-    [
-        [["silent", "camera_out"]],
-        [["camera_out", "silent"]],
-        ["none", ["camera_out", "silent"], ["silent", "camera_out"]],
-    ],
-)
-def test_double_fault_is_one_entry_however_it_is_written(load: Load, written: Any) -> None:
-    files = load(faults=[CAMERA, SILENT], use={"faults": written})
-    assert entries(files) == ["none", "camera_out+silent"]
-    assert groups(files)[1].faults == (0, 1)
+def test_double_fault_is_one_entry_however_it_is_written(load: Load) -> None:
+    one, other = ["silent", "camera_out"], ["camera_out", "silent"]
+    for written in ([one], [other], ["none", other, one]):
+        files = load(faults=[CAMERA, SILENT], use={"faults": written})
+        assert entries(files) == ["none", "camera_out+silent"]
+        assert groups(files)[1].faults == (0, 1)
 
 
 def test_entry_is_left_out_where_a_target_is_missing(load: Load) -> None:
@@ -69,11 +56,9 @@ def test_entry_is_left_out_where_a_target_is_missing(load: Load) -> None:
 
 
 def test_unused_fault_may_have_any_target(load: Load) -> None:
-    lost = fault("lost", "sensors.lidar")
+    lost = fault("lost", "sensors.lidar", "drop_out")
     assert entries(load(faults=[lost], use={"faults": ["none"]})) == ["none"]
-    with pytest.raises(
-        SweepError, match=r"no architecture has sensors\.lidar\. There are: sensors"
-    ):
+    with pytest.raises(SweepError, match=r"no architecture has sensors\.lidar\. There are: senso"):
         entries(load(faults=[lost]))
 
 
@@ -117,38 +102,34 @@ GAPS = ["30 m", "40 m", "50 m"]
 SWEPT: dict[str, list[Any]] = {"gap": GAPS, LANES: [3, 4]}
 
 
-def expanded(load: Load, **parameters: list[Any]) -> Expansion:
-    odd = {"architectures": ["architectures/camera_radar.yaml"], "replicates": 2}
-    return expand(load({"parameters": parameters}, **odd))
+def expanded(
+    load: Load, parameters: dict[str, list[Any]], design: str = "full_factorial"
+) -> Expansion:
+    sweep = {"design": design, "parameters": parameters}
+    return expand(load(sweep, architectures=CANDIDATE, replicates=2))
 
 
 def test_axes_of_parameters_make_one_section(load: Load) -> None:
-    sections = expanded(load, gap=GAPS, rain=["0 mm/h", "5 mm/h"]).sections
+    sections = expanded(load, {"gap": GAPS, "rain": ["0 mm/h", "5 mm/h"]}).sections
     assert [(item.first, item.end, len(item)) for item in sections] == [(0, 12, 12)]
     assert sections[0].rows.tolist() == [0, 1, 2, 3, 4, 5]
 
 
 def test_points_of_one_variant_stand_together(load: Load) -> None:
-    sections = expanded(load, **SWEPT).sections
+    sections = expanded(load, SWEPT).sections
     assert [item.rows.tolist() for item in sections] == [[0, 2, 4], [1, 3, 5]]
     assert [(item.first, item.end) for item in sections] == [(0, 6), (6, 12)]
 
 
 def test_sections_stand_in_the_order_of_their_first_points(load: Load) -> None:
-    sweep = {
-        "design": "zip",
-        "parameters": {
-            "gap": ["30 m", "40 m", "50 m", "60 m"],
-            RANGE: ["120 m", "90 m", "90 m", "120 m"],
-        },
-    }
-    sections = expand(load(sweep, architectures=["architectures/camera_radar.yaml"])).sections
+    ranges = ["120 m", "90 m", "90 m", "120 m"]
+    gaps = ["30 m", "40 m", "50 m", "60 m"]
+    sections = expanded(load, {"gap": gaps, RANGE: ranges}, "zip").sections
     assert [item.rows.tolist() for item in sections] == [[0, 3], [1, 2]]
 
 
 def test_what_is_written_differently_is_another_section(load: Load) -> None:
-    cost = [1, 2]
-    assert len(expanded(load, **{"architecture.cost": cost}).sections) == 2
+    assert len(expanded(load, {"architecture.cost": [1, 2]}).sections) == 2
 
 
 @pytest.mark.parametrize(
@@ -157,14 +138,12 @@ def test_what_is_written_differently_is_another_section(load: Load) -> None:
 def test_ordinal_range_is_found_in_its_sections(
     load: Load, start: int, stop: int, found: list[list[int]]
 ) -> None:
-    sections = expanded(load, **SWEPT).sections
+    sections = expanded(load, SWEPT).sections
     got = [[item.first, low, high] for item, low, high in overlapping(sections, start, stop)]
     assert got == found
 
 
 # --- What a section shares: the records of its variant, made once for all that have it ------------
-
-ONE = ["architectures/camera_radar.yaml"]
 
 
 def test_files_that_nothing_is_written_into_are_shared_as_they_are(load: Load) -> None:
@@ -177,7 +156,7 @@ def test_files_that_nothing_is_written_into_are_shared_as_they_are(load: Load) -
 
 
 def test_each_section_has_its_variant_and_gets_it_again(load: Load) -> None:
-    expansion = expand(load({"parameters": {RANGE: ["90 m", "110 m"]}}, architectures=ONE))
+    expansion = expanded(load, {RANGE: ["90 m", "110 m"]})
     made = [expansion.shared(section).architecture for section in expansion.sections]
     assert [item.sensors["front_camera"].range for item in made] == [90.0, 110.0]  # type: ignore[union-attr]
     assert expansion.shared(expansion.sections[0]).architecture is made[0]
@@ -191,7 +170,7 @@ def test_parameters_are_the_defaults_with_what_the_use_fixes(load: Load) -> None
 
 
 def test_value_that_is_not_valid_in_the_file_is_refused_at_its_axis(load: Load) -> None:
-    expansion = expand(load({"parameters": {RANGE: ["90 m", "-1 m"]}}, architectures=ONE))
+    expansion = expanded(load, {RANGE: ["90 m", "-1 m"]})
     expansion.shared(expansion.sections[0])
     with pytest.raises(SweepError, match=r"example\.yaml:\d+:\d+: with sensors\.front_camera"):
         expansion.shared(expansion.sections[1])

@@ -1,25 +1,22 @@
 """Samples of a design, and the points that come of them."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.errors import ExpressionError, SweepError
-from adeye.spec.load import OddFiles
 from adeye.sweep.design import Points
 from adeye.sweep.expand import read_points
+from tests.refusals import refused
 from tests.stored import stored
+from tests.sweep.conftest import Load
 
 TABLES = stored("sweeps")
 
 
 # --- Samples: what declared distributions become, and designs that fill the space -----------------
 
-Load = Callable[..., "OddFiles"]
 BOX = {"gap": ["10 m", "50 m"], "ego_speed": ["80 km/h", "120 km/h"]}
 
 
@@ -98,10 +95,9 @@ def test_sobol_points_balance_every_half_of_every_axis(load: Load) -> None:
     points = points_of(load, "sobol", 64)
     right = column(points, "gap") > 30.0
     fast = column(points, "ego_speed") > 100 / 3.6
-    assert [int((right == a).sum()) for a in (True, False)] == [32, 32]
-    assert (
-        sorted(int(((right == a) & (fast == b)).sum()) for a in (0, 1) for b in (0, 1)) == [16] * 4
-    )
+    for a in (True, False):
+        assert int((right == a).sum()) == 32
+        assert [int(((right == a) & (fast == b)).sum()) for b in (True, False)] == [16, 16]
 
 
 @pytest.mark.parametrize("design", ["lhs", "sobol"])
@@ -126,22 +122,16 @@ def test_excluded_points_are_left_out_and_counted_not_replaced(load: Load, desig
     assert (kept.raw, kept.count, kept.drawn) == (16, 8, 16)
 
 
-@pytest.mark.parametrize(
-    ("design", "samples", "more", "said"), TABLES["design that cannot be is refused"]
-)
-def test_design_that_cannot_be_is_refused(
-    load: Load, design: str, samples: int, more: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(SweepError, match=said) as caught:
-        points_of(load, design, samples, **more)
-    assert caught.value.where is not None
-    assert caught.value.remedy
+def test_design_that_cannot_be_is_refused(load: Load) -> None:
+    for design, samples, more, said in TABLES["design that cannot be is refused"]:
+        caught = refused(SweepError, points_of, load, design, samples, **more, says=said)
+        assert caught.where is not None
+        assert caught.remedy
 
 
 def test_number_of_sobol_points_that_fits_is_named(load: Load) -> None:
-    with pytest.raises(SweepError) as caught:
-        points_of(load, "sobol", 48)
-    assert caught.value.remedy == "Write samples: 32 or 64."
+    caught = refused(SweepError, points_of, load, "sobol", 48)
+    assert caught.remedy == "Write samples: 32 or 64."
 
 
 @pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
@@ -169,14 +159,11 @@ def test_scenario_without_a_sweep_has_one_point(load: Load) -> None:
 
 
 def test_fixed_values_replace_the_defaults_in_relations(load: Load) -> None:
-    sweep = {
-        "parameters": {"gap": ["30 m", "50 m"]},
-        "where": ["gap > cutter_acceleration * 5 s * 3 s"],
-    }
+    relations = ["gap > cutter_acceleration * 5 s * 3 s"]
+    sweep = {"parameters": {"gap": ["30 m", "50 m"]}, "where": relations}
     use = {"parameters": {"cutter_acceleration": "3 m/s^2"}}
     assert read_points(load(sweep), 0)[1].count == 2
-    _, points = read_points(load(sweep, use=use), 0)
-    assert points.columns["gap"].tolist() == [50.0]
+    assert read_points(load(sweep, use=use), 0)[1].columns["gap"].tolist() == [50.0]
 
 
 def test_relation_may_name_an_axis_by_path(load: Load) -> None:
@@ -201,16 +188,11 @@ def test_constraint_of_the_scenario_holds_in_every_sweep(load: Load) -> None:
     assert points.columns["relative_speed"].tolist() == pytest.approx([-10 / 3.6])
 
 
-@pytest.mark.parametrize(
-    ("points", "missing"),
-    [
-        ([{"gap": "30 m"}, {"ego_speed": "80 km/h"}], "point 1 has no ego_speed"),
-        ([{"gap": "30 m", "ego_speed": "80 km/h"}, {"gap": "30 m"}], "point 2 has no ego_speed"),
-    ],
-)
-def test_ragged_list_is_refused(load: Load, points: list[dict[str, Any]], missing: str) -> None:
-    with pytest.raises(SweepError, match=missing):
-        read_points(load({"design": "list", "points": points}), 0)
+def test_ragged_list_is_refused(load: Load) -> None:
+    whole, gap, speed = {"gap": "30 m", "ego_speed": "80 km/h"}, {"gap": "30 m"}, "80 km/h"
+    for points, at in (([gap, {"ego_speed": speed}], 1), ([whole, gap], 2)):
+        with pytest.raises(SweepError, match=f"point {at} has no ego_speed"):
+            read_points(load({"design": "list", "points": points}), 0)
 
 
 def test_list_may_repeat_a_value(load: Load) -> None:
@@ -233,36 +215,23 @@ def test_stream_of_a_random_design_is_the_scenarios_own(load: Load) -> None:
     assert one != other
 
 
-@pytest.mark.parametrize(
-    "sweep",
-    [
-        {"design": "list", "points": [{"gap": "30 m"}, {"gap": "40 m"}, {"gap": "3000 cm"}]},
-        {"design": "zip", "parameters": {"gap": ["30 m", "40 m", "3000 cm"]}},
-    ],
-)
-def test_equal_points_are_refused(load: Load, sweep: dict[str, Any]) -> None:
-    with pytest.raises(SweepError, match="points 1 and 3 are the same: gap = 3000 cm"):
-        read_points(load(sweep), 0)
-
-
-@pytest.mark.parametrize(
-    "sweep",
-    [
-        {"design": "list", "points": [{"gap": "30.2 m"}, {"gap": "30.1 m + 0.1 m"}]},
-        {"design": "zip", "parameters": {"gap": ["30.2 m", "30.1 m + 0.1 m"]}},
-    ],
-)
-def test_points_that_only_rounding_parts_are_refused(load: Load, sweep: dict[str, Any]) -> None:
+def test_equal_points_and_those_that_only_rounding_parts_are_refused(load: Load) -> None:
     assert 30.2 != 30.1 + 0.1
-    with pytest.raises(SweepError, match=r"points 1 and 2 are the same: gap = 30\.1 m \+ 0\.1 m"):
-        read_points(load(sweep), 0)
+    for gaps, said in (
+        (["30 m", "40 m", "3000 cm"], "1 and 3 are the same: gap = 3000 cm"),
+        (["30.2 m", "30.1 m + 0.1 m"], r"1 and 2 are the same: gap = 30\.1 m \+ 0\.1 m"),
+    ):
+        for sweep in (
+            {"design": "list", "points": [{"gap": gap} for gap in gaps]},
+            {"design": "zip", "parameters": {"gap": gaps}},
+        ):
+            refused(SweepError, read_points, load(sweep), 0, says=f"points {said}")
 
 
-@pytest.mark.parametrize("parameters", [{"gap": ["40 m"]}, {}])
-def test_a_sample_that_is_one_point_is_refused(load: Load, parameters: dict[str, Any]) -> None:
-    sweep = {"design": "random", "samples": 5, "parameters": parameters}
-    with pytest.raises(SweepError, match="5 samples have 1 different points"):
-        read_points(load(sweep), 0)
+def test_a_sample_that_is_one_point_is_refused(load: Load) -> None:
+    for parameters in ({"gap": ["40 m"]}, {}):
+        sweep = {"design": "random", "samples": 5, "parameters": parameters}
+        refused(SweepError, read_points, load(sweep), 0, says="5 samples have 1 different points")
 
 
 @pytest.mark.parametrize("design", ["full_factorial", "pairwise"])
@@ -282,10 +251,8 @@ def test_what_is_fixed_is_not_swept(load: Load, path: str) -> None:
 
 
 def test_points_on_a_limit_are_points(load: Load) -> None:
-    sweep = {
-        "parameters": {"ego_speed": ["80 km/h", "100 km/h"], "gap": ["30 m"]},
-        "where": ["ego_speed + 30 km/h <= 110 km/h"],
-    }
+    axes = {"ego_speed": ["80 km/h", "100 km/h"], "gap": ["30 m"]}
+    sweep = {"parameters": axes, "where": ["ego_speed + 30 km/h <= 110 km/h"]}
     assert read_points(load(sweep), 0)[1].count == 1
 
 

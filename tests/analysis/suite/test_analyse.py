@@ -1,7 +1,5 @@
 """The analysis of a suite: what is in it, what it leaves out, and what a loss costs."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import asdict
 from itertools import product
@@ -23,13 +21,10 @@ NAMES = [condition.id for condition in DEFAULTS]
 
 def test_every_zone_target_condition_case_and_speed_is_there_once() -> None:
     found = analyse(architecture({"eye": radar()}), odd_speed=33.0)
-    zones = [zone.id for zone in found.zones]
-    assert sorted((item.zone, item.target, item.condition) for item in found.coverage) == sorted(
-        product(zones, TARGETS, NAMES)
-    )
-    assert sorted((item.condition, item.case) for item in found.speeds) == sorted(
-        product(NAMES, (case.id for case in CASES))
-    )
+    places = [(item.zone, item.target, item.condition) for item in found.coverage]
+    assert sorted(places) == sorted(product([zone.id for zone in found.zones], TARGETS, NAMES))
+    speeds = [(item.condition, item.case) for item in found.speeds]
+    assert sorted(speeds) == sorted(product(NAMES, (case.id for case in CASES)))
     assert len(found.slacks) == len(NAMES) * len(CASES) * (len(SHOWN) + 1)
     assert [item.condition for item in found.forward] == NAMES
     assert len(found.bearings) == 24 * len(NAMES)
@@ -96,14 +91,13 @@ def test_same_architecture_gives_the_same_numbers() -> None:
 
 def test_shipped_candidate_reaches_130_in_rain_and_the_legacy_suite_does_not() -> None:
     folder = shipped("odd") / "architectures"
-    found = {
-        name: analyse(load_architecture(folder / f"{name}.yaml").spec)
+    candidate, legacy = (
+        analyse(load_architecture(folder / f"{name}.yaml").spec)
         for name in ("camera_radar", "legacy_camera")
-    }
-    limit = 130.0 / 3.6
-    assert (found["camera_radar"].whole.all_cases_mps["rain"] or 0.0) > limit
-    assert (found["legacy_camera"].whole.all_cases_mps["rain"] or 0.0) < limit
-    assert found["camera_radar"].critical == "front_radar"
+    )
+    rain = [item.whole.all_cases_mps["rain"] or 0.0 for item in (legacy, candidate)]
+    assert rain[0] < 130.0 / 3.6 < rain[1]
+    assert candidate.critical == "front_radar"
 
 
 @pytest.mark.slow
@@ -123,15 +117,11 @@ def suite(sensors: dict[str, Any], **options: Any) -> Suite:
 
 
 def is_not_better(less: Removal, more: Removal) -> bool:
-    pairs: list[tuple[float | None, float | None]] = []
-    for one, other in (
-        (less.seen, more.seen),
-        (less.front_seen, more.front_seen),
-        (less.highest_mps, more.highest_mps),
-        (less.all_cases_mps, more.all_cases_mps),
-    ):
-        pairs += [(one[name], other[name]) for name in more.seen]
-    return all((low or 0.0) <= (high or 0.0) for low, high in pairs)
+    return all(
+        (getattr(less, name)[condition] or 0.0) <= (getattr(more, name)[condition] or 0.0)
+        for name in ("seen", "front_seen", "highest_mps", "all_cases_mps")
+        for condition in more.seen
+    )
 
 
 @pytest.mark.slow
@@ -192,13 +182,8 @@ def test_without_a_sensor_that_looks_around_nothing_is_left_or_to_lose() -> None
 
 
 def test_element_of_several_sensors_and_shared_resource_fall_as_one() -> None:
-    built = architecture(
-        {
-            "left": radar(realises="radars"),
-            "right": radar(realises="radars"),
-            "camera": all_around(realises="camera"),
-        }
-    )
+    pair = {name: radar(realises="radars") for name in ("left", "right")}
+    built = architecture({**pair, "camera": all_around(realises="camera")})
     resources = {"radars": ["power_a"], "camera": ["power_a", "mount_b"]}
     groups = list(groups_of(built, list(built.sensors), resources))
     assert groups == [

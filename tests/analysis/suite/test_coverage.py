@@ -37,9 +37,8 @@ def test_sensor_that_reaches_everywhere_covers_all() -> None:
     everywhere = view(field_of_view=TURN, mount=ROOF)
     found = look([everywhere], zones_of(*SIZE))
     seen = found.seen([Reach(0.0, 1000.0)])
-    assert {item.seen_by_1 for item in suite_coverage.coverage(found, seen, "car", CONDITION)} == {
-        1.0
-    }
+    covered = list(suite_coverage.coverage(found, seen, "car", CONDITION))
+    assert {item.seen_by_1 for item in covered} == {1.0}
     assert list(suite_coverage.blind_spots(found, seen, "car", CONDITION)) == []
 
 

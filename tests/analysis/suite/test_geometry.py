@@ -1,7 +1,5 @@
 """Zones, views and reaches of mounted sensors."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable
@@ -15,7 +13,7 @@ from hypothesis import strategies as st
 from adeye.analysis.suite import geometry
 from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition
 from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
-from adeye.signals import ILLUMINANCE
+from adeye.signals import ILLUMINANCE, parameter_record
 from adeye.simulate.sensors.ranging import reach_in_glare
 from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.sensors import Sensor
@@ -80,62 +78,46 @@ def test_edge_of_the_field_of_view_is_half_of_it_to_each_side() -> None:
 
 
 HALF = 0.5 * WIDTH
-PLACED: dict[str, tuple[geometry.View, list[tuple[float, float]], list[tuple[float, float]]]] = {
-    "turned to the left": (
-        view(field_of_view=0.2, mount=mount(0.0, 0.0, 2.0, math.pi / 2.0)),
-        [(0.0, 30.0)],
-        [(30.0, 0.0)],
-    ),
+Points = list[tuple[float, float]]
+PLACED: dict[str, tuple[float, dict[str, float], Points, Points]] = {
+    "turned to the left": (0.2, mount(0.0, 0.0, 2.0, math.pi / 2.0), [(0.0, 30.0)], [(30.0, 0.0)]),
     "on the roof": (
-        view(field_of_view=TURN, mount=ROOF),
-        [(30.0, 0.0), (-30.0, 0.0), (0.0, 3.0), (0.0, -3.0), (-2.5, 0.0)],
-        [],
+        TURN, ROOF, [(30.0, 0.0), (-30.0, 0.0), (0.0, 3.0), (0.0, -3.0), (-2.5, 0.0)], []
     ),
     "at the front": (
-        view(field_of_view=TURN, mount=BUMPER),
-        [(FRONT + 0.1, 50.0), (FRONT + 0.1, -50.0)],
-        [(FRONT - 0.1, 3.0), (-30.0, 0.0)],
+        TURN, BUMPER,
+        [(FRONT + 0.1, 50.0), (FRONT + 0.1, -50.0)], [(FRONT - 0.1, 3.0), (-30.0, 0.0)],
     ),
     "a hand behind the bumper": (
-        view(field_of_view=TURN, mount=mount(FRONT - 0.15, 0.0, 0.5)),
-        [(FRONT + 0.1, 20.0)],
-        [(-30.0, 0.0)],
+        TURN, mount(FRONT - 0.15, 0.0, 0.5), [(FRONT + 0.1, 20.0)], [(-30.0, 0.0)]
     ),
     "at a corner": (
-        view(field_of_view=TURN, mount=mount(FRONT, HALF, 0.5)),
-        [(30.0, 0.0), (-30.0, HALF + 0.1), (FRONT + 0.1, -30.0)],
-        [(0.0, -30.0), (-30.0, -5.0)],
+        TURN, mount(FRONT, HALF, 0.5),
+        [(30.0, 0.0), (-30.0, HALF + 0.1), (FRONT + 0.1, -30.0)], [(0.0, -30.0), (-30.0, -5.0)],
     ),
     "behind the windscreen": (
-        view(field_of_view=math.radians(170.0), mount=mount(1.5, 0.0, 1.3)),
-        [(50.0, 0.0), (5.0, 10.0)],
-        [],
+        math.radians(170.0), mount(1.5, 0.0, 1.3), [(50.0, 0.0), (5.0, 10.0)], []
     ),
     "behind the windscreen, all around": (
-        view(field_of_view=TURN, mount=mount(1.5, 0.0, 1.3)),
-        [],
-        [(-30.0, 0.0), (1.0, 5.0)],
+        TURN, mount(1.5, 0.0, 1.3), [], [(-30.0, 0.0), (1.0, 5.0)]
     ),
     "behind the rear window": (
-        view(field_of_view=1.5, mount=mount(-1.5, 0.0, 1.3, math.pi)),
-        [(-30.0, 0.0)],
-        [(30.0, 0.0)],
+        1.5, mount(-1.5, 0.0, 1.3, math.pi), [(-30.0, 0.0)], [(30.0, 0.0)]
     ),
     "in a mirror outside of the body": (
-        view(field_of_view=TURN, mount=mount(0.5, HALF + 0.5, 1.0)),
-        [(-30.0, 2.0), (0.5, 10.0), (30.0, -1.0)],
-        [(0.5, -10.0)],
+        TURN, mount(0.5, HALF + 0.5, 1.0),
+        [(-30.0, 2.0), (0.5, 10.0), (30.0, -1.0)], [(0.5, -10.0)],
     ),
-}
+}  # fmt: skip
+"""Field of view and mount, what is seen from there, and what the body hides."""
 
 
-@pytest.mark.parametrize("place", PLACED)
-def test_sensor_looks_where_the_body_lets_it(place: str) -> None:
-    eye, seen, hidden = PLACED[place]
-    assert all(looks(eye, *point) for point in seen)
-    assert not any(looks(eye, *point) for point in hidden)
-    if place == "on the roof":
-        assert eye.body is None
+def test_sensor_looks_where_the_body_lets_it() -> None:
+    for name, (angle, place, seen, hidden) in PLACED.items():
+        eye = view(field_of_view=angle, mount=place)
+        assert all(looks(eye, *point) for point in seen), name
+        assert not any(looks(eye, *point) for point in hidden), name
+    assert view(field_of_view=TURN, mount=ROOF).body is None
 
 
 @given(
@@ -161,13 +143,11 @@ def test_free_way_ends_at_the_body() -> None:
 
 def test_range_is_measured_from_the_mount() -> None:
     eye = view(mount=BUMPER)
-    x, y = np.array([FRONT + 50.0, FRONT + 50.1]), np.zeros(2)
-    assert geometry.distance(eye, x, y) == pytest.approx([50.0, 50.1])
-    assert geometry.sees(eye, geometry.Reach(0.0, 50.0), x, y).tolist() == [True, False]
-    assert geometry.sees(eye, geometry.Reach(50.05, 60.0), x, y).tolist() == [False, True]
-    assert geometry.sees(
-        eye, geometry.Reach(0.0, 0.0), np.array([FRONT]), np.zeros(1)
-    ).tolist() == [False]
+    x, y = np.array([FRONT + 50.0, FRONT + 50.1, FRONT]), np.zeros(3)
+    assert geometry.distance(eye, x[:2], y[:2]) == pytest.approx([50.0, 50.1])
+    for near, far_, seen in ((0.0, 50.0, [True, False]), (50.05, 60.0, [False, True])):
+        assert geometry.sees(eye, geometry.Reach(near, far_), x[:2], y[:2]).tolist() == seen
+    assert not geometry.sees(eye, geometry.Reach(0.0, 0.0), x[2:], y[2:]).any()
 
 
 CLEAR = Condition("clear", 0.0, 1e12, "day", 0.9)
@@ -268,8 +248,9 @@ def test_physical_lidar_needs_its_beams_on_the_face() -> None:
     assert far(eye) <= expected
 
 
-def test_physical_lidar_with_many_beams_ends_where_the_light_does() -> None:
+def test_physical_lidar_ends_where_the_light_does_or_without_a_return_at_once() -> None:
     assert far(physical_lidar(beams=4096)) == lidar_range(150.0, 0.5, 0.9, 0.0, 1e12)
+    assert far(physical_lidar(beams=4096, drop_out=1.0)) == 0.0
 
 
 def test_level_layer_above_the_car_never_hits_it_but_a_taller_thing() -> None:
@@ -311,12 +292,6 @@ def test_camera_that_looks_down_loses_what_is_far_and_one_that_looks_up_what_is_
         assert far(turned) < 0.1 * far(level)
 
 
-def test_lidar_that_loses_every_return_sees_nothing() -> None:
-    eye = {"kind": "lidar", "fidelity": "physical", "mount": {"z": 0.6}, "range": 100.0}
-    assert far(sensor(**eye, field_of_view=2.0)) > 50.0
-    assert far(sensor(**eye, field_of_view=2.0, drop_out=1.0)) == 0.0
-
-
 def low_sun(elevation: float, visibility: float = 1e12) -> Condition:
     return Condition("low_sun", 0.0, visibility, "day", 0.9, elevation)
 
@@ -324,18 +299,9 @@ def low_sun(elevation: float, visibility: float = 1e12) -> Condition:
 @pytest.mark.slow
 def test_object_camera_reaches_as_its_sensor_model_in_a_low_sun() -> None:
     elevation = math.radians(5.0)
-    parameters = {
-        "range": 100.0,
-        "night_range": 1.0,
-        "rain": 0.0,
-        "visibility": 300.0,
-        "illuminance": ILLUMINANCE["day"],
-        "sun_elevation": elevation,
-        "sun_azimuth": 0.0,
-    }
-    record = np.array(
-        tuple(parameters.values()), dtype=[(name, np.float64) for name in parameters]
-    )[()]
+    weather = {"rain": 0.0, "visibility": 300.0, "illuminance": ILLUMINANCE["day"]}
+    sun = {"sun_elevation": elevation, "sun_azimuth": 0.0}
+    record = parameter_record({"range": 100.0, "night_range": 1.0, **weather, **sun})[0]
     ahead = np.zeros(OUTLINE_WIDTH)
     ahead[DISTANCE] = ahead[DX] = 50.0
     modelled = reach_in_glare(record, 1e9, ahead)

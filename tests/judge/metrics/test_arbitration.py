@@ -1,7 +1,5 @@
 """Disagreement of the channels, whoever of them acts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Comfort and motion: the largest motions of the ego, jerk, deceleration, place in the lane."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

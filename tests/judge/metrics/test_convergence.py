@@ -1,11 +1,9 @@
 """Every metric of a shipped scenario converges with the step, or is known not to."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,12 +12,8 @@ from adeye import plan
 from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.signals import EGO_ACCELERATION, EGO_SPEED
 from adeye.simulate import engine
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.sweep.case import TestCase
-    from adeye.trace import Trace
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
 
 FOLDER = Path(__file__).parents[3] / "odd"
 STEPS = (0.05, 0.0125, 0.003125)

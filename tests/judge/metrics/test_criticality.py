@@ -1,7 +1,5 @@
 """Contact, distance, times, decelerations, RSS and last moments to evade, over hand-made runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -212,21 +210,18 @@ def test_one_unknown_row_makes_an_error_of_all(hand_made: Any) -> None:
     assert measure(made, "min_ttb_s")[1] == "error"
 
 
-@pytest.mark.parametrize(
-    ("motion", "status"),
-    [
+def test_who_follows(hand_made: Any) -> None:
+    for motion, status in (
         ({"s": -30.0, "speed": 24.0}, "value"),
         ({"s": -30.0, "speed": 24.0, "d": 5.25 + 1.99}, "value"),
         ({"s": -30.0, "speed": 24.0, "d": 5.25 - 2.01}, "no_conflict"),
         ({"s": -30.0, "speed": 24.0, "heading": np.pi}, "no_conflict"),
         ({"s": 60.0, "speed": 24.0}, "no_conflict"),
-    ],
-)
-def test_who_follows(hand_made: Any, motion: dict[str, float], status: str) -> None:
-    made = hand_made().ego(s=0.0)
-    made.object("lead", **motion)
-    assert measure(made, "min_rear_ttc_s")[1] == status
-    assert measure(made, "max_follower_deceleration_mps2")[1] == status
+    ):
+        made = hand_made().ego(s=0.0)
+        made.object("lead", **motion)
+        assert measure(made, "min_rear_ttc_s")[1] == status, motion
+        assert measure(made, "max_follower_deceleration_mps2")[1] == status, motion
 
 
 def test_slower_follower_has_nothing_to_fear_and_nothing_to_do(hand_made: Any) -> None:

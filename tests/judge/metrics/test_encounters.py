@@ -1,7 +1,5 @@
 """Encounters in the plane and crossings: closed forms, times between the rows, and bounds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

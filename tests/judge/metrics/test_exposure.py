@@ -1,7 +1,5 @@
 """Exposure: times and integrals below a time to collision, evasion, RSS, row by row."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

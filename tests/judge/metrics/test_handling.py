@@ -1,7 +1,5 @@
 """From a fault to the handover, to the safe state and to the place where the ego stands."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -302,23 +300,18 @@ def test_contact_is_rated_worst_with_its_time_and_actor(hand_made: Any) -> None:
         assert (column.time[0], column.actor[0]) == (pytest.approx(4.0), 0)
 
 
-@pytest.mark.parametrize(
-    ("column", "row", "expected"),
-    [
+def test_what_is_not_finite_is_never_a_good_place(hand_made: Any) -> None:
+    for column, row, expected in (
         ("ego", 90, ["error", "error"]),
         ("ego_place", 90, ["error", "error"]),
         ("ego", 10, ["value", "error"]),
         ("objects", 30, ["value", "error"]),
         ("object_places", 10, ["value", "error"]),
         ("objects", 5, ["value", "value"]),
-    ],
-)
-def test_what_is_not_finite_is_never_a_good_place(
-    hand_made: Any, column: str, row: int, expected: list[str]
-) -> None:
-    made = stopped(hand_made)
-    made.columns[column][0, row] = np.nan
-    assert statuses_of_stop(made.trace()) == expected
+    ):
+        made = stopped(hand_made)
+        made.columns[column][0, row] = np.nan
+        assert statuses_of_stop(made.trace()) == expected, column
 
 
 def test_each_run_is_rated_by_its_own_architecture_and_as_by_itself(hand_made: Any) -> None:

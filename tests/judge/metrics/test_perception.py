@@ -1,9 +1,7 @@
 """First detection, what matters, and who comes from behind, over hand-made runs."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +11,6 @@ from adeye.judge.metrics.perception import measuring_sensors
 from adeye.kernel.encounter import reachable_distance
 from adeye.trace import NO_TRACKS
 from tests.judge.conftest import HandMade, measure
-
-if TYPE_CHECKING:
-    pass
 
 COLUMN = "first_detection_distance_m"
 
@@ -251,19 +246,14 @@ def test_who_is_too_near_from_the_start_does_not_count() -> None:
     assert margin_behind(overtaken(behind=CRITICAL + 0.5))[1] == "value"
 
 
-@pytest.mark.parametrize(
-    ("why", "change"),
-    [
+def test_who_does_not_come_from_behind_in_the_next_lane_does_not_count() -> None:
+    for why, change in (
         ("slower", {"speed": 19.0}),
         ("in the lane of the ego", {"d": 5.25}),
         ("two lanes away", {"d": 5.25 + 1.5 * 3.5 + 0.1}),
         ("ahead", {"s": 50.0 + 3.0 * np.arange(101)}),
-    ],
-)
-def test_who_does_not_come_from_behind_in_the_next_lane_does_not_count(
-    why: str, change: dict[str, Any]
-) -> None:
-    assert margin_behind(overtaken().object("fast", **change))[1] == "not_applicable", why
+    ):
+        assert margin_behind(overtaken().object("fast", **change))[1] == "not_applicable", why
 
 
 def test_worst_of_two_counts() -> None:

@@ -1,10 +1,9 @@
 """The registry of metrics, what happens to a metric that misbehaves, and columns of statuses."""
 
-from __future__ import annotations
-
 import logging
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +15,7 @@ from adeye.judge.stl.formula import unit_exponents
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
 from tests.judge.conftest import measure
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from tests.refusals import refused
 
 
 @pytest.fixture(autouse=True)
@@ -164,13 +161,11 @@ def test_metric_lacks_a_part() -> None:
     class Nothing:
         uid = "mine:nothing@1"
 
-    with pytest.raises(UsageError, match="no column, unit, worse, source, compute"):
-        register_metric(Nothing)
+    refused(UsageError, register_metric, Nothing, says="no column, unit, worse, source, compute")
 
 
 def test_direction_of_danger_is_one_of_two() -> None:
-    with pytest.raises(UsageError, match="'up'"):
-        register_metric(type("Up", (Mean,), {"worse": "up"}))
+    refused(UsageError, register_metric, type("Up", (Mean,), {"worse": "up"}), says="'up'")
 
 
 def test_column_belongs_to_one_metric() -> None:
@@ -178,19 +173,17 @@ def test_column_belongs_to_one_metric() -> None:
         register_metric(type("Other", (Mean,), {"column": "min_ttc_s"}))
 
 
-@pytest.mark.parametrize("size", [0.0, -1.0, float("inf"), float("nan")])
-@pytest.mark.parametrize("name", ["scale", "cap"])
-def test_scale_and_cap_are_finite_and_positive(name: str, size: float) -> None:
-    with pytest.raises(UsageError, match=name):
-        register_metric(type("Odd", (Mean,), {name: size}))
+def test_scale_and_cap_are_finite_and_positive() -> None:
+    for size in (0.0, -1.0, float("inf"), float("nan")):
+        for name in ("scale", "cap"):
+            refused(UsageError, register_metric, type("Odd", (Mean,), {name: size}), says=name)
 
 
 def test_least_and_most_are_numbers_in_their_order() -> None:
     wrong: tuple[dict[str, Any], ...]
     wrong = {"least": "low"}, {"most": float("nan")}, {"least": 2, "most": 1}, {"most": []}
     for ends in wrong:
-        with pytest.raises(UsageError, match=r"least|most"):
-            register_metric(type("Odd", (Mean,), ends))
+        refused(UsageError, register_metric, type("Odd", (Mean,), ends), says=r"least|most")
     register_metric(type("Fine", (Mean,), {"least": 0, "most": 130}))
     metric = METRICS["mean_speed_mps"]
     assert (metric.least, metric.most) == (0.0, 130.0)
@@ -233,8 +226,7 @@ def test_interruption_in_a_metric_is_no_error_of_it(hand_made: Any) -> None:
         def compute(self, trace: Any) -> MetricColumn:
             raise KeyboardInterrupt(trace.runs)
 
-    with pytest.raises(KeyboardInterrupt):
-        computed(Interrupted, hand_made(runs=2))
+    refused(KeyboardInterrupt, computed, Interrupted, hand_made(runs=2))
 
 
 def test_value_below_a_mask_is_an_error_of_its_run(hand_made: Any) -> None:

@@ -1,7 +1,5 @@
 """What the scans find, each against the plainest way to say it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -30,18 +28,15 @@ def test_first_contact_is_found_within_the_run() -> None:
     assert scans.first_contacts(np.array([4, 3]), contact).tolist() == [2, -1]
 
 
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
+def test_worst_conflict_is_the_earliest_least() -> None:
+    for values, expected in (
         (rows(3.0, 1.0, 1.0, 0.0), (1, VALUE)),
         (rows(np.inf, 2.0, 5.0, 0.0), (1, VALUE)),
         (rows(np.inf, np.inf, np.inf, 0.0), (0, FREE)),
         (rows(1.0, np.nan, np.inf, 0.0), (0, ERROR)),
-    ],
-)
-def test_worst_conflict_is_the_earliest_least(values: Any, expected: tuple[int, int]) -> None:
-    found, codes = scans.worst_conflicts(np.array([3]), values, NOBODY, NOBODY, is_demand(GAP))
-    assert (found[0], codes[0]) == expected
+    ):
+        found, codes = scans.worst_conflicts(np.array([3]), values, NOBODY, NOBODY, is_demand(GAP))
+        assert (found[0], codes[0]) == expected, values
 
 
 def test_worst_demand_is_the_largest_of_an_object() -> None:

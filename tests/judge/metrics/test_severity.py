@@ -1,7 +1,5 @@
 """Severity: change of speed by the masses of both, who dies of it, and whose fault it is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Series made by hand, and what a formula says about runs of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,17 +1,13 @@
 """Random formulas as nested tuples, with a text for each parser, and their slow evaluation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from adeye.judge.stl.series import Series
 from tests.judge.stl.batch import numbers
-
-if TYPE_CHECKING:
-    from adeye.judge.stl.series import Series
 
 NAMES = ("a", "b", "c")
 AHEAD = ("always", "eventually")

@@ -1,8 +1,7 @@
 """A formula on runs as columns, and against two oracles: rtamt, and one by the definition."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
@@ -22,63 +21,58 @@ from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from tests.judge.stl.batch import Signals, binding, judge, numbers, standing, truths
 from tests.judge.stl.random_formulas import NAMES, Random, Reference, rounded, text_of, traces
+from tests.refusals import refused
+
+
+def on(**rows: str | list[float]) -> Callable[..., str]:
+    """Tell what a formula is on one run: each signal is digits of truth, or numbers."""
+    signals = {
+        name: truths([int(bit) for bit in row]) if isinstance(row, str) else numbers(row)
+        for name, row in rows.items()
+    }
+    return lambda text, **options: standing(judge(text, signals, **options))
 
 
 def test_until_without_window_must_be_fulfilled_by_the_horizon() -> None:
-    left, right = truths([[1, 1, 1, 0, 0]]), truths([[0, 0, 0, 1, 0]])
-    signals = {"x": left, "y": right}
-    assert judge("x until y", signals, horizon=[3]).verdict[0] == SATISFIED
-    assert judge("x until y", signals, horizon=[2]).verdict[0] == VIOLATED
-    cut = judge("x until y", signals, length=[3], horizon=[4], complete=False)
-    assert cut.verdict[0] == UNDECIDED
-    assert judge("x until y", signals, length=[3], horizon=[4]).verdict[0] == VIOLATED
-
-
-def test_until_broken_before_the_cut_is_violated() -> None:
-    signals = {"x": truths([[1, 0, 1, 1, 1]]), "y": truths([[0, 0, 0, 0, 1]])}
-    assert judge("x until y", signals, length=[3], complete=False).verdict[0] == VIOLATED
+    told = on(x="11100", y="00010")
+    assert told("x until y", horizon=[3]) == "satisfied"
+    assert told("x until y", horizon=[2]) == "violated"
+    assert told("x until y", length=[3], horizon=[4], complete=False) == "undecided"
+    assert told("x until y", length=[3], horizon=[4]) == "violated"
+    broken = on(x="10111", y="00001")
+    assert broken("x until y", length=[3], complete=False) == "violated"
 
 
 def test_eventually_ranges_over_the_horizon() -> None:
-    stands = {"standstill": truths([[0, 0, 0, 1, 1, 1]])}
-    text = "eventually always[0 s, 2 s] standstill"
-    assert judge(text, stands, horizon=[3]).verdict[0] == SATISFIED
-    assert judge(text, stands, horizon=[2]).verdict[0] == VIOLATED
-    assert judge(text, stands, horizon=[5], length=[5]).verdict[0] == UNDECIDED
-    cut = judge(text, stands, horizon=[5], length=[2], complete=False)
-    assert cut.verdict[0] == UNDECIDED
+    told, text = on(standstill="000111"), "eventually always[0 s, 2 s] standstill"
+    assert told(text, horizon=[3]) == "satisfied"
+    assert told(text, horizon=[2]) == "violated"
+    assert told(text, horizon=[5], length=[5]) == "undecided"
+    assert told(text, horizon=[5], length=[2], complete=False) == "undecided"
 
 
 def test_outermost_operators_under_connectives_range_over_the_horizon() -> None:
-    signals = {"takeover": truths([[0, 1, 0, 0]]), "gap": numbers([[5.0, 4.0, 3.0, 2.0]])}
-    result = judge("(eventually takeover) implies (always gap > 2.5)", signals, horizon=[2])
-    assert result.verdict[0] == SATISFIED
-    assert not result.vacuous[0]
-    assert judge("(eventually takeover) implies (always gap > 2.5)", signals).verdict[0] == VIOLATED
-    assert judge("not (always gap > 2.5)", signals).verdict[0] == SATISFIED
+    told = on(takeover="0100", gap=[5.0, 4.0, 3.0, 2.0])
+    text = "(eventually takeover) implies (always gap > 2.5)"
+    assert told(text, horizon=[2]) == "satisfied"
+    assert told(text) == "violated"
+    assert told("not (always gap > 2.5)") == "satisfied"
 
 
 def test_an_obligation_open_at_contact_is_undecided() -> None:
-    signals = {
-        "fault": truths([[0, 1, 1, 1, 1, 0]]),
-        "detected": truths([[0, 0, 0, 0, 0, 0]]),
-        "contact": truths([[0, 0, 0, 0, 1, 0]]),
-    }
+    cut: dict[str, Any] = {"length": [5], "horizon": [5], "complete": False}
+    signals = {"fault": truths([0, 1, 1, 1, 1, 0]), "detected": truths([0] * 6)}
     text = "always (rise(fault) implies eventually[0 s, 4 s] detected)"
-    result = judge(text, signals, length=[5], horizon=[5], complete=False)
-    assert standing(result) == "undecided"
-    assert result.robustness_low[0] == -math.inf
-    contact = judge("always not contact", signals, length=[5], horizon=[5], complete=False)
-    assert standing(contact) == "violated"
+    result = judge(text, signals, **cut)
+    assert (standing(result), result.robustness_low[0]) == ("undecided", -math.inf)
+    assert on(contact="000010")("always not contact", **cut) == "violated"
 
 
 def test_a_cut_trace_never_passes_an_always_that_should_go_on() -> None:
-    signals = {"gap": numbers([[9.0, 8.0, 7.0, 0.0]], unit="m")}
-    options: dict[str, Any] = {"length": [3], "horizon": [3]}
-    assert judge("always gap > 1 m", signals, **options).verdict[0] == SATISFIED
-    assert judge("always gap > 1 m", signals, complete=False, **options).verdict[0] == UNDECIDED
-    decided = judge("always gap > 1 m", signals, length=[3], horizon=[2], complete=False)
-    assert decided.verdict[0] == SATISFIED
+    told = on(gap=[9.0, 8.0, 7.0, 0.0])
+    assert told("always gap > 1", length=[3], horizon=[3]) == "satisfied"
+    assert told("always gap > 1", length=[3], horizon=[3], complete=False) == "undecided"
+    assert told("always gap > 1", length=[3], horizon=[2], complete=False) == "satisfied"
 
 
 def test_at_the_threshold_strictness_decides() -> None:
@@ -91,42 +85,35 @@ def test_at_the_threshold_strictness_decides() -> None:
 
 
 def test_a_precondition_that_never_holds_is_vacuous() -> None:
-    signals = {"fault": truths([[0, 0, 0]]), "detected": truths([[1, 1, 1]])}
-    result = judge("always (fault implies detected)", signals)
-    assert result.vacuous[0]
-    assert standing(result) == "vacuous"
-    assert not judge("always (detected implies not fault)", signals).vacuous[0]
-    assert not judge("always (not fault or detected)", signals).vacuous[0]
+    told = on(fault="000", detected="111")
+    assert told("always (fault implies detected)") == "vacuous"
+    assert told("always (detected implies not fault)") == "satisfied"
+    assert told("always (not fault or detected)") == "satisfied"
 
 
 def test_a_precondition_after_the_horizon_exercises_nothing() -> None:
-    signals = {"fault": truths([[0, 0, 1]]), "ok": truths([[1, 1, 1]])}
-    assert judge("always (fault implies ok)", signals, horizon=[1]).vacuous[0]
-    assert not judge("always (fault implies ok)", signals, horizon=[2]).vacuous[0]
-    assert judge("always[0 s, 1 s] (fault implies ok)", signals).vacuous[0]
-    assert judge("fault implies ok", signals).vacuous[0]
+    told = on(fault="001", ok="111")
+    assert told("always (fault implies ok)", horizon=[1]) == "vacuous"
+    assert told("always (fault implies ok)", horizon=[2]) == "satisfied"
+    assert told("always[0 s, 1 s] (fault implies ok)") == "vacuous"
+    assert told("fault implies ok") == "vacuous"
 
 
 def test_a_rise_at_row_0_is_no_rise() -> None:
-    signals = {"fault": truths([[1, 1, 1]]), "ok": truths([[1, 1, 1]])}
-    assert judge("always (rise(fault) implies ok)", signals).vacuous[0]
-    assert judge("eventually rise(fault)", signals).verdict[0] == VIOLATED
-    assert judge("eventually fall(not fault)", signals).verdict[0] == VIOLATED
+    told = on(fault="111", ok="111")
+    assert told("always (rise(fault) implies ok)") == "vacuous"
+    assert told("eventually rise(fault)") == "violated"
+    assert told("eventually fall(not fault)") == "violated"
 
 
 def test_every_top_level_implication_must_be_exercised() -> None:
-    signals = {"p": truths([[1, 0]]), "q": truths([[0, 0]]), "r": truths([[1, 1]])}
-    assert not judge("always (p implies r)", signals).vacuous[0]
-    assert judge("always ((p implies r) and (q implies r))", signals).vacuous[0]
-    assert judge("always (p implies (q implies r))", signals).vacuous[0]
-    assert not judge("always (p implies (r implies r))", signals).vacuous[0]
-
-
-def test_a_violated_implication_is_a_fail_not_vacuous() -> None:
-    signals = {"p": truths([[1, 0]]), "r": truths([[0, 1]])}
-    result = judge("always (p implies r)", signals)
-    assert standing(result) == "violated"
-    assert not result.vacuous[0]
+    told = on(p="10", q="00", r="11")
+    assert told("always (p implies r)") == "satisfied"
+    assert told("always ((p implies r) and (q implies r))") == "vacuous"
+    assert told("always (p implies (q implies r))") == "vacuous"
+    assert told("always (p implies (r implies r))") == "satisfied"
+    # A violated implication fails, and is not vacuous.
+    assert on(p="10", r="01")("always (p implies r)") == "violated"
 
 
 def test_nan_is_an_error_of_its_run_only() -> None:
@@ -157,54 +144,41 @@ def test_a_sample_that_does_not_apply_decides_nothing() -> None:
 
 
 def test_windows_count_rows_inside_them() -> None:
-    signals = {"x": truths([[0, 0, 0, 1, 0, 0]])}
     for window, expected in (
-        ("[0 s, 0.3 s]", SATISFIED),
-        ("[0, 0.29]", VIOLATED),
-        ("[300 ms, 0.3 s]", SATISFIED),
-        ("[0.31 s, 0.5 s]", VIOLATED),
+        ("[0 s, 0.3 s]", "satisfied"),
+        ("[0, 0.29]", "violated"),
+        ("[300 ms, 0.3 s]", "satisfied"),
+        ("[0.31 s, 0.5 s]", "violated"),
     ):
-        result = judge(f"eventually{window} x", signals, step_s=0.1)
-        assert result.verdict[0] == expected, window
+        assert on(x="000100")(f"eventually{window} x", step_s=0.1) == expected, window
 
 
 def test_a_formula_without_outermost_operator_is_judged_at_row_0() -> None:
-    signals = {"x": truths([[1, 0, 0]])}
-    assert judge("x", signals).verdict[0] == SATISFIED
-    assert judge("always[1 s, 2 s] x", signals).verdict[0] == VIOLATED
+    assert on(x="100")("x") == "satisfied"
+    assert on(x="100")("always[1 s, 2 s] x") == "violated"
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"length": np.array([0])},
-        {"length": np.array([4])},
-        {"horizon": np.array([-1])},
-        {"horizon": np.array([1, 2])},
-        {"complete": np.array([True, True])},
-        {"chosen": np.array([True, True])},
-        {"step_s": 0.0},
-        {"length": np.array([3, 3])},
-    ],
-)
-def test_arrays_that_do_not_fit_are_refused(change: dict[str, Any]) -> None:
-    options: dict[str, Any] = {
-        "step_s": 0.1,
-        "length": np.array([3]),
-        "horizon": np.array([2]),
-        "complete": np.array([True]),
-        "chosen": np.array([True]),
-    }
-    with pytest.raises(ValueError, match=r".+"):
-        evaluate_columns(
-            parse_formula("x"), Signals(x=truths([[1, 0, 0]])), **{**options, **change}
-        )
+def test_arrays_that_do_not_fit_are_refused() -> None:
+    formula, signals = parse_formula("x"), Signals(x=truths([[1, 0, 0]]))
+    fitting = {"length": [3], "horizon": [2], "complete": [True], "chosen": [True]}
+    for change in (
+        {"length": [0]},
+        {"length": [4]},
+        {"horizon": [-1]},
+        {"horizon": [1, 2]},
+        {"complete": [True, True]},
+        {"chosen": [True, True]},
+        {"length": [3, 3]},
+    ):
+        arrays: dict[str, Any] = {n: np.array(values) for n, values in (fitting | change).items()}
+        refused(ValueError, evaluate_columns, formula, signals, step_s=0.1, **arrays)
+    arrays = {name: np.array(values) for name, values in fitting.items()}
+    refused(ValueError, evaluate_columns, formula, signals, step_s=0.0, **arrays)
 
 
 def test_series_of_different_lengths_are_refused() -> None:
     signals = {"x": truths([[1, 0, 0]]), "y": truths([[1, 0]])}
-    with pytest.raises(ValueError, match="do not fit"):
-        judge("x and y", signals)
+    refused(ValueError, judge, "x and y", signals, says="do not fit")
 
 
 def test_the_wrong_kind_is_refused_at_evaluation_too() -> None:
@@ -297,9 +271,8 @@ def test_robustness_agrees_with_rtamt(seed: int) -> None:
         edges = number % 2 == 1
         body = random.formula(3, edges=edges)
         signals = traces(random, 4, rows)
-        mine = (
-            f"always[1, {last}] {text_of(body, ',')}" if edges else f"always {text_of(body, ',')}"
-        )
+        window = f"[1, {last}]" if edges else ""
+        mine = f"always{window} {text_of(body, ',')}"
         result = judge(mine, signals, horizon=[last] * 4)
         peer = rtamt.StlDiscreteTimeSpecification()
         for name in NAMES:
@@ -326,13 +299,8 @@ def test_bounds_on_truncated_traces_agree_with_the_definition(seed: int, *, past
         lengths = [1, 4, 9, rows]
         horizon = int(random.bits.integers(8))
         for complete in (True, False):
-            result = judge(
-                f"always {text_of(body, ',')}",
-                signals,
-                length=lengths,
-                horizon=[horizon] * 4,
-                complete=complete,
-            )
+            ends: dict[str, Any] = {"length": lengths, "horizon": [horizon] * 4}
+            result = judge(f"always {text_of(body, ',')}", signals, complete=complete, **ends)
             for b, length in enumerate(lengths):
                 values = {name: series.values[b] for name, series in signals.items()}
                 slow = Reference(values, length)
@@ -374,13 +342,8 @@ def test_a_longer_trace_narrows_the_bounds_around_the_robustness() -> None:
         body = random.formula(3, edges=True)
         one = traces(random, 1, rows)
         signals = {n: numbers(np.repeat(s.values, rows, axis=0)) for n, s in one.items()}
-        result = judge(
-            f"always {text_of(body, ',')}",
-            signals,
-            length=list(range(1, rows + 1)),
-            horizon=[6] * rows,
-            complete=False,
-        )
+        ends: dict[str, Any] = {"length": list(range(1, rows + 1)), "horizon": [6] * rows}
+        result = judge(f"always {text_of(body, ',')}", signals, complete=False, **ends)
         low, high = result.robustness_low, result.robustness_high
         assert np.all(low[1:] >= low[:-1])
         assert np.all(high[1:] <= high[:-1])

@@ -1,7 +1,5 @@
 """Parts of a formula that no signal decides, and implications that were never asked."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,7 @@ from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import nested_implications
 from tests.judge.stl.batch import judge, truths
 from tests.judge.stl.random_formulas import Random, text_of, traces
-from tests.stored import stored
+from tests.stored import known, stored
 
 TABLES = stored("formulas")
 
@@ -21,8 +19,7 @@ TABLES = stored("formulas")
 @pytest.mark.parametrize(("text", "part", "held"), TABLES["what no signal decides is found"])
 def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) -> None:
     formula = parse_formula(text)
-    found = first_constant(formula.root)
-    assert found is not None
+    found = known(first_constant(formula.root))
     assert formula.quote(found[0]).strip("()") == part.strip("()")
     assert found[1] is held
 

@@ -1,7 +1,5 @@
 """The binding predicate: hand-made scenes, and the law that its difference is the robustness."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

@@ -3,20 +3,16 @@
 The oracles judge precondition and consequent apart and know nothing of implications.
 """
 
-from __future__ import annotations
-
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye.judge.stl.series import Series
 from tests.judge.stl.batch import binding, judge, numbers, standing, truths
 from tests.judge.stl.random_formulas import NAMES, Random, Reference, text_of, traces
 from tests.judge.stl.test_profile import of_rtamt, rtamt_rows
-
-if TYPE_CHECKING:
-    from adeye.judge.stl.series import Series
 
 ROWS, HORIZON, BATCH = 40, 15, 4
 SHAPES = ("always ({0} implies {1})", "always (b < 9 implies ({0} implies {1}))",

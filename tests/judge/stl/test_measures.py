@@ -3,8 +3,6 @@
 Every sample is judged as a run of one row.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,21 +1,17 @@
 """Operators, ahead and back: laws of truth and of bounds, windows, what lies beyond a trace."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
+from adeye.judge.stl.batch import StlColumns
 from adeye.judge.stl.measures import EXACT, OPEN, SIGN
 from adeye.judge.stl.operators import Sliding, slide, sliding_maximum
 from adeye.judge.stl.program import State
+from adeye.judge.stl.series import Series
 from tests.judge.stl.batch import binding, judge, numbers, standing, truths
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from adeye.judge.stl.batch import StlColumns
-    from adeye.judge.stl.series import Series
 
 TABLES = stored("formulas")
 
@@ -110,26 +106,21 @@ def test_a_window_that_ends_with_the_trace_is_decided_by_it() -> None:
 GAP = numbers([9.0, 5.0, 3.0, 4.0, 8.0], unit="m")
 
 
-@pytest.mark.parametrize(
-    ("text", "row", "value"),
-    [
+def test_binding_predicate_is_found_behind_an_operator_that_looks_back() -> None:
+    for text, row, value in (
         # Violated: the one sample that would have had to be otherwise.
         ("always(gap < 7 m implies historically[0 s, 2 s](gap > 4 m))", 2, 3.0),
         ("always(gap < 4 m implies once[1 s, 1 s](gap > 6 m))", 1, 5.0),
         ("always[1 s, 4 s](gap > 4.5 m implies previous(gap > 6 m))", 3, 4.0),
         ("eventually(gap > 7 m and once(gap > 10 m))", 0, 9.0),
         ("always(gap > 7 m implies ((gap > 3.5 m) since (gap > 8.6 m)))", 2, 3.0),
-    ],
-)
-def test_binding_predicate_is_found_behind_an_operator_that_looks_back(
-    text: str, row: int, value: float
-) -> None:
-    result = judge(text, {"gap": GAP})
-    assert standing(result) == "violated"
-    found = binding(result)
-    assert (found.row, found.value, found.signal) == (row, value, "gap")
-    assert found.difference is not None
-    assert found.difference == pytest.approx(result.robustness_low[0])
+    ):
+        result = judge(text, {"gap": GAP})
+        assert standing(result) == "violated", text
+        found = binding(result)
+        assert (found.row, found.value, found.signal) == (row, value, "gap"), text
+        assert found.difference is not None, text
+        assert found.difference == pytest.approx(result.robustness_low[0]), text
 
 
 def test_since_of_several_that_decide_alike_is_explained_by_the_latest() -> None:

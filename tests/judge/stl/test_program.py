@@ -1,9 +1,5 @@
 """Numbered formulas: parts come before wholes, and the same formula is numbered once."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from adeye.judge.stl.formula import parse_formula
@@ -26,10 +22,8 @@ from adeye.judge.stl.program import (
     Program,
     compile_formula,
 )
+from adeye.judge.stl.series import Series
 from tests.judge.stl.batch import numbers, truths, words
-
-if TYPE_CHECKING:
-    from adeye.judge.stl.series import Series
 
 INPUTS = {
     "gap": numbers([0.0], unit="m", scale=10.0, cap=200.0),

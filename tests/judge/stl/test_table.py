@@ -1,9 +1,8 @@
 """Tables as sources of signals and formulas on them: what is read, judged and refused."""
 
-from __future__ import annotations
-
 import importlib.util
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,10 +25,8 @@ from adeye.judge.stl.table import (
 )
 from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_times
+from tests.refusals import refused
 from tests.stored import stored
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 TABLES = stored("formulas")
 
@@ -56,33 +53,26 @@ def test_columns_are_read_whatever_separates_them(write: Any, mark: str) -> None
     assert table.place(1) == "line 3"
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_what_is_no_table_is_refused(write: Any) -> None:
+    for text, message in (
         ("", "no line of column names"),
         ("time,gap,gap\n0,1,2\n", "csv:1:2: column 'gap' occurs twice"),
         ("time,gap\n0,1\n1\n", "csv:3:1: a row of 1 cells, and 2 columns"),
         ("time,gap\n0,1\n\n1,2\n", "csv:3:1: a row of 0 cells, and 2 columns"),
         ('time,gap\n0,"1\n', "not a CSV file"),
         (b"time,g\xe4p\n0,1\n", "not text in UTF-8"),
-    ],
-)
-def test_what_is_no_table_is_refused(write: Any, text: Any, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_table(write(text))
-    assert message in str(caught.value)
+    ):
+        refused(InputError, read_table, write(text), says=message)
 
 
 def test_a_file_that_is_not_there_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_table(tmp_path / "none.csv")
+    refused(InputError, read_table, tmp_path / "none.csv", says="cannot be read")
 
 
 def test_parquet_is_read_by_pandas_or_says_what_is_missing(write: Any) -> None:
     has_reader = importlib.util.find_spec("pyarrow") or importlib.util.find_spec("fastparquet")
     message = "cannot be read" if has_reader else r"needs pyarrow.*save the table as CSV"
-    with pytest.raises(InputError, match=message):
-        read_table(write(b"PAR1", "drive.parquet"))
+    refused(InputError, read_table, write(b"PAR1", "drive.parquet"), says=message)
 
 
 def test_a_data_frame_is_a_table() -> None:
@@ -90,8 +80,7 @@ def test_a_data_frame_is_a_table() -> None:
     signals = TableSignals(table_of(frame))
     assert signals.series("mode").labels == ("bad", "ok")
     assert signals.series("on").values.tolist() == [[1.0] * 4]
-    with pytest.raises(InputError, match="unequal lengths"):
-        table_of({"t": [1, 2], "gap": [1]})
+    refused(InputError, table_of, {"t": [1, 2], "gap": [1]}, says="unequal lengths")
 
 
 # --- times
@@ -100,15 +89,12 @@ def test_a_data_frame_is_a_table() -> None:
 def test_the_column_of_times_is_found_or_named() -> None:
     assert time_column(Table("x", {"gap": [], "time_s": []})) == "time_s"
     assert time_column(Table("x", {"gap": [], "time_s": []}), "gap") == "gap"
-    with pytest.raises(InputError, match="no column time, time_s, t"):
-        time_column(Table("x", {"gap": []}))
-    with pytest.raises(InputError, match="no column 'tme'"):
-        time_column(Table("x", {"time": []}), "tme")
+    refused(InputError, time_column, Table("x", {"gap": []}), says="no column time, time_s, t")
+    refused(InputError, time_column, Table("x", {"time": []}), "tme", says="no column 'tme'")
 
 
-@pytest.mark.parametrize(
-    ("times", "unit", "step"),
-    [
+def test_the_step_is_that_of_the_times() -> None:
+    for times, unit, step in (
         (EVEN, "s", 0.1),
         ([5, 105, 205], "ms", 0.1),
         # 30 rows a second, written with three digits.
@@ -118,17 +104,14 @@ def test_the_column_of_times_is_found_or_named() -> None:
         (["0", " 0.5", "1.0"], "s", 0.5),
         # A tenth of a step, but for the last bits.
         ([0.02, 0.04, 0.06, 0.078, 0.1, 0.12], "s", 0.02),
-    ],
-)
-def test_the_step_is_that_of_the_times(times: list[Any], unit: str, step: float) -> None:
-    found, measured, _ = sampling(Table("x", {"t": times}), "t", unit)
-    assert measured == step
-    assert found[-1] - found[0] == pytest.approx(step * (len(times) - 1), rel=2e-3)
+    ):
+        found, measured, _ = sampling(Table("x", {"t": times}), "t", unit)
+        assert measured == step, times
+        assert found[-1] - found[0] == pytest.approx(step * (len(times) - 1), rel=2e-3)
 
 
-@pytest.mark.parametrize(
-    ("times", "line", "message"),
-    [
+def test_times_that_are_not_even_are_refused_at_their_row() -> None:
+    for times, line, message in (
         ([0, 1, 1, 2], 4, "time 1 s does not come after 1 s"),
         ([0, 2, 1, 3], 4, "time 1 s does not come after 2 s"),
         ([0, 1, 2, 4, 5], 5, "2 s after the row before, where 1 s are usual"),
@@ -138,16 +121,10 @@ def test_the_step_is_that_of_the_times(times: list[Any], unit: str, step: float)
         ([0, 1, "nan"], 4, "'nan' is not a time"),
         ([0, 1, "1_0"], 4, "'1_0' is not a time"),
         ([0, *np.cumsum([1.0] * 20 + [1.09] * 20)], 5, "is off an even spacing"),
-    ],
-)
-def test_times_that_are_not_even_are_refused_at_their_row(
-    times: list[Any], line: int, message: str
-) -> None:
-    table = Table("drive.csv", {"t": times}, range(2, 2 + len(times)))
-    with pytest.raises(InputError) as caught:
-        sampling(table, "t")
-    assert message in str(caught.value)
-    assert f"drive.csv:{line}:1:" in str(caught.value)
+    ):
+        table = Table("drive.csv", {"t": times}, range(2, 2 + len(times)))
+        caught = refused(InputError, sampling, table, "t", says=message)
+        assert f"drive.csv:{line}:1:" in str(caught)
 
 
 def test_a_row_without_a_line_is_numbered() -> None:
@@ -187,20 +164,13 @@ def test_truth_values_and_words_are_told_from_the_cells() -> None:
     assert declared.labels == ("1", "2", "3")
 
 
-@pytest.mark.parametrize(
-    ("cells", "options", "message"), TABLES["a column that makes no sense is refused"]
-)
-def test_a_column_that_makes_no_sense_is_refused(
-    cells: list[str], options: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(InputError) as caught:
-        signals(cells, **options).series("a")
-    assert message in str(caught.value)
+def test_a_column_that_makes_no_sense_is_refused() -> None:
+    for cells, options, message in TABLES["a column that makes no sense is refused"]:
+        refused(InputError, signals(cells, **options).series, "a", says=message)
 
 
 def test_what_is_told_of_a_column_that_is_not_there_is_refused() -> None:
-    with pytest.raises(InputError, match="no column 'b'"):
-        signals(["1"], units={"b": "m"})
+    refused(InputError, signals, ["1"], units={"b": "m"}, says="no column 'b'")
 
 
 def test_the_first_missing_sample_is_named() -> None:
@@ -215,9 +185,8 @@ def test_the_first_missing_sample_is_named() -> None:
 HIDDEN = [False, False, True, False]
 
 
-@pytest.mark.parametrize(
-    "column",
-    [
+def test_what_is_hidden_or_not_there_is_no_sample() -> None:
+    for column in (
         np.ma.array([9.0, 9.0, 0.0, 9.0], mask=HIDDEN),
         np.ma.array([9, 9, 0, 9], mask=HIDDEN),
         np.ma.array([True, True, False, True], mask=HIDDEN),
@@ -231,18 +200,15 @@ HIDDEN = [False, False, True, False]
         pd.array([True, True, None, True], dtype="boolean"),
         pd.array(["a", "a", None, "a"], dtype="string"),
         pd.Categorical(["a", "a", None, "a"]),
-    ],
-)
-def test_what_is_hidden_or_not_there_is_no_sample(column: Any) -> None:
-    signals = TableSignals(table_of({"x": column}))
-    assert np.isfinite(signals.series("x").values[0]).tolist() == [True, True, False, True]
-    assert (signals.missing(["x"]) or "").startswith("row 3: x is ")
+    ):
+        signals = TableSignals(table_of({"x": column}))
+        assert np.isfinite(signals.series("x").values[0]).tolist() == [True, True, False, True]
+        assert (signals.missing(["x"]) or "").startswith("row 3: x is "), column
 
 
 def test_hidden_time_is_no_time() -> None:
     table = table_of({"time": np.ma.array([0.0, 1.0, 2.0, 3.0], mask=HIDDEN)})
-    with pytest.raises(InputError, match="row 3: None is not a time"):
-        sampling(table, "time")
+    refused(InputError, sampling, table, "time", says="row 3: None is not a time")
 
 
 @pytest.mark.parametrize("unit", ["ns", "us", "ms"])
@@ -302,9 +268,8 @@ def test_a_factor_on_both_sides_multiplies_robustness_and_changes_nothing_else(
         assert getattr(other, bound) == pytest.approx(factor * getattr(one, bound))
 
 
-@pytest.mark.parametrize(
-    ("formula", "verdict"),
-    [
+def test_verdict() -> None:
+    for formula, verdict in (
         ("always(gap > 2)", Verdict.PASS),
         ("always(brake implies previous(gap) > 1)", None),
         ("always(brake implies once[0 s, 0.1 s](gap > 4.5))", Verdict.FAIL),
@@ -312,14 +277,11 @@ def test_a_factor_on_both_sides_multiplies_robustness_and_changes_nothing_else(
         ("always(gap > 99 implies brake)", Verdict.VACUOUS),
         ("eventually(mode == degraded)", Verdict.PASS),
         ("always(1 / (gap - 4) < 9)", Verdict.ERROR),
-    ],
-)
-def test_verdict(formula: str, verdict: Verdict | None) -> None:
-    if verdict is None:
-        with pytest.raises(InputError, match="condition"):
-            judged(formula)
-    else:
-        assert judged(formula).verdict is verdict
+    ):
+        if verdict is None:
+            refused(InputError, judged, formula, says="condition")
+        else:
+            assert judged(formula).verdict is verdict
 
 
 def test_an_error_names_the_cell_or_the_calculation() -> None:
@@ -349,11 +311,9 @@ def test_the_horizon_ends_obligations_and_beyond_the_table_leaves_them_open() ->
     assert judged("always(gap > 4)", horizon="1 h").verdict is Verdict.FAIL
 
 
-@pytest.mark.parametrize(("formula", "reading", "message"), TABLES["what does not fit is refused"])
-def test_what_does_not_fit_is_refused(formula: str, reading: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        judged(formula, **reading)
-    assert message in str(caught.value)
+def test_what_does_not_fit_is_refused() -> None:
+    for formula, reading, message in TABLES["what does not fit is refused"]:
+        refused(InputError, judged, formula, **reading, says=message)
 
 
 def test_words_that_do_not_occur_can_be_declared() -> None:

@@ -1,7 +1,5 @@
 """What a random design allows to say, and what nothing allows."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +11,7 @@ from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.judge.statistics import mcnemar_p
 from adeye.report.comparison.compare import MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.store.read.bulk import Labels
+from tests.refusals import refused
 
 
 def matched(change: list[float]) -> Matched:
@@ -103,8 +102,7 @@ def test_interval_holds_whatever_the_undecided_points_are() -> None:
 def test_grid_has_no_bootstrap() -> None:
     compared = cases(list(range(20)), [PASS] * 20)
     bootstrap = MarginBootstrap(compared, [matched([1.0] * 20)], {"cut_in": "full_factorial"})
-    with pytest.raises(KeyError):
-        bootstrap.interval([0], 0, 0, 0.95)
+    refused(KeyError, bootstrap.interval, [0], 0, 0, 0.95)
 
 
 def test_fewer_than_ten_points_have_no_interval() -> None:

@@ -1,7 +1,5 @@
 """Tables for other programs: files that open as they were written, whole or not at all."""
 
-from __future__ import annotations
-
 import builtins
 import hashlib
 import json

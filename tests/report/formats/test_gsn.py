@@ -1,7 +1,5 @@
 """The argument from goals to evidence: its tree, its drawing, its files."""
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ET
 from itertools import combinations

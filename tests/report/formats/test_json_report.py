@@ -12,6 +12,7 @@ from adeye.report.formats.junit import render_junit
 from adeye.report.formats.reqif import render_reqif
 from adeye.report.formats.sarif import render_sarif
 from adeye.report.model.report import Report
+from tests.refusals import refused
 from tests.report.fake import build_report
 
 
@@ -37,18 +38,14 @@ def test_document_follows_its_schema(report: Report) -> None:
     assert not validator.is_valid({**document, "surprise": 1})
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_what_is_no_report_is_refused() -> None:
+    for text, message in (
         ("{", "not JSON"),
         ("[]", "schema 'list'"),
         ('{"schema": "adeye/report@9"}', "adeye/report@9"),
         ('{"schema": "adeye/report@1"}', "does not hold together"),
-    ],
-)
-def test_what_is_no_report_is_refused(text: str, message: str) -> None:
-    with pytest.raises(SpecError, match=message):
-        parse_json(text)
+    ):
+        refused(SpecError, parse_json, text, says=message)
 
 
 @pytest.mark.parametrize("write", [render_json, render_junit, render_reqif, render_sarif])

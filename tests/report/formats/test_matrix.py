@@ -1,7 +1,5 @@
 """The traceability matrix: every way through the chain, and where it ends too soon."""
 
-from __future__ import annotations
-
 import csv
 from typing import Any
 

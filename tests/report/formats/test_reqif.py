@@ -1,7 +1,5 @@
 """ReqIF read back by another parser: ids, texts, verdicts, references."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from lxml import etree

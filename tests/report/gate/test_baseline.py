@@ -1,7 +1,5 @@
 """The file of a baseline: small, sorted, one line a result, and found out when it was edited."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -10,6 +8,7 @@ from pydantic import ValidationError
 
 from adeye.errors import IntegrityError, SpecError
 from adeye.report.gate import baseline as stored_baseline
+from tests.refusals import refused
 from tests.report.fake_baseline import BRAKING, GATE, baseline
 from tests.stored import known
 
@@ -72,10 +71,8 @@ def test_what_is_no_baseline_is_refused(path: Path) -> None:
         (b"[" * 100_000, "this is no baseline"),
     ):
         path.write_bytes(content)
-        with pytest.raises(SpecError) as caught:
-            stored_baseline.read_baseline(path)
-        assert said in str(caught.value)
-        assert "b.json:" in str(caught.value)
+        caught = refused(SpecError, stored_baseline.read_baseline, path, says=said)
+        assert "b.json:" in str(caught)
 
 
 def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
@@ -90,16 +87,12 @@ def test_baseline_with_a_right_digest_and_a_wrong_content_is_refused(path: Path)
         stored_baseline.Baseline.model_construct(**{**dict(baseline()), "planned": -1})
     )
     path.write_text(text, "utf-8")
-    with pytest.raises(SpecError, match="planned"):
-        stored_baseline.read_baseline(path)
+    refused(SpecError, stored_baseline.read_baseline, path, says="planned")
 
 
 def test_record_refuses_what_does_not_hold_together() -> None:
-    with pytest.raises(ValidationError, match="16 of 99 test cases"):
-        baseline(planned=99)
-    with pytest.raises(ValidationError, match="not listed"):
-        baseline(architectures={})
+    refused(ValidationError, baseline, planned=99, says="16 of 99 test cases")
+    refused(ValidationError, baseline, architectures={}, says="not listed")
     parts = known(baseline().cases)
     twice = parts[0].model_dump() | {"rows": [*parts[0].rows, parts[0].rows[0]]}
-    with pytest.raises(ValidationError, match="there twice"):
-        type(parts[0]).model_validate(twice)
+    refused(ValidationError, type(parts[0]).model_validate, twice, says="there twice")

@@ -1,7 +1,5 @@
 """The gate: what fails, what regressed, and what cannot be compared any more."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +19,8 @@ from adeye.report.gate.baseline import (
 )
 from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
-from adeye.store.repository import Repository
 from tests.project import Executed
+from tests.refusals import refused
 from tests.report.fake_baseline import BRAKING, CUT_IN, GATE, OTHER, baseline, fsr_of, key_of, sha
 
 FAILS = {("FSR-1", GATE, CUT_IN, 1): "F"}
@@ -186,8 +184,7 @@ def judged(
     may_lack: bool = False,
     tolerances: Tolerances | None = None,
 ) -> GateResult:
-    with Repository.open(executed.db, create=False) as repository:
-        campaign = repository.find_campaign(executed.summary.campaign)
+    with executed.opened() as (repository, campaign):
         given = tolerances or Tolerances()
         return judge_campaign(repository, campaign, path, given, may_lack=may_lack)
 
@@ -219,8 +216,7 @@ def test_baseline_of_the_campaign_itself_finds_nothing(
 def test_baseline_that_is_not_there_is_refused_unless_it_is_written(
     mini: Executed, tmp_path: Path
 ) -> None:
-    with pytest.raises(SpecError, match="no such baseline"):
-        judged(mini, tmp_path / "none.json")
+    refused(SpecError, judged, mini, tmp_path / "none.json", says="no such baseline")
     assert judged(mini, tmp_path / "none.json", may_lack=True).exit_code is ExitCode.OK
 
 
@@ -262,8 +258,7 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
         monkeypatch.setattr(
             gating, "without_unpreventable", lambda *_, found=verdict: (found, "by cc")
         )
-        with Repository.open(suites.db, create=False) as repository:
-            campaign = repository.find_campaign(suites.summary.campaign)
+        with suites.opened() as (repository, campaign):
             set_aside = gating._set_aside(repository, campaign)
             told = set_aside(failing)
             assert told.decides is decides

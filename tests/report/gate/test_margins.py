@@ -1,7 +1,5 @@
 """Losses of margin: a test for a random sample, every pair for chosen points."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

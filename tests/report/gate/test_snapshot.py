@@ -1,7 +1,5 @@
 """Take down an executed campaign: what the database says, pairs that find each other."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest
@@ -10,14 +8,12 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate.baseline import LETTERS, Baseline, BaselineCases, BaselineCell
 from adeye.report.gate.decide import case_keys, take_down
 from adeye.store.read.totals import totals
-from adeye.store.repository import Repository
 from tests.project import Executed
 from tests.stored import known
 
 
 def taken(executed: Executed, *, named: bool = True) -> Baseline:
-    with Repository.open(executed.db, create=False) as repository:
-        campaign = repository.find_campaign(executed.summary.campaign)
+    with executed.opened() as (repository, campaign):
         names = list(executed.plan.files.architectures) if named else []
         compared = repository.compared(campaign.id, names, is_named=True)
         found = totals(repository, campaign)
@@ -71,8 +67,8 @@ def test_architectures_meet_on_the_same_keys(baseline: Baseline) -> None:
 
 
 def test_keys_differ_within_an_architecture(mini: Executed) -> None:
-    with Repository.open(mini.db, create=False) as repository:
-        compared = repository.compared(mini.summary.campaign, ["camera_radar"], is_named=True)
+    with mini.opened() as (repository, campaign):
+        compared = repository.compared(campaign.id, ["camera_radar"], is_named=True)
     assert len(set(case_keys(compared))) == len(compared) == 14
 
 

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.model.report import Cell, Report
 from adeye.store.read.totals import ChannelFailure
+from tests.refusals import refused
 from tests.report.parts import claim, claims, line, step
 from tests.stored import known
 
@@ -71,8 +72,7 @@ def test_green_exit_code_beside_what_is_not_green_is_refused(report: Report) -> 
         ({"planned": 0, "accounted": 0}, "accounted for"),
     )
     for change, message in changes:
-        with pytest.raises(ValidationError, match=message):
-            rebuilt(report, **change)
+        refused(ValidationError, rebuilt, report, **change, says=message)
 
 
 def test_red_exit_code_beside_a_green_gate_is_allowed(report: Report) -> None:
@@ -99,8 +99,7 @@ def test_cell_that_contradicts_itself_is_refused() -> None:
         (vacuous, "PASS without a run that passed"),
     )
     for change, message in changes:
-        with pytest.raises(ValidationError, match=message):
-            Cell(**{**fields, **change})
+        refused(ValidationError, Cell, **{**fields, **change}, says=message)
 
 
 def test_number_that_belongs_to_nothing_and_the_same_thing_twice_are_refused(
@@ -146,5 +145,4 @@ def test_statement_about_what_is_not_there_is_refused(report: Report) -> None:
     ):
         is_claim = part == "confidence"
         told = claims(claim(**changes)) if is_claim else step(lines=(line(**changes),))
-        with pytest.raises(ValidationError, match=message):
-            rebuilt(report, **{part: told})
+        refused(ValidationError, rebuilt, report, **{part: told}, says=message)

@@ -1,7 +1,5 @@
 """Parts of a report contradict neither themselves nor what they are read from."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Charts of the page: bars, fronts and labels that stand where the numbers say."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """A run on the page: what its trace holds, packed for replay."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
@@ -142,8 +140,7 @@ def test_straight_road_is_one_line_per_boundary_around_what_is_driven(
     assert lines[0].x_m[0] == pytest.approx(x.min() - drive.VIEW, abs=0.01)
     assert lines[0].x_m[-1] == pytest.approx(x.max() + drive.VIEW, abs=0.01)
     assert [line.y_m[0] for line in lines] == pytest.approx([0.0, 3.5, 7.0, 10.5])
-    assert replay.road.shoulder is not None
-    assert replay.road.shoulder.y_m[0] == pytest.approx(-3.0)
+    assert known(replay.road.shoulder).y_m[0] == pytest.approx(-3.0)
 
 
 def changed_road(trace: Trace, **changes: Any) -> Trace:

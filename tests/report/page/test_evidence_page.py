@@ -1,7 +1,5 @@
 """Confidence, coverage of the ODD and the step on the page: placed, in order, and never green."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

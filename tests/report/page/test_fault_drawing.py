@@ -1,7 +1,5 @@
 """Places of bars and of the points of a trade."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
