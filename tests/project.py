@@ -26,6 +26,17 @@ ROOT = Path(__file__).resolve().parents[1]
 MINI: dict[str, Any] = stored("mini")
 """Twenty-eight test cases: cut-ins with and without faults, a braking lead, two architectures."""
 
+CANDIDATE_ONLY = ["architectures/camera_radar.yaml"]
+
+
+def one_scenario(use: str = "cut_in", *faults: str, **axes: list[str]) -> dict[str, Any]:
+    """The mini ODD with one scenario, which has these faults (by default none) and is swept so."""
+    entries = list(faults or ("none",))
+    scenario = {"use": use, "faults": entries, "sweep": {"parameters": axes}}
+    used = [fault for fault in MINI["faults"] if fault["id"] in entries]
+    return {**MINI, "scenarios": [scenario], "faults": used}
+
+
 LEGACY = "odd/architectures/legacy_camera.yaml"
 CANDIDATE = "odd/architectures/camera_radar.yaml"
 CONCEPT = "odd/concepts/motorway_chauffeur.yaml"

@@ -22,6 +22,7 @@ from tests.stored import known, stored
 
 ROOT = Path(__file__).parents[2]
 PLUGIN: str = stored("plugins")["planner"]
+Load = Callable[..., OddFiles]
 
 
 def onset(when: str) -> dict[str, Any]:
@@ -38,7 +39,7 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def load(project: Path) -> Callable[..., OddFiles]:
+def load(project: Path) -> Load:
     """Write an ODD of a cut-in and a braking lead with changes on top, and load it."""
 
     def make(sweep: dict[str, Any] | None = None, **changes: Any) -> OddFiles:
@@ -66,7 +67,7 @@ def replace(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
-def test_what_is_shipped_passes(load: Callable[..., OddFiles]) -> None:
+def test_what_is_shipped_passes(load: Load) -> None:
     files = load(faults=[onset("time > 1 s")])
     checking.check_scenarios(files)
     checking.check_onsets(files)
@@ -78,9 +79,7 @@ def late(delay: str) -> dict[str, Any]:
     return {**fault, "delay": delay}
 
 
-def test_delay_of_a_late_switch_between_two_ticks_names_both(
-    load: Callable[..., OddFiles],
-) -> None:
+def test_delay_of_a_late_switch_between_two_ticks(load: Load) -> None:
     for whole in ("0.15 s", "0 s"):
         checking.check_fits(load(faults=[late(whole)]))
     with pytest.raises(SpecError) as caught:
@@ -98,12 +97,9 @@ def hook(channel: str, model: str = "planner_frozen") -> dict[str, Any]:
     return {**onset("time > 1 s"), "target": f"hooks.{channel}", "model": model}
 
 
-def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line_if_a_scenario_uses_it(
-    load: Callable[..., OddFiles],
-) -> None:
-    checking.check_hooks(
-        load(faults=[hook("nominal"), {**hook("nominal", "tracks_lost"), "id": "lost"}])
-    )
+def test_hook_that_a_channel_does_not_offer(load: Load) -> None:
+    offered = [hook("nominal"), {**hook("nominal", "tracks_lost"), "id": "lost"}]
+    checking.check_hooks(load(faults=offered))
     faults = [hook("nominal", "monitors_frozen")]
     said = r"example.yaml:\d+:\d+: fault out: channel nominal of .* has no hook monitors_frozen"
     with pytest.raises(SpecError, match=said):
@@ -111,17 +107,16 @@ def test_hook_that_a_channel_does_not_offer_is_refused_in_its_line_if_a_scenario
     checking.check_hooks(load(faults=faults, scenarios=[{"use": "cut_in", "faults": []}]))
 
 
-def test_hooks_that_a_plugin_lists_are_its_own(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_hooks_of_a_plugin_are_its_own(project: Path, load: Load) -> None:
     folder = project / "odd" / "architectures"
     offers = PLUGIN.replace("monitor_ids = ()", 'monitor_ids = ()\n    hooks = ("tracks_lost",)')
     offers += "\n    def inject(self, hook, active, size): ...\n"
     (folder / "mine.py").write_text(offers, encoding="utf-8")
+    nominal = {"kind": "./mine.py:Planner", "parameters": None}
     mine = {
         "extends": "camera_radar.yaml",
         "architecture": "mine",
-        "channels": {"nominal": {"kind": "./mine.py:Planner", "parameters": None}},
+        "channels": {"nominal": nominal},
     }
     (folder / "mine.yaml").write_text(yaml.safe_dump(mine), encoding="utf-8")
     architectures = ["architectures/mine.yaml"]
@@ -130,16 +125,14 @@ def test_hooks_that_a_plugin_lists_are_its_own(
         checking.check_hooks(load(faults=[hook("nominal")], architectures=architectures))
 
 
-def test_formula_is_refused_in_the_line_of_the_scenario(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_formula_of_a_scenario_is_refused(project: Path, load: Load) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "s: 100 m", "s: 100 m + ego_sped * 1 s")
     with pytest.raises(SpecError, match=r"cut_in.yaml:\d+:\d+: .*Did you mean 'ego_speed'"):
         checking.check_scenarios(load())
 
 
-def test_onset_condition_is_refused_at_its_place(load: Callable[..., OddFiles]) -> None:
+def test_onset_condition_is_refused_at_its_place(load: Load) -> None:
     for when, said in (
         ("cuter.gap < 9 m", "scenario cut_in has nothing named 'cuter.gap'. Did you mean"),
         ("cutter.gap < 9 m", "scenario lead_braking has nothing named 'cutter.gap'"),
@@ -153,16 +146,14 @@ def test_onset_condition_is_refused_at_its_place(load: Callable[..., OddFiles]) 
         assert known(caught.value.where).path.endswith("example.yaml")
 
 
-def test_onset_is_checked_only_where_the_fault_occurs(load: Callable[..., OddFiles]) -> None:
-    scenarios = [
-        {"use": "cut_in", "faults": [["out", "late"]]},
-        {"use": "lead_braking", "faults": []},
-    ]
+def test_onset_is_checked_only_where_the_fault_occurs(load: Load) -> None:
+    both = {"use": "cut_in", "faults": [["out", "late"]]}
+    scenarios = [both, {"use": "lead_braking", "faults": []}]
     late = {**onset("time > 1 s"), "id": "late"}
     checking.check_onsets(load(faults=[onset("cutter.gap < 9 m"), late], scenarios=scenarios))
 
 
-def test_swept_variant_is_checked_like_the_file(load: Callable[..., OddFiles]) -> None:
+def test_swept_variant_is_checked_like_the_file(load: Load) -> None:
     for axis, values, said in (
         ("scenario.actors.cutter.start.ahead_of", ["ego", "nobody"], "no actor 'nobody'"),
         ("scenario.actors.cutter.start.gap", ["30 m", "gpa"], "'gpa', which does not exist"),
@@ -186,7 +177,7 @@ def test_swept_variant_is_checked_like_the_file(load: Callable[..., OddFiles]) -
     ],
 )
 def test_impossible_value_is_refused_in_the_line_of_its_formula(
-    project: Path, load: Callable[..., OddFiles], old: str, new: str, said: str
+    project: Path, load: Load, old: str, new: str, said: str
 ) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, old, new)
@@ -198,9 +189,7 @@ def test_impossible_value_is_refused_in_the_line_of_its_formula(
     assert (caught.value.where.path, caught.value.where.line) == (str(path), line)
 
 
-def test_one_impossible_point_among_many_is_found(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_one_impossible_point_is_found(project: Path, load: Load) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "shoulder: 3 m", "shoulder: (gap - 30 m) / 10")
     steps = {"to": "60 m", "step": "1 m"}
@@ -209,9 +198,7 @@ def test_one_impossible_point_among_many_is_found(
         check(load({"parameters": {"gap": {"from": "29 m", **steps}}}))
 
 
-def test_swept_parameter_of_a_plugin_is_checked(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_swept_parameter_of_a_plugin(project: Path, load: Load) -> None:
     folder = project / "odd" / "architectures"
     (folder / "planner.py").write_text(PLUGIN, encoding="utf-8")
     mine = "kind: ./planner.py:Planner\n    parameters: {gain: 2}"
@@ -223,9 +210,7 @@ def test_swept_parameter_of_a_plugin_is_checked(
         check(load({"parameters": {axis: [2, "fast"]}}))
 
 
-def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architecture(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_policy_is_part_of_the_identity_and_not_swept(project: Path, load: Load) -> None:
     folder = project / "odd" / "architectures"
     for name in ("one", "other"):
         source = f"def drive(observation):\n    return 0.0, 0.0  # {name}\n"
@@ -243,9 +228,7 @@ def test_policy_cannot_be_swept_because_a_result_names_the_code_of_its_architect
             check(load({"parameters": {f"{nominal}.{axis}": values}}))
 
 
-def test_fault_without_a_meaning_for_its_target_is_refused_in_its_line(
-    load: Callable[..., OddFiles],
-) -> None:
+def test_fault_without_a_meaning_for_its_target(load: Load) -> None:
     bias = {"model": "bias", "signal": "range_rate", "size": "1 m/s"}
     for fault, key, said in (
         ({"model": "blackout"}, "model", "blackout is about pixels, and a camera delivers"),
@@ -260,23 +243,18 @@ def test_fault_without_a_meaning_for_its_target_is_refused_in_its_line(
     checking.check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))
 
 
-def budgets(load: Callable[..., OddFiles], **times: dict[str, float]) -> list[str]:
+def budgets(load: Load, **times: dict[str, float]) -> list[str]:
     """Give FSRs detection and reaction times, and say which goals they exceed."""
     concept = load().concept.spec
-    requirements = [
-        item.model_copy(
-            update={"fdti": None, "frti": None, **times.get(item.id.replace("-", ""), {})}
-        )
+    none: dict[str, Any] = {"fdti": None, "frti": None}
+    requirements = tuple(
+        item.model_copy(update={**none, **times.get(item.id.replace("-", ""), {})})
         for item in concept.requirements
-    ]
-    return list(
-        checking.over_budget(concept.model_copy(update={"requirements": tuple(requirements)}))
     )
+    return list(checking.over_budget(concept.model_copy(update={"requirements": requirements})))
 
 
-def test_detection_and_reaction_that_exceed_the_ftti_together_are_named(
-    load: Callable[..., OddFiles],
-) -> None:
+def test_times_that_exceed_the_ftti_together(load: Load) -> None:
     # SG-02 has an FTTI of 1 s; FSR-03 and FSR-04 serve it.
     assert budgets(load, FSR03={"fdti": 0.4, "frti": 0.6}) == []
     assert budgets(load, FSR03={"fdti": 0.4}, FSR04={"frti": 0.6}) == []
@@ -296,7 +274,7 @@ def drop(**changes: Any) -> dict[str, Any]:
     return {**onset("time > 1 s"), **changes}
 
 
-def test_fault_that_can_never_act_is_refused_at_its_place(load: Callable[..., OddFiles]) -> None:
+def test_fault_that_can_never_act_is_refused_at_its_place(load: Load) -> None:
     at, when, duration = ("onset", "at"), ("onset", "when"), ("duration",)
     cases: tuple[tuple[dict[str, Any], str, tuple[str, ...]], ...] = (
         ({"onset": {"at": "100 s"}}, "it begins at 100 s", at),
@@ -320,7 +298,7 @@ def test_fault_that_can_never_act_is_refused_at_its_place(load: Callable[..., Od
         assert caught.value.where == files.odd.locate(("faults", 0, *place))
 
 
-def test_fault_that_may_act_passes(load: Callable[..., OddFiles]) -> None:
+def test_fault_that_may_act_passes(load: Load) -> None:
     changes: tuple[dict[str, Any], ...] = (
         {"onset": {"at": "12 s"}},
         {"onset": {"at": "0 s"}, "duration": "0.01 s"},
@@ -334,7 +312,7 @@ def test_fault_that_may_act_passes(load: Callable[..., OddFiles]) -> None:
         check(load(faults=[drop(**change)], scenarios=[{"use": "cut_in"}]))
 
 
-def test_swept_point_at_which_a_fault_never_acts_is_refused(load: Callable[..., OddFiles]) -> None:
+def test_swept_point_at_which_a_fault_never_acts_is_refused(load: Load) -> None:
     for axis, values, fault in (
         ("faults.out.onset.at", ["2 s", "20 s"], {"onset": {"at": "1 s"}}),
         ("faults.out.duration", ["2 s", "0 s"], {"duration": "1 s"}),
@@ -345,9 +323,7 @@ def test_swept_point_at_which_a_fault_never_acts_is_refused(load: Callable[..., 
             check(load(faults=[drop(**fault)], scenarios=scenarios))
 
 
-def test_parameter_that_only_a_relation_names_is_said_to_be_a_replicate(
-    project: Path, load: Callable[..., OddFiles]
-) -> None:
+def test_parameter_that_only_a_relation_names(project: Path, load: Load) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "parameters:\n", "parameters:\n  shade: {default: 1, range: [0, 9]}\n")
     sweep: dict[str, Any] = {"parameters": {"shade": [1, 2, 3]}}
@@ -362,7 +338,7 @@ def test_parameter_that_only_a_relation_names_is_said_to_be_a_replicate(
     )
 
 
-def test_axis_that_changes_no_run_is_refused(load: Callable[..., OddFiles]) -> None:
+def test_axis_that_changes_no_run_is_refused(load: Load) -> None:
     for axis, values in (
         ("architecture.cost", [1, 2]),
         ("architecture.title", ["one", "other"]),
@@ -400,9 +376,7 @@ def refusal(swept: Project, **use: Any) -> tuple[InputError, str]:
     return caught.value, " ".join(lines[max(0, where.line - 2) : where.line])
 
 
-def test_value_of_an_axis_and_a_fixed_one_are_wrong_where_the_odd_gives_them(
-    swept: Project,
-) -> None:
+def test_value_is_wrong_where_the_odd_gives_it(swept: Project) -> None:
     sun = "scenario.environment.sun_elevation"
     for axis, values, part in (
         (sun, ["200 deg"], "200 deg is beyond the zenith"),

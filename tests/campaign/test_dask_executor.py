@@ -8,8 +8,8 @@ import platform
 import re
 import subprocess
 import sys
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from adeye.judge.verdict import ExitCode
 from adeye.ports import ExecutorContext
 from adeye.store.repository import Repository
 from adeye.testing import check_executor
-from tests.campaign.cluster import started_cluster
+from tests.campaign.cluster import Cluster, started_cluster
 from tests.campaign.work import perform
 from tests.project import Executed, table_hash
 from tests.stored import stored
@@ -41,13 +41,20 @@ pytestmark = [
 
 
 def run_on(
-    address: str,
-    mini: Executed,
-    db: Path,
-    progress: Callable[[Progress], None] | None = None,
+    address: str, mini: Executed, db: Path, progress: Callable[[Progress], None] | None = None
 ) -> CampaignSummary:
     executor = NamedExecutor("dask", address=address)
     return run_campaign(mini.plan, db=db, executor=executor, progress=progress)
+
+
+@contextmanager
+def executing(folder: Path, workers: int) -> Iterator[tuple[Cluster, DaskExecutor]]:
+    """Start a cluster and an executor that works on it."""
+    with (
+        started_cluster(folder, workers) as cluster,
+        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+    ):
+        yield cluster, executor
 
 
 def end(process: subprocess.Popen[bytes]) -> None:
@@ -73,9 +80,7 @@ def test_workers_of_this_machine_conform() -> None:
 
 
 @pytest.mark.slow
-def test_campaign_on_a_local_cluster_is_the_campaign_of_this_process(
-    mini: Executed, tmp_path: Path
-) -> None:
+def test_campaign_on_a_cluster_is_that_of_this_process(mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "dask.db"
     summary = run_campaign(mini.plan, db=db, executor=NamedExecutor("dask", workers=2))
     assert summary.executed == summary.planned == len(mini.plan.cases)
@@ -94,9 +99,7 @@ def test_worker_that_is_killed_loses_no_block(mini: Executed, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
-    mini: Executed, tmp_path: Path
-) -> None:
+def test_killed_scheduler_ends_where_it_goes_on(mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "lost.db"
     with started_cluster(tmp_path / "first", workers=1) as cluster:
         kill = AtFirst(lambda: end(cluster.scheduler))
@@ -119,13 +122,10 @@ def test_scheduler_that_is_killed_ends_the_campaign_where_it_goes_on(
 
 
 @pytest.mark.slow
-def test_cluster_without_workers_is_waited_for_only_so_long(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_cluster_without_workers(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with (
-        started_cluster(tmp_path, workers=0) as cluster,
         dask.config.set({"adeye.patience": 0.7}),
-        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
+        executing(tmp_path, workers=0) as (_, executor),
         pytest.raises(PlatformError, match=r"has had no worker for 0\.7 s"),
     ):
         list(executor.run(iter(["echo:a"])))
@@ -134,10 +134,7 @@ def test_cluster_without_workers_is_waited_for_only_so_long(
 
 @pytest.mark.slow
 def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
-    with (
-        started_cluster(tmp_path, workers=0) as cluster,
-        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
-    ):
+    with executing(tmp_path, workers=0) as (cluster, executor):
 
         def tasks() -> Any:
             cluster.add_worker()
@@ -149,10 +146,7 @@ def test_worker_that_comes_later_gets_what_waits(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_worker_that_cannot_import_the_work_says_what_is_missing(tmp_path: Path) -> None:
-    with (
-        started_cluster(tmp_path, workers=1) as cluster,
-        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
-    ):
+    with executing(tmp_path, workers=1) as (_, executor):
         executor._work = _only_here(tmp_path)
         with pytest.raises(PlatformError, match=r"cannot execute a batch: \w*NotFoundError: .*"):
             list(executor.run(iter(["echo:a"])))
@@ -189,10 +183,7 @@ def test_worker_that_is_unfit_is_named_and_left_out_while_others_work(
 ) -> None:
     file = tmp_path / "preload.py"
     file.write_text(preload, "utf-8")
-    with (
-        started_cluster(tmp_path, workers=1) as cluster,
-        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
-    ):
+    with executing(tmp_path, workers=1) as (cluster, executor):
         other = cluster.add_worker("--name", "odd_one", "--preload", str(file))
         executor._client.wait_for_workers(2, timeout=60)
         found = list(executor.run(iter([f"echo:{number}" for number in range(12)])))
@@ -203,16 +194,11 @@ def test_worker_that_is_unfit_is_named_and_left_out_while_others_work(
 
 
 @pytest.mark.slow
-def test_cluster_of_unfit_workers_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unfit_cluster_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "preload.py"
     file.write_text(OTHER_PYTHON, "utf-8")
     monkeypatch.setattr(dask_executor, "SETTLE_S", 0.1)
-    with (
-        started_cluster(tmp_path, workers=0) as cluster,
-        closing(DaskExecutor(ExecutorContext(perform, None, cluster.address))) as executor,
-    ):
+    with executing(tmp_path, workers=0) as (cluster, executor):
         other = cluster.add_worker("--name", "odd_one", "--preload", str(file))
         with pytest.raises(PlatformError, match=r"odd_one at tcp://\S+: it has Python 3\.99"):
             list(executor.run(iter(["echo:a"])))

@@ -9,13 +9,20 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from adeye.campaign import executors
+from adeye.campaign.executor_names import NamedExecutor, asked_executor, find_executor
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
-from adeye.errors import PlatformError
+from adeye.campaign.remote import DaskExecutor
+from adeye.campaign.run import run_campaign
+from adeye.errors import PlatformError, SpecError, UsageError
 from tests.campaign.work import DIE, Again, perform
+from tests.project import Executed, table_hash
+from tests.stored import stored
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 
@@ -120,9 +127,7 @@ def test_batch_that_was_lost_may_come_back_after_the_end_of_the_tasks() -> None:
 
 
 @pytest.mark.slow
-def test_no_worker_is_left_when_the_tasks_have_ended_one_failed_or_nobody_listens(
-    workers: Children,
-) -> None:
+def test_no_worker_is_left_however_it_ends(workers: Children) -> None:
     list(Processes(perform, 2).run(iter(["echo:a"])))
     assert workers() == set()
     with pytest.raises(ValueError, match="refused x"):
@@ -170,18 +175,14 @@ def test_no_more_workers_start_than_there_are_tasks(workers: Children) -> None:
 def test_worker_that_cannot_be_started_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     pool = Processes(perform, workers=1)
 
-    def none_left(_: object) -> None:
-        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
-
+    none_left = Mock(side_effect=OSError(errno.EAGAIN, os.strerror(errno.EAGAIN)))
     monkeypatch.setattr(pool._context.Process, "start", none_left)
     with pytest.raises(PlatformError, match=r"temporarily unavailable. Use fewer --workers"):
         list(pool.run(Again("echo:a")))
 
 
 @pytest.mark.slow
-def test_batch_that_is_not_done_by_its_deadline_is_lost_and_its_worker_killed(
-    tmp_path: Path,
-) -> None:
+def test_batch_beyond_its_deadline_is_lost(tmp_path: Path) -> None:
     place = tmp_path / "pid"
     started = time.monotonic()
     ended = list(Processes(perform, 1, deadline_s=3.0).run(iter([f"hang:{place}", "echo:after"])))
@@ -261,20 +262,81 @@ def test_abandoned_threads_are_not_waited_for() -> None:
 
 
 @pytest.mark.slow
-def test_work_in_a_worker_may_ask_a_process_of_its_own() -> None:
-    executor = Processes(perform, 1)
-    assert [done.result for done in executor.run(iter(["ask:a", "ask:b"]))] == ["a", "b"]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("end", ["echo:done", "die:"])
 def test_what_a_worker_leaves_behind_ends_with_it(tmp_path: Path, end: str) -> None:
     noted = tmp_path / "pid"
     begun = time.monotonic()
-    found = list(Processes(perform, 1).run(iter([f"leave:{noted}", end])))
-    assert len(found) == 2
+    # Work in a worker may ask a process of its own.
+    found = list(Processes(perform, 1).run(iter(["ask:a", f"leave:{noted}", end])))
+    assert (found[0].result, len(found)) == ("a", 3)
     # Its child holds no pipe of the worker open: the death is seen at once.
     assert time.monotonic() - begun < 15.0
     pid = int(noted.read_text("ascii"))
     wait(lambda: not is_running(pid), 5.0)
     assert not is_running(pid)
+
+
+# --- what a name of an executor means, and what excludes what
+
+
+OWN: str = stored("plugins")["executors"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "own.py").write_text(OWN, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_dask_is_known_by_its_name() -> None:
+    assert find_executor("dask") is DaskExecutor
+
+
+def test_unknown_name_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UsageError, match=r"no executor 'dusk'.*Did you mean 'dask'\?"):
+        find_executor("dusk")
+
+
+def test_class_without_run_is_no_executor(here: Path) -> None:
+    assert here.is_dir()
+    with pytest.raises(SpecError, match=r"Deaf has no run\(\), so it is no executor"):
+        find_executor("./own.py:Deaf")
+
+
+@pytest.mark.slow
+def test_class_of_a_file_executes_a_campaign(mini: Executed, here: Path) -> None:
+    named = NamedExecutor("./own.py:Own", workers=3, address="there")
+    assert named.text == "executor ./own.py:Own at there with 3 workers"
+    summary = run_campaign(mini.plan, db=here / "own.db", executor=named)
+    assert summary.executed == len(mini.plan.cases)
+    assert table_hash(here / "own.db") == table_hash(mini.db)
+    found = find_executor("./own.py:Own")
+    made = found.args[0].obj.made  # type: ignore[attr-defined]
+    assert made == [(3, "there"), "closed"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ((None, 2, 2, None), "--threads and --workers exclude each other"),
+        (("threads", None, 2, None), "--executor threads and --workers exclude"),
+        (("processes", 2, None, None), "--executor processes and --threads exclude"),
+        (("dask", 2, None, None), "--executor dask and --threads exclude"),
+        ((None, None, None, "tcp://a:1"), "--scheduler needs an executor that has one"),
+        (("processes", None, None, "tcp://a:1"), "--scheduler needs an executor"),
+        (("dask", None, 2, "tcp://a:1"), "the one at --scheduler has its own"),
+    ],
+)
+def test_what_excludes_each_other_is_refused(asked: Any, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        asked_executor(*asked)
+
+
+def test_executors_of_this_machine_need_no_other() -> None:
+    assert asked_executor(None, None, 2, None) is None
+    assert asked_executor("threads", 2, None, None) is None
+    assert asked_executor("processes", None, 2, None) is None
+    there = "tcp://a:1"
+    assert asked_executor("dask", None, None, there) == NamedExecutor("dask", None, there)
+    assert asked_executor("my:Own", None, 4, None) == NamedExecutor("my:Own", 4)

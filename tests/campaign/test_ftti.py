@@ -149,9 +149,7 @@ def lagged(time: float, lag: float) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "gap"), [(20.0, 61.0), (33.3, 100.0), (5.0, 7.3)])
-def test_without_commands_the_way_is_driven_at_constant_speed(
-    speed: float, gap: float, tmp_path: Path
-) -> None:
+def test_without_commands_the_speed_is_constant(speed: float, gap: float, tmp_path: Path) -> None:
     """Acceleration stuck at 0 towards a standing vehicle: FTTI = d / v.
 
     Without the fault the script brakes with 8 m/s² at the last tick at which that is enough.
@@ -163,9 +161,7 @@ def test_without_commands_the_way_is_driven_at_constant_speed(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "gap"), [(20.0, 90.0), (12.0, 35.0)])
-def test_braking_that_stays_too_weak_meets_a_standing_vehicle(
-    speed: float, gap: float, tmp_path: Path
-) -> None:
+def test_weak_brakes_meet_a_standing_vehicle(speed: float, gap: float, tmp_path: Path) -> None:
     """Acceleration stuck at -b: d = vt - bt²/2, so FTTI = (v - sqrt(v² - 2bd)) / b.
 
     Without the fault the script brakes with 8 m/s² at the last tick at which that is enough.
@@ -345,9 +341,7 @@ def test_fast_ego_must_be_stopped_its_braking_distance_earlier(tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_ftti_is_not_the_faults_doing_where_nobody_else_would_have_stopped(
-    tmp_path: Path,
-) -> None:
+def test_ftti_of_a_situation_is_not_the_faults_doing(tmp_path: Path) -> None:
     """Of the twin without fault and without mechanism: the mechanism alone saves the other one.
 
     The script never brakes, and the safety channel stops the ego for the vehicle ahead, with the

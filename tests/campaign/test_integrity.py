@@ -66,28 +66,16 @@ def edit_capability(content: Any) -> None:
 @pytest.mark.parametrize(
     ("edit", "rule", "line"),
     [
-        (
-            lambda content: content["assumptions"][0].update(valid_until="2001-01-31"),
-            "expired_assumption",
-            "valid_until: '2001-01-31'",
-        ),
-        (
-            lambda content: content.update(waivers=[WAIVER]),
-            "expired_waiver",
-            "expires: '2001-01-31'",
-        ),
+        (lambda it: it["assumptions"][0].update(valid_until="2001-01-31"),
+         "expired_assumption", "valid_until: '2001-01-31'"),
+        (lambda it: it.update(waivers=[WAIVER]), "expired_waiver", "expires: '2001-01-31'"),
         (edit_capability, "element_capability", "- front_camera"),
-        (
-            lambda content: content["requirements"][2].update(fdti="1 s", frti="1 s"),
-            "fhti_budget",
-            "fdti: 1 s",
-        ),
+        (lambda it: it["requirements"][2].update(fdti="1 s", frti="1 s"),
+         "fhti_budget", "fdti: 1 s"),
     ],
     ids=["assumption", "waiver", "capability", "budget"],
-)
-def test_finding_has_the_line_that_has_to_change(
-    project: Project, edit: Any, rule: str, line: str
-) -> None:
+)  # fmt: skip
+def test_finding_has_its_line(project: Project, edit: Any, rule: str, line: str) -> None:
     with project.edited(CONCEPT) as content:
         edit(content)
     (finding,) = find(project)
@@ -158,26 +146,14 @@ def test_executed_campaign_breaks_no_rule(project: Project) -> None:
 
 
 @pytest.mark.slow
-def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
-    project: Project,
-) -> None:
-    weak = {
-        "id": "weak",
-        "target": "channels.nominal",
-        "model": "bias",
-        "acceleration": "1 m/s^2",
-        "onset": {"at": "2 s"},
-    }
+def test_faults_that_change_nothing_are_named(project: Project) -> None:
+    weak = {"id": "weak", "target": "channels.nominal", "model": "bias", "onset": {"at": "2 s"}}
+    weak |= {"acceleration": "1 m/s^2"}
     with project.edited_odd() as odd:
         odd["faults"] += [weak, {**weak, "id": "unused"}]
         sizes = {"faults.weak.acceleration": ["0 m/s^2", "1 m/s^2"]}
-        odd["scenarios"] = [
-            {
-                "use": "cut_in",
-                "faults": ["front_camera_out", ["nominal_silent", "weak"]],
-                "sweep": {"parameters": sizes},
-            }
-        ]
+        faults = ["front_camera_out", ["nominal_silent", "weak"]]
+        odd["scenarios"] = [{"use": "cut_in", "faults": faults, "sweep": {"parameters": sizes}}]
     idle = [item for item in find(project) if item.rule == "idle_fault"]
     expected = [
         ("weak", "weak changes nothing: bias with acceleration 0 and steering_angle 0"),
@@ -196,12 +172,8 @@ def test_faults_that_change_nothing_are_named_in_files_and_in_what_is_stored(
 
 @pytest.mark.slow
 def test_run_of_faults_and_events_that_never_come_is_not_green(project: Project) -> None:
-    far = {
-        "id": "far",
-        "target": "channels.nominal",
-        "model": "silent",
-        "onset": {"when": "cutter.gap >= 900 m"},
-    }
+    far = {"id": "far", "target": "channels.nominal", "model": "silent"}
+    far |= {"onset": {"when": "cutter.gap >= 900 m"}}
     with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
         del scenario["storyboard"]["change_speed"]["optional"]
     with project.edited_odd() as odd:

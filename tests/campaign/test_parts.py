@@ -16,11 +16,11 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import Verdict
 from adeye.plugins import load_part
 from adeye.spec.load import load_architecture, load_odd
-from adeye.store.read.query import run_query
 from adeye.store.tables import METRIC_IDS
 from adeye.testing import zoo
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.sql import rows
 from tests.stored import known, stored
 from tests.test_malformed_inputs import FILES, IN_ODD, IN_ONE, NOMINAL
 
@@ -71,13 +71,10 @@ def line_of(project: Project, error: InputError) -> str:
     return lines[known(error.where).line - 1].strip()
 
 
-def test_wrong_parameter_is_refused_where_it_is_written(project: Project) -> None:
+def test_wrong_part_is_refused_where_it_is_named(project: Project) -> None:
     with pytest.raises(SpecError, match=r"channels\.own\.parameters\.gian") as caught:
         parts(project, parameters={"gian": 2.0})
     assert "gian" in line_of(project, caught.value)
-
-
-def test_what_is_no_channel_is_refused_where_it_is_named(project: Project) -> None:
     for kind, message in (
         ("./own.py:NoChannel", r"has no act\(\)"),
         ("./own.py:Owm", "Owm"),
@@ -87,6 +84,10 @@ def test_what_is_no_channel_is_refused_where_it_is_named(project: Project) -> No
         with pytest.raises(SpecError, match=message) as caught:
             parts(project, kind=kind)
         assert str(caught.value.where).partition(":")[0].endswith("camera_radar.yaml")
+    with project.edited(CANDIDATE) as candidate:
+        candidate["sensors"]["extra"] = {"kind": "./own.py:Own", "rate": "20 Hz"}
+    with pytest.raises(SpecError, match=r"has no sense\(\)"):
+        parts(project)
 
 
 def test_monitor_of_two_channels_is_refused(project: Project) -> None:
@@ -99,13 +100,6 @@ def test_monitor_of_two_channels_is_refused(project: Project) -> None:
     path.write_text(text.replace("    def act", batch), "utf-8")
     with pytest.raises(SpecError, match="'object_danger' is declared by another channel"):
         parts(project, links=["front_camera"])
-
-
-def test_plugin_sensor_needs_sense(project: Project) -> None:
-    with project.edited(CANDIDATE) as candidate:
-        candidate["sensors"]["extra"] = {"kind": "./own.py:Own", "rate": "20 Hz"}
-    with pytest.raises(SpecError, match=r"has no sense\(\)"):
-        parts(project)
 
 
 def with_nominal(project: Project, **nominal: Any) -> delivered.Parts:
@@ -121,15 +115,16 @@ def policy_parts(project: Project, source: str, **nominal: Any) -> delivered.Par
     return with_nominal(project, kind="policy", parameters=policy, **nominal)
 
 
-def test_code_of_a_policy_is_part_of_the_identity(project: Project) -> None:
+def test_code_and_files_of_a_policy_are_part_of_the_identity(project: Project) -> None:
     source = "def drive(observation):\n    return 0.0, 0.0\n"
     found = policy_parts(project, source)
     assert [part.name for part in found.plugins] == ["./policy.py:drive"]
     assert found.digest == policy_parts(project, source).digest
-    assert found.digest != policy_parts(project, source + "# changed\n").digest
-
-
-def test_policy_that_is_none_is_refused_where_it_is_named(project: Project) -> None:
+    changed = policy_parts(project, source + "# changed\n").digest
+    (project.folder / "odd" / "architectures" / "net.bin").write_bytes(b"1")
+    reading = policy_parts(project, source, files=["net.bin"])
+    assert [file.name for file in reading.files] == ["net.bin"]
+    assert len({found.digest, changed, reading.digest}) == 3
     with pytest.raises(SpecError, match=r"camera_radar\.yaml:\d+:\d+.*is no policy"):
         policy_parts(project, "drive = 3\n")
 
@@ -150,15 +145,6 @@ def test_content_of_a_file_that_a_channel_reads_is_part_of_the_identity(project:
     assert [file.owner for file in first.files] == ["channels.own"]
     assert len({without.digest, first.digest, again.digest}) == 3
     assert listed(project, "weights.bin").digest == first.digest
-
-
-def test_policy_may_read_files_too(project: Project) -> None:
-    source = "def drive(observation):\n    return 0.0, 0.0\n"
-    before = policy_parts(project, source)
-    (project.folder / "odd" / "architectures" / "net.bin").write_bytes(b"1")
-    after = policy_parts(project, source, files=["net.bin"])
-    assert [file.name for file in after.files] == ["net.bin"]
-    assert after.digest != before.digest
 
 
 def test_file_that_cannot_be_read_is_refused_where_it_is_listed(project: Project) -> None:
@@ -222,16 +208,10 @@ def measured(make_project: MakeProject) -> Project:
         odd["plugins"] = ["./top.py:TopSpeed"]
         odd["scenarios"] = odd["scenarios"][1:]
     with made.edited(CONCEPT) as concept:
-        concept["requirements"] = concept["requirements"][:1]
-        concept["requirements"].append(
-            {
-                **concept["requirements"][0],
-                "id": "FSR-99",
-                "formula": None,
-                "bound": {"metric": "top_speed_mps", "at_most": 10.0},
-            }
-        )
-        del concept["requirements"][1]["formula"]
+        first = concept["requirements"][0]
+        bare = {key: value for key, value in first.items() if key != "formula"}
+        bound = {"metric": "top_speed_mps", "at_most": 10.0}
+        concept["requirements"] = [first, {**bare, "id": "FSR-99", "bound": bound}]
     return made
 
 
@@ -240,14 +220,11 @@ def test_metric_is_stored_in_a_table_of_its_own_and_judged(measured: Project) ->
     summary = measured.run(workers=2)
     line = next(line for line in summary.verdicts if line.fsr == "FSR-99" and line.is_gate)
     assert line.verdict is Verdict.FAIL
-    tables = run_query(
-        measured.db, "SELECT name FROM sqlite_master WHERE type = 'table' AND name LIKE 'metric_%'"
-    )
-    name = str(tables.rows[0][0])
+    tables = "SELECT name FROM sqlite_master WHERE type = 'table' AND name LIKE 'metric_%'"
+    [(name,)] = rows(measured.db, tables)
     query = f"SELECT min(top_speed_mps), count(*) FROM {name}"  # noqa: S608 - our own table
-    values = run_query(measured.db, query).rows[0]
-    assert values[0] == pytest.approx(60 / 3.6, abs=0.2)
-    assert values[1] == summary.planned
+    [(slowest, runs)] = rows(measured.db, query)
+    assert (slowest, runs) == (pytest.approx(60 / 3.6, abs=0.2), summary.planned)
 
 
 @pytest.mark.slow
@@ -371,12 +348,11 @@ def watched(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> Proje
 def files(watched: Project) -> dict[str, Path]:
     folder = watched.folder / "odd" / "architectures"
     package = watched.folder / "site" / "unchanging"
-    return {
-        "unchanging.steady:Steady": package / "gain.py",
-        "./alone.py:Steady": folder / "alone.py",
-        "weights.bin": folder / "weights.bin",
-        "./zoo.py": folder / "zoo.py",
-    }
+    names = (
+        package / "gain.py",
+        *(folder / name for name in ("alone.py", "weights.bin", "zoo.py")),
+    )
+    return dict(zip(NAMES, names, strict=True))
 
 
 NAMES = ["unchanging.steady:Steady", "./alone.py:Steady", "weights.bin", "./zoo.py"]
@@ -403,9 +379,7 @@ def test_change_is_told_with_its_file_and_who_names_it(watched: Project, name: s
         unchanged.check()
 
 
-def test_what_is_only_touched_is_hashed_once_and_passes(
-    watched: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_touched_is_hashed_once(watched: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     hashed: list[str] = []
     unchanged = delivered.Unchanged(watched.plan())
     original = type(next(iter(unchanged._seen))).is_as_planned

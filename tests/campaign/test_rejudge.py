@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
-import yaml
 
 from adeye.campaign import work
 from adeye.campaign.run import judge_campaign, run_campaign
@@ -20,7 +20,7 @@ from adeye.store.evidence.roots import folder_of
 from adeye.store.read.totals import Total, totals
 from adeye.store.repository import Repository
 from adeye.store.write import results as writing
-from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows
+from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows, odd_of
 from tests.sql import alter, rows
 from tests.stored import known, stored
 
@@ -29,18 +29,12 @@ from tests.stored import known, stored
 
 METRIC_PLUGIN: str = stored("plugins")["touchy"]
 
+FAULTS = ("none", "front_camera_out", "nominal_silent", "never")
 ODD: dict[str, Any] = {
     **MINI,
     "scenarios": [
-        {
-            "use": "cut_in",
-            "sweep": {"parameters": {"ego_speed": ["80 km/h", "120 km/h"], "gap": ["30 m"]}},
-        },
-        {
-            "use": "lead_braking",
-            "faults": ["none"],
-            "sweep": {"parameters": {"time_gap": ["1 s", "2 s"]}},
-        },
+        *odd_of("cut_in", *FAULTS, ego_speed=["80 km/h", "120 km/h"], gap=["30 m"])["scenarios"],
+        *odd_of("lead_braking", time_gap=["1 s", "2 s"])["scenarios"],
     ],
     "faults": [
         *MINI["faults"],
@@ -118,19 +112,13 @@ def fresh(made: Project, tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.slow
-def test_every_way_gives_the_rows_of_a_direct_judgement(
-    made: Project, fresh: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_way_is_the_same(made: Project, fresh: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     before, kept, direct = fresh
     kinds = {row[10] for row in direct}
     assert {"PASS", "FAIL", "INCONCLUSIVE", "VACUOUS", "ERROR", "INVALID"} <= kinds
 
-    def never(*_: Any, **__: Any) -> Any:
-        msg = "a run was executed"
-        raise AssertionError(msg)
-
     with monkeypatch.context() as patched:
-        patched.setattr(work, "run_batch", never)
+        patched.setattr(work, "run_batch", Mock(side_effect=AssertionError("a run was executed")))
         stored_only = judge_campaign(made.plan(), db=before)
         assert stored_only.exit_code is not ExitCode.OK
         assert set(stored_only.ways) == {"invalid", "metric", "samples"}
@@ -154,6 +142,13 @@ def test_every_way_gives_the_rows_of_a_direct_judgement(
             assert repository.verify() == ()
 
 
+def both_above(made: Project, distance: str) -> None:
+    """Give the FSR that only a trace can judge another threshold."""
+    with made.edited(CONCEPT) as concept:
+        item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
+        item["formula"] = f"always(any_actor.distance > {distance} or ego.speed < 11 m/s)"
+
+
 @pytest.mark.slow
 def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> None:
     import numpy as np
@@ -166,9 +161,7 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> 
         arrays["ego"] = arrays["ego"].copy()
         arrays["ego"][:, 0, 0] += 1.0
         np.savez(path, **arrays)
-    with made.edited(CONCEPT) as concept:
-        item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
-        item["formula"] = "always(any_actor.distance > 8 m or ego.speed < 11 m/s)"
+    both_above(made, "8 m")
     with pytest.raises(IntegrityError, match="is not the one that was recorded"):
         judge_campaign(made.plan(), db=db)
     # Without the files the runs are replayed instead.
@@ -204,9 +197,7 @@ def test_place_that_a_file_does_not_have_is_not_read(made: Project, tmp_path: Pa
     db = tmp_path / "a.db"
     run_campaign(made.plan(), db=db, traces="all")
     alter(db, "UPDATE kept_trace SET place = place + 1000")
-    with made.edited(CONCEPT) as concept:
-        item = next(item for item in concept["requirements"] if item["id"] == "OWN-BOTH")
-        item["formula"] = "always(any_actor.distance > 9 m or ego.speed < 11 m/s)"
+    both_above(made, "9 m")
     with pytest.raises(IntegrityError, match="has fewer runs than results refer to"):
         judge_campaign(made.plan(), db=db)
 
@@ -215,15 +206,7 @@ def test_place_that_a_file_does_not_have_is_not_read(made: Project, tmp_path: Pa
 
 
 ONE: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "lead_braking",
-            "faults": ["none"],
-            "sweep": {"parameters": {"deceleration": ["4 m/s^2", "6 m/s^2"]}},
-        }
-    ],
-    "faults": [],
+    **odd_of("lead_braking", deceleration=["4 m/s^2", "6 m/s^2"]),
     "architectures": ["architectures/quiet.yaml"],
     "gate": {"architectures": ["quiet"]},
 }
@@ -268,16 +251,21 @@ def total(project: Project) -> Total:
 
 
 def copied(project: Project, name: str, **changes: Any) -> None:
-    path = project.folder / "scenarios_db"
-    (file,) = path.rglob("lead_braking.yaml")
-    content = yaml.safe_load(file.read_text("utf-8"))
+    content = project.read("scenarios_db/motorway/lead_braking.yaml")
     content |= {"scenario": name, "title": "Another title", **changes}
-    file.with_name(f"{name}.yaml").write_text(yaml.safe_dump(content), "utf-8")
+    project.write(f"scenarios_db/motorway/{name}.yaml", content)
 
 
-def as_other_names(project: Project) -> None:
-    with project.edited_odd() as odd:
-        odd["scenarios"] += [{**odd["scenarios"][0], "as": f"again_{at}"} for at in range(4)]
+def as_uses(key: str) -> Callable[[Project], None]:
+    """Use the scenario four times more, under other names or as copies of its file."""
+
+    def again(project: Project) -> None:
+        with project.edited_odd() as odd:
+            odd["scenarios"] += [{**odd["scenarios"][0], key: f"copy_{at}"} for at in range(4)]
+        for at in range(4 if key == "use" else 0):
+            copied(project, f"copy_{at}")
+
+    return again
 
 
 def as_replicates(project: Project) -> None:
@@ -285,61 +273,44 @@ def as_replicates(project: Project) -> None:
         odd["replicates"] = 5
 
 
-def as_copies_of_the_file(project: Project) -> None:
-    names = [f"copy_{at}" for at in range(4)]
-    for name in names:
-        copied(project, name)
-    with project.edited_odd() as odd:
-        odd["scenarios"] += [{**odd["scenarios"][0], "use": name} for name in names]
-
-
 def as_shorter_drives(project: Project) -> None:
-    names = [f"shorter_{at}" for at in range(4)]
-    for at, name in enumerate(names):
-        copied(project, name, horizon=f"{11.8 - at / 20} s")
-    with project.edited_odd() as odd:
-        odd["scenarios"] += [{**odd["scenarios"][0], "use": name} for name in names]
+    as_uses("use")(project)
+    for at in range(4):
+        copied(project, f"copy_{at}", horizon=f"{11.8 - at / 20} s")
 
 
-def as_an_axis_without_effect(project: Project) -> None:
-    with project.edited_odd() as odd:
-        sweep = odd["scenarios"][0]["sweep"]["parameters"]
-        sweep["architecture.switch.staleness"] = [f"{time} s" for time in (0.3, 0.4, 0.5, 0.6, 0.7)]
+def swept(axis: str, first: float, step: float, **fault: Any) -> Callable[[Project], None]:
+    """Sweep five times in seconds, of a fault if there is one."""
+
+    def again(project: Project) -> None:
+        with project.edited_odd() as odd:
+            use = odd["scenarios"][0]
+            use["sweep"]["parameters"][axis] = [f"{first + at * step:g} s" for at in range(5)]
+            if fault:
+                odd["faults"] = [{**fault, "onset": {"at": "2 s"}}]
+                use["faults"] = [fault["id"]]
+
+    return again
 
 
-def as_a_fault_that_changes_nothing(project: Project) -> None:
-    with project.edited_odd() as odd:
-        fault = {"id": "far", "target": "sensors.truth", "model": "miss", "onset": {"at": "2 s"}}
-        odd["faults"] = [{**fault, "probability": 1.0, "beyond": "900 m"}]
-        odd["scenarios"][0]["faults"] = ["far"]
-        sweep = odd["scenarios"][0]["sweep"]["parameters"]
-        sweep["faults.far.onset.at"] = [f"{time} s" for time in (2, 2.5, 3, 3.5, 4)]
-
-
-def as_a_stuck_switch_that_has_nowhere_to_go(project: Project) -> None:
-    with project.edited_odd() as odd:
-        odd["faults"] = [
-            {"id": "jam", "target": "switch", "model": "stuck", "onset": {"at": "1 s"}}
-        ]
-        odd["scenarios"][0]["faults"] = ["jam"]
-        sweep = odd["scenarios"][0]["sweep"]["parameters"]
-        sweep["faults.jam.onset.at"] = [f"{time} s" for time in (1, 1.5, 2, 2.5, 3)]
-
-
+FAR = {"id": "far", "target": "sensors.truth", "model": "miss", "probability": 1.0}
+as_a_fault_that_changes_nothing = swept("faults.far.onset.at", 2, 0.5, **FAR, beyond="900 m")
 # With a fault there are the two runs without it, too.
-WAYS = [
-    (as_other_names, 10),
-    (as_replicates, 10),
-    (as_copies_of_the_file, 10),
-    (as_shorter_drives, 10),
-    (as_an_axis_without_effect, 10),
-    (as_a_fault_that_changes_nothing, 12),
-    (as_a_stuck_switch_that_has_nowhere_to_go, 12),
-]
+WAYS = {
+    "other names": (as_uses("as"), 10),
+    "replicates": (as_replicates, 10),
+    "copies of the file": (as_uses("use"), 10),
+    "shorter drives": (as_shorter_drives, 10),
+    "an axis without effect": (swept("architecture.switch.staleness", 0.3, 0.1), 10),
+    "a fault that changes nothing": (as_a_fault_that_changes_nothing, 12),
+    "a stuck switch that has nowhere to go": (
+        swept("faults.jam.onset.at", 1, 0.5, id="jam", target="switch", model="stuck"), 12,
+    ),
+}  # fmt: skip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("again", "runs"), WAYS)
+@pytest.mark.parametrize(("again", "runs"), WAYS.values(), ids=WAYS)
 def test_two_results_do_not_become_more(project: Project, again: Any, runs: int) -> None:
     again(project)
     summary = project.run()
@@ -366,7 +337,7 @@ def test_other_values_are_other_results(project: Project) -> None:
     assert notice.startswith("1 of 2 test cases of again are those of lead_braking under another")
 
 
-@pytest.mark.parametrize("again", [as_other_names, as_copies_of_the_file])
+@pytest.mark.parametrize("again", [as_uses("as"), as_uses("use")])
 def test_plan_names_scenarios_that_are_there_twice(project: Project, again: Any) -> None:
     assert project.plan().notices == ()
     again(project)
@@ -415,9 +386,7 @@ def test_architecture_under_two_ids_is_executed_once_and_shares_its_results(
         ("authority.nominal or (time >= {} implies authority.nominal)", Verdict.PASS),
     ],
 )
-def test_nested_implication_that_no_run_asks_for_is_never_silent(
-    project: Project, nested: str, verdict: Verdict
-) -> None:
+def test_nested_implication_is_not_silent(project: Project, nested: str, verdict: Verdict) -> None:
     def ask(time: str) -> CampaignSummary:
         with project.edited(CONCEPT) as concept:
             formula = f"always(rise(time >= 1 s) implies {nested.format(time)})"
@@ -438,9 +407,7 @@ def test_nested_implication_that_no_run_asks_for_is_never_silent(
 
 
 @pytest.mark.slow
-def test_faults_that_change_nothing_are_not_counted_for_an_fsr_about_several(
-    project: Project,
-) -> None:
+def test_faults_that_change_nothing_do_not_count(project: Project) -> None:
     as_a_fault_that_changes_nothing(project)
     with project.edited_odd() as odd:
         odd["faults"].append({**odd["faults"][0], "id": "near", "beyond": "1 m"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from adeye.campaign import remote
-from adeye.campaign import remote as elsewhere
 from adeye.campaign.executors import InProcess
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.work import BatchResult, BatchTask, execute
@@ -20,7 +19,7 @@ from adeye.errors import IntegrityError, PlatformError
 from adeye.ports import Done, ExecutorContext
 from tests.campaign.work import Again
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, MINI, Executed, Project
+from tests.project import CANDIDATE, CANDIDATE_ONLY, MINI, Executed, Project
 from tests.stored import stored
 
 CHANNEL: str = stored("plugins")["steady"]
@@ -28,24 +27,19 @@ CHANNEL: str = stored("plugins")["steady"]
 
 @pytest.fixture
 def project(make_project: MakeProject) -> Project:
-    made = make_project(
-        {**MINI, "faults": [], "architectures": ["architectures/camera_radar.yaml"]}
-    )
+    made = make_project({**MINI, "faults": [], "architectures": CANDIDATE_ONLY})
     folder = made.folder / "odd" / "architectures"
     (folder / "steady.py").write_text(CHANNEL)
     (folder / "weights.bin").write_bytes(b"1")
     with made.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "./steady.py:Steady",
-            "links": ["localisation"],
-            "files": ["weights.bin"],
-        }
+        steady = {"kind": "./steady.py:Steady", "links": ["localisation"]}
+        candidate["channels"]["nominal"] = {**steady, "files": ["weights.bin"]}
     return made
 
 
 def required(demand: remote.Demand) -> None:
-    elsewhere._required.cache_clear()
-    elsewhere._required(demand)
+    remote._required.cache_clear()
+    remote._required(demand)
 
 
 def a_task(plan: CampaignPlan) -> BatchTask:
@@ -80,9 +74,7 @@ def test_another_release_and_another_source_of_adeye_are_refused(mini: Executed)
         ("weights.bin", "its file .*weights", "its file"),
     ],
 )
-def test_another_plugin_or_file_and_a_missing_one_is_refused(
-    project: Project, file: str, changed: str, missing: str
-) -> None:
+def test_other_file_is_refused(project: Project, file: str, changed: str, missing: str) -> None:
     demand = remote.demand_of(project.plan())
     required(demand)
     path = project.folder / "odd" / "architectures" / file
@@ -94,20 +86,14 @@ def test_another_plugin_or_file_and_a_missing_one_is_refused(
         required(demand)
 
 
-def test_module_that_was_installed_anew_under_a_worker_is_refused(
-    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = make_project(
-        {**MINI, "faults": [], "architectures": ["architectures/camera_radar.yaml"]}
-    )
+def test_module_installed_anew(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = make_project({**MINI, "faults": [], "architectures": CANDIDATE_ONLY})
     module = made.folder / "installed_elsewhere.py"
     module.write_text(CHANNEL)
     monkeypatch.syspath_prepend(str(made.folder))
     with made.edited(CANDIDATE) as candidate:
-        candidate["channels"]["nominal"] = {
-            "kind": "installed_elsewhere:Steady",
-            "links": ["localisation"],
-        }
+        steady = {"kind": "installed_elsewhere:Steady", "links": ["localisation"]}
+        candidate["channels"]["nominal"] = steady
     demand = remote.demand_of(made.plan())
     required(demand)
     module.write_text(CHANNEL + "# a later release\n")
@@ -117,17 +103,15 @@ def test_module_that_was_installed_anew_under_a_worker_is_refused(
 
 
 @pytest.mark.slow
-def test_file_that_changes_during_a_block_makes_its_result_worthless(
-    project: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file_that_changes_in_a_block(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = project.plan()
 
     def edit_and_execute(task: BatchTask) -> Any:
         (project.folder / "odd" / "architectures" / "weights.bin").write_bytes(b"22")
         return execute(task)
 
-    elsewhere._required.cache_clear()
-    monkeypatch.setattr(elsewhere, "execute", edit_and_execute)
+    remote._required.cache_clear()
+    monkeypatch.setattr(remote, "execute", edit_and_execute)
     with pytest.raises(IntegrityError, match=r"weights\.bin.*was changed"):
         remote.execute_as_demanded(remote.DemandingTask.of(remote.demand_of(plan), a_task(plan)))
 
@@ -144,9 +128,7 @@ def make_elsewhere(
     return remote.Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
 
 
-def test_tasks_go_out_with_absolute_paths_and_come_back_as_they_were(
-    project: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tasks_come_back_as_they_were(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(project.folder)
     project.odd = Path("odd/tested.yaml")
     plan = project.plan()
@@ -193,87 +175,73 @@ def test_folder_of_traces_that_cannot_be_written_is_told(mini: Executed, tmp_pat
         make_elsewhere(mini.plan, [], tmp_path / "traces")
 
 
-def _verdicts(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
-    assert done.result is not None
+Change = Callable[[Any], Iterable[Any]]
+"""What becomes of what an executor brings, one after the other."""
+
+
+def altered(done: Any, **result: Any) -> Any:
+    return replace(done, result=replace(done.result, **result))
+
+
+def without_verdicts(done: Any) -> Any:
     done.result.runs.verdicts.verdict[:] = 0
-    yield done
+    return done
 
 
-def _word(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
-    assert done.result is not None
-    runs = replace(done.result.runs, trace_digests=("0" * 32,))
-    yield replace(done, result=replace(done.result, runs=runs))
-
-
-def _another_task(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
+def another_task(done: Any) -> Any:
     demand, task = done.task.open()
-    yield replace(done, task=remote.DemandingTask.of(demand, replace(task, block=7)))
+    return replace(done, task=remote.DemandingTask.of(demand, replace(task, block=7)))
 
 
-def _twice(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
-    yield done
-    yield done
+def another_trace(done: Any) -> Any:
+    return altered(done, runs=replace(done.result.runs, trace_digests=("0" * 32,)))
 
 
-def _something_else(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
-    yield replace(done, result="all is well")
+MADE = "a result of block 1 that is not what its worker made"
+GIVEN = "a block that it was not given, or one twice"
+TAMPERING: dict[str, tuple[Change, str]] = {
+    "verdicts": (lambda found: map(without_verdicts, found), MADE),
+    "trace": (lambda found: map(another_trace, found), MADE),
+    "words": (lambda found: (replace(done, result="all is well") for done in found), MADE),
+    "no seal": (lambda found: (altered(done, seal="") for done in found), MADE),
+    "task": (lambda found: map(another_task, found), GIVEN),
+    "twice": (lambda found: (again for done in found for again in (done, done)), GIVEN),
+}
 
 
-def _without_seal(done: Done[Any, Any]) -> Iterator[Done[Any, Any]]:
-    assert done.result is not None
-    yield replace(done, result=replace(done.result, seal=""))
-
-
-@pytest.mark.parametrize(
-    ("tampers", "message"),
-    [
-        (_verdicts, "a result of block 1 that is not what its worker made"),
-        (_word, "a result of block 1 that is not what its worker made"),
-        (_something_else, "a result of block 1 that is not what its worker made"),
-        (_without_seal, "a result of block 1 that is not what its worker made"),
-        (_another_task, "a block that it was not given, or one twice"),
-        (_twice, "a block that it was not given, or one twice"),
-    ],
-)
-def test_executor_that_alters_what_it_carries_is_named(
-    mini: Executed, tampers: Any, message: str
-) -> None:
-    class Altering(InProcess[Any, Any]):
-        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
-            for done in super().run(tasks):
-                yield from tampers(done)
-
+@pytest.mark.parametrize("name", TAMPERING)
+def test_executor_that_alters_what_it_carries_is_named(mini: Executed, name: str) -> None:
+    change, message = TAMPERING[name]
     with pytest.raises(IntegrityError, match=rf"executor own:Pool brought {message}"):
-        carry(mini, Altering)
+        carry(mini, change)
 
 
-def carry(mini: Executed, pool: Any, *tasks: BatchTask, name: str = "own:Pool") -> None:
+def carry(mini: Executed, change: Change, *tasks: BatchTask) -> None:
     """Let an executor of somebody else carry tasks."""
+
+    class Pool(InProcess[Any, Any]):
+        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+            yield from change(super().run(tasks))
+
     context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
-    executor = remote.Elsewhere(mini.plan, lambda it: pool(it.work), context, name=name)
+    executor = remote.Elsewhere(mini.plan, lambda it: Pool(it.work), context, name="own:Pool")
     list(executor.run(iter(tasks or (a_task(mini.plan),))))
 
 
 def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
-    class Idle(InProcess[Any, Any]):
-        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
-            del tasks
-            return iter(())
-
-    with pytest.raises(IntegrityError, match="executor own:Idle ended without taking its tasks"):
-        carry(mini, Idle, name="own:Idle")
+    with pytest.raises(IntegrityError, match="executor own:Pool ended without taking its tasks"):
+        carry(mini, lambda _: ())
 
 
 @pytest.mark.slow
 def test_results_of_two_blocks_that_an_executor_exchanges_are_refused(mini: Executed) -> None:
-    class Exchanging(InProcess[Any, Any]):
-        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
-            one, other = super().run(tasks)
-            yield replace(one, result=other.result)
+    def exchanged(found: Any) -> Iterator[Any]:
+        one, other = found
+        yield replace(one, result=other.result)
 
     first = a_task(mini.plan)
     with pytest.raises(IntegrityError, match="not what its worker made"):
-        carry(mini, Exchanging, first, replace(first, block=2, execute=(mini.plan.cases[1],)))
+        carry(mini, exchanged, first, replace(first, block=2, execute=(mini.plan.cases[1],)))
 
 
 def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -> None:

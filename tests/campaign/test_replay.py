@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -45,9 +46,7 @@ def test_another_numerics_version_is_named_as_the_reason(
     assert "numerics version" in replay_run(mini.db, str(row["run"])).note
 
 
-def test_execution_brings_trace_signals_and_judgements(
-    mini: Executed, row: dict[str, object]
-) -> None:
+def test_execution_brings_everything(mini: Executed, row: dict[str, object]) -> None:
     with Repository.open(mini.db, create=False) as repository:
         done = rerun(repository, repository.find_run(str(row["run"])))
     assert done.trace.runs == 1
@@ -68,12 +67,9 @@ def test_description_holds_everything_about_a_run(mini: Executed, row: dict[str,
 
 
 def test_planned_run_has_a_description_but_no_replay(mini: Executed, tmp_path: Path) -> None:
-    def stop(_: Progress) -> None:
-        raise KeyboardInterrupt
-
     db = tmp_path / "adeye.db"
     with pytest.raises(KeyboardInterrupt):
-        run_campaign(mini.plan, db=db, progress=stop)
+        run_campaign(mini.plan, db=db, progress=Mock(side_effect=KeyboardInterrupt))
     first = next(iter(mini.plan.planned()))
     run = first.engine.result_digest(first.test_cases[0])
     assert describe_run(db, run)["is_done"] is False
@@ -81,9 +77,7 @@ def test_planned_run_has_a_description_but_no_replay(mini: Executed, tmp_path: P
         replay_run(db, run)
 
 
-def test_run_and_database_that_are_not_there_are_input_errors(
-    mini: Executed, tmp_path: Path
-) -> None:
+def test_run_and_database_that_are_not_there(mini: Executed, tmp_path: Path) -> None:
     for db, run in ((mini.db, "0123456789ab"), (tmp_path / "missing.db", "a")):
         with pytest.raises(InputError):
             replay_run(db, run)
@@ -100,18 +94,14 @@ def recalled(mini: Executed) -> list[Any]:
         return list(recalled_parts(repository, runs))
 
 
-def test_parts_are_small_in_the_order_of_the_plan_and_hold_every_run_once(
-    mini: Executed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_parts_hold_every_run_once(mini: Executed, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recalling, "PART_RUNS", 10)
     parts = recalled(mini)
     assert [len(part) for part in parts] == [10, 10, 8]
     assert [item.run.ordinal for part in parts for item in part] == list(range(28))
 
 
-def test_together_is_what_has_one_structure(
-    mini: Executed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_together_is_one_structure(mini: Executed, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recalling, "MOST_TOGETHER", 3)
     (part,) = recalled(mini)
     batches = list(together(part, lambda item: item))
@@ -150,7 +140,7 @@ def test_looking_back_in_small_parts_finds_the_same_and_tells_how_far_it_is(
 
 
 @pytest.mark.slow
-def test_what_was_done_before_an_interruption_is_kept(
+def test_what_was_done_is_kept(
     mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     db = tmp_path / "adeye.db"

@@ -6,7 +6,9 @@ import math
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, cast
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -22,7 +24,17 @@ from adeye.store.owner import Owner
 from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
+from tests.project import (
+    CANDIDATE,
+    CANDIDATE_ONLY,
+    CONCEPT,
+    MINI,
+    Executed,
+    Project,
+    count_rows,
+    odd_of,
+    table_hash,
+)
 from tests.stored import known, stored
 
 # --- campaigns: what is executed, what is only judged, what is left alone, and what survives
@@ -31,13 +43,7 @@ from tests.stored import known, stored
 PLUGIN: str = stored("plugins")["held"]
 BROKEN: str = stored("plugins")["broken"]
 
-SMALL: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {"use": "cut_in", "faults": ["none"], "sweep": {"parameters": {"gap": ["30 m", "50 m"]}}}
-    ],
-    "faults": [],
-}
+SMALL = odd_of(gap=["30 m", "50 m"])
 """Two situations, two architectures: four test cases."""
 
 
@@ -118,9 +124,7 @@ def with_plugin(project: Project, acceleration: float = 0.0) -> None:
 
 
 @pytest.mark.slow
-def test_texts_execute_nothing_and_another_architecture_leaves_every_result_as_it_was(
-    small: Project,
-) -> None:
+def test_texts_and_another_architecture_leave_results(small: Project) -> None:
     small.run()
     before = identities(small)
     with small.edited(CANDIDATE) as candidate:
@@ -137,9 +141,7 @@ def test_texts_execute_nothing_and_another_architecture_leaves_every_result_as_i
 
 
 @pytest.mark.slow
-def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_undoing_it_finds_them(
-    small: Project,
-) -> None:
+def test_changed_line_of_a_plugin_executes_its_runs_again(small: Project) -> None:
     with_plugin(small)
     first = small.run()
     before = {row["ordinal"]: row for row in small.rows()}
@@ -157,9 +159,7 @@ def test_one_changed_line_of_a_plugin_executes_its_runs_again_and_undoing_it_fin
 
 
 @pytest.mark.slow
-def test_workers_and_block_size_do_not_change_a_result(
-    small: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_block_size_changes_no_result(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     small.run()
     monkeypatch.setattr(runner, "block_size", lambda _: 1)
     small.run(db="other.db", workers=2)
@@ -213,9 +213,7 @@ def failing(real: Callable[[BatchTask], Any], name: str) -> Callable[[BatchTask]
 
 
 @pytest.mark.slow
-def test_defect_in_one_block_leaves_the_others_and_is_no_success(
-    small: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_defect_in_one_block(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(work, "_execute", failing(work._execute, "camera_radar"))
         summary = small.run()
@@ -294,9 +292,7 @@ def test_plugin_that_is_changed_meanwhile_ends_the_campaign_and_spoils_no_result
 
 
 @pytest.mark.slow
-def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
-    small: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_run_that_comes_out_otherwise(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     small.run()
     with small.edited(CONCEPT) as concept:
         concept["requirements"][0]["formula"] = "always(not contact and ego.speed >= 0 m/s)"
@@ -314,9 +310,7 @@ def test_run_that_does_not_come_out_as_recorded_is_not_judged_again(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("others", [[], MINI["architectures"]], ids=["alone", "beside_others"])
-def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
-    others: list[str], small: Project
-) -> None:
+def test_plugin_that_has_gone_ends_the_campaign(others: list[str], small: Project) -> None:
     with_plugin(small)
     with small.edited_odd() as odd:
         odd["architectures"] = [*others, "architectures/own.yaml"]
@@ -329,14 +323,8 @@ def test_plugin_that_has_gone_ends_the_campaign_in_whichever_block_it_shows(
 
 
 @pytest.mark.slow
-def test_defect_of_ours_is_named_and_never_green(
-    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: object, **__: object) -> None:
-        msg = "no such column"
-        raise KeyError(msg)
-
-    monkeypatch.setattr(work, "run_batch", broken)
+def test_defect_of_ours_is_told(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "run_batch", Mock(side_effect=KeyError("no such column")))
     summary = make_project().run()
     assert summary.exit_code is ExitCode.INCOMPLETE
     assert summary.executed == 0
@@ -373,24 +361,17 @@ def test_mastered_failure_of_a_channel_is_mentioned(small: Project) -> None:
 # --- blocks on their way: pieces together, failures apart, limits before they begin
 
 
-GAPS: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["none"],
-            "sweep": {"parameters": {"gap": ["30 m", "35 m", "40 m", "45 m", "50 m", "55 m"]}},
-        }
-    ],
-    "faults": [],
-    "architectures": ["architectures/camera_radar.yaml"],
-}
+GAPS = odd_of(gap=["30 m", "35 m", "40 m", "45 m", "50 m", "55 m"])
+GAPS["architectures"] = CANDIDATE_ONLY
 """Six test cases of one structure, so of one block."""
 
 
 @pytest.fixture
 def project(make_project: MakeProject) -> Project:
     return make_project(GAPS)
+
+
+Make = Callable[..., runner.Tasks]
 
 
 @pytest.fixture
@@ -400,7 +381,7 @@ def repository(project: Project) -> Iterator[Repository]:
 
 
 @pytest.fixture
-def make(project: Project, repository: Repository) -> Callable[..., runner.Tasks]:
+def make(project: Project, repository: Repository) -> Make:
     plan = project.plan()
 
     def tasks(*ordinals: int, session: runner.Session | None = None) -> runner.Tasks:
@@ -415,9 +396,7 @@ def make(project: Project, repository: Repository) -> Callable[..., runner.Tasks
 
 
 @pytest.mark.slow
-def test_pieces_of_a_block_are_executed_together_and_completed_apart(
-    make: Callable[..., runner.Tasks], project: Project, repository: Repository
-) -> None:
+def test_pieces_are_executed_together(make: Make, project: Project, repository: Repository) -> None:
     tasks = make(0, 2, 5)
     (task,) = list(tasks)
     assert len(task.execute) == 3
@@ -435,22 +414,20 @@ def test_pieces_of_a_block_are_executed_together_and_completed_apart(
     assert table_hash(project.db) == table_hash(project.folder / "whole.db")
 
 
-def test_pieces_that_failed_are_tried_one_by_one(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
+def test_pieces_that_failed_are_tried_one_by_one(make: Make, repository: Repository) -> None:
     tasks = make(0, 2, 5)
     tasks.fail(next(tasks), "broken")
     assert tasks.held() == []
     assert [len(task.execute) for task in tasks] == [1, 1, 1]
+    assert repository.find_campaign().work.leased == 3
+    # What was not completed is given back.
     tasks.release()
     assert tasks.failures == ["broken"]
     assert repository.find_campaign().work.leased == 0
 
 
 @pytest.mark.slow
-def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
+def test_piece_that_was_taken_over_does_not_count(make: Make, repository: Repository) -> None:
     tasks = make(0, 2, 5)
     task = next(tasks)
     lost = tasks.held()[1]
@@ -462,40 +439,20 @@ def test_piece_that_was_taken_over_does_not_count_and_the_others_do(
     assert "1 block had been taken over" in tasks.notes(0)[-1]
 
 
-def test_block_for_which_there_is_no_time_is_given_back(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
-    limits = runner.Limits(budget_s=100.0)
-    limits.measure(1, 99.0)
-    tasks = make(session=runner.Session(limits=limits))
-    assert list(tasks) == []
-    assert repository.find_campaign().work.leased == 0
-    (note,) = tasks.notes(6)
-    assert "6 test cases remain, the same command goes on" in note
+def test_nothing_is_held_without_time_or_at_the_end(make: Make, repository: Repository) -> None:
+    late, ended = runner.Session(limits=runner.Limits(budget_s=100.0)), runner.Session()
+    late.limits.measure(1, 99.0)
+    ended.stop.asked = KeyboardInterrupt
+    for session in (late, ended):
+        tasks = make(session=session)
+        assert list(tasks) == []
+        assert repository.find_campaign().work.leased == 0
+        if session is late:
+            (note,) = tasks.notes(6)
+            assert "6 test cases remain, the same command goes on" in note
 
 
-def test_nothing_is_claimed_when_somebody_asked_for_the_end(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
-    session = runner.Session()
-    session.stop.asked = KeyboardInterrupt
-    assert list(make(session=session)) == []
-    assert repository.find_campaign().work.leased == 0
-
-
-def test_release_gives_back_what_was_not_completed(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
-    tasks = make(0, 2)
-    assert next(tasks, None) is not None
-    assert repository.find_campaign().work.leased == 2
-    tasks.release()
-    assert repository.find_campaign().work.leased == 0
-
-
-def test_others_are_met_where_they_hold_something(
-    make: Callable[..., runner.Tasks], repository: Repository
-) -> None:
+def test_others_are_met_where_they_hold_something(make: Make, repository: Repository) -> None:
     tasks = make()
     task = next(tasks)
     assert (tasks.open_elsewhere(), tasks.met_others) == (0, False)
@@ -519,9 +476,7 @@ def test_size_follows_the_plan_and_the_memory() -> None:
         assert runner._block_size(planned, most) == size
 
 
-def test_fewer_fit_where_there_is_less_memory(
-    mini: Executed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fewer_fit_into_less_memory(mini: Executed, monkeypatch: pytest.MonkeyPatch) -> None:
     examples = mini.plan.examples()
     before = runner.fitting(examples)
     monkeypatch.setattr(runner, "TRACE_MEMORY", runner.TRACE_MEMORY // 4)
@@ -532,140 +487,94 @@ def test_fewer_fit_where_there_is_less_memory(
 # --- leases are renewed as long as the block inside runs, and no longer
 
 
-class Leases:
-    """Remembers what was renewed, and says when it was so often enough."""
+@pytest.mark.parametrize("error", [None, PlatformError("database is locked")])
+def test_every_block_that_is_held_is_renewed_until_the_end(error: Exception | None) -> None:
+    """What cannot be renewed now is tried again."""
+    renewed: list[tuple[int, float]] = []
+    is_enough = threading.Event()
 
-    def __init__(self, enough: int, *, fails: bool = False) -> None:
-        self.renewed: list[tuple[int, float]] = []
-        self.is_enough = threading.Event()
-        self._enough, self._fails = enough, fails
-
-    def renew_lease(self, block: Block, lease_s: float) -> bool:
-        self.renewed.append((block.id, lease_s))
-        if len(self.renewed) >= self._enough:
-            self.is_enough.set()
-        if self._fails:
-            msg = "database is locked"
-            raise PlatformError(msg)
+    def renew_lease(block: Block, lease_s: float) -> bool:
+        renewed.append((block.id, lease_s))
+        if len(renewed) >= 6:
+            is_enough.set()
+        if error is not None:
+            raise error
         return True
 
-
-def beaten(leases: Leases) -> None:
     blocks = [Block(number, "c", 1, ()) for number in (3, 4)]
-    with runner.renewing(cast("Any", leases), lambda: blocks, 0.04):
-        assert leases.is_enough.wait(timeout=30.0)
-
-
-def test_every_block_that_is_held_is_renewed_again_and_again_until_the_end() -> None:
-    leases = Leases(6)
-    beaten(leases)
-    assert leases.renewed[:4] == [(3, 0.04), (4, 0.04)] * 2
-    # What cannot be renewed now is tried again.
-    beaten(Leases(4, fails=True))
+    leases: Any = SimpleNamespace(renew_lease=renew_lease)
+    with runner.renewing(leases, lambda: blocks, 0.04):
+        assert is_enough.wait(timeout=30.0)
+    assert error or renewed[:4] == [(3, 0.04), (4, 0.04)] * 2
     assert "heartbeat" not in {thread.name for thread in threading.enumerate()}
 
 
 # --- what a session is without options, and when it has ended
 
 
-def test_a_session_without_options_leaves_nothing_out_and_ends_when_it_is_asked_to() -> None:
+def test_a_session_without_options_ends_when_it_is_asked_to() -> None:
     session, other = runner.Session(), runner.Session()
     assert session.choice.is_everything
-    assert session.limits.allow(10**9)
     assert session.deadline_s == runner.DEADLINE_S == 3_600.0
-    assert not session.has_ended
     session.limits.reached = "enough"
     # Two share nothing.
     assert (session.has_ended, other.has_ended) == (True, False)
     other.stop.asked = KeyboardInterrupt
     assert other.has_ended
-    assert not runner.Session().has_ended
 
 
 # --- what ends a campaign early, and how
 
 
-class Clock:
-    """A clock that goes when it is told."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def monotonic(self) -> float:
-        return self.now
-
-
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    made = Clock()
-    monkeypatch.setattr("adeye.campaign.run.time.monotonic", made.monotonic)
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """A clock that goes when it is told."""
+    made = SimpleNamespace(now=100.0)
+    monkeypatch.setattr("adeye.campaign.run.time.monotonic", lambda: made.now)
     return made
 
 
-def test_who_asks_outside_of_blocks_interrupts_and_nobody_else() -> None:
+def test_who_asks_is_heard_at_the_end_of_a_block_and_hides_no_error() -> None:
     with pytest.raises(Terminated):
         runner.Stop().ask(Terminated)
-    stop = runner.Stop()
-    with stop.deferred():
-        assert stop.is_deferred
-    assert stop.asked is None
-    stop.check()
-
-
-def test_who_asks_while_blocks_are_executed_is_heard_at_their_end() -> None:
     stop, done = runner.Stop(), []
 
-    def execute() -> None:
+    def execute(error: type[Exception] | None) -> None:
         with stop.deferred():
+            assert stop.is_deferred
             stop.ask(KeyboardInterrupt)
             done.append("the block")
+            if error is not None:
+                raise error
 
     with pytest.raises(KeyboardInterrupt):
-        execute()
+        execute(None)
     assert done == ["the block"]
     assert not stop.is_deferred
-
-
-def test_error_inside_is_not_hidden_by_who_asked() -> None:
-    stop = runner.Stop()
-
-    def execute() -> None:
-        with stop.deferred():
-            stop.ask(Terminated)
-            raise ZeroDivisionError
-
     with pytest.raises(ZeroDivisionError):
-        execute()
+        execute(ZeroDivisionError)
 
 
-def test_without_limits_every_block_may_begin() -> None:
-    limits = runner.Limits()
-    limits.count(10**6)
-    limits.measure(1, 1e6)
-    assert limits.allow(10**9)
-    assert (limits.left_s, limits.reached) == (math.inf, "")
-
-
-def test_block_that_would_not_end_in_time_is_not_begun(clock: Clock) -> None:
-    limits = runner.Limits(budget_s=100.0)
+def test_block_that_would_not_end_in_time_is_not_begun(clock: SimpleNamespace) -> None:
+    limits, little, none = runner.Limits(100.0), runner.Limits(5.0), runner.Limits()
     assert limits.allow(10**6)  # nothing is known yet
     clock.now += 40.0
-    limits.measure(10, 20.0)
-    assert limits.allow(29)
+    for each in (limits, none):
+        each.measure(10, 20.0)
+        assert each.allow(29)
     assert not limits.allow(30)
     assert "no block would end" in limits.reached
     # It has ended: a smaller one does not begin either.
     assert not limits.allow(1)
+    # Time that is over ends it, though nothing is known of blocks; without limits all begin.
+    assert not little.allow(0)
+    assert "is over" in little.reached
+    none.count(10**6)
+    assert none.allow(10**9)
+    assert (none.left_s, none.reached) == (math.inf, "")
 
 
-def test_time_that_is_over_ends_it_though_nothing_is_known(clock: Clock) -> None:
-    limits = runner.Limits(budget_s=5.0)
-    clock.now += 5.0
-    assert not limits.allow(0)
-    assert "is over" in limits.reached
-
-
-def test_slowest_of_the_last_blocks_counts_and_old_ones_are_forgotten(clock: Clock) -> None:
+def test_slowest_of_the_last_blocks_counts(clock: SimpleNamespace) -> None:
     limits = runner.Limits(budget_s=100.0)
     assert clock.now == 100.0
     limits.measure(1, 90.0)  # it compiled

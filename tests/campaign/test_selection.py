@@ -19,22 +19,13 @@ from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
 from adeye.store.write.queue import NamedCase
 from tests.conftest import MakeProject
-from tests.project import CONCEPT, MINI, Project, count_rows, table_hash
+from tests.project import CONCEPT, Project, count_rows, odd_of, table_hash
 from tests.stored import known
 
 # --- a part of a campaign is executed: what counts, what stays NOT_RUN, and the exit code
 
 
-SMALL: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["none", "nominal_silent"],
-            "sweep": {"parameters": {"ego_speed": ["120 km/h"], "gap": ["30 m", "50 m"]}},
-        }
-    ],
-}
+SMALL = odd_of("cut_in", "none", "nominal_silent", ego_speed=["120 km/h"], gap=["30 m", "50 m"])
 """Eight test cases: the candidate passes, legacy_camera does not."""
 FAR = Owner("another machine", 1, "1")
 
@@ -117,9 +108,7 @@ def test_last_failed_executes_after_an_edit_what_failed_before_it(small: Project
 
 
 @pytest.mark.slow
-def test_enough_failures_begin_no_further_block(
-    small: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_enough_failures_begin_no_more(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     fails_for_the_candidate(small)
     monkeypatch.setattr(runner, "block_size", lambda _: 1)
     summary = run(small, **word("camera_radar"), limits=Limits(most_failures=2))
@@ -142,9 +131,7 @@ def test_budget_that_is_over_leaves_the_rest_for_the_next_time(small: Project) -
 
 
 @pytest.mark.slow
-def test_runner_waits_for_what_others_execute_and_takes_it_over(
-    small: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_runner_waits_and_takes_over(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runner, "block_size", lambda _: 1)
     monkeypatch.setattr(runner, "POLL_S", 0.0)
     plan = small.plan()
@@ -255,14 +242,11 @@ def test_failed_last_is_what_failed_or_has_no_result_where_it_was_executed_last(
     assert chosen(campaigns, last_failed=True) == [1, 2]
     # What passed before an edit is not executed for it.
     campaigns = Campaigns(
-        new={"a": "", "b": "", "c": "pass", "d": ""},
-        before={"b": "fail", "a": "pass", "c": "fail"},
+        new={"a": "", "b": "", "c": "pass", "d": ""}, before={"b": "fail", "a": "pass", "c": "fail"}
     )
     assert chosen(campaigns, last_failed=True) == [1, 3]
     campaigns = Campaigns(
-        new={"a": "", "b": ""},
-        before={"a": "", "b": "pass"},
-        first={"a": "fail", "b": "fail"},
+        new={"a": "", "b": ""}, before={"a": "", "b": "pass"}, first={"a": "fail", "b": "fail"}
     )
     plan = Plan("new", 2, 2, 0, is_new=True, ends=(2,))
     assert failed_last(campaigns, plan).tolist() == [True, False]  # type: ignore[arg-type]

@@ -15,22 +15,11 @@ from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.store.repository import Repository
-from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, odd_of
 from tests.stored import stored
 
-ODD: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["none"],
-            "sweep": {"parameters": {"ego_speed": ["80 km/h", "100 km/h"], "gap": ["50 m"]}},
-        }
-    ],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "gate": {"architectures": ["camera_radar"]},
-    "plugins": ["./own.py:Own"],
-}
+ODD: dict[str, Any] = odd_of(ego_speed=["80 km/h", "100 km/h"], gap=["50 m"])
+ODD |= {"architectures": CANDIDATE_ONLY, "plugins": ["./own.py:Own"]}
 PLUGIN: str = stored("plugins")["place"]
 
 
@@ -64,54 +53,33 @@ def gated(project: Project) -> ExitCode:
     return gate_campaign(project.db, str(project.odd), GateOptions()).exit_code
 
 
-def threshold(project: Project) -> None:
-    with project.edited(CONCEPT) as concept:
-        concept["requirements"][1]["bound"]["at_most"] += 0.25
-
-
-def value(project: Project) -> None:
-    with project.edited_odd() as odd:
-        odd["scenarios"][0]["sweep"]["parameters"]["gap"].append("60 m")
-
-
-def latency(project: Project) -> None:
-    with project.edited(CANDIDATE) as architecture:
-        architecture["sensors"]["front_camera"]["latency"] = "0.2 s"
-
-
-def gate(project: Project) -> None:
-    with project.edited_odd() as odd:
-        odd["architectures"].append("architectures/legacy_camera.yaml")
-        odd["gate"]["architectures"] = ["legacy_camera"]
-
-
-def title(project: Project) -> None:
-    with project.edited_odd() as odd:
-        odd["title"] = "Another"
-
-
-def plugin(project: Project) -> None:
-    path = project.folder / "odd" / "own.py"
-    path.write_text(path.read_text("utf-8").replace("+ 1.0", "+ 2.0"), "utf-8")
+TESTED, PLACE = "odd/tested.yaml", "odd/own.py"
+EDITS: dict[str, tuple[str, Callable[[Any], object]]] = {
+    "requirements FSR-02": (CONCEPT, lambda it: it["requirements"][1]["bound"].update(at_most=9)),
+    "scenarios and sweeps": (
+        TESTED, lambda it: it["scenarios"][0]["sweep"]["parameters"]["gap"].append("60 m"),
+    ),
+    "architectures camera_radar": (
+        CANDIDATE, lambda it: it["sensors"]["front_camera"].update(latency="0.2 s"),
+    ),
+    "gate": (TESTED, lambda it: it.update(
+        architectures=[*CANDIDATE_ONLY, "architectures/legacy_camera.yaml"],
+        gate={"architectures": ["legacy_camera"]})),
+    "title": (TESTED, lambda it: it.update(title="Another")),
+    "the code of adeye or of a plug-in": (PLACE, lambda it: it.replace("+ 1.0", "+ 2.0")),
+}  # fmt: skip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("edit", "words"),
-    [
-        (threshold, "requirements FSR-02"),
-        (value, "scenarios and sweeps"),
-        (latency, "architectures camera_radar"),
-        (gate, "gate"),
-        (title, "title"),
-        (plugin, "the code of adeye or of a plug-in"),
-    ],
-)
-def test_edit_is_named_and_incomplete_until_it_is_run(
-    project: Project, edit: Callable[[Project], None], words: str
-) -> None:
+@pytest.mark.parametrize("words", EDITS)
+def test_edit_is_named_and_incomplete_until_it_is_run(project: Project, words: str) -> None:
     assert (meant(project), gated(project)) == ((1, ""), ExitCode.OK)
-    edit(project)
+    name, edit = EDITS[words]
+    if name == PLACE:
+        (project.folder / name).write_text(str(edit(PLUGIN)), "utf-8")
+    else:
+        with project.edited(name) as content:
+            edit(content)
     number, edits = meant(project)
     assert number == 1
     assert words in edits

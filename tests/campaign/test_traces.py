@@ -116,9 +116,7 @@ def test_what_an_interrupted_block_leaves_is_no_finding(repository: Repository) 
     assert left_files(repository) == tuple(sorted((whole, "part.tmp")))
 
 
-def test_file_named_after_its_traces_has_to_be_readable(
-    repository: Repository, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file_has_to_be_readable(repository: Repository, monkeypatch: pytest.MonkeyPatch) -> None:
     path = files(repository)[0]
     runs = repository.evidence.kept_files()[path.stem]
     name = hashlib.sha256(" ".join(trace for _, trace in runs).encode()).hexdigest()
@@ -159,20 +157,24 @@ def arrays_of(**changed: Any) -> dict[str, Any]:
     return {name: array for name, array in (arrays | changed).items() if array is not None}
 
 
-def test_missing_and_damaged_files_hold_no_traces(tmp_path: Path) -> None:
+def test_only_right_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert read_kept(tmp_path, NAME) is None
     path = tmp_path / f"{NAME}.npz"
     path.write_bytes(b"PK\x03\x04 too short")
     assert read_kept(tmp_path, NAME) is None
     np.savez(path, ego=np.zeros(3))
     assert read_kept(tmp_path, NAME) is None
-
-
-def test_file_of_the_right_form_is_read_with_its_empty_columns(tmp_path: Path) -> None:
-    np.savez(tmp_path / f"{NAME}.npz", **arrays_of())
+    np.savez(path, **arrays_of())
     kept = known(read_kept(tmp_path, NAME))
     assert kept.arrays.keys() == {*COLUMNS, "time", "length", "horizon_row", "complete"}
     assert kept.arrays["authority"].shape == (RUNS, TICKS, 4)
+    with monkeypatch.context() as patched:
+        # It is larger than a block can be.
+        patched.setattr(keeping, "MOST_BYTES", 3_000)
+        assert read_kept(tmp_path, NAME) is None
+    # A few kilobytes of a packed one may hold gigabytes of zeros.
+    np.savez_compressed(path, **arrays_of())
+    assert read_kept(tmp_path, NAME) is None
 
 
 def empty(shape: Any) -> dict[str, Any]:
@@ -208,12 +210,6 @@ def test_other_forms_are_not_read(tmp_path: Path, form: str) -> None:
     assert read_kept(tmp_path, NAME) is None
 
 
-def test_packed_file_is_not_unpacked(tmp_path: Path) -> None:
-    """A few kilobytes of it may hold gigabytes of zeros."""
-    np.savez_compressed(tmp_path / f"{NAME}.npz", **arrays_of())
-    assert read_kept(tmp_path, NAME) is None
-
-
 def test_members_within_each_other_are_not_read(tmp_path: Path) -> None:
     """Many names for the same bytes are as good a bomb as packed ones."""
     path = tmp_path / f"{NAME}.npz"
@@ -231,12 +227,4 @@ def test_members_within_each_other_are_not_read(tmp_path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         assert len(archive.infolist()) > 20
         assert not keeping._is_as_large_as_its_file(archive.infolist(), path.stat().st_size)
-    assert read_kept(tmp_path, NAME) is None
-
-
-def test_file_larger_than_a_block_can_be_is_not_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    np.savez(tmp_path / f"{NAME}.npz", **arrays_of())
-    monkeypatch.setattr(keeping, "MOST_BYTES", 3_000)
     assert read_kept(tmp_path, NAME) is None

@@ -6,22 +6,28 @@ import json
 import pickle
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from adeye.campaign import work
-from adeye.errors import SpecError
-from adeye.judge.evaluate import VERDICTS
+from adeye.campaign import warmup, work
+from adeye.campaign.run import Progress
+from adeye.campaign.warmup import _compile_part, _covering, _drive, _judge, compile_aside, warm_up
+from adeye.campaign.work import BatchTask, compiled_parts
+from adeye.errors import PlatformError, SpecError
+from adeye.judge.evaluate import VERDICTS, Evaluation
 from adeye.judge.extremes import Extremes
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Outcome, Verdict
+from adeye.simulate import engine
 from adeye.store.block import MetricBlock
 from adeye.store.encoding import Texts
 from adeye.store.tables import METRIC_IDS
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
+from tests.conftest import MakeProject
 from tests.project import Executed
 from tests.stored import known
 
@@ -32,9 +38,8 @@ Candidates = tuple[list[TestCase], Trace]
 
 
 def task(mini: Executed, cases: list[TestCase], **changes: Any) -> work.BatchTask:
-    return work.BatchTask(
-        **{"block": 1, "execute": tuple(cases), "judge": (), **changes}, context=mini.plan.work
-    )
+    parts = {"block": 1, "execute": tuple(cases), "judge": (), **changes}
+    return work.BatchTask(**parts, context=mini.plan.work)
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +49,7 @@ def done(mini: Executed, cut_ins: Candidates) -> work.BatchResult:
 
 
 @pytest.mark.slow
-def test_block_is_executed_and_judged(
-    mini: Executed, cut_ins: Candidates, done: work.BatchResult
-) -> None:
+def test_block_is_executed(mini: Executed, cut_ins: Candidates, done: work.BatchResult) -> None:
     cases, trace = cut_ins
     assert (done.failure, done.done) == ("", len(cases))
     runs = known(done.runs)
@@ -74,9 +77,7 @@ def test_metric_has_a_finite_value_or_says_why_not(done: work.BatchResult) -> No
 
 
 @pytest.mark.slow
-def test_result_that_exists_is_only_judged_on_what_it_lacks(
-    mini: Executed, cut_ins: Candidates
-) -> None:
+def test_result_is_judged_on_what_it_lacks(mini: Executed, cut_ins: Candidates) -> None:
     cases, trace = cut_ins
     judge = ((cases[0], "a" * 64, ("FSR-03",)),)
     result = work.execute(task(mini, cases[1:2], judge=judge))
@@ -105,13 +106,10 @@ def test_empty_block_has_no_results(mini: Executed) -> None:
     assert work.execute(task(mini, [])) == work.BatchResult()
 
 
-def test_defect_is_recorded_with_the_block(
+def test_defect_is_recorded(
     mini: Executed, cut_ins: Candidates, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("by zero")
-
-    monkeypatch.setattr(work, "run_batch", broken)
+    monkeypatch.setattr(work, "run_batch", Mock(side_effect=ZeroDivisionError("by zero")))
     result = work.execute(task(mini, cut_ins[0]))
     assert (result.runs, result.failure) == (None, "ZeroDivisionError: by zero")
 
@@ -173,3 +171,84 @@ def test_samples_come_back_bit_for_bit() -> None:
     assert objects == {"cutter": 0, "lead": 1}
     for name in ("row", "value", "status", "actor", "is_cut"):
         np.testing.assert_array_equal(getattr(found, name), getattr(kept, name))
+
+
+# --- warming up: one test case of each structure is executed, and nothing is kept
+
+
+def test_one_of_each_structure(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    project = make_project()
+    plan = project.plan()
+    tasks: list[BatchTask] = []
+    monkeypatch.setattr(warmup, "execute", lambda task: tasks.append(task) or work.BatchResult())
+    seen: list[Progress] = []
+    assert warm_up(plan, seen.append) >= 0.0
+    examples = [case.digest for case in plan.examples()]
+    assert [[case.digest for case in task.execute] for task in tasks] == [[it] for it in examples]
+    told = [(state.done, state.phase) for state in seen]
+    assert told == [(done, "compile") for done in range(len(examples))]
+    assert not project.db.exists()
+    monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult(failure="OSError: no room"))
+    with pytest.raises(PlatformError, match=r"with .*: OSError: no room"):
+        warm_up(plan)
+
+
+@pytest.mark.slow
+def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = make_project().plan()
+    task = BatchTask(0, (plan.cases[0],), (), plan.work)
+    found: list[Evaluation] = []
+    lengths: list[int] = []
+
+    def judged(*arguments: Any) -> Evaluation:
+        found.append(work.evaluate(*arguments))
+        return found[-1]
+
+    def driven(*arguments: Any, **options: Any) -> Any:
+        trace = engine.run(*arguments, **options)
+        lengths.extend(trace.length.tolist())
+        return trace
+
+    monkeypatch.setattr(warmup, "evaluate", judged)
+    monkeypatch.setattr(warmup, "run_batch", driven)
+    assert _compile_part((_drive, task))
+    assert _compile_part((_judge, task))
+    # One goes to its end and one only begins, yet its formulas are evaluated.
+    assert lengths[0] > 10
+    assert lengths[1] == 1
+    codes = {code for item in found[0].judged for code in item.verdict}
+    assert VERDICTS.index(Verdict.PASS) in codes
+
+
+@pytest.mark.slow
+def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
+    plan = make_project().plan()
+    assert compile_aside(plan)
+    task = BatchTask(0, (), (), plan.work)
+    assert not _compile_part((_judge, task))
+
+
+def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakeProject) -> None:
+    plan = make_project().plan()
+    chosen = _covering(plan)
+    parts = [compiled_parts(case.architecture, plan.work) for case in chosen]
+    assert frozenset().union(*parts) == plan.compiled_parts
+    assert {"sensor-camera", "channel-nominal", "traffic-batch-reference-1"} <= plan.compiled_parts
+    for number in range(len(parts)):
+        assert not parts[number] <= frozenset().union(*parts[:number])
+
+
+@pytest.mark.slow
+def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = make_project().plan()
+    asked: list[object] = []
+    monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
+    monkeypatch.setattr(warmup, "compile_aside", asked.append)
+    monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
+    warm_up(plan)
+    assert asked == []
+    warm_up(plan, aside=True)
+    assert asked == [plan]
+    monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: True)
+    warm_up(plan, aside=True)
+    assert asked == [plan]

@@ -13,6 +13,8 @@ import pytest
 import yaml
 
 from adeye.cli.app import main
+from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, MINI
+from tests.stored import stored
 from tests.tampering import unguarded
 
 BASELINE: Final = "baseline.json"
@@ -20,72 +22,25 @@ DB: Final = "adeye.db"
 ODD_FILE: Final = "odd/tested.yaml"
 
 ODD: Final[dict[str, Any]] = {
+    **MINI,
     "odd": "small",
     "scenarios": [
         {"use": "cut_in", "sweep": {"parameters": {"gap": ["40 m", "50 m"]}}},
         {"use": "lead_braking", "sweep": {"parameters": {"deceleration": ["4 m/s^2"]}}},
     ],
-    "faults": [
-        {
-            "id": "nominal_silent",
-            "target": "channels.nominal",
-            "model": "silent",
-            "onset": {"when": "time >= 3 s"},
-        },
-    ],
-    "architectures": ["architectures/camera_radar.yaml"],
-    "concept": "concepts/motorway_chauffeur.yaml",
-    "gate": {"architectures": ["camera_radar"]},
-    "step": "0.05 s",
-    "seed": 7,
+    "faults": MINI["faults"][1:],
+    "architectures": CANDIDATE_ONLY,
 }
 """Six test cases of one architecture; every mandatory FSR passes."""
-
-PLUGIN: Final = '''
-import os
-import time
-
-import numpy as np
-
-from adeye.ports import MetricColumn
-from tests.tampering import unguarded
-
-
-class Odd:
-    """A metric that goes wrong."""
-
-    uid = "local:odd@1"
-    column = "odd_m"
-    unit = "m"
-    worse = "lower"
-    source = "made for this test"
-
-    def compute(self, trace):
-        runs = trace.runs
-        values = np.full(runs, 5.0)
-        statuses = ("value",) * runs
-        times = np.zeros(runs)
-        actors = (-1,) * runs
-        {body}
-        return MetricColumn(values, statuses, times, actors)
-'''
+PLUGIN: Final[str] = stored("plugins")["spoilt_metric"]
 """A metric of a plug-in; ``body`` spoils it."""
-
-CHANNEL: Final = """
-import os
-import time
-
-import numpy as np
+CHANNEL: Final[str] = stored("plugins")["guest"]
 
 
-class Guest:
-    def __init__(self, parameters, context):
-        pass
-
-    def act(self, observation):
-        {body}
-        return 0.0, 0.0
-"""
+def fsr_of(concept: Any, name: str) -> dict[str, Any]:
+    """Find an FSR of a concept."""
+    found: dict[str, Any] = next(i for i in concept["requirements"] if i["id"] == name)
+    return found
 
 
 @dataclass(frozen=True)
@@ -139,20 +94,8 @@ class Bench:
     @contextmanager
     def fsr(self, name: str) -> Iterator[dict[str, Any]]:
         """Edit an FSR of the concept."""
-        with self.edited("odd/concepts/motorway_chauffeur.yaml") as concept:
-            yield next(item for item in concept["requirements"] if item["id"] == name)
-
-    @contextmanager
-    def architecture(self) -> Iterator[Any]:
-        """Edit the architecture."""
-        with self.edited("odd/architectures/camera_radar.yaml") as content:
-            yield content
-
-    @contextmanager
-    def scenario(self, name: str = "lead_braking") -> Iterator[Any]:
-        """Edit a scenario."""
-        with self.edited(f"scenarios_db/motorway/{name}.yaml") as content:
-            yield content
+        with self.edited(CONCEPT) as concept:
+            yield fsr_of(concept, name)
 
     def tamper(self, *statements: str) -> None:
         """Change the database as somebody with the file and a shell, and leave no other trace."""
@@ -175,6 +118,6 @@ class Bench:
         """Put a channel of a plug-in in the place of the nominal one, with no other to help."""
         folder = self.folder / "odd" / "architectures"
         (folder / "guest.py").write_text(CHANNEL.format(body=body), "utf-8")
-        with self.architecture() as content:
+        with self.edited(CANDIDATE) as content:
             content["channels"]["nominal"]["kind"] = "./guest.py:Guest"
             content["switch"]["policy"] = "stuck"

@@ -26,21 +26,24 @@ def green(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def bench(
-    green: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> Iterator[Bench]:
-    """Copy the green campaign, and work in its folder."""
+def unset(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Take away the caller's settings."""
     for name in os.environ:
         if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
             monkeypatch.delenv(name)
     monkeypatch.setenv("COLUMNS", "500")
+    return monkeypatch
+
+
+@pytest.fixture
+def bench(
+    green: Path, tmp_path: Path, unset: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Iterator[Bench]:
+    """Copy the green campaign, and work in its folder."""
     folder = tmp_path / "project"
     shutil.copytree(green, folder)
-    monkeypatch.chdir(folder)
-    yield Bench(folder, monkeypatch, capfd)
+    unset.chdir(folder)
+    yield Bench(folder, unset, capfd)
     # Plug-ins of one test are none of the next one's.
     shutil.rmtree(folder, ignore_errors=True)
 

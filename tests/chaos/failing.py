@@ -76,6 +76,8 @@ def time_database(path: str) -> None:
 
     def timed(function: Callable[..., Any], *arguments: Any) -> Any:
         nonlocal waited
+        if arguments and not arguments[0].startswith("BEGIN"):
+            return function(*arguments)
         before = time.perf_counter()
         try:
             return function(*arguments)
@@ -83,20 +85,7 @@ def time_database(path: str) -> None:
             waited += time.perf_counter() - before
             Path(path).write_text(str(waited), "ascii")
 
-    class Cursor(sqlite3.Cursor):
-        def execute(self, *arguments: Any) -> Any:
-            if arguments[0].startswith("BEGIN"):
-                return timed(super().execute, *arguments)
-            return super().execute(*arguments)
-
-    class Connection(sqlite3.Connection):
-        def cursor(self, factory: Any = Cursor) -> Any:
-            return super().cursor(factory)
-
-        def commit(self) -> None:
-            timed(super().commit)
-
-    _connect_as(Connection)
+    _put_around_statements(timed)
 
 
 def count_method(path: str, name: str, *answer: Any, pause_s: float = 0.0) -> None:
@@ -135,38 +124,37 @@ def move_clock(seconds: float) -> None:
 def _database_calls(calls: Calls) -> None:
     """Statements and commits; what is looked up, too, because it also may not be readable."""
 
-    def check() -> None:
+    def checked(function: Callable[..., Any], *arguments: Any) -> Any:
         if calls.is_to_fail():
             name, text = DATABASE_ERRORS[calls.made % len(DATABASE_ERRORS)]
             error = sqlite3.OperationalError(text)
             error.sqlite_errorname = name
             raise error
+        return function(*arguments)
+
+    _put_around_statements(checked)
+
+
+def _put_around_statements(around: Callable[..., Any]) -> None:
+    """Hand every statement and commit of connections made from now on to a function."""
+    connect = sqlite3.connect
 
     class Cursor(sqlite3.Cursor):
         def execute(self, *arguments: Any) -> Any:
-            check()
-            return super().execute(*arguments)
+            return around(super().execute, *arguments)
 
         def executemany(self, *arguments: Any) -> Any:
-            check()
-            return super().executemany(*arguments)
+            return around(super().executemany, *arguments)
 
     class Connection(sqlite3.Connection):
         def cursor(self, factory: Any = Cursor) -> Any:
             return super().cursor(factory)
 
         def commit(self) -> None:
-            check()
-            super().commit()
-
-    _connect_as(Connection)
-
-
-def _connect_as(kind: type[sqlite3.Connection]) -> None:
-    connect = sqlite3.connect
+            around(super().commit)
 
     def connected(*arguments: Any, **options: Any) -> Any:
-        return connect(*arguments, **{"factory": kind, **options})
+        return connect(*arguments, **{"factory": Connection, **options})
 
     sqlite3.connect = sqlite3.dbapi2.connect = connected
 

@@ -13,33 +13,29 @@ from adeye.kernel import jit
 from tests.chaos.bench import DB, ODD_FILE, Bench, Said
 from tests.chaos.ways import Way
 from tests.project import ROOT
+from tests.stored import stored
 
 NOBODY: Final = 65534
-LIMITED: Final = """
-import resource, signal, sys
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-size = int(sys.argv[1])
-resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-from adeye.cli.app import main
-sys.exit(main(sys.argv[2:]))
-"""
+LIMITED: Final = stored("plugins")["limited"]
 
 
 def limited(bench: Bench, size: int, *arguments: str) -> Said:
+    command = [sys.executable, "-c", LIMITED, str(size), *arguments]
+    own = {**os.environ, "PYTHONPATH": str(ROOT)}
     ended = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(size), *arguments],
-        cwd=bench.folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
+        command, cwd=bench.folder, env=own, capture_output=True, text=True, check=False
     )
     return Said(ended.returncode, ended.stdout + ended.stderr)
 
 
-def disk_full(bench: Bench) -> Said:
+def reseed(bench: Bench) -> None:
+    """Leave nothing to reuse."""
     with bench.edited() as odd:
         odd["seed"] = 8
+
+
+def disk_full(bench: Bench) -> Said:
+    reseed(bench)
     size = (bench.folder / DB).stat().st_size
     return limited(bench, size // 4, "run", ODD_FILE, "--db", DB, "--quiet")
 
@@ -59,8 +55,7 @@ def not_a_database(bench: Bench) -> Said:
 
 
 def read_only(bench: Bench) -> Said:
-    with bench.edited() as odd:
-        odd["seed"] = 8
+    reseed(bench)
     (bench.folder / DB).chmod(0o444)
     bench.folder.chmod(0o555)
     # The superuser may write everywhere.

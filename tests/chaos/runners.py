@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -181,18 +181,23 @@ def run_of(db: str, *options: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """A campaign that nothing happened to.
+    """A campaign that nothing happened to, and the same again in other databases of its folder.
 
     Attributes:
+        cradle: Who forks its runners.
         project: Its project; the database is ``whole.db``.
         runs: Test cases.
+        block: Test cases in one block, unless another is asked for.
+        table: The hash of all that came of it.
         calls: What it asks of the database, and what the same asks once it is done.
     """
 
+    cradle: Cradle
     project: Project
     runs: int
-    table: str
-    calls: tuple[int, int]
+    block: int
+    table: str = ""
+    calls: tuple[int, int] = (0, 0)
 
     @property
     def folder(self) -> Path:
@@ -204,40 +209,62 @@ class Undisturbed:
         """The whole database."""
         return self.folder / "whole.db"
 
+    def start(self, *arguments: str, **setup: Any) -> Runner:
+        """Start a verb in its folder."""
+        return self.cradle.start(self.folder, *arguments, setup={"block": self.block, **setup})
+
+    def adeye(self, *arguments: str, **setup: Any) -> Said:
+        """Run a verb in its folder to its end."""
+        return self.start(*arguments, **setup).wait()
+
+    def cleared(self, name: str) -> Path:
+        """Take a database away with all that is beside it; return where it was."""
+        for left in self.folder.glob(f"{name}*"):
+            left.unlink()
+        return self.folder / name
+
+    def killed_at(self, name: str, call: int) -> Path:
+        """Kill a runner at a call of the database, so that its log stays; return the database."""
+        db = self.cleared(name)
+        said = self.adeye(*run_of(name), fail={"nth": call, "is_fatal": True})
+        assert said.code == -signal.SIGKILL, said.text
+        return db
+
+    def assert_identical(self, db: Path | str) -> None:
+        """See that a database holds what this one holds: all of it, once, as written."""
+        with Repository.open(db, create=False) as repository:
+            (campaign,) = repository.campaigns()
+            assert repository.verify() == ()
+            assert repository.progress(campaign.id).accounted == self.runs
+            assert repository.info().rows["run"] == self.runs
+            work = repository.work_state(campaign.id)
+            assert work.done == sum(work.__dict__.values())
+        assert table_hash(db) == self.table
+
+    def resume(self, db: Path | str, **setup: Any) -> None:
+        """Run the rest undisturbed and see that the campaign is the same."""
+        said = self.adeye(*run_of(str(db)), **setup)
+        assert said.code == 0, said.text
+        self.assert_identical(db if "://" in str(db) else self.folder / db)
+
 
 def undisturbed(cradle: Cradle, folder: Path, runs: int, block: int) -> Undisturbed:
     """Run a campaign of so many test cases as nobody disturbs it."""
-    project = project_of(folder, runs)
+    made = Undisturbed(cradle, project_of(folder, runs), runs, block)
     calls = []
     for _ in range(2):
-        runner = cradle.start(folder, *run_of("whole.db"), setup={"block": block})
+        runner = made.start(*run_of(made.db.name))
         said = runner.wait()
         assert said.code == 0, said.text
         calls.append(runner.counted)
-    return Undisturbed(project, runs, table_hash(folder / "whole.db"), (calls[0], calls[1]))
+    return replace(made, table=table_hash(made.db), calls=(calls[0], calls[1]))
 
 
-def killed_at(cradle: Cradle, whole: Undisturbed, db: str, call: int, *, block: int) -> Path:
-    """Kill a runner at a call of the database, so that its log stays; return the database."""
-    for left in whole.folder.glob(f"{db}*"):
-        left.unlink()
-    setup = {"block": block, "fail": {"nth": call, "is_fatal": True}}
-    said = cradle.adeye(whole.folder, *run_of(db), setup=setup)
-    assert said.code == -signal.SIGKILL, said.text
-    return whole.folder / db
-
-
-def assert_identical(whole: Undisturbed, db: Path | str) -> None:
-    """See that a database holds what the undisturbed one holds: all of it, once, as written."""
-    with Repository.open(db, create=False) as repository:
-        (campaign,) = repository.campaigns()
-        assert repository.verify() == ()
-        assert repository.progress(campaign.id).accounted == whole.runs
-        assert repository.info().rows["run"] == whole.runs
-        assert repository.work_state(campaign.id).done == sum(
-            repository.work_state(campaign.id).__dict__.values()
-        )
-    assert table_hash(db) == whole.table
+def claimed(db: Path) -> tuple[int, int]:
+    """Count how often a block was claimed, and the blocks."""
+    with closing(sqlite3.connect(db)) as raw:
+        claims, blocks = raw.execute("SELECT SUM(attempt), COUNT(*) FROM work").fetchone()
+    return int(claims), int(blocks)
 
 
 def assert_whole_blocks(db: Path) -> int:
@@ -257,13 +284,6 @@ def tables_of(db: Path) -> int:
     """Count what a database defines; nothing if its first transaction was not kept."""
     with closing(sqlite3.connect(db)) as raw:
         return int(raw.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0])
-
-
-def resume(cradle: Cradle, whole: Undisturbed, db: Path, *, block: int) -> None:
-    """Run the rest undisturbed and see that the campaign is the same."""
-    said = cradle.adeye(whole.folder, *run_of(str(db)), setup={"block": block})
-    assert said.code == 0, said.text
-    assert_identical(whole, db)
 
 
 def assert_one_message(said: Said, code: int, *named: str) -> None:

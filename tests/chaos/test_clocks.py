@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 from collections.abc import Mapping
-from contextlib import closing
-from pathlib import Path
 from typing import Any, Final
 
 import pytest
 
-from tests.chaos.runners import Cradle, Undisturbed, assert_identical, record, run_of, size
+from tests.chaos.runners import Undisturbed, claimed, record, run_of, size
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
@@ -25,21 +22,14 @@ PAIRS: Final[Mapping[str, tuple[dict[str, Any], dict[str, Any]]]] = {
 
 
 @pytest.mark.parametrize("name", PAIRS)
-def test_two_runners_do_each_run_once(cradle: Cradle, little: Undisturbed, name: str) -> None:
-    db = little.folder / "clocks.db"
-    for left in little.folder.glob("clocks.db*"):
-        left.unlink()
-    assert cradle.adeye(little.folder, "db", "upgrade", "--db", db.name).code == 0
-    runners = [
-        cradle.start(little.folder, *run_of(db.name), setup={"block": 1, **setup})
-        for setup in PAIRS[name]
-    ]
+def test_two_runners_do_each_run_once(little: Undisturbed, name: str) -> None:
+    db = little.cleared("clocks.db")
+    assert little.adeye("db", "upgrade", "--db", db.name).code == 0
+    runners = [little.start(*run_of(db.name), block=1, **setup) for setup in PAIRS[name]]
     codes = [runner.wait().code for runner in runners]
     # A runner that leaves while the other one still works says that evidence is missing.
     assert set(codes) <= {0, 3}, [runner.wait().text for runner in runners]
-    last = cradle.adeye(little.folder, *run_of(db.name), setup={"block": 1})
-    assert last.code == 0, last.text
-    assert_identical(little, db)
+    little.resume(db.name, block=1)
     claims, blocks = claimed(db)
     record(f"clocks, {name}", blocks=blocks, claims=claims, twice=0)
     if "machine" not in PAIRS[name][1]:
@@ -47,38 +37,26 @@ def test_two_runners_do_each_run_once(cradle: Cradle, little: Undisturbed, name:
         assert claims == blocks
 
 
-def test_late_result_is_fenced_off(cradle: Cradle, little: Undisturbed) -> None:
+def test_late_result_is_fenced_off(little: Undisturbed) -> None:
     """Every lease ends at once, so that either runner takes blocks that the other one executes."""
     fenced = 0
-    setup = {"block": 1, "late": True, "calls_of": ["complete_block", False]}
+    setup: dict[str, Any] = {"late": True, "calls_of": ["complete_block", False]}
     for number in range(TRIES):
         db = f"late-{number}.db"
-        assert cradle.adeye(little.folder, "db", "upgrade", "--db", db).code == 0
-        runners = [cradle.start(little.folder, *run_of(db), setup=setup) for _ in range(2)]
+        assert little.adeye("db", "upgrade", "--db", db).code == 0
+        runners = [little.start(*run_of(db), block=1, **setup) for _ in range(2)]
         assert {runner.wait().code for runner in runners} <= {0, 3}
         fenced += sum(runner.counted for runner in runners)
-        said = cradle.adeye(little.folder, *run_of(db), setup={"block": 1})
-        assert said.code == 0, said.text
-        assert_identical(little, little.folder / db)
+        little.resume(db, block=1)
         if fenced and number + 1 >= size(1, TRIES):
             break
     assert fenced > 0
     record("late results", campaigns=number + 1, fenced_off=fenced)
 
 
-def claimed(db: Path) -> tuple[int, int]:
-    """Count how often a block was claimed, and the blocks."""
-    with closing(sqlite3.connect(db)) as raw:
-        claims, blocks = raw.execute("SELECT SUM(attempt), COUNT(*) FROM work").fetchone()
-    return int(claims), int(blocks)
-
-
 @pytest.mark.parametrize("zone", ["Europe/Stockholm", "America/St_Johns", "Asia/Kathmandu"])
-def test_zone_of_the_machine_changes_no_row(cradle: Cradle, little: Undisturbed, zone: str) -> None:
+def test_zone_of_the_machine_changes_no_row(little: Undisturbed, zone: str) -> None:
     """Also across the hour that summer time takes away or gives twice."""
     for number, moment in enumerate(("2026-03-29T00:59:59", "2026-10-25T00:59:59")):
         db = f"zone-{number}-{os.path.basename(zone)}.db"  # noqa: PTH119
-        setup = {"block": 4, "zone": zone, "moment": moment}
-        said = cradle.adeye(little.folder, *run_of(db), setup=setup)
-        assert said.code == 0, said.text
-        assert_identical(little, little.folder / db)
+        little.resume(db, zone=zone, moment=moment)

@@ -17,14 +17,11 @@ BOMBS = 100
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name in os.environ:
-        if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
-            monkeypatch.delenv(name)
+def folder(tmp_path: Path, unset: pytest.MonkeyPatch) -> Path:
     for name, text in {**FILES, "cases.csv": CASES_CSV, "table.csv": TABLE_CSV}.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
+    unset.chdir(tmp_path)
     return tmp_path
 
 

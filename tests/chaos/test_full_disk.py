@@ -6,49 +6,38 @@ import os
 import shutil
 import subprocess
 import time
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pytest
 
 from tests.chaos.runners import (
     SEED,
+    Undisturbed,
     assert_one_message,
     assert_whole_blocks,
-    killed_at,
     record,
-    resume,
     run_of,
     size,
 )
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.chaos.runners import Cradle, Undisturbed
-
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
 POINTS: Final = size(6, 50)
-BLOCK: Final = 4
 
 
-def test_file_that_may_not_grow_leaves_whole_blocks(cradle: Cradle, little: Undisturbed) -> None:
+def test_file_that_may_not_grow_leaves_whole_blocks(little: Undisturbed) -> None:
     random = np.random.default_rng(SEED)
-    bounds = written(cradle, little)
+    bounds = written(little)
     kept = 0
     for number in range(POINTS):
         db = f"limited-{number}.db"
-        runner = cradle.start(
-            little.folder,
-            *run_of(db),
-            setup={"block": BLOCK, "fsize": int(random.uniform(*bounds))},
-        )
-        said = runner.wait()
+        said = little.adeye(*run_of(db), fsize=int(random.uniform(*bounds)))
         assert_one_message(said, 5, db, "Check free space")
         kept += assert_whole_blocks(little.folder / db)
-        resume(cradle, little, little.folder / db, block=BLOCK)
+        little.resume(db)
     assert kept > 0
     record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
 
@@ -65,11 +54,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(disk)], check=True)
 
 
-def test_full_disk_leaves_whole_blocks(
-    cradle: Cradle, little: Undisturbed, small_disk: Path
-) -> None:
+def test_full_disk_leaves_whole_blocks(little: Undisturbed, small_disk: Path) -> None:
     random = np.random.default_rng(SEED + 1)
-    bounds = written(cradle, little)
+    bounds = written(little)
     kept, slowest = 0, 0.0
     for number in range(POINTS):
         db = small_disk / f"full-{number}.db"
@@ -80,21 +67,21 @@ def test_full_disk_leaves_whole_blocks(
             # Database and log have to go into what is left.
             os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(*bounds)))
         before = time.monotonic()
-        said = cradle.adeye(little.folder, *run_of(str(db)), setup={"block": BLOCK})
+        said = little.adeye(*run_of(str(db)))
         slowest = max(slowest, time.monotonic() - before)
         assert_one_message(said, 5, db.name, "Free some space")
         ballast.unlink()
         kept += assert_whole_blocks(db)
-        resume(cradle, little, db, block=BLOCK)
+        little.resume(db)
     assert kept > 0
     record("full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1))
 
 
-def written(cradle: Cradle, whole: Undisturbed) -> tuple[int, int]:
+def written(whole: Undisturbed) -> tuple[int, int]:
     """Find how large the log is [bytes] halfway in the schema and with the last block."""
     fresh, again = whole.calls
     sizes = []
     for number, call in enumerate((fresh // 2, fresh - again // 4)):
-        db = killed_at(cradle, whole, f"written-{number}.db", call, block=BLOCK)
+        db = whole.killed_at(f"written-{number}.db", call)
         sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
     return sizes[0] // 2, sizes[1]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import sqlite3
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +15,8 @@ import pytest
 
 from adeye.cli.app import main
 from tests.chaos.mutation import Draw, bytes_of
-from tests.chaos.test_fuzz import DOCUMENTED, SLOW, listing, watched
+from tests.chaos.test_fuzz import DOCUMENTED, SLOW, defect_of, fed, listing
+from tests.hostile_sql import STATEMENTS
 from tests.project import Executed
 from tests.tampering import unguarded
 
@@ -29,25 +32,22 @@ _JUNK: Final = (
 
 
 @pytest.fixture
-def folder(tmp_path: Path, mini: Executed, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name in os.environ:
-        if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
-            monkeypatch.delenv(name)
-    monkeypatch.setenv("COLUMNS", "500")
+def folder(tmp_path: Path, mini: Executed, unset: pytest.MonkeyPatch) -> Path:
     work = tmp_path / "work"
     work.mkdir()
-    monkeypatch.chdir(work)
-    shutil.copyfile(mini.db, tmp_path / "sound.db")
-    main_db(work)
+    unset.chdir(work)
+    shutil.copyfile(mini.db, work / "a.db")
     return work
 
 
-def main_db(folder: Path) -> Path:
-    path = folder / "a.db"
-    for item in folder.glob("a.db*"):
-        item.unlink()
-    shutil.copyfile(folder.parent / "sound.db", path)
-    return path
+def named(verb: tuple[str, ...], run: str) -> list[str]:
+    """Write a verb out with its run and the database."""
+    return [*(run if word == "RUN" else word for word in verb), "--db", "a.db"]
+
+
+def added(folder: Path, before: set[str]) -> set[str]:
+    """List what is there now besides, but for what belongs to the open database."""
+    return {name for name in listing(folder) - before if "a.db-" not in name}
 
 
 def a_run(path: Path) -> str:
@@ -86,19 +86,17 @@ def spoil_cell(path: Path, draw: Draw) -> None:
     raw.close()
 
 
-def fuzz(seeds: range, folder: Path, capfd: pytest.CaptureFixture[str]) -> dict[int, int]:
+def fuzz(seeds: range, folder: Path, capfd: pytest.CaptureFixture[str]) -> Counter[int]:
     path = folder / "a.db"
     valid = path.read_bytes()
     run = a_run(path)
     for verb in VERBS:
         # What a verb says of a spoilt database means something only if it reads a sound one. It
         # also compiles the kernels now, which no spoilt database is to be blamed for.
-        words = [run if word == "RUN" else word for word in verb]
-        assert main([*words, "--db", "a.db"]) == 0, verb
+        assert main(named(verb, run)) == 0, verb
     before = listing(folder.parent)
-    codes: dict[int, int] = {}
-    failed = []
-    for seed in seeds:
+
+    def put(seed: int) -> Callable[[], int]:
         draw = np.random.default_rng([seed, 77])
         for item in folder.glob("a.db*"):
             item.unlink()
@@ -107,37 +105,22 @@ def fuzz(seeds: range, folder: Path, capfd: pytest.CaptureFixture[str]) -> dict[
             spoil_cell(path, draw)
         else:
             path.write_bytes(bytes_of(valid, draw))
-        verb = VERBS[seed % len(VERBS)]
-        words = [run if word == "RUN" else word for word in verb]
-        capfd.readouterr()
-        try:
-            with watched():
-                code = main([*words, "--db", "a.db"])
-        except BaseException as error:  # noqa: BLE001 - whatever it is, the seed is wanted
-            failed.append(f"seed {seed} {verb}: {type(error).__name__}: {str(error)[:300]}")
-            continue
-        said = "".join(capfd.readouterr())
-        codes[code] = codes.get(code, 0) + 1
-        if code not in DOCUMENTED or "Traceback" in said or "defect of adeye" in said:
-            failed.append(f"seed {seed} {verb}: exit {code}: {said[:400]}")
-    assert not failed, f"{len(failed)} of {len(seeds)}\n" + "\n".join(failed[:20])
-    assert {name for name in listing(folder.parent) - before if "a.db-" not in name} == set()
+        return partial(main, named(VERBS[seed % len(VERBS)], run))
+
+    codes = fed(seeds, put, defect_of, capfd)
+    assert added(folder.parent, before) == set()
     return codes
 
 
 @pytest.mark.slow
-def test_spoilt_databases_are_refused_or_read(
-    folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_spoilt_databases(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     codes = fuzz(range(ORDINARY), folder, capfd)
-    assert codes.get(4, 0) + codes.get(5, 0) + codes.get(2, 0) >= 5, codes
+    assert codes[4] + codes[5] + codes[2] >= 5, codes
 
 
 @pytest.mark.chaos
 @pytest.mark.slow
-def test_many_spoilt_databases_are_refused_or_read(
-    folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_many_spoilt_databases(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     fuzz(range(ORDINARY, ORDINARY + SLOW), folder, capfd)
 
 
@@ -150,13 +133,8 @@ def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[
     (folder.parent / "outside.npz").write_bytes(b"planted")
     before = listing(folder.parent)
     raw = sqlite3.connect(path, isolation_level=None)
-    for name in (
-        "../../outside",
-        str(folder.parent / "outside"),
-        "\x1b[2J\n../../outside",
-        "",
-        "a" * 5000,
-    ):
+    outside = ("../../outside", str(folder.parent / "outside"), "\x1b[2J\n../../outside")
+    for name in (*outside, "", "a" * 5000):
         with unguarded(raw):
             raw.execute("DELETE FROM kept_trace")
             raw.execute(
@@ -168,11 +146,10 @@ def test_names_of_files_lead_nowhere(folder: Path, capfd: pytest.CaptureFixture[
             capfd.readouterr()
             assert main([*verb, "--db", "a.db"]) in codes, (name, verb)
             said = "".join(capfd.readouterr())
-            assert "Traceback" not in said, (name, verb)
-            assert "defect of adeye" not in said, (name, verb)
+            assert defect_of(0, said) == "", (name, verb)
             assert "\x1b" not in said, (name, verb)
     raw.close()
-    assert {name for name in listing(folder.parent) - before if "a.db-" not in name} == set()
+    assert added(folder.parent, before) == set()
     assert (folder.parent / "outside.npz").read_bytes() == b"planted"
 
 
@@ -203,26 +180,13 @@ def test_reading_never_imports_what_a_database_names(
     raw.close()
     assert changed > 0
     for verb in VERBS:
-        words = [run if word == "RUN" else word for word in verb]
-        assert main([*words, "--db", "a.db"]) in DOCUMENTED
+        assert main(named(verb, run)) in DOCUMENTED
     capfd.readouterr()
     assert not canary.exists()
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "CREATE TRIGGER evil AFTER INSERT ON campaign BEGIN DELETE FROM run; END",
-        "CREATE VIEW evil AS SELECT randomblob(1000000000)",
-        "CREATE VIEW evil AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
-        "SELECT sum(x) FROM c",
-        "CREATE VIEW evil AS SELECT load_extension('evil')",
-        "CREATE VIEW evil AS SELECT writefile('canary', 'x')",
-    ],
-)
-def test_hostile_definitions_are_contained(
-    folder: Path, capfd: pytest.CaptureFixture[str], statement: str
-) -> None:
+@pytest.mark.parametrize("statement", STATEMENTS["hostile_definitions"])
+def test_hostile_views(folder: Path, capfd: pytest.CaptureFixture[str], statement: str) -> None:
     raw = sqlite3.connect(folder / "a.db")
     raw.execute(statement)
     raw.commit()
@@ -234,4 +198,4 @@ def test_hostile_definitions_are_contained(
         assert code == 2
     said = capfd.readouterr().err
     assert "defect" not in said
-    assert {name for name in listing(folder) - before if "a.db-" not in name} == set()
+    assert added(folder, before) == set()

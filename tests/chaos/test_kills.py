@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import os
 import signal
-import sqlite3
 import time
-from contextlib import closing
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import pytest
 
-from tests.chaos.runners import SEED, assert_identical, record, run_of, size
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.chaos.runners import Cradle, Runner, Undisturbed
+from tests.chaos.runners import SEED, Runner, Undisturbed, claimed, record, run_of, size
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
 WORKERS: Final = 2
-BLOCK: Final = 10
 KILLS: Final = size(20, 200)
 SHARE_WITH_WORKERS: Final = size(5, 2)
 """Of so many runners one has workers; they are slow to start."""
 
 
-def test_killed_runners_lose_nothing_and_repeat_nothing(cradle: Cradle, whole: Undisturbed) -> None:
+def test_killed_runners_lose_nothing_and_repeat_nothing(whole: Undisturbed) -> None:
     random = np.random.default_rng(SEED)
-    db = whole.folder / "killed.db"
     fresh, again = whole.calls
     # So far that the last kills still find something to interrupt.
     furthest = again + 1.6 * (fresh - again) / KILLS
@@ -38,7 +29,7 @@ def test_killed_runners_lose_nothing_and_repeat_nothing(cradle: Cradle, whole: U
     for number in range(KILLS):
         with_workers = number % SHARE_WITH_WORKERS == 0
         options = ("--workers", str(WORKERS)) if with_workers else ()
-        runner = cradle.start(whole.folder, *run_of("killed.db", *options), setup={"block": BLOCK})
+        runner = whole.start(*run_of("killed.db", *options))
         runner.wait_for_calls(int(random.uniform(1.0, furthest)))
         time.sleep(float(random.uniform(0.0, 0.01)))
         if with_workers and random.integers(2):
@@ -47,22 +38,12 @@ def test_killed_runners_lose_nothing_and_repeat_nothing(cradle: Cradle, whole: U
         runner.kill(workers_too=bool(random.integers(2)))
     # Of a campaign that is whole already nothing could be lost.
     assert wasted <= KILLS // 4
-    last = cradle.adeye(whole.folder, *run_of("killed.db"), setup={"block": BLOCK})
-    assert last.code == 0, last.text
-    assert_identical(whole, db)
-    claims, blocks = claimed(db)
+    whole.resume("killed.db")
+    claims, blocks = claimed(whole.folder / "killed.db")
     # A runner has one block in its thread, or one in each worker, when it dies.
     assert claims - blocks <= KILLS * WORKERS
-    record(
-        "kills",
-        kills=KILLS,
-        of_a_whole_campaign=wasted,
-        runs=whole.runs,
-        lost=0,
-        twice=0,
-        blocks=blocks,
-        claims=claims,
-    )
+    figures = {"kills": KILLS, "of_a_whole_campaign": wasted, "runs": whole.runs}
+    record("kills", **figures, lost=0, twice=0, blocks=blocks, claims=claims)
 
 
 def kill_a_worker(runner: Runner, random: np.random.Generator) -> None:
@@ -73,17 +54,8 @@ def kill_a_worker(runner: Runner, random: np.random.Generator) -> None:
         time.sleep(float(random.uniform(0.0, 0.3)))
 
 
-def claimed(db: Path) -> tuple[int, int]:
-    """Count how often a block was claimed, and the blocks."""
-    with closing(sqlite3.connect(db)) as raw:
-        claims, blocks = raw.execute("SELECT SUM(attempt), COUNT(*) FROM work").fetchone()
-    return int(claims), int(blocks)
-
-
-def test_worker_that_is_killed_costs_its_block_only(cradle: Cradle, whole: Undisturbed) -> None:
-    runner = cradle.start(
-        whole.folder, *run_of("worker.db", "--workers", str(WORKERS)), setup={"block": BLOCK}
-    )
+def test_worker_that_is_killed_costs_its_block_only(whole: Undisturbed) -> None:
+    runner = whole.start(*run_of("worker.db", "--workers", str(WORKERS)))
     killed = 0
     fresh, again = whole.calls
     for share in np.linspace(0.2, 0.8, size(1, 30)):
@@ -94,6 +66,6 @@ def test_worker_that_is_killed_costs_its_block_only(cradle: Cradle, whole: Undis
         killed += 1
     said = runner.wait()
     assert said.code == 0, said.text
-    assert_identical(whole, whole.folder / "worker.db")
+    whole.assert_identical(whole.folder / "worker.db")
     claims, blocks = claimed(whole.folder / "worker.db")
     assert 0 < claims - blocks <= killed

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import pytest
 
-from tests.chaos.runners import IS_FULL, assert_identical, record, run_of, size, undisturbed
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.chaos.bench import Said
-    from tests.chaos.runners import Cradle, Runner, Undisturbed
+from tests.chaos.bench import Said
+from tests.chaos.runners import IS_FULL, Runner, Undisturbed, record, run_of, size, undisturbed
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
@@ -30,17 +26,17 @@ QUERIES: Final = (
 )
 
 
-def run_timed(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[Runner, Path]:
+def run_timed(whole: Undisturbed, db: str) -> tuple[Runner, Path]:
     """Start the campaign anew, with how long it waits for the database in a file."""
     waited = whole.folder / f"{db}.waited"
-    return cradle.start(whole.folder, *run_of(db), setup={"block": 10, "timed": waited}), waited
+    return whole.start(*run_of(db), timed=waited), waited
 
 
-def watched(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[float, float, list[Said]]:
+def watched(whole: Undisturbed, db: str) -> tuple[float, float, list[Said]]:
     """Run while readers look; return wall time, time waited [s] and what the readers saw."""
     (whole.folder / db).unlink(missing_ok=True)
     begun = time.monotonic()
-    runner, waited = run_timed(cradle, whole, db)
+    runner, waited = run_timed(whole, db)
     seen: list[Said] = []
     readers: list[Runner | None] = [None] * READERS
     turn = 0
@@ -56,39 +52,33 @@ def watched(cradle: Cradle, whole: Undisturbed, db: str) -> tuple[float, float, 
             seen.append(reader.wait())
         # Every reader asks everything in turn.
         verb = QUERIES[(turn + turn // READERS) % len(QUERIES)]
-        readers[place] = cradle.start(whole.folder, *verb, "--db", db)
+        readers[place] = whole.start(*verb, "--db", db)
     assert runner.wait().code == 0
     wall = time.monotonic() - begun
     seen += [reader.wait() for reader in readers if reader is not None]
-    assert_identical(whole, whole.folder / db)
+    whole.assert_identical(whole.folder / db)
     return wall, float(waited.read_text("ascii")), seen
 
 
-def test_readers_are_never_locked_out(cradle: Cradle, whole: Undisturbed, tmp_path: Path) -> None:
+def test_readers_are_never_locked_out(whole: Undisturbed, tmp_path: Path) -> None:
     if IS_FULL:
-        whole = undisturbed(cradle, tmp_path / "project", RUNS, block=10)
+        whole = undisturbed(whole.cradle, tmp_path / "project", RUNS, block=10)
     begun = time.monotonic()
-    runner, alone_file = run_timed(cradle, whole, "alone.db")
+    runner, alone_file = run_timed(whole, "alone.db")
     assert runner.wait().code == 0
     alone_wall = time.monotonic() - begun
     alone = float(alone_file.read_text("ascii"))
-    wall, waited, seen = watched(cradle, whole, "watched.db")
+    wall, waited, seen = watched(whole, "watched.db")
     assert len(seen) >= READERS // 2
     for said in seen:
         # The tables may not be there yet; whatever else is said, it is not that others write.
         assert "locked" not in said.text
         assert said.code == 0 or "schema" in said.text, said.text
     growth = (waited - alone) / alone_wall
-    record(
-        "readers",
-        queries=len(seen),
-        locked_out=0,
-        wall_s=round(wall, 1),
-        wall_alone_s=round(alone_wall, 1),
-        waited_s=round(waited, 3),
-        waited_alone_s=round(alone, 3),
-        growth_of_waiting_by_wall=round(growth, 4),
-    )
+    figures = {"wall_s": wall, "wall_alone_s": alone_wall, "waited_s": waited}
+    figures |= {"waited_alone_s": alone, "growth_of_waiting_by_wall": growth}
+    rounded = {name: round(value, 4) for name, value in figures.items()}
+    record("readers", queries=len(seen), locked_out=0, **rounded)
     if IS_FULL:
         assert wall >= AT_LEAST_S
         assert growth <= MOST_GROWTH

@@ -8,6 +8,7 @@ import shutil
 import signal
 import sqlite3
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,24 +21,14 @@ from adeye.store.repository import Repository
 from tests.chaos.bench import DB
 from tests.chaos.runners import size
 from tests.store.rows import result_table_hash
+from tests.stored import stored
 
 FORK: Final = multiprocessing.get_context("fork")
 STRIDE: Final = 23
 """Of how many statements one is killed at in the ordinary run."""
 
 AFTER: Final = f"{int(schema.head()) + 1:04}"
-NOTICED: Final = """
-from alembic import op
-
-from adeye.store.views import view_ddl
-
-
-def upgrade() -> None:
-    op.execute("DROP VIEW v_check")
-    for name in ("noticed", "heard", "seen", "felt"):
-        op.execute(f"CREATE TABLE {name} (number INTEGER PRIMARY KEY, row_hash TEXT)")
-    op.get_bind().exec_driver_sql(view_ddl()["v_check"])
-"""
+NOTICED: Final = stored("plugins")["noticed"]
 
 READING: Final = (
     ("db", "info"), ("db", "verify"), ("query", "SELECT * FROM v_runs"),
@@ -98,45 +89,39 @@ def in_child(do: Callable[[], object]) -> int:
     return child.exitcode
 
 
-def upgrade_killed(path: Path, at: int) -> None:
-    """Upgrade, and die before the n-th statement; the last is the commit."""
-    left = iter(range(at))
-
-    def count(*_: Any) -> None:
-        if next(left, None) is None:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    event.listen(Engine, "before_cursor_execute", count)
-    event.listen(Engine, "commit", count)
-    schema.upgrade(path)
-
-
-def statements_of_upgrade(path: Path) -> int:
+def upgraded(path: Path, killed_at: int = -1) -> int:
+    """Upgrade, and die before the n-th statement, of which the last is the commit; count them."""
     seen: list[int] = []
 
     def count(*_: Any) -> None:
+        if len(seen) == killed_at:
+            os.kill(os.getpid(), signal.SIGKILL)
         seen.append(1)
 
-    event.listen(Engine, "before_cursor_execute", count)
-    event.listen(Engine, "commit", count)
+    for name in ("before_cursor_execute", "commit"):
+        event.listen(Engine, name, count)
     try:
         schema.upgrade(path)
     finally:
-        event.remove(Engine, "before_cursor_execute", count)
-        event.remove(Engine, "commit", count)
+        for name in ("before_cursor_execute", "commit"):
+            event.remove(Engine, name, count)
     return len(seen)
+
+
+def dies(path: Path, at: int) -> bool:
+    return in_child(partial(upgraded, path, at)) == -signal.SIGKILL
 
 
 def kill_everywhere(asset: Path, folder: Path, stride: int) -> int:
     """Kill an upgrade at every ``stride``-th statement and at the last ones; return how many."""
     path = copy_of(asset, folder)
     before = schema.current(path)
-    total = statements_of_upgrade(path)
+    total = upgraded(path)
     whole = results_of(path)
     places = sorted({*range(0, total, stride), total - 2, total - 1})
     for at in places:
         copy_of(asset, folder)
-        assert in_child(lambda at=at: upgrade_killed(path, at)) == -signal.SIGKILL, at  # type: ignore[misc]
+        assert dies(path, at), at
         assert schema.current(path) == before, at
         assert schema.upgrade(path) == schema.head()
         assert results_of(path) == whole, at
@@ -151,11 +136,11 @@ def test_upgrade_that_is_killed_has_not_begun(asset: Path, tmp_path: Path) -> No
 @pytest.mark.slow
 def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
     path = tmp_path / "new.db"
-    total = statements_of_upgrade(path)
+    total = upgraded(path)
     for at in sorted({*range(0, total, 10 * STRIDE), total - 1}):
         for item in tmp_path.iterdir():
             item.unlink()
-        assert in_child(lambda at=at: upgrade_killed(path, at)) == -signal.SIGKILL  # type: ignore[misc]
+        assert dies(path, at), at
         assert schema.current(path) is None
         assert schema.upgrade(path) == schema.head()
 
@@ -163,7 +148,8 @@ def test_first_use_that_is_killed_has_not_begun(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_several_that_upgrade_at_once_make_one_database(asset: Path, tmp_path: Path) -> None:
     path = copy_of(asset, tmp_path)
-    alone = copy_of(asset, _other(tmp_path))
+    (tmp_path / "alone").mkdir()
+    alone = copy_of(asset, tmp_path / "alone")
     schema.upgrade(alone)
     children = [FORK.Process(target=schema.upgrade, args=(path,)) for _ in range(4)]
     for child in children:
@@ -174,18 +160,9 @@ def test_several_that_upgrade_at_once_make_one_database(asset: Path, tmp_path: P
     assert results_of(path) == results_of(alone)
 
 
-def _other(folder: Path) -> Path:
-    other = folder / "alone"
-    other.mkdir()
-    return other
-
-
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name in os.environ:
-        if name.startswith("ADEYE_") and name != "ADEYE_NUMBA_CACHE_DIR":
-            monkeypatch.delenv(name)
-    monkeypatch.chdir(tmp_path)
+def folder(tmp_path: Path, unset: pytest.MonkeyPatch) -> Path:
+    unset.chdir(tmp_path)
     return tmp_path
 
 

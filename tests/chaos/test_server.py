@@ -5,20 +5,16 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import psycopg
 import pytest
 
-from tests.chaos.runners import SEED, assert_identical, record, run_of, size
+from tests.chaos.runners import SEED, Runner, Undisturbed, record, run_of, size
 from tests.postgres import USER, Server, running
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from tests.chaos.runners import Cradle, Runner, Undisturbed
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
@@ -44,7 +40,6 @@ def durable() -> Iterator[Server]:
 class Pair:
     """Two runners on what they take for two machines, which are started again when they end."""
 
-    cradle: Cradle
     whole: Undisturbed
     url: str
     block: int = 1
@@ -62,15 +57,9 @@ class Pair:
 
     def start(self, machine: str) -> None:
         """Start the runner of a machine."""
-        setup: dict[str, Any] = {
-            "block": self.block,
-            "machine": machine,
-            "lease_s": LEASE_S,
-            "calls_of": ["complete_block", False],
-            "pause_s": BLOCK_S,
-        }
-        arguments = run_of(self.url)
-        self.present[machine] = self.cradle.start(self.whole.folder, *arguments, setup=setup)
+        late: dict[str, Any] = {"calls_of": ["complete_block", False], "pause_s": BLOCK_S}
+        setup = {"block": self.block, "machine": machine, "lease_s": LEASE_S, **late}
+        self.present[machine] = self.whole.start(*run_of(self.url), **setup)
 
     def take_out(self, machine: str) -> Runner:
         """Wait for the end of a runner."""
@@ -95,11 +84,8 @@ def ask(server: Server, url: str, statement: str) -> list[Any]:
 def holds(server: Server, url: str, machine: str) -> bool:
     """Tell whether a runner has a block and no transaction that stands still."""
     leased = ask(server, url, "SELECT owner FROM adeye.work WHERE state = 'leased'")
-    within = ask(
-        server,
-        url,
-        "SELECT 1 FROM pg_stat_activity WHERE application_name = 'adeye' AND state <> 'idle'",
-    )
+    busy = "SELECT 1 FROM pg_stat_activity WHERE application_name = 'adeye' AND state <> 'idle'"
+    within = ask(server, url, busy)
     return any(f'"{machine}"' in owner for (owner,) in leased) and not within
 
 
@@ -122,15 +108,13 @@ def wait_for_claims(pair: Pair, server: Server, before: int) -> tuple[int, int]:
     return claims, left
 
 
-def test_disturbed_pair_on_a_server_ends_with_the_same_campaign(
-    cradle: Cradle, whole: Undisturbed, durable: Server
-) -> None:
+def test_disturbed_pair_ends_with_the_same_campaign(whole: Undisturbed, durable: Server) -> None:
     url = durable.new_database()
-    assert cradle.adeye(whole.folder, "db", "upgrade", "--db", url).code == 0
+    assert whole.adeye("db", "upgrade", "--db", url).code == 0
     random = np.random.default_rng(SEED)
     wanted = {"kill": KILLS, "stop": STOPS, "terminate": TERMINATIONS, "restart": RESTARTS}
     steps = random.permutation([name for name, times in wanted.items() for _ in range(times)])
-    pair = Pair(cradle, whole, url, BLOCK)
+    pair = Pair(whole, url, BLOCK)
     claims = idle = 0
     for step in steps:
         pair.keep_up()
@@ -141,23 +125,14 @@ def test_disturbed_pair_on_a_server_ends_with_the_same_campaign(
         disturb(str(step), pair, durable, machine)
     for machine in list(pair.present):
         pair.take_out(machine)
-    last = cradle.adeye(whole.folder, *run_of(url), setup={"block": BLOCK})
-    assert last.code == 0, last.text
-    assert_identical(whole, url)
+    whole.resume(url, block=BLOCK)
     said = [runner.wait().text for runner in pair.ended]
     assert not any("Traceback" in text or "defect of adeye" in text for text in said), said
     claims, _ = claims_and_open(durable, url)
-    record(
-        "server",
-        **{f"{name}s": times for name, times in wanted.items()},
-        of_a_whole_campaign=idle,
-        runs=whole.runs,
-        lost=0,
-        twice=0,
-        blocks=whole.runs // BLOCK,
-        claims=claims,
-        fenced_off=pair.fenced_off,
-    )
+    figures = {f"{name}s": times for name, times in wanted.items()}
+    figures |= {"of_a_whole_campaign": idle, "runs": whole.runs, "lost": 0, "twice": 0}
+    figures |= {"blocks": whole.runs // BLOCK, "claims": claims, "fenced_off": pair.fenced_off}
+    record("server", **figures)
     # Of a campaign that is whole already nothing could be lost.
     assert idle <= len(steps) // 4
 
@@ -179,13 +154,11 @@ def disturb(step: str, pair: Pair, server: Server, machine: str) -> None:
         server.start()
 
 
-def test_late_commit_on_a_server_is_fenced_off(
-    cradle: Cradle, little: Undisturbed, durable: Server
-) -> None:
+def test_late_commit_on_a_server_is_fenced_off(little: Undisturbed, durable: Server) -> None:
     """A runner is stopped with a block that another one then completes, and brings it later."""
     url = durable.new_database()
-    assert cradle.adeye(little.folder, "db", "upgrade", "--db", url).code == 0
-    pair = Pair(cradle, little, url)
+    assert little.adeye("db", "upgrade", "--db", url).code == 0
+    pair = Pair(little, url)
     pair.start("one")
     stopped = pair.present["one"]
     while True:
@@ -199,6 +172,6 @@ def test_late_commit_on_a_server_is_fenced_off(
     assert pair.take_out("two").wait().code == 0
     os.kill(stopped.pid, signal.SIGCONT)
     assert pair.take_out("one").wait().code == 0
-    assert_identical(little, url)
+    little.assert_identical(url)
     assert pair.fenced_off > 0
     record("server, late results", fenced_off=pair.fenced_off)

@@ -23,7 +23,6 @@ import pytest
 from sqlalchemy import Table
 
 from adeye.errors import IntegrityError
-from adeye.judge.stl.batch import NEEDED, SPARE
 from adeye.report.formats.manifest import differing, make_manifest
 from adeye.store import ledger, tables
 from adeye.store.block import JudgedBlock
@@ -34,8 +33,9 @@ from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.records import Finding, MetricValue
 from adeye.store.repository import Repository
 from tests.chaos.runners import size
-from tests.store.conftest import Example
+from tests.store.conftest import Example, Store
 from tests.store.rows import run_block
+from tests.tampering import unguarded
 
 KINDS: Final = ("edit", "delete", "insert", "exchange")
 TRIALS: Final = size(40, 100)
@@ -50,17 +50,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A database with rows in every table that is only added to."""
     path = tmp_path_factory.mktemp("whole") / "adeye.db"
     example = Example()
-    example.decompose()
     with Repository.open(path) as repository:
-        campaign = example.campaign(repository, 12)
-        example.hindsight(repository, campaign)
-        example.halved(repository, campaign)
-        example.campaign(repository, 2)
-        example.campaign(repository, 12)
+        Store(repository, example).everything()
         with_plugin(example, repository)
-        example.vouched(repository, campaign)
-        example.repeat(NEEDED, SPARE)
-        example.campaign(repository, 8)
         assert repository.verify() == ()
     return path
 
@@ -68,11 +60,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def with_plugin(example: Example, repository: Repository) -> None:
     """Execute a few more runs with a metric of a plug-in."""
     example.thresholds = {"FSR1": "more"}
-    made = example.run
 
-    def run(case: Any, **changes: Any) -> Any:
+    def run(case: Any) -> Any:
         measured = {"their": {"their_metric": MetricValue(1.0 + case.ordinal)}}
-        return made(case, plugin_metrics=measured, **changes)
+        return example.run(case, plugin_metrics=measured)
 
     plan = repository.plan_campaign(example.record(), example.cases(16), block_size=8)
     while (block := repository.claim_block(campaign=plan.campaign)) is not None:
@@ -101,15 +92,8 @@ class Tampering:
 @contextmanager
 def opened(path: Path) -> Iterator[Raw]:
     """Open the file without triggers, and put them back."""
-    with closing(sqlite3.connect(path, isolation_level=None)) as raw:
-        found = raw.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
-        for name, _ in found:
-            raw.execute(f"DROP TRIGGER {name}")
-        raw.execute("PRAGMA foreign_keys = OFF")
-        raw.execute("PRAGMA ignore_check_constraints = ON")
+    with closing(sqlite3.connect(path, isolation_level=None)) as raw, unguarded(raw):
         yield raw
-        for _, sql in found:
-            raw.execute(sql)
 
 
 def described(path: Path) -> list[Table]:
@@ -131,14 +115,12 @@ def tamper(path: Path, table: Table, kind: str, picks: random.Random, *, hashed:
             kind = kind if other else "edit"
         if kind == "exchange":
             assert other is not None
-            places = [place for place, name in enumerate(names) if name not in key]
-            swapped = list(one), list(other)
-            for place in places:
-                swapped[0][place], swapped[1][place] = other[place], one[place]
+            keys = [names.index(name) for name in key]
             for before in (one, other):
                 remove(raw, table, before)
-            for exchanged in swapped:
-                insert(raw, table, exchanged, hashed=hashed)
+            for own, said_of in ((one, other), (other, one)):
+                after = [(own if at in keys else said_of)[at] for at in range(len(names))]
+                insert(raw, table, after, hashed=hashed)
             what = f"{one} and {other}"
         elif kind == "delete":
             remove(raw, table, one)
@@ -154,7 +136,8 @@ def tamper(path: Path, table: Table, kind: str, picks: random.Random, *, hashed:
             after = list(one)
             place = picks.randrange(len(names) - 1)
             after[place] = other_value(table, place, after[place])
-            change(raw, table, one, after, hashed=hashed)
+            remove(raw, table, one)
+            insert(raw, table, after, hashed=hashed)
             what = f"{names[place]} of {one}"
     return Tampering(table.name, kind, hashed, what)
 
@@ -184,16 +167,6 @@ def insert(raw: Raw, table: Table, values: list[Any], *, hashed: bool) -> None:
     names = [column.name for column in table.columns]
     marks = ", ".join("?" * len(names))
     raw.execute(f"INSERT INTO {table.name} ({', '.join(names)}) VALUES ({marks})", values)  # noqa: S608
-
-
-def change(raw: Raw, table: Table, before: Any, after: list[Any], *, hashed: bool) -> None:
-    names = [column.name for column in table.columns]
-    if hashed:
-        after = [*after[:-1], hash_of(raw, table, after)]
-    same = " AND ".join(f"{name} IS ?" for name in names)
-    new = ", ".join(f"{name} = ?" for name in names)
-    done = raw.execute(f"UPDATE {table.name} SET {new} WHERE {same}", (*after, *before))  # noqa: S608
-    assert done.rowcount == 1
 
 
 def hash_of(raw: Raw, table: Table, values: Any) -> str:

@@ -10,30 +10,19 @@ import hashlib
 import shutil
 import sqlite3
 from contextlib import closing
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pytest
 
 from adeye.store.repository import Repository
-from tests.chaos.runners import (
-    SEED,
-    assert_identical,
-    killed_at,
-    record,
-    run_of,
-    size,
-)
+from tests.chaos.runners import SEED, Undisturbed, record, size
 from tests.project import table_hash
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.chaos.runners import Cradle, Undisturbed
+from tests.tampering import unguarded
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
-BLOCK: Final = 4
 OFFSETS: Final = size(40, 500)
 FLIPS: Final = size(60, 600)
 RESUMED: Final = size(3, 1_000)
@@ -76,9 +65,9 @@ class Torn:
         return db
 
 
-def test_torn_log_gives_back_what_was_committed_before(cradle: Cradle, little: Undisturbed) -> None:
+def test_torn_log_gives_back_what_was_committed_before(little: Undisturbed) -> None:
     fresh, again = little.calls
-    killed = killed_at(cradle, little, "killed.db", fresh - again // 2, block=BLOCK)
+    killed = little.killed_at("killed.db", fresh - again // 2)
     torn = Torn(killed, little.folder)
     ends = commits(torn.log)
     assert len(ends) > 8
@@ -100,13 +89,11 @@ def test_torn_log_gives_back_what_was_committed_before(cradle: Cradle, little: U
         # Two offsets in one transaction leave the same database, so one of them is resumed.
         if end not in resumed and len(resumed) < RESUMED:
             resumed.add(end)
-            said = cradle.adeye(little.folder, *run_of(db.name), setup={"block": BLOCK})
-            assert said.code == 0, said.text
-            assert_identical(little, db)
+            little.resume(db.name)
     record("torn log", offsets=OFFSETS, transactions=len(ends), resumed=len(resumed))
 
 
-def test_flipped_bit_is_named_or_changes_nothing(cradle: Cradle, little: Undisturbed) -> None:
+def test_flipped_bit_is_named_or_changes_nothing(little: Undisturbed) -> None:
     random = np.random.default_rng(SEED)
     content = little.db.read_bytes()
     ends = {"named": 0, "refused": 0, "nothing": 0}
@@ -114,11 +101,9 @@ def test_flipped_bit_is_named_or_changes_nothing(cradle: Cradle, little: Undistu
         place, bit = int(random.integers(len(content))), int(random.integers(8))
         flipped = bytearray(content)
         flipped[place] ^= 1 << bit
-        db = little.folder / "flipped.db"
-        for left in little.folder.glob("flipped.db*"):
-            left.unlink()
+        db = little.cleared("flipped.db")
         db.write_bytes(flipped)
-        said = cradle.adeye(little.folder, "db", "verify", "--db", db.name)
+        said = little.adeye("db", "verify", "--db", db.name)
         where = f"flip {number} of bit {bit} at {place}: {said.text}"
         assert "Traceback" not in said.text, where
         assert "defect of adeye" not in said.text, where
@@ -126,9 +111,7 @@ def test_flipped_bit_is_named_or_changes_nothing(cradle: Cradle, little: Undistu
             ends["nothing"] += 1
             assert table_hash(db) == little.table, where
             if ends["nothing"] <= RESUMED:
-                again = cradle.adeye(little.folder, *run_of(db.name), setup={"block": BLOCK})
-                assert again.code == 0, f"{where}: {again.text}"
-                assert_identical(little, db)
+                little.resume(db.name)
         elif "findings in" in said.text:
             assert said.code == 4, where
             ends["named"] += 1
@@ -146,18 +129,12 @@ def test_altered_figure_is_named_with_table_and_row(little: Undisturbed) -> None
     db = little.folder / "figure.db"
     for _ in range(size(5, 50)):
         shutil.copy(little.db, db)
-        with closing(sqlite3.connect(db)) as raw, raw:
-            triggers = raw.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'")
-            kept = triggers.fetchall()
-            for name, _ddl in kept:
-                raw.execute(f"DROP TRIGGER {name}")
+        with closing(sqlite3.connect(db)) as raw, raw, unguarded(raw):
             rows = raw.execute("SELECT number, result_digest FROM run ORDER BY number").fetchall()
             run, digest = rows[int(random.integers(len(rows)))]
             raw.execute(
                 "UPDATE metric SET min_ttc_s = min_ttc_s + 1e-9 WHERE run_number = ?", [run]
             )
-            for _name, ddl in kept:
-                raw.execute(ddl)
         with Repository.open(db, create=False) as repository:
             named = {(item.table, item.row.split()[0]) for item in repository.verify()}
         assert named == {("metric", digest), ("run", digest)}

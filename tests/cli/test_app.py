@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 import typer
@@ -21,10 +22,7 @@ from adeye.errors import SourceLocation, Terminated
 
 
 ROOT = Path(__file__).parents[2]
-HEAVY = (
-    *("numpy", "pandas", "sqlalchemy", "numba", "highway_env", "scipy", "pydantic", "rich.live"),
-    "yaml",
-)
+HEAVY = "numpy pandas sqlalchemy numba highway_env scipy pydantic rich.live yaml"
 
 
 def verbs(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -76,16 +74,13 @@ def test_one_environment_variable_means_one_thing() -> None:
     assert {name: kinds for name, kinds in meant.items() if len(kinds) > 1} == {}
 
 
-READS = (
-    *("plan", "signals", "show", "replay", "query", "scenario list", "scenario show", "doctor"),
-    "sensors",
-    "coverage",
-)
+READS = """plan; signals; show; replay; query; doctor; sensors; coverage; scenario list;
+scenario show; scenario lint; db info; db verify; db upgrade"""
 
 
 def test_reads_can_print_json() -> None:
     having = {path for path, option in OPTIONS if "--json" in option.opts}
-    assert {*READS, "scenario lint", "db info", "db verify", "db upgrade"} <= having
+    assert {" ".join(path.split()) for path in READS.split(";")} <= having
 
 
 def test_environment_variable_sets_an_option(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,7 +96,7 @@ def test_version(adeye: Any) -> None:
 def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
     script = (
         "import sys; from adeye.cli import main; code = main(['--help'])\n"
-        f"print(code, sorted(set({HEAVY!r}) & set(sys.modules)))"
+        f"print(code, sorted(set({HEAVY.split()!r}) & set(sys.modules)))"
     )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", script]
@@ -172,46 +167,35 @@ def test_first_project_runs_green_twice_and_is_read(tmp_path: Path) -> None:
 
 
 PLACE = SourceLocation("odd/first.yaml", 14, 9)
+FLAW = errors.SweepError("gap: 0 s", where=PLACE, remedy="Write a length.")
 
 
 @pytest.fixture
 def plan_raises(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
     """Make ``adeye plan`` raise."""
 
-    def arrange(error: BaseException) -> None:
-        def make_plan(*_arguments: Any, **_options: Any) -> Any:
-            raise error
-
-        monkeypatch.setattr(adeye.campaign.plan, "make_plan", make_plan)
-
-    return arrange
+    make_plan = Mock()
+    monkeypatch.setattr(adeye.campaign.plan, "make_plan", make_plan)
+    return lambda error: make_plan.configure_mock(side_effect=error)
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "message"),
+    ("error", "code", "said"),
     [
-        (
-            errors.SweepError("gap: 0 s", where=PLACE, remedy="Write a length."),
-            2,
-            "SweepError: odd/first.yaml:14:9: gap: 0 s. Write a length.\n",
-        ),
-        (errors.PlatformError("database x is locked"), 5, "PlatformError: database x is locked\n"),
-        (errors.IntegrityError("row 7"), 4, "IntegrityError: row 7\n"),
-        (OSError(28, "No space left on device"), 5, "PlatformError: No space left on device.\n"),
-        (MemoryError(), 5, "PlatformError: out of memory. Use fewer workers.\n"),
+        (FLAW, 2, "SweepError: odd/first.yaml:14:9: gap: 0 s. Write a length."),
+        (errors.PlatformError("database x is locked"), 5, "PlatformError: database x is locked"),
+        (errors.IntegrityError("row 7"), 4, "IntegrityError: row 7"),
+        (OSError(28, "No space left on device"), 5, "PlatformError: No space left on device."),
+        (MemoryError(), 5, "PlatformError: out of memory. Use fewer workers."),
     ],
 )
-def test_error_is_one_message_and_its_exit_code(
-    adeye: Any, plan_raises: Any, error: Exception, code: int, message: str
-) -> None:
+def test_error_is_a_message(adeye: Any, plan_raises: Any, error: Any, code: int, said: str) -> None:
     plan_raises(error)
     ended = adeye("plan", "odd.yaml")
-    assert (ended.code, ended.err, ended.out) == (code, message, "")
+    assert (ended.code, ended.err, ended.out) == (code, said + "\n", "")
 
 
-def test_several_input_errors_are_one_line_each_without_control_characters(
-    adeye: Any, plan_raises: Any
-) -> None:
+def test_several_input_errors_are_harmless_lines(adeye: Any, plan_raises: Any) -> None:
     strange = errors.SpecError("name 'a\x1b]0;title\x07b'")
     plan_raises(errors.InputErrors([strange, errors.UnitError("b")]))
     said = adeye("plan", "odd.yaml").refused
@@ -228,9 +212,7 @@ def test_defect_says_so_without_traceback(adeye: Any, plan_raises: Any) -> None:
     assert "Traceback" not in ended.err
 
 
-def test_debug_prints_the_traceback_and_is_forgotten(
-    adeye: Any, plan_raises: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_debug_tracebacks(adeye: Any, plan_raises: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     plan_raises(errors.SpecError("a"))
     assert "Traceback" in adeye("--debug", "plan", "odd.yaml").refused
     assert "Traceback" not in adeye("plan", "odd.yaml").refused
@@ -257,7 +239,6 @@ def test_wrong_usage_is_one_line_and_code_2(adeye: Any) -> None:
         ended = adeye(*arguments)
         assert part in ended.refused
         assert ended.err.count("\n") == 1
-        assert ended.out == ""
     assert adeye("rnu").err.startswith("UsageError: ")
     ended = adeye()
     assert (ended.code, (ended.out + ended.err).count("Usage: adeye")) == (2, 1)

@@ -36,17 +36,14 @@ def certify(
 
 @pytest.mark.slow
 def test_deterministic_campaign_is_certified(certify: Callable[..., Outcome]) -> None:
-    done = certify("--sample", "10")
-    assert done.code == 0, done.err
+    done = certify("--sample", "10").ok
     assert "10 of 28 runs, from 8 combinations" in done.out
     assert "batches of 7, reversed, in this process" in done.out
     assert "Certified: every trace, metric and verdict" in done.out
 
 
 @pytest.mark.slow
-def test_run_that_differs_is_exit_code_4_and_named(
-    certify: Callable[..., Outcome], folder: Path
-) -> None:
+def test_run_that_differs_is_named(certify: Callable[..., Outcome], folder: Path) -> None:
     alter(folder / "mini.db", "UPDATE run SET trace_digest = 'other' WHERE number = 1")
     [(run,)] = rows(folder / "mini.db", "SELECT result_digest FROM run WHERE number = 1")
     done = certify()
@@ -89,16 +86,13 @@ def masters(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 @pytest.mark.slow
 def test_real_master_by_name_is_detected_and_nothing_is_kept(adeye: Any, folder: Path) -> None:
-    ended = adeye("selftest", "--only", "unit_missing")
-    assert ended.code == 0, ended.err
+    ended = adeye("selftest", "--only", "unit_missing").ok
     assert "1 of 1 detected" in ended.out
     assert verb.REMARK in ended.out
     assert list(folder.iterdir()) == []
 
 
-def test_complete_self_test_is_kept_beside_the_database(
-    adeye: Any, folder: Path, masters: Any
-) -> None:
+def test_complete_self_test_is_kept(adeye: Any, folder: Path, masters: Any) -> None:
     masters(GOOD)
     assert adeye("selftest", "--quiet").code == 0
     kept = json.loads((folder / ".adeye" / "selftest.json").read_text("utf-8"))
@@ -107,9 +101,7 @@ def test_complete_self_test_is_kept_beside_the_database(
     assert [path.name for path in (folder / "other").iterdir()] == ["selftest.json"]
 
 
-def test_undetected_master_is_named_with_exit_code_4_and_kept(
-    adeye: Any, folder: Path, masters: Any
-) -> None:
+def test_undetected_master_is_named_and_kept(adeye: Any, folder: Path, masters: Any) -> None:
     masters(GOOD, BLIND)
     ended = adeye("selftest")
     assert ended.code == ExitCode.INTEGRITY
@@ -130,7 +122,6 @@ def test_rejected_twin_is_named_with_exit_code_4(adeye: Any, masters: Any) -> No
 def test_json_has_what_was_seen(adeye: Any, masters: Any) -> None:
     masters(GOOD, BLIND)
     document = adeye("selftest", "--json").document
-    assert document["schema"] == "adeye/selftest@1"
     assert [item["is_detected"] for item in document["results"]] == [True, False]
 
 

@@ -7,12 +7,17 @@ from typing import Any
 
 import pytest
 
+import adeye.campaign.plan
+import adeye.campaign.warmup
 import adeye.kernel.jit
 from adeye import __version__
 from adeye.cli import doctor
 from adeye.cli.doctor import Status, capabilities
+from adeye.cli.run import SHIPPED
+from adeye.kernel.jit import cache_directory
 from adeye.report.credibility import SelfTestResult, write_result
 from adeye.simulate.engine import NUMERICS_VERSION
+from adeye.spec.load import shipped
 from adeye.store import schema
 from tests.cli.conftest import Verb
 from tests.test_malformed_inputs import FILES
@@ -30,8 +35,7 @@ def test_libraries_are_those_that_the_project_declares() -> None:
 
 
 def test_healthy_installation_is_a_success_and_the_self_test_not_run_yet(adeye: Any) -> None:
-    ended = adeye("doctor", "--json")
-    assert ended.code == 0, ended.err
+    ended = adeye("doctor", "--json").ok
     checks = {check["name"]: check for check in ended.document["checks"]}
     assert checks["adeye"]["text"] == __version__
     assert checks.keys() >= {*doctor.LIBRARIES, "python", "database", "compiled code", "processors"}
@@ -40,9 +44,7 @@ def test_healthy_installation_is_a_success_and_the_self_test_not_run_yet(adeye: 
     assert "BAD" not in adeye("doctor").out
 
 
-def test_missing_library_is_an_environment_error(
-    adeye: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_library_is_no_success(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "LIBRARIES", ("no-such-library",))
     ended = adeye("doctor")
     assert ended.code == 5
@@ -136,12 +138,53 @@ def test_plugins_of_an_odd_are_listed(adeye: Verb, folder: Path) -> None:
     assert (said.code, "The ODD names no plug-in." in said.out) == (0, True)
     with odd.open("a", encoding="utf-8") as file:
         file.write("plugins: [./architectures/leaving.py:Gone, ./none.py:No]\n")
-    said = adeye("plugins", str(odd))
-    assert said.code == 0
+    said = adeye("plugins", str(odd)).ok
     assert "./architectures/leaving.py:Gone" in said.out
     assert "not found" in said.out
     found = json.loads(adeye("plugins", str(odd), "--json").out)
-    assert found["schema"] == "adeye/plugins@1"
     assert [bool(item["digest"]) for item in found["named"]] == [True, False]
-    said = adeye("plugins", "nowhere.yaml")
-    assert (said.code, "there is no such file" in said.err) == (2, True)
+    assert "there is no such file" in adeye("plugins", "nowhere.yaml").refused
+
+
+# --- ``warmup``: which ODDs are compiled for, and what is said
+
+
+class Warm:
+    """Stands for planning and compiling; remembers what was asked."""
+
+    def __init__(self) -> None:
+        self.plans: list[tuple[Path, dict[str, Any]]] = []
+
+    def make_plan(self, path: Path, **options: Any) -> str:
+        self.plans.append((path, options))
+        return path.name
+
+    def warm_up(self, _plan: str, _progress: Any, *, aside: bool) -> float:
+        assert isinstance(aside, bool)
+        return 2.0
+
+
+@pytest.fixture
+def warm(monkeypatch: pytest.MonkeyPatch) -> Warm:
+    fake = Warm()
+    monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
+    monkeypatch.setattr(adeye.campaign.warmup, "warm_up", fake.warm_up)
+    return fake
+
+
+def test_shipped_odds_are_compiled_for_unless_some_are_named(adeye: Any, warm: Warm) -> None:
+    ended = adeye("warmup").ok
+    assert [path for path, _ in warm.plans] == [shipped("odd") / name for name in SHIPPED]
+    assert all(path.is_file() for path, _ in warm.plans)
+    assert f"Compiled in 4 s, kept in {cache_directory()}" in ended.out
+
+
+def test_named_odds_and_options_are_passed_on(adeye: Any, warm: Warm) -> None:
+    document = adeye("warmup", "a.yaml", "b.yaml", "--variant", "fast", "--json").document
+    options = {"backend": "batch", "variant": "fast"}
+    assert warm.plans == [(Path("a.yaml"), options), (Path("b.yaml"), options)]
+    assert (document["odds"], document["seconds"]) == (["a.yaml", "b.yaml"], 4.0)
+
+
+def test_odd_that_does_not_exist_is_an_input_error(adeye: Any) -> None:
+    assert adeye("warmup", "nowhere.yaml").code == 2

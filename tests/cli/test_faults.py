@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -39,8 +40,7 @@ def run(mini: Executed) -> str:
 
 @pytest.mark.slow
 def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
-    done = adeye("fork", run[:12], "--from", "2 s", "--authority", "safety", "--db", db)
-    assert done.code == 0, done.err
+    done = adeye("fork", run[:12], "--from", "2 s", "--authority", "safety", "--db", db).ok
     assert "safety from tick 40, 2 s" in done.out
     assert "FSR-01" in done.out
     assert "0 links" not in done.out
@@ -51,9 +51,7 @@ def test_fork_prints_both_sides(adeye: Any, db: str, run: str) -> None:
 
 
 @pytest.mark.slow
-def test_fork_as_json_names_both_runs_and_a_prefix_of_one_link_says_so(
-    adeye: Any, db: str, run: str
-) -> None:
+def test_fork_as_json_and_a_prefix_of_one_link(adeye: Any, db: str, run: str) -> None:
     arguments = ("fork", run, "--from", "150", "--authority", "safety", "--db", db)
     document = adeye(*arguments, "--json").document
     assert document["origin"]["run"] == run
@@ -89,12 +87,8 @@ def test_progress_is_shown_on_a_terminal_only_and_never_when_quiet(
     assert shown[-1][0] == shown[-1][1] > 0
 
 
-def test_altered_prefix_ends_with_code_4(
-    adeye: Any, db: str, run: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_arguments: object, **_options: object) -> None:
-        raise IntegrityError("the fork differs before its tick")
-
+def test_altered_prefix(adeye: Any, db: str, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse = Mock(side_effect=IntegrityError("the fork differs before its tick"))
     monkeypatch.setattr(studies.forks, "_require_same_prefix", refuse)
     done = adeye("fork", run, "--from", "40", "--authority", "safety", "--db", db)
     assert done.code == 4
@@ -108,9 +102,7 @@ def test_unknown_channel_is_a_usage_error(adeye: Any, db: str, run: str) -> None
 
 @pytest.mark.slow
 def test_forks_count_every_run_once(adeye: Any, db: str) -> None:
-    done = adeye("forks", "--sample", "5", "--db", db)
-    assert done.code == 0, done.err
-    assert "5 of 28 runs forked" in done.out
+    assert "5 of 28 runs forked" in adeye("forks", "--sample", "5", "--db", db).ok.out
     document = adeye("forks", "--sample", "5", "--db", db, "--json").document
     assert sum(document["counts"].values()) == len(document["lines"]) == 5
 
@@ -119,8 +111,7 @@ def test_forks_count_every_run_once(adeye: Any, db: str) -> None:
 
 
 def test_timeline_prints_moments_and_intervals(adeye: Any, mini: Executed, run: str) -> None:
-    done = adeye("timeline", run[:12], "--db", str(mini.db))
-    assert done.code == 0, done.err
+    done = adeye("timeline", run[:12], "--db", str(mini.db)).ok
     for word in ("detected_in_time", "FDTI", "FRTI", "FHTI", "FTTI", "safe state"):
         assert word in done.out
 
@@ -143,8 +134,7 @@ def test_faults_are_counted_and_classes_that_are_not_there_left_out_on_a_narrow_
     adeye: Any, db: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments = ("faults", "--sample", "0", "--db", db)
-    done = adeye(*arguments)
-    assert done.code == 0, done.err
+    done = adeye(*arguments).ok
     assert "16 runs with faults" in done.out
     assert "%" not in done.out
     document = adeye(*arguments, "--json").document
@@ -159,13 +149,10 @@ def test_faults_are_counted_and_classes_that_are_not_there_left_out_on_a_narrow_
 
 
 @pytest.mark.slow
-def test_trade_of_an_axis_is_a_table_and_json(
-    adeye: Any, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_trade_of_an_axis(adeye: Any, tmp_path_factory: pytest.TempPathFactory) -> None:
     project = noisy_project(tmp_path_factory.mktemp("noisy"))
     project.run()
-    done = adeye("faults", "--by", "safety.parameters.confirm", "--db", str(project.db))
-    assert done.code == 0, done.err
+    done = adeye("faults", "--by", "safety.parameters.confirm", "--db", str(project.db)).ok
     assert CONFIRM in done.out
     assert "8 of 8" in done.out
     document = adeye("faults", "--by", CONFIRM, "--db", str(project.db), "--json").document

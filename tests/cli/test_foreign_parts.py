@@ -75,9 +75,7 @@ def foreign(
 
 
 @pytest.mark.slow
-def test_every_verb_takes_a_campaign_of_foreign_parts(
-    foreign: tuple[Project, str], adeye: Verb
-) -> None:
+def test_every_verb_takes_foreign_parts(foreign: tuple[Project, str], adeye: Verb) -> None:
     project, executor = foreign
     odd = "project/odd/tested.yaml"
     assert adeye("run", odd, "--executor", executor).code in {0, 1, 3}

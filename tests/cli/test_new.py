@@ -28,8 +28,7 @@ KINDS = ("channel", "sensor", "metric")
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_file_is_written_once_and_its_use_printed(adeye: Any, folder: Path, kind: str) -> None:
-    ended = adeye("new", kind, "lane_keeper", "--path", "parts/mine")
-    assert ended.code == 0, ended.err
+    ended = adeye("new", kind, "lane_keeper", "--path", "parts/mine").ok
     assert ended.err == "wrote parts/mine/lane_keeper.py\n"
     assert (folder / "parts/mine/lane_keeper.py").is_file()
     assert "./lane_keeper.py:LaneKeeper" in str(yaml.safe_load(ended.out))
@@ -99,19 +98,11 @@ def act(part: Part, *, speed: float, offset: float = 0.0, ahead: float | None = 
     return channel.act(ScalarObservation(1.0, measurements, {}, None, None))
 
 
-def test_channel_holds_its_speed_on_a_free_road(write: Write) -> None:
-    command = act(write("channel"), speed=30.0)
-    assert (command.acceleration, command.steering_angle) == (0.0, 0.0)
-
-
-def test_channel_brakes_for_what_is_near_and_not_for_what_is_far(write: Write) -> None:
+def test_channel_holds_its_speed_brakes_and_steers(write: Write) -> None:
     part = write("channel")
-    assert act(part, speed=30.0, ahead=20.0).acceleration == -8.0
-    assert act(part, speed=30.0, ahead=200.0).acceleration == 0.0
-
-
-def test_channel_steers_back_to_the_centre(write: Write) -> None:
-    part = write("channel")
+    free, near, far = (act(part, speed=30.0, ahead=ahead) for ahead in (None, 20.0, 200.0))
+    assert (free.acceleration, free.steering_angle) == (0.0, 0.0)
+    assert (near.acceleration, far.acceleration) == (-8.0, 0.0)
     assert act(part, speed=30.0, offset=1.0).steering_angle < 0.0
     assert act(part, speed=30.0, offset=-1.0).steering_angle > 0.0
 
@@ -130,11 +121,14 @@ def test_metric_is_the_highest_speed_of_each_run_alone(write: Write) -> None:
     ego[0, :, EGO_SPEED] = [10.0, 30.0, 20.0, 99.0]  # the last row is beyond the run's end
     ego[1, :, EGO_SPEED] = [5.0, 4.0, 3.0, 6.0]
     trace: Any = _Trace(np.arange(4) * 0.1, np.array([3, 4]), {"ego": ego})
-    column = write("metric").build().compute(trace)
+    part = write("metric")
+    column = part.build().compute(trace)
     assert column.value.tolist() == [30.0, 6.0]
     assert column.time.tolist() == pytest.approx([0.1, 0.3])
-    assert column.status == ("value", "value")
-    assert list(column.actor) == [-1, -1]
+    assert (column.status, list(column.actor)) == (("value", "value"), [-1, -1])
+    assert "mine_mps" not in METRICS
+    register_metric(part.obj)
+    assert METRICS.pop("mine_mps").unit == "m/s"
 
 
 class _Trace:
@@ -147,42 +141,25 @@ class _Trace:
         return self.columns[name]
 
 
-def test_metric_can_be_registered(write: Write) -> None:
-    part = write("metric")
-    assert "mine_mps" not in METRICS
-    register_metric(part.obj)
-    assert METRICS.pop("mine_mps").unit == "m/s"
-
-
 # --- ``init``: a project that loads, counts to twelve, and never overwrites
 
 
 def test_project_loads_and_has_twelve_test_cases_which_are_enough(folder: Path) -> None:
     write_project(folder)
+    assert [path.name for path in (folder / "odd").glob("*.yaml")] == ["first.yaml"]
     files = load_odd(folder / "odd" / "first.yaml")
     assert expand(files).count == 12
     assert files.gate == ("camera_radar",)
-    requirements = files.concept.spec.requirements
-    assert requirements
-    assert {item.min_exercised for item in requirements} == {1}
-
-
-def test_only_one_odd_is_written() -> None:
-    odds = [name for name in project_files() if re.fullmatch(r"odd/[^/]+\.yaml", name)]
-    assert odds == ["odd/first.yaml"]
+    assert {item.min_exercised for item in files.concept.spec.requirements} == {1}
 
 
 def test_init_says_what_it_wrote_and_what_comes_next(adeye: Any, folder: Path) -> None:
-    ended = adeye("init", "mine")
-    assert ended.code == 0
-    assert "wrote mine/odd/first.yaml" in ended.err
-    assert ended.out == "Next: cd mine && adeye run odd/first.yaml --report report.html\n"
-    assert (folder / "mine/odd/README.md").is_file()
-
-
-def test_init_here(adeye: Any, folder: Path) -> None:
-    assert adeye("init").out == "Next: adeye run odd/first.yaml --report report.html\n"
-    assert (folder / "odd/first.yaml").is_file()
+    run = "adeye run odd/first.yaml --report report.html\n"
+    for arguments, where, before in ((("mine",), "mine/", "cd mine && "), ((), "", "")):
+        ended = adeye("init", *arguments).ok
+        assert f"wrote {where}odd/first.yaml" in ended.err
+        assert ended.out == f"Next: {before}{run}"
+        assert (folder / where / "odd/README.md").is_file()
 
 
 def test_nothing_is_overwritten_and_then_nothing_is_written(adeye: Any, folder: Path) -> None:

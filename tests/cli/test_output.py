@@ -18,6 +18,7 @@ from adeye.cli.output import BREAKABLE, emit, results, results_apart, stacked, w
 from adeye.judge.verdict import Verdict
 from adeye.report.words import SYMBOLS
 from tests.project import ROOT
+from tests.stored import known
 
 # --- what reaches standard output: harmless text, whole tables, strict JSON
 
@@ -45,9 +46,7 @@ def test_what_a_terminal_would_obey_is_removed() -> None:
     assert output.clean("a\nb\x07", lines=True) == "a\nb"
 
 
-def test_json_is_versioned_strict_and_without_control_characters(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_json_is_versioned_strict_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:
     content = {"n": [float("nan"), float("inf"), 1.5], "name": "a\x1b\x9b\u202e", "unit": "m/s²"}
     output.emit_json("plan", content)
     text = capsys.readouterr().out
@@ -60,7 +59,7 @@ def test_records_become_json() -> None:
     assert found == {"p": {"x": 2.0, "path": "a/b"}, "c": "red", "3": [True]}
 
 
-def test_table_in_a_pipe_is_never_wrapped_or_cut(
+def test_table_in_a_pipe_is_whole(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
@@ -133,9 +132,7 @@ def test_talk_goes_to_standard_error_and_closed_standard_output_is_no_error(
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-16"])
-def test_documents_are_utf8_whatever_the_terminal(
-    encoding: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_documents_are_utf8(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
     bytes_of = io.BytesIO()
     terminal = io.TextIOWrapper(bytes_of, encoding, errors="backslashreplace")
     monkeypatch.setattr(sys, "stdout", terminal)
@@ -143,11 +140,8 @@ def test_documents_are_utf8_whatever_the_terminal(
     output.emit_csv(("name",), [["Ä→\U0001f697"], ["a\udcff"]])
     text = bytes_of.getvalue().decode("utf-8")
     document, _, table = text.partition("}\n")
-    assert json.loads(document + "}") == {
-        "schema": "adeye/x@1",
-        "name": "Ä→\U0001f697",
-        "file": "a\udcff",
-    }
+    named = {"name": "Ä→\U0001f697", "file": "a\udcff"}
+    assert json.loads(document + "}") == {"schema": "adeye/x@1", **named}
     assert table == "name\nÄ→\U0001f697\na\\udcff\n"
 
 
@@ -170,8 +164,7 @@ def test_columns_are_as_wide_as_their_cells_where_there_is_room() -> None:
 
 def test_numbers_and_short_words_are_never_broken_and_too_narrow_is_told() -> None:
     for available in range(36, sum(WHOLE)):
-        widths = widths_of(HEADERS, ROWS, RIGHT, available)
-        assert widths is not None
+        widths = known(widths_of(HEADERS, ROWS, RIGHT, available))
         assert sum(widths) == available
         assert widths[0] >= len("lead_braking")
         assert widths[1] >= BREAKABLE
@@ -222,9 +215,7 @@ def say(text: str) -> None:
     print(text)  # noqa: T201 - as code from outside does
 
 
-def test_what_others_print_meanwhile_goes_to_standard_error(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_what_others_print_goes_to_standard_error(capfd: pytest.CaptureFixture[str]) -> None:
     say("before")
     with results_apart():
         say("a plug-in")

@@ -60,7 +60,6 @@ def test_wrong_statement_is_an_input_error(adeye: Any) -> None:
     ):
         ended = adeye("query", sql)
         assert part in ended.refused
-        assert ended.out == ""
 
 
 @pytest.mark.slow
@@ -76,17 +75,14 @@ def test_saved_queries_are_listed_in_every_form(adeye: Any) -> None:
 
 def test_every_saved_query_fits_the_schema_and_without_evidence_is_no_answer(adeye: Any) -> None:
     for name, query in SAVED.items():
-        ended = adeye("query", name, "--json")
-        assert ended.code == 0, ended.err
+        ended = adeye("query", name, "--json").ok
         assert ended.document["columns"], name
         assert ended.document["rows"] == [], name
         assert f"note: no rows, and that says nothing: {query.lacking}" in ended.err
         assert "'adeye " in query.lacking
 
 
-def test_no_rows_although_there_is_evidence_are_an_answer(
-    adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_rows_are_an_answer(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = replace(SAVED["contacts"], sql="SELECT 1 AS a WHERE 0")
     monkeypatch.setitem(queries.SAVED, "contacts", nothing)
     assert adeye("query", "contacts", "--db", str(mini.db)).err == "note: no rows\n"
@@ -127,7 +123,6 @@ def test_what_cannot_be_written_is_refused(adeye: Any, folder: Any) -> None:
     ):
         ended = adeye("query", "SELECT 1 AS a", *arguments)
         assert part in ended.refused
-        assert ended.out == ""
         assert [path.name for path in folder.iterdir()] == [".adeye"]
 
 
@@ -152,14 +147,13 @@ def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
     sql = "SELECT COUNT(*) AS runs FROM v_runs WHERE campaign = :campaign"
     arguments = ("--db", str(mini.db), "--format", "csv")
     assert adeye("query", sql, "-c", "1", *arguments).out == "runs\n28\n"
-    unasked = adeye("query", "SELECT COUNT(*) AS runs FROM v_runs", "-c", "1", *arguments)
-    assert (unasked.code, unasked.out) == (2, "")
-    assert "WHERE campaign = :campaign" in unasked.err
+    assert (
+        "WHERE campaign = :campaign"
+        in adeye("query", "SELECT COUNT(*) AS runs FROM v_runs", "-c", "1", *arguments).refused
+    )
 
 
-def test_missing_evidence_is_told_of_the_campaign_that_is_named(
-    adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_evidence_is_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = replace(SAVED["contacts"], sql="SELECT 1 AS a WHERE :campaign = ''")
     monkeypatch.setitem(queries.SAVED, "contacts", nothing)
     db = ("--db", str(mini.db), "--campaign", "1")

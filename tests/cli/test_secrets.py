@@ -15,35 +15,13 @@ from tests.cli.test_foreign_parts import ELSEWHERE
 from tests.cli.test_foreign_parts import VERBS as READING
 from tests.postgres import Server
 from tests.project import CONCEPT, MINI, Project
+from tests.stored import stored
 
 SPELT = "pl4nt%40d%20s3cr%2Ft%3F%25%C3%A9"
 TRACES_OF_IT = ("pl4nt", "s3cr")
 """Parts that are in it however it is spelt."""
-WORDS: dict[str, list[list[str]]] = {
-    **{verb: [arguments] for verb, arguments in READING.items()},
-    "run": [
-        ["{odd}", "--junit", "j.xml", "--sarif", "s.sarif", "--report", "run.html",
-         "--report-json", "run.json"],
-        ["{odd}", "--json"], ["{odd}", "--campaign-typo"], ["{odd}", "--executor", "none:None"],
-    ],
-    "report": [
-        ["--output", "r.html", "--junit", "r.xml", "--report-json", "r.json", "--sarif", "r.sarif",
-         "--gsn", "g.json", "--reqif", "q.reqif"],
-        ["9"],
-    ],
-    "gate": [[], ["--json"], ["--junit", "gate.xml"], ["--campaign", "9"]],
-    "show": [["{run}"], ["{run}", "--json"], ["9999999"]],
-    "replay": [["{run}"], ["9999999"]],
-    "query": [["SELECT * FROM v_runs"], ["SELECT * FROM nothing"], ["gate"]],
-    "doctor": [[], ["--json"]],
-    "db info": [[], ["--json"]],
-    "db verify": [[], ["--json"]],
-    "db upgrade": [[]],
-    "db grant": [[], ["nobody_of_this_name"]],
-    "db withdraw": [["{run}", "--author", "A", "--reason", "B"]],
-    "db copy": [["--campaign", "1", "--to", "{other}"], ["--campaign", "1", "--to", "{other}"],
-                ["--campaign", "1", "--to", "copied.db", "--json"]],
-}  # fmt: skip
+WORDS: dict[str, list[list[str]]] = {verb: [given] for verb, given in READING.items()}
+WORDS |= stored("verbs")["secretive"]
 """Arguments of each verb that takes a database, with which it ends well and otherwise."""
 WITHOUT = {"dependencies", "db metadata", "plan", "plugins", "sensors", "signals"}
 """Verbs that need no database."""
@@ -85,11 +63,7 @@ def found_in(folder: Path, said: dict[str, str], *urls: str) -> list[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("by_variable", [0, 1])
 def test_no_output_of_any_verb_has_the_password_of_a_server(
-    adeye: Verb,
-    folder: Path,
-    secretive: Any,
-    by_variable: int,
-    monkeypatch: pytest.MonkeyPatch,
+    adeye: Verb, folder: Path, secretive: Any, by_variable: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url, other = secretive(), secretive()
     project = Project(folder / "project", {**MINI, "scenarios": [MINI["scenarios"][0]]})

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import ANY, Mock, call
 
 import numpy as np
 import pytest
@@ -45,48 +46,27 @@ REPLAYED = Replayed(
 )
 
 
-class Results:
-    """Stands for the stored runs."""
+@pytest.fixture
+def results(monkeypatch: pytest.MonkeyPatch) -> Mock:
+    """Put a stand-in behind the verbs; who looks at a replay sees a trace made by hand."""
 
-    def __init__(self) -> None:
-        self.replayed = REPLAYED
-        self.calls: list[tuple[Any, ...]] = []
-
-    def describe_run(self, db: str | None, run: str) -> dict[str, Any]:
-        self.calls.append((db, run))
-        if run == "none":
-            raise InputError("run 'none': there is none")
-        return DESCRIPTION
-
-    def replay_run(
-        self,
-        db: str | None,
-        run: str,
-        dump: tuple[str, Path] | None = None,
-        look: Callable[[Trace], None] | None = None,
-    ) -> Replayed:
-        self.calls.append((db, run) if dump is None else (db, run, *dump))
+    def replay_run(*_: Any, look: Callable[[Trace], None] | None = None) -> Replayed:
         if look is not None:
             look(HandMade().trace())
-        return self.replayed
+        return fake.replayed  # type: ignore[no-any-return]
 
-    def write_replay(self, db: str | None, run: str, path: Path) -> None:
-        self.calls.append((db, run, path))
-
-
-@pytest.fixture
-def results(monkeypatch: pytest.MonkeyPatch) -> Results:
-    """Put the stand-in behind the verbs."""
-    fake = Results()
+    fake = Mock(replayed=REPLAYED)
+    fake.describe_run.return_value = DESCRIPTION
+    fake.replay_run.side_effect = replay_run
     monkeypatch.setattr(adeye.campaign.replay, "describe_run", fake.describe_run)
     monkeypatch.setattr(adeye.campaign.replay, "replay_run", fake.replay_run)
     monkeypatch.setattr(adeye.reporting, "write_replay", fake.write_replay)
     return fake
 
 
-def test_show_prints_everything_harmlessly(adeye: Any, results: Results) -> None:
-    ended = adeye("show", "abab", "--db", "x.db")
-    assert (ended.code, results.calls) == (0, [("x.db", "abab")])
+def test_show_prints_everything_harmlessly(adeye: Any, results: Mock) -> None:
+    ended = adeye("show", "abab", "--db", "x.db").ok
+    assert results.mock_calls == [call.describe_run("x.db", "abab")]
     assert "\nSwept paths\n" in ended.out
     for part in ("legacy_camera", "gap", "no_conflict", "FSR-01", "contact", "cutter", "2.5"):
         assert part in ended.out
@@ -94,28 +74,25 @@ def test_show_prints_everything_harmlessly(adeye: Any, results: Results) -> None
     assert ended.out.rstrip().endswith("Reproduce it:  adeye replay ababababab")
 
 
-def test_show_json_is_the_description(adeye: Any, results: Results) -> None:
-    assert results.calls == []
+@pytest.mark.usefixtures("results")
+def test_show_json_is_the_description(adeye: Any) -> None:
     assert adeye("show", "abab", "--json").document == {"schema": "adeye/show@1", **DESCRIPTION}
 
 
-def test_unknown_run_is_an_input_error(adeye: Any, results: Results) -> None:
-    ended = adeye("show", "none")
-    assert (ended.code, ended.out) == (2, "")
-    assert results.calls == [(None, "none")]
+def test_unknown_run_is_an_input_error(adeye: Any, results: Mock) -> None:
+    results.describe_run.side_effect = InputError("run 'none': there is none")
+    assert "there is none" in adeye("show", "none").refused
 
 
-def test_identical_replay_is_a_success(adeye: Any, results: Results) -> None:
-    assert results.replayed.identical
-    ended = adeye("replay", "abab")
-    assert ended.code == 0
-    assert "Identical" in ended.out
+@pytest.mark.usefixtures("results")
+def test_identical_replay_is_a_success(adeye: Any) -> None:
+    assert "Identical" in adeye("replay", "abab").ok.out
     document = adeye("replay", "abab", "--json").document
     assert (document["schema"], document["identical"]) == ("adeye/replay@1", True)
     assert document["verdicts"] == {"FSR-01": "PASS"}
 
 
-def test_different_replay_ends_with_4(adeye: Any, results: Results) -> None:
+def test_different_replay_ends_with_4(adeye: Any, results: Mock) -> None:
     note = "it was made by another version"
     results.replayed = replace(REPLAYED, trace_digest="22" * 16, identical=False, note=note)
     for flags in ((), ("--json",)):
@@ -125,40 +102,38 @@ def test_different_replay_ends_with_4(adeye: Any, results: Results) -> None:
         assert "22" * 16 in ended.out
 
 
-def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Results) -> None:
+def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Mock) -> None:
     results.replayed = replace(REPLAYED, identical=False)
     ended = adeye("replay", "abab", "--html", "r.html")
     assert ended.code == 4
-    assert results.calls[-1] == (None, "abab", Path("r.html"))
+    results.write_replay.assert_called_once_with(None, "abab", Path("r.html"))
     assert "wrote r.html" in ended.err
 
 
-def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Results) -> None:
-    ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl")
-    assert ended.code == 0
-    assert results.calls == [(None, "abab", "nominal", Path("s.jsonl"))]
+def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Mock) -> None:
+    ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl").ok
+    asked = ("nominal", Path("s.jsonl"))
+    assert results.mock_calls == [call.replay_run(None, "abab", asked)]
     assert "wrote s.jsonl" in ended.err
 
 
-def test_channel_and_dump_belong_together(adeye: Any, results: Results) -> None:
+def test_channel_and_dump_belong_together(adeye: Any, results: Mock) -> None:
     for option in (("--channel", "nominal"), ("--dump", "s.jsonl")):
         assert "belong together" in adeye("replay", "abab", *option).refused
-        assert results.calls == []
+        assert results.mock_calls == []
 
 
-def test_grid_map_is_saved(adeye: Any, results: Results, tmp_path: Path) -> None:
+def test_grid_map_is_saved(adeye: Any, results: Mock, tmp_path: Path) -> None:
     path = tmp_path / "grid.npz"
-    ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path))
-    assert (ended.code, results.calls) == (0, [(None, "abab")])
+    ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path)).ok
+    assert results.mock_calls == [call.replay_run(None, "abab", look=ANY)]
     assert f"wrote {path}" in ended.err
     saved = np.load(path)
     assert (float(saved["time"]), str(saved["view"])) == (0.5, "truth")
     assert saved["number"].shape == (150, 70)
 
 
-def test_grid_map_has_the_view_and_cells_that_were_asked_for(
-    adeye: Any, results: Results, tmp_path: Path
-) -> None:
+def test_grid_map_as_asked_for(adeye: Any, results: Mock, tmp_path: Path) -> None:
     path, cells = tmp_path / "grid.npz", tmp_path / "cells.yaml"
     cells.write_text("width: 10 m\ncell: 1 m\ncosts: {default: 3, outside: 9, blocked: 9}\n")
     asked = ("replay", "abab", "--grid", "0.5 s", "--dump", str(path), "--channel", "safety")
@@ -168,10 +143,11 @@ def test_grid_map_has_the_view_and_cells_that_were_asked_for(
     assert saved["number"].shape == (75, 10)
     assert adeye(*asked, "--cells", "adeye").code == 0
     assert np.unique(np.load(path)["number"]).tolist() == [25.0, 50.0, 65.0, 90.0]
-    assert len(results.calls) == 2
+    assert len(results.mock_calls) == 2
 
 
-def test_grid_map_that_cannot_be_had_is_refused(adeye: Any, results: Results) -> None:
+@pytest.mark.usefixtures("results")
+def test_grid_map_that_cannot_be_had_is_refused(adeye: Any) -> None:
     dump = ("--dump", "g.npz")
     for options, what in (
         (("--grid", "1 s"), "--grid needs --dump"),
@@ -182,5 +158,4 @@ def test_grid_map_that_cannot_be_had_is_refused(adeye: Any, results: Results) ->
         (("--cells", "adeye"), "--cells belongs to --grid"),
     ):
         assert what in adeye("replay", "abab", *options).refused
-        assert results.replayed is REPLAYED
         assert not Path("g.npz").exists()

@@ -7,23 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from adeye.selftest.bench import DB, DRIVING, Bench, Edit, Master, is_good
-from adeye.selftest.inputs import FILES, METRICS, THRESHOLDS, Gauge, bounded, compare
+from adeye.selftest.bench import DB, DRIVING, Bench, Edit, Master
+from adeye.selftest.inputs import FILES, Gauge, bounded, compare
 
-# --- metrics: the second opinion agrees with the built-in ones, and every error is seen
+# --- metrics: the second opinion agrees with the built-in ones; see ``test_running`` for the rest
 
 
 PLUGIN = Edit(DRIVING, "plugins: []", "plugins: [./parts.py:Braking]")
 BRAKING = "selftest_braking_mps2"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("master", METRICS, ids=lambda item: item.name)
-def test_master_is_detected(bench: Bench, master: Master) -> None:
-    seen = master.examine(bench)
-    assert master.is_detected(seen), seen.text
-    twin = master.twin(bench)
-    assert is_good(twin), twin.text
 
 
 @pytest.fixture
@@ -67,9 +58,7 @@ def test_metric_that_is_not_there_agrees_with_nothing(db: Path) -> None:
     ],
     ids=lambda item: item.plugin,
 )
-def test_wrong_metric_lets_pass_what_the_right_one_does_not(
-    bench: Bench, right: Gauge, wrong: Gauge
-) -> None:
+def test_wrong_metric_lets_pass_too_much(bench: Bench, right: Gauge, wrong: Gauge) -> None:
     assert bench.run(wrong.edits).exit_code == 0
     seen = bench.run(right.edits)
     assert seen.exit_code == 1
@@ -78,9 +67,7 @@ def test_wrong_metric_lets_pass_what_the_right_one_does_not(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("plugin", ["Broken", "Endless", "Raising"])
-def test_run_in_which_a_metric_works_passes_beside_the_one_in_which_it_fails(
-    bench: Bench, plugin: str
-) -> None:
+def test_metric_that_fails_spoils_its_run_alone(bench: Bench, plugin: str) -> None:
     edits = bounded(plugin, f"selftest_{plugin.lower()}_m", "at_least: 0.5")
     assert bench.run(edits).exit_code == 3
     with closing(sqlite3.connect(bench.settle(edits) / DB)) as connection:
@@ -90,7 +77,7 @@ def test_run_in_which_a_metric_works_passes_beside_the_one_in_which_it_fails(
     assert found == [("ERROR",), ("PASS",)]
 
 
-# --- thresholds and files: each mistake is named with its place, each twin is accepted
+# --- files: each mistake is named with its place
 
 
 @pytest.mark.parametrize("master", FILES, ids=lambda item: item.name)
@@ -98,17 +85,3 @@ def test_mistake_is_named_with_file_and_line(bench: Bench, master: Master) -> No
     seen = master.examine(bench)
     assert master.is_detected(seen), seen.text
     assert re.search(r"\.yaml:\d+:\d+: ", seen.text)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("master", FILES, ids=lambda item: item.name)
-def test_twin_is_accepted(bench: Bench, master: Master) -> None:
-    assert is_good(master.twin(bench))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("master", THRESHOLDS, ids=lambda item: item.name)
-def test_wrong_threshold_is_detected(bench: Bench, master: Master) -> None:
-    seen = master.examine(bench)
-    assert master.is_detected(seen), seen.text
-    assert is_good(master.twin(bench))

@@ -12,35 +12,16 @@ import numpy as np
 import pytest
 
 from adeye.judge.evaluate import never_held
+from adeye.judge.stl.batch import NEEDED, SPARE
 from adeye.judge.timeline import Injection, Timeline
 from adeye.judge.uncertainty import Difference
 from adeye.judge.verdict import Outcome, Verdict
-from adeye.spec.concept import (
-    Concept,
-    Decomposition,
-    DependentFailure,
-    MetricBound,
-    Requirement,
-    Waiver,
-)
+from adeye.spec import concept as spec
+from adeye.store import records
 from adeye.store.block import BasisBlock, ExtremeBlock, JudgedBlock
 from adeye.store.encoding import Texts
 from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.location import locate
-from adeye.store.records import (
-    Block,
-    BlockCase,
-    CampaignFsr,
-    CampaignRecord,
-    ContentRecord,
-    EngineKey,
-    EventRecord,
-    ForkRecord,
-    MetricValue,
-    Plan,
-    StoredRun,
-    VerdictRecord,
-)
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
@@ -56,7 +37,7 @@ from tests.store.rows import (
     result_table_hash,
     run_block,
 )
-from tests.stored import stored
+from tests.stored import known, stored
 
 CONCEPT = stored("example_concept")
 
@@ -65,7 +46,7 @@ def sha(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def requirement(name: str, **changes: Any) -> Requirement:
+def requirement(name: str, **changes: Any) -> spec.Requirement:
     fields: dict[str, Any] = {
         "id": name,
         "goals": ("SG1",),
@@ -75,49 +56,49 @@ def requirement(name: str, **changes: Any) -> Requirement:
         "asil": "B",
         "allocation": ("camera",),
     }
-    return Requirement(**{**fields, **changes})
+    return spec.Requirement(**{**fields, **changes})
 
 
 class Example:
     """Makes records of one consistent campaign; every part can be replaced."""
 
     def __init__(self) -> None:
-        self.engine = EngineKey("highway", "float64", 1)
-        self.requirements: tuple[Requirement, ...] = (
+        self.engine = records.EngineKey("highway", "float64", 1)
+        self.requirements: tuple[spec.Requirement, ...] = (
             requirement("FSR1"),
             requirement(
                 "FSR2",
                 formula=None,
-                bound=MetricBound(metric="min_ttc_s", at_least=1.0),
+                bound=spec.MetricBound(metric="min_ttc_s", at_least=1.0),
                 mandatory=False,
             ),
             requirement("FSR3", applies="outside", scenarios=("cut_in",), asil="D"),
         )
-        self.waivers: tuple[Waiver, ...] = ()
+        self.waivers: tuple[spec.Waiver, ...] = ()
         self.not_applicable: dict[str, dict[str, str]] = {}
         self.parts: dict[str, Any] = {}
         self.thresholds: dict[str, str] = {}
         self.gate: tuple[str, ...] = ("new",)
-        self.odd = ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
-        self.verdict_of: Callable[[BlockCase, str], Verdict] = lambda _case, _fsr: Verdict.PASS
-        self.margin_of: Callable[[BlockCase], float] = lambda case: 1.0 + case.ordinal
-        self.trace_of: Callable[[BlockCase], str] = lambda case: sha(case.result_digest)[:32]
-        self.detail_of: Callable[[BlockCase], str | None] = lambda _case: None
+        self.odd = records.ContentRecord("motorway", "1", {"odd": "motorway", "seed": 7})
+        self.verdict_of: Callable[[Any, str], Verdict] = lambda _case, _fsr: Verdict.PASS
+        self.margin_of: Callable[[Any], float] = lambda case: 1.0 + case.ordinal
+        self.trace_of: Callable[[Any], str] = lambda case: sha(case.result_digest)[:32]
+        self.detail_of: Callable[[records.BlockCase], str | None] = lambda _case: None
 
-    def concept(self) -> Concept:
+    def concept(self) -> spec.Concept:
         content = {**CONCEPT, "requirements": self.requirements, "waivers": self.waivers}
-        return Concept.model_validate(content).model_copy(update=self.parts)
+        return spec.Concept.model_validate(content).model_copy(update=self.parts)
 
     def fsr_digest(self, name: str) -> str:
         return sha(f"{name} {self.thresholds.get(name, '')}")
 
-    def record(self) -> CampaignRecord:
-        return CampaignRecord(
+    def record(self) -> records.CampaignRecord:
+        return records.CampaignRecord(
             odd=self.odd,
             concept=self.concept(),
             fsrs=[
-                CampaignFsr(item.id, self.fsr_digest(item.id), self.not_applicable.get(item.id, {}))
-                for item in self.requirements
+                records.CampaignFsr(name, self.fsr_digest(name), self.not_applicable.get(name, {}))
+                for name in (item.id for item in self.requirements)
             ],
             gate=self.gate,
             factors=[{"scenario": "cut_in", "points": 2}],
@@ -137,9 +118,9 @@ class Example:
             "test_case": sha(f"{situation} {architecture}"),
             "situation": situation,
             "scenario": scenario,
-            "scenario_content": ContentRecord(scenario, "1", {"scenario": scenario}),
+            "scenario_content": records.ContentRecord(scenario, "1", {"scenario": scenario}),
             "architecture": architecture,
-            "architecture_content": ContentRecord(architecture, "", {"sensors": architecture}),
+            "architecture_content": records.ContentRecord(architecture, "", {"id": architecture}),
             "fault_entry": "none",
             "faults": [],
             "parameters": {"ego_speed": speed},
@@ -156,17 +137,17 @@ class Example:
     def cases(self, count: int) -> list[PlannedCase]:
         return [self.case(ordinal) for ordinal in range(count)]
 
-    def metrics(self, case: BlockCase) -> dict[str, MetricValue]:
-        metrics = {name: MetricValue(None, "not_applicable") for name in METRIC_IDS}
-        metrics["min_distance_m"] = MetricValue(3.0 + case.ordinal, "value", 1.5, "cutter")
-        metrics["min_ttc_s"] = MetricValue(None, "no_conflict")
-        metrics["contact"] = MetricValue(0.0)
+    def metrics(self, case: records.BlockCase) -> dict[str, records.MetricValue]:
+        metrics = {name: records.MetricValue(None, "not_applicable") for name in METRIC_IDS}
+        metrics["min_distance_m"] = records.MetricValue(3.0 + case.ordinal, "value", 1.5, "cutter")
+        metrics["min_ttc_s"] = records.MetricValue(None, "no_conflict")
+        metrics["contact"] = records.MetricValue(0.0)
         return metrics
 
-    def verdict(self, case: BlockCase, fsr: str) -> VerdictRecord:
+    def verdict(self, case: records.BlockCase, fsr: str) -> records.VerdictRecord:
         verdict = self.verdict_of(case, fsr)
         margin = (-1.0 if verdict is Verdict.FAIL else 1.0) * self.margin_of(case)
-        return VerdictRecord(
+        return records.VerdictRecord(
             fsr_id=fsr,
             fsr_digest=self.fsr_digest(fsr),
             verdict=verdict,
@@ -184,7 +165,7 @@ class Example:
             detail=self.detail_of(case),
         )
 
-    def run(self, case: BlockCase, **changes: Any) -> RunRecord:
+    def run(self, case: records.BlockCase, **changes: Any) -> RunRecord:
         fields: dict[str, Any] = {
             "test_case": case.test_case,
             "engine": self.engine,
@@ -197,8 +178,8 @@ class Example:
             "metrics": self.metrics(case),
             "verdicts": [self.verdict(case, fsr) for fsr in case.missing_fsrs],
             "events": [
-                EventRecord(0.5, "storyboard", "cutter", "lane change begins"),
-                EventRecord(1.5, "handover", "safety", "monitor confirmed"),
+                records.EventRecord(0.5, "storyboard", "cutter", "lane change begins"),
+                records.EventRecord(1.5, "handover", "safety", "monitor confirmed"),
             ],
             "chain": sha(f"link {case.test_case}")[:32],
             "executed_by": "host 1",
@@ -206,7 +187,7 @@ class Example:
         }
         return RunRecord(**{**fields, **changes})
 
-    def runs(self, block: Block) -> list[RunRecord]:
+    def runs(self, block: records.Block) -> list[RunRecord]:
         return [self.run(case) for case in block.to_execute]
 
     def basis(self, runs: int) -> BasisBlock:
@@ -227,7 +208,7 @@ class Example:
             files=tuple((sha("file"), run) for run in range(runs)),
         )
 
-    def judged(self, block: Block) -> dict[str, Sequence[VerdictRecord]]:
+    def judged(self, block: records.Block) -> dict[str, Sequence[records.VerdictRecord]]:
         return {
             case.result_digest: [self.verdict(case, fsr) for fsr in case.missing_fsrs]
             for case in block.to_judge
@@ -249,43 +230,23 @@ class Example:
         self.work_off(repository, plan.campaign)
         return plan.campaign
 
+    def same_result(self) -> None:
+        """Give all runs one result."""
+        self.trace_of = lambda _case: "5" * 32
+        self.margin_of = lambda _case: 1.0
+
+    def judge(self, verdict: Verdict, *ordinals: int) -> None:
+        """Judge these test cases so by every FSR; all others pass."""
+        self.verdict_of = lambda case, _: verdict if case.ordinal in ordinals else Verdict.PASS
+
     def repeat(self, *kinds: int) -> None:
         """Give all runs one result, and FSR1 nested implications that became of it what is said."""
         nested = " or ".join(f"(gap >= {9 + at} implies gap >= 3)" for at in range(len(kinds)))
         first = requirement("FSR1", formula=f"always(gap >= 2 or {nested})")
         self.requirements = (first, *self.requirements[1:])
         self.engine = replace(self.engine, variant="float32")
-        self.trace_of = lambda _case: "5" * 32
-        self.margin_of = lambda _case: 1.0
+        self.same_result()
         self.detail_of = lambda _case: never_held(kinds)
-
-    def fork(self, repository: Repository, campaign: str) -> ForkRecord:
-        """Save a fork of the first run of a campaign."""
-        origin = repository.find_run("0", campaign=campaign)
-        digest = self.engine.result_digest(sha("fork"))
-        case = BlockCase(0, sha("fork"), digest, has_result=False, missing_fsrs=("FSR1",))
-        record = ForkRecord(case.result_digest, case.test_case, origin.result_digest, 40, "safety")
-        repository.hindsight.save_forks([record], run_block([self.run(case)]))
-        return record
-
-    def hindsight(self, repository: Repository, campaign: str) -> tuple[Injection, TakeoverLine]:
-        """Keep what became of a fault of the first run, and what its fork told."""
-        run = repository.find_run("0", campaign=campaign)
-        fork = self.fork(repository, campaign)
-        place = (run.scenario, run.architecture, "none")
-        times = Timeline(1.0, 1.0, 1.1, 1.25, 1.3, 1.35, 1.5, 6.0)
-        off = Timeline(1.0, 1.0, 1.1, violation_s=4.0)
-        found = Injection(
-            run.result_digest, *place, times, off, None, "detected_in_time", ("a" * 32,) * 3
-        )
-        line = TakeoverLine(
-            run.result_digest, fork.result_digest, *place, "needed_and_done", 1.3, None, 4.0
-        )
-        repository.hindsight.save_injections([found])
-        repository.hindsight.save_takeovers([line])
-        drive = DriveRecord(run.result_digest, "cc", "r157-01", run.result_digest)
-        repository.hindsight.benchmarks.save((), (), None, [drive])
-        return found, line
 
     def require(self, **changes: Any) -> None:
         """Change something of all requirements."""
@@ -295,10 +256,9 @@ class Example:
         """Give the concept rows in every table of its parts."""
         concept = self.concept()
         camera = concept.elements[0].model_copy(update={"resources": ("power",)})
-        step = Decomposition(
-            requirement="FSR1", into=("FSR2", "FSR3"), independence="text", dfa=("DFA1",)
-        )
-        record = DependentFailure(
+        parts = ("FSR2", "FSR3")
+        step = spec.Decomposition(requirement="FSR1", into=parts, independence="a", dfa=("DFA1",))
+        record = spec.DependentFailure(
             id="DFA1", covers=("power",), argument="text", owner="me", valid_until=date(2030, 1, 1)
         )
         self.parts = {
@@ -306,30 +266,6 @@ class Example:
             "decompositions": (step,),
             "dependent_failures": (record,),
         }
-
-    def halved(self, repository: Repository, campaign: str) -> None:
-        """Save a twin of the first run with half the step, and a line of what it told."""
-        origin = repository.find_run("0", campaign=campaign)
-        digest = self.engine.result_digest(sha("twin"))
-        case = BlockCase(0, sha("twin"), digest, has_result=False, missing_fsrs=("FSR1",))
-        twin = HalfStepRecord(digest, case.test_case, origin.result_digest, origin.test_case, 0.025)
-        halves = repository.hindsight.half_steps
-        halves.save_twins([twin], run_block([self.run(case)]))
-        told = Difference("fsr", "FSR9", "m", 12, 11, 0.5, 0.75, 1, {"PASS → FAIL": 1})
-        line = UncertaintyRecord(origin.scenario, origin.architecture, told, "f" * 64, "e" * 64)
-        halves.save_uncertainty(campaign, [line])
-
-    def vouched(self, repository: Repository, campaign: str) -> None:
-        """Save root, session and certificate of a campaign, and withdraw its second run."""
-        evidence = repository.evidence
-        evidence.add_session(campaign, {"adeye": "0.1.0", "who": "me", "packages": {"numpy": "2"}})
-        assert evidence.record_root(campaign) is not None
-        run = repository.find_run("1", campaign=campaign)
-        assert evidence.withdraw(run.result_digest, author="me", reason="wrong map")
-        conditions = [{"condition": "batches of 7", "runs": 3}]
-        repository.hindsight.certificates.save(
-            CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
-        )
 
     def with_odd(self, version: str) -> None:
         self.odd = replace(self.odd, version=version, content={"odd": "motorway", "v": version})
@@ -396,20 +332,18 @@ class Store:
         """Read rows behind the repository."""
         return list(self.raw.execute(statement, values).fetchall())
 
-    def plan(self, cases: int | Iterable[PlannedCase], **options: Any) -> Plan:
+    def plan(self, cases: int | Iterable[PlannedCase], **options: Any) -> records.Plan:
         """Plan the first cases of the example, or others."""
         chosen = self.example.cases(cases) if isinstance(cases, int) else cases
         return self.repository.plan_campaign(self.example.record(), chosen, **options)
 
-    def claim(self, campaign: str | None = None, **options: Any) -> Block:
+    def claim(self, campaign: str | None = None, **options: Any) -> records.Block:
         """Claim a block where there is one."""
-        block = self.repository.claim_block(campaign=campaign, **options)
-        assert block is not None
-        return block
+        return known(self.repository.claim_block(campaign=campaign, **options))
 
     def complete(
         self,
-        block: Block,
+        block: records.Block,
         runs: Sequence[RunRecord] | None = None,
         verdicts: Verdicts | None = None,
     ) -> bool:
@@ -417,37 +351,86 @@ class Store:
         chosen = self.example.runs(block) if runs is None else runs
         return complete_block(self.repository, block, chosen, verdicts)
 
-    def campaign(self, count: int = 8, **options: Any) -> str:
-        """Plan and complete a campaign; return its id."""
-        return str(self.example.campaign(self.repository, count, **options))
+    def campaign(self, cases: int | Iterable[PlannedCase] = 8, **options: Any) -> str:
+        """Plan and complete a campaign of the example's cases, or others; return its id."""
+        campaign = self.plan(cases, **{"block_size": 3, **options}).campaign
+        self.work_off(campaign)
+        return campaign
 
     def work_off(self, campaign: str) -> int:
         """Complete every block; return how many runs that took."""
         return int(self.example.work_off(self.repository, campaign))
 
-    def fork(self, campaign: str) -> ForkRecord:
+    def fork(self, campaign: str) -> records.ForkRecord:
         """Save a fork of the first run of a campaign."""
-        made: ForkRecord = self.example.fork(self.repository, campaign)
-        return made
+        origin = self.repository.find_run("0", campaign=campaign)
+        digest = self.example.engine.result_digest(sha("fork"))
+        case = records.BlockCase(0, sha("fork"), digest, has_result=False, missing_fsrs=("FSR1",))
+        record = records.ForkRecord(
+            case.result_digest, case.test_case, origin.result_digest, 40, "safety"
+        )
+        self.repository.hindsight.save_forks([record], run_block([self.example.run(case)]))
+        return record
 
     def hindsight(self, campaign: str) -> tuple[Injection, TakeoverLine]:
         """Keep what became of a fault of the first run, and what its fork told."""
-        kept: tuple[Injection, TakeoverLine] = self.example.hindsight(self.repository, campaign)
-        return kept
+        run = self.repository.find_run("0", campaign=campaign)
+        fork = self.fork(campaign)
+        place = (run.scenario, run.architecture, "none")
+        times = Timeline(1.0, 1.0, 1.1, 1.25, 1.3, 1.35, 1.5, 6.0)
+        off = Timeline(1.0, 1.0, 1.1, violation_s=4.0)
+        found = Injection(
+            run.result_digest, *place, times, off, None, "detected_in_time", ("a" * 32,) * 3
+        )
+        line = TakeoverLine(
+            run.result_digest, fork.result_digest, *place, "needed_and_done", 1.3, None, 4.0
+        )
+        self.repository.hindsight.save_injections([found])
+        self.repository.hindsight.save_takeovers([line])
+        drive = DriveRecord(run.result_digest, "cc", "r157-01", run.result_digest)
+        self.repository.hindsight.benchmarks.save((), (), None, [drive])
+        return found, line
 
     def halved(self, campaign: str) -> None:
         """Save a twin of the first run with half the step, and a line of what it told."""
-        self.example.halved(self.repository, campaign)
+        origin = self.repository.find_run("0", campaign=campaign)
+        digest = self.example.engine.result_digest(sha("twin"))
+        case = records.BlockCase(0, sha("twin"), digest, has_result=False, missing_fsrs=("FSR1",))
+        twin = HalfStepRecord(digest, case.test_case, origin.result_digest, origin.test_case, 0.025)
+        halves = self.repository.hindsight.half_steps
+        halves.save_twins([twin], run_block([self.example.run(case)]))
+        told = Difference("fsr", "FSR9", "m", 12, 11, 0.5, 0.75, 1, {"PASS → FAIL": 1})
+        line = UncertaintyRecord(origin.scenario, origin.architecture, told, "f" * 64, "e" * 64)
+        halves.save_uncertainty(campaign, [line])
 
     def vouched(self, campaign: str) -> None:
         """Save root, session and certificate of a campaign, and withdraw its second run."""
-        self.example.vouched(self.repository, campaign)
+        evidence = self.repository.evidence
+        evidence.add_session(campaign, {"adeye": "0.1.0", "who": "me", "packages": {"numpy": "2"}})
+        assert evidence.record_root(campaign) is not None
+        run = self.repository.find_run("1", campaign=campaign)
+        assert evidence.withdraw(run.result_digest, author="me", reason="wrong map")
+        conditions = [{"condition": "batches of 7", "runs": 3}]
+        self.repository.hindsight.certificates.save(
+            CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
+        )
 
-    def run(self, digest: str) -> StoredRun:
+    def everything(self) -> str:
+        """Put rows into every table that is only added to; return the first campaign."""
+        self.example.decompose()
+        first = self.campaign(8)
+        self.hindsight(first)
+        self.halved(first)
+        self.campaign(2)
+        self.campaign(8)
+        self.vouched(first)
+        self.example.repeat(NEEDED, SPARE)
+        self.campaign(4)
+        return first
+
+    def run(self, digest: str) -> records.StoredRun:
         """Read a result that is there."""
-        stored = self.repository.run_row(digest)
-        assert stored is not None
-        return stored
+        return known(self.repository.run_row(digest))
 
     def result_hash(self, campaign: str) -> str:
         """Hash all that came of a campaign."""

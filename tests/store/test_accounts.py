@@ -81,9 +81,7 @@ CHANGES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("table", "column", "change"), CHANGES, ids=str)
-def test_altered_account_is_named_even_with_a_hash_that_fits(
-    store: Store, table: Any, column: str, change: Any
-) -> None:
+def test_altered_account_is_named(store: Store, table: Any, column: str, change: Any) -> None:
     if table in {case_repeat, never_held}:
         store.example.repeat(NEEDED)
         store.campaign(8)

@@ -1,17 +1,26 @@
 """Transactions: whole or not at all, by several threads and processes, and again when lost."""
 
 import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from adeye.errors import LostConnection, PlatformError
 from adeye.store import database as database_module
+from adeye.store import owner as owner_module
+from adeye.store import schema
 from adeye.store.database import Database, create_parent, persistently
 from adeye.store.location import Location
+from adeye.store.owner import Owner, boot_clock_s, owner_from_text
+from adeye.store.repository import Repository
+from tests.store.conftest import Store
 
 
 @pytest.fixture
@@ -111,11 +120,8 @@ def test_lost_connection_is_tried_again_until_it_answers(monkeypatch: pytest.Mon
 def test_lost_connection_is_not_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(database_module, "RECONNECT_S", 0.0)
 
-    def action() -> None:
-        raise LostConnection("gone")
-
     with pytest.raises(LostConnection, match="gone"):
-        persistently(action)
+        persistently(Mock(side_effect=LostConnection("gone")))
 
 
 def test_other_errors_are_not_tried_again() -> None:
@@ -130,9 +136,7 @@ def test_other_errors_are_not_tried_again() -> None:
     assert calls == [1]
 
 
-def test_change_that_was_lost_is_made_again(
-    database: Database, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lost_change_is_made_again(database: Database, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(time, "sleep", lambda _: None)
     tries: list[int] = []
 
@@ -145,3 +149,106 @@ def test_change_that_was_lost_is_made_again(
 
     assert database.change(change) == 2
     assert values(database) == [5]
+
+
+# --- the repository as its users open it: made on first use, committed, shared by threads
+
+
+def test_database_is_made_on_first_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Repository.open() as repository:
+        assert repository.location.path == Path(".adeye/adeye.db")
+        info = repository.info()
+    assert (info.schema, set(info.rows.values())) == (schema.head(), {0})
+    assert info.size_bytes > 0
+    assert Repository.open(create=False).verify() == ()
+
+
+def test_save_methods_commit(store: Store) -> None:
+    store.repository.save_content("odd", store.example.odd)
+    store.repository.save_concept(store.example.concept())
+    with Repository.open(store.repository.location, create=False) as other:
+        assert other.info().rows["odd"] == other.info().rows["concept"] == 1
+
+
+@pytest.mark.slow
+def test_threads_share_a_repository(store: Store) -> None:
+    plan = store.plan(40, block_size=2)
+    done: list[int] = []
+
+    def work() -> None:
+        while (block := store.repository.claim_block(campaign=plan.campaign)) is not None:
+            assert store.complete(block)
+            done.append(block.id)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(done) == list(range(1, 21))
+    assert store.repository.progress(plan.campaign).accounted == 40
+
+
+# --- owners of leases: alive, dead, or of another machine
+
+
+def test_this_process_is_alive() -> None:
+    assert not Owner.current().is_dead
+
+
+def test_owner_survives_the_database() -> None:
+    assert owner_from_text(Owner.current().to_text()) == Owner.current()
+
+
+def test_used_again_pid_is_another_process() -> None:
+    assert replace(Owner.current(), started="1").is_dead
+
+
+def test_ended_process_is_dead_even_before_its_parent_looks() -> None:
+    child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    there = replace(Owner.current(), pid=child.pid, started=_started(child.pid))
+    assert [there.is_dead] == [False]
+    child.kill()
+    _wait_for_exit_without_reaping(child.pid)
+    assert [there.is_dead] == [True]
+    child.communicate()
+    assert [there.is_dead] == [True]
+
+
+def test_process_of_another_machine_is_never_known_to_be_dead() -> None:
+    far = Owner("another machine", 1, "1")
+    assert not far.is_here
+    assert not far.is_dead
+
+
+def test_clock_of_the_boot_goes_forward() -> None:
+    before = boot_clock_s()
+    assert boot_clock_s() >= before
+
+
+def test_without_proc_the_pid_alone_tells(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(owner_module, "_PROC", tmp_path / "none")
+    child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    there = replace(Owner.current(), pid=child.pid)
+    assert there.started == ""
+    assert [there.is_dead] == [False]
+    child.kill()
+    child.communicate()
+    assert [there.is_dead] == [True]
+
+
+def test_process_of_another_user(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(owner_module, "_PROC", tmp_path / "none")
+    monkeypatch.setattr(os, "kill", Mock(side_effect=PermissionError))
+    assert not Owner.current().is_dead
+
+
+def _started(pid: int) -> str:
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]
+
+
+def _wait_for_exit_without_reaping(pid: int) -> None:
+    import os
+
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)

@@ -4,6 +4,7 @@ import math
 import pickle
 import sqlite3
 import unicodedata
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime, timedelta, timezone
 from typing import Any
 
@@ -13,8 +14,10 @@ from sqlalchemy.dialects import sqlite
 from sqlalchemy.schema import CreateTable
 
 from adeye.errors import IntegrityError
+from adeye.judge.verdict import Outcome, Verdict
 from adeye.store import encoding as bulk
 from adeye.store import tables
+from adeye.store.block import BasisBlock, ExtremeBlock, JudgedBlock, MetricBlock, VerdictBlock
 from adeye.store.encoding import (
     Column,
     Dictionary,
@@ -32,58 +35,44 @@ from adeye.store.encoding import (
     table_rows,
     utc_text,
 )
+from adeye.store.records import BlockCase, EventRecord, MetricValue
 from adeye.store.repository import Repository
 from tests.store.conftest import Example, Store
 from tests.store.raw import on_sqlite
+from tests.store.rows import RunRecord, event_block, run_block
 
+NAN = float("nan")
 EVENT = (3, 0, 1.5, "contact", None, "hit")
 
 
-def test_row_is_its_values_and_their_hash() -> None:
+def test_row_is_its_values_as_a_database_keeps_them_and_their_hash() -> None:
     made = row(tables.event, EVENT)
     assert made == (*EVENT, row_hash(tables.event, EVENT))
+    kept = row(tables.event, (3, 0, -0.0, "k", None, "a\x00b\ud800c"))
+    assert (math.copysign(1.0, kept[2]), kept[5]) == (1.0, "a\\x00b\\ud800c")
 
 
-def test_every_value_changes_the_hash() -> None:
-    for place, value in enumerate(EVENT):
-        other: list[Any] = list(EVENT)
-        other[place] = 7 if isinstance(value, int | float) else "other"
-        assert row(tables.event, other)[-1] != row(tables.event, EVENT)[-1]
+def test_every_value_and_its_type_change_the_hash() -> None:
+    others = [(*EVENT[:at], 7 if at < 3 else "other", *EVENT[at + 1 :]) for at in range(6)]
+    values = [(value,) for value in (1, 1.0, "1", "i1", None, "n", "")]
+    hashes = {row_hash(tables.event, item) for item in (EVENT, *others, *values)}
+    assert len(hashes | {row_hash(tables.run, EVENT)}) == 1 + 6 + 7 + 1
+    with pytest.raises(TypeError, match="is not what was written"):
+        row_hash(tables.event, (b"blob",))
 
 
-def test_same_values_in_another_table_hash_differently() -> None:
-    assert row_hash(tables.run, EVENT) != row_hash(tables.event, EVENT)
-
-
-def test_minus_zero_is_zero_as_the_database_will_read_it() -> None:
-    made = row(tables.event, (3, 0, -0.0, "k", None, "t"))
-    assert math.copysign(1.0, made[2]) == 1.0
-
-
-def test_row_refuses_what_its_columns_cannot_hold() -> None:
-    refused: list[tuple[int, Any, type[Exception], str]] = [
-        *(
-            (2, number, ValueError, "cannot be stored")
-            for number in (math.nan, math.inf, -math.inf)
-        ),
+def test_row_and_json_refuse_what_cannot_be_held() -> None:
+    for place, value, error, match in (
+        *((2, number, ValueError, "cannot be stored") for number in (NAN, math.inf, -math.inf)),
         (1, 0.5, ValueError, r"0\.5"),
         (3, 3, TypeError, "not text"),
-    ]
-    for place, value, error, match in refused:
+    ):
         with pytest.raises(error, match=match):
             row(tables.event, (*EVENT[:place], value, *EVENT[place + 1 :]))
     with pytest.raises(ValueError, match="zip"):
         row(tables.event, EVENT[:-1])
-
-
-def test_text_that_no_database_keeps_is_escaped() -> None:
-    made = row(tables.event, (3, 0, 1.0, "k", None, "a\x00b\ud800c"))
-    assert made[5] == "a\\x00b\\ud800c"
-
-
-def test_json_refuses_nan() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
-        json_text({"a": math.nan})
+        json_text({"a": NAN})
 
 
 def test_times_of_day_are_utc() -> None:
@@ -102,24 +91,10 @@ def test_rows_of_columns_are_the_rows_of_their_values() -> None:
     other = ["e%s", *CASE[1:6], '{"a":"ü"}', 1, 7, 0.1, "o", 4]
     made = rows_of_columns(tables.test_case, columns)
     assert made == [row(tables.test_case, CASE), row(tables.test_case, other)]
-
-
-def test_columns_of_different_lengths_make_no_rows() -> None:
     with pytest.raises(ValueError, match="zip"):
         rows_of_columns(tables.test_case, [["d", "e"], ["s"], *CASE[2:]])
 
 
-def test_number_and_its_text_hash_differently() -> None:
-    hashes = {row_hash(tables.event, (value,)) for value in (1, 1.0, "1", "i1", None, "n", "")}
-    assert len(hashes) == 7
-
-
-def test_value_of_a_type_that_is_never_written_has_no_hash() -> None:
-    with pytest.raises(TypeError, match="is not what was written"):
-        row_hash(tables.event, (b"blob",))
-
-
-NAN = float("nan")
 WORDS = ("a", "", None, "größer", "雪", "a\x00b", "\ud800", "b" * 64, "x%s'\"")
 
 
@@ -154,24 +129,21 @@ def rehashed(table: Any, rows: list[tuple[Any, ...]]) -> list[str]:
     return row_hashes(table, stored_words(table, hashed_names(table), [row[:-1] for row in rows]))
 
 
-def test_texts_come_back_as_they_went_in() -> None:
+def test_texts_come_back_as_they_went_in_but_for_what_a_database_cannot_keep() -> None:
     values = ["a", None, "größer", "a", ""]
     texts = Texts.of(values)
-    assert texts.values() == values
-    assert len(texts) == 5
-    assert texts[np.array([4, 1])].values() == ["", None]
-    assert Texts.same("x", 3).values() == ["x"] * 3
-    assert Texts.same(None, 2).values() == [None, None]
-    assert Texts.unique(["ab", "cd"]).values() == ["ab", "cd"]
-
-
-def test_code_minus_one_is_the_last_word() -> None:
+    assert (texts.values(), len(texts)) == (values, 5)
+    # Code -1 is the last word.
     actor = Texts(np.array([0, -1, 1]), Dictionary(("lead", "cutter", None)))
-    assert actor.values() == ["lead", None, "cutter"]
-
-
-def test_what_a_database_cannot_keep_is_escaped() -> None:
-    assert Dictionary(("a\x00b", "\ud800", None)).words == ("a\\x00b", "\\ud800", None)
+    for made, expected in (
+        (texts[np.array([4, 1])], ["", None]),
+        (Texts.same("x", 3), ["x"] * 3),
+        (Texts.same(None, 2), [None, None]),
+        (Texts.unique(["ab", "cd"]), ["ab", "cd"]),
+        (actor, ["lead", None, "cutter"]),
+        (Texts.of(["a\x00b", "\ud800", None]), ["a\\x00b", "\\ud800", None]),
+    ):
+        assert made.values() == expected
 
 
 def test_dictionary_is_sent_without_what_can_be_calculated_again() -> None:
@@ -268,22 +240,18 @@ def test_values_that_change_places_change_the_hash() -> None:
 
 
 def test_minus_zero_is_stored_and_hashed_as_zero() -> None:
-    minus, plus = np.array([-0.0]), np.array([0.0])
-    assert np.array_equal(hash_words([minus]), hash_words([plus]))
     columns = events(1)
-    columns[2] = minus
+    columns[2] = np.array([-0.0])
+    assert np.array_equal(hash_words([columns[2]]), hash_words([np.array([0.0])]))
     (row,) = stored(columns)
     assert math.copysign(1.0, row[2]) == 1.0
 
 
-def test_null_is_no_zero_and_no_empty_text() -> None:
+def test_null_is_no_zero_and_no_empty_text_and_infinity_is_refused() -> None:
     assert not np.array_equal(hash_words([np.array([NAN])]), hash_words([np.array([0.0])]))
     assert not np.array_equal(hash_words([Texts.same(None, 1)]), hash_words([Texts.same("", 1)]))
     other = np.array([0xFFF8000000000001], dtype=np.uint64).view(np.float64)
     assert np.array_equal(hash_words([other]), hash_words([np.array([NAN])]))
-
-
-def test_infinity_is_refused() -> None:
     for number in (math.inf, -math.inf):
         with pytest.raises(ValueError, match="infinity cannot be stored"):
             hash_words([np.array([0.0, number])])
@@ -291,12 +259,8 @@ def test_infinity_is_refused() -> None:
 
 def test_value_that_was_never_written_is_named() -> None:
     row = stored(events())[0]
-    written: list[tuple[int, Any]] = [
-        *((1, value) for value in (1.0, "1", True)),
-        *((2, value) for value in (1, "1.5", b"\x00")),
-        *((3, value) for value in (b"switch", 5)),
-    ]
-    for place, value in written:
+    others: dict[int, Any] = {1: (1.0, "1", True), 2: (1, "1.5", b"\x00"), 3: (b"switch", 5)}
+    for place, value in ((at, one) for at, values in others.items() for one in values):
         with pytest.raises(TypeError, match="is not what was written"):
             rehashed(tables.event, [(*row[:place], value, *row[place + 1 :])])
     with pytest.raises(ValueError, match="not finite"):
@@ -344,9 +308,7 @@ def contents(raw: sqlite3.Connection) -> list[str]:
 
 
 @on_sqlite
-def test_rebuilt_indexes_are_those_that_were_there(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rebuilt_indexes_are_the_same(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     before = indexes(store.raw)
     monkeypatch.setattr(bulk, "MANY_ROWS", 1)
     store.plan(40)
@@ -355,7 +317,7 @@ def test_rebuilt_indexes_are_those_that_were_there(
     assert store.rows("PRAGMA integrity_check") == [("ok",)]
 
 
-def test_rebuilding_changes_no_row(
+def test_rebuilding_loses_no_row(
     empty: bytes, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = []
@@ -371,9 +333,7 @@ def test_rebuilding_changes_no_row(
 
 
 @on_sqlite
-def test_failure_while_rebuilding_leaves_the_indexes(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_rebuilding_leaves_indexes(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     before = indexes(store.raw)
     monkeypatch.setattr(bulk, "MANY_ROWS", 1)
     monkeypatch.setattr("adeye.store.write.planning._CHUNK", 1)
@@ -404,3 +364,143 @@ def test_cache_is_large_for_a_while_only(repository: Repository) -> None:
         after = connection.exec_driver_sql("PRAGMA cache_size").scalar_one()
         assert (during, after) == (-bulk.CACHE_KIB, before)
         assert bulk.size_of(connection, tables.test_case) == 0
+
+
+# --- blocks of results: what goes in one by one comes out as columns, whole or in part
+
+
+@pytest.fixture
+def records(example: Any) -> list[RunRecord]:
+    """Five runs with different numbers of verdicts and events, some with metrics of a plug-in."""
+    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal in {1, 4} else Verdict.PASS
+    cases = [
+        BlockCase(
+            ordinal=number,
+            test_case=f"{number:064x}",
+            result_digest=f"{number:064x}",
+            missing_fsrs=("FSR1", "FSR2")[: number % 3],
+            has_result=False,
+        )
+        for number in range(5)
+    ]
+    made = []
+    for case in cases:
+        events = [EventRecord(0.1 * k, "fault", None, f"größer {k}") for k in range(case.ordinal)]
+        own = {"ours": {"mine": MetricValue(1.0 * case.ordinal)}} if case.ordinal % 2 else {}
+        made.append(example.run(case, events=events, plugin_metrics=own))
+    return made
+
+
+def said(part: Any) -> Any:
+    """What a part of a block says, however its texts are numbered."""
+    if isinstance(part, Texts):
+        return part.values()
+    if isinstance(part, Dictionary):
+        return None
+    if isinstance(part, MetricBlock):
+        actors = Texts(part.actor, part.actors).codes
+        names = part.actors.objects[actors].tolist()
+        numbers = [repr(item) for item in (part.value.tolist(), part.time_s.tolist())]
+        return part.ids, numbers, part.status.tolist(), names
+    if isinstance(part, np.ndarray):
+        return repr(part.tolist())
+    if is_dataclass(part):
+        return {item.name: said(getattr(part, item.name)) for item in fields(part)}
+    return [said(item) for item in part] if isinstance(part, tuple | list) else part
+
+
+@pytest.mark.parametrize("runs", [[0], [3], [1, 2], [0, 2, 4], [0, 1, 2, 3, 4], []])
+def test_chosen_runs_are_those_runs_alone(records: list[RunRecord], runs: list[int]) -> None:
+    chosen = said(run_block(records).take(np.array(runs, dtype=np.int64)))
+    alone = said(run_block([records[run] for run in runs]))
+    for part in ("engines", "plugin_metrics"):
+        chosen.pop(part)
+        alone.pop(part)
+    assert chosen == alone
+
+
+def test_metrics_of_a_plug_in_stay_with_their_runs(records: list[RunRecord]) -> None:
+    (block,) = run_block(records).plugin_metrics
+    assert (block.plugin, block.run.tolist()) == ("ours", [1, 3])
+    part = block.take(np.array([2, 3]))
+    assert (part.run.tolist(), part.metrics.value.tolist()) == ([1], [[3.0]])
+
+
+def test_runs_with_a_failure_are_counted_once(records: list[RunRecord]) -> None:
+    verdicts = run_block(records).verdicts
+    assert verdicts.failures == 2
+    assert verdicts.take(verdicts.run != 1).failures == 1
+    assert VerdictBlock.of(()).failures == 0
+
+
+def test_engines_are_listed_once(records: list[RunRecord]) -> None:
+    other = replace(records[3].engine, variant="exact")
+    mixed = [*records[:3], replace(records[3], engine=other), records[4]]
+    block = run_block(mixed)
+    assert (len(block), len(block.engines), block.engine.tolist()) == (5, 2, [0, 0, 0, 1, 0])
+    assert block.result_digests == tuple(record.result_digest for record in mixed)
+    code = list(Outcome).index(Outcome.INFRASTRUCTURE_ERROR)
+    with pytest.raises(ValueError, match="no result"):
+        replace(block, outcome=np.full(5, code))
+
+
+def test_events_are_numbered_run_by_run(records: list[RunRecord]) -> None:
+    events = run_block(records).events
+    assert events.run.tolist() == [1, 2, 2, 3, 3, 3, 4, 4, 4, 4]
+    assert events.seq.tolist() == [0, 0, 1, 0, 1, 2, 0, 1, 2, 3]
+    assert events.subject.values() == [None] * 10
+    assert event_block([[], []]).seq.tolist() == []
+
+
+def test_value_of_a_metric_is_finite_and_fits_its_status() -> None:
+    def metric_block(value: float, status: int) -> MetricBlock:
+        columns = (np.array([[part]]) for part in (value, status, np.nan, -1))
+        return MetricBlock(("gap_m",), *columns, Dictionary((None,)))
+
+    for value in (np.nan, np.inf, -np.inf):
+        with pytest.raises(ValueError, match="metric gap_m"):
+            metric_block(value, status=0)
+    for value in (0.0, np.inf):
+        with pytest.raises(ValueError, match="no_conflict"):
+            metric_block(value, status=1)
+
+
+def test_judged_verdicts_belong_to_the_place_of_their_result(records: list[RunRecord]) -> None:
+    block = JudgedBlock.of({"a" * 64: records[2].verdicts, "b" * 64: records[1].verdicts})
+    assert block.result_digests == ("a" * 64, "b" * 64)
+    assert block.verdicts.run.tolist() == [0, 0, 1]
+    assert block.verdicts.fsr_id.values() == ["FSR1", "FSR2", "FSR1"]
+    assert block.trace_digests == ()
+
+
+def block() -> BasisBlock:
+    extremes = ExtremeBlock(
+        run=np.array([0, 1, 1, 3]),
+        measure=Texts.of(["least gap", "least gap", "least ttc", "least gap"]),
+        value=np.array([1.0, 2.0, 3.0, 4.0]),
+        time_s=np.array([0.1, 0.2, 0.3, 0.4]),
+        actor=Texts.of(["lead", None, "lead", "cutter"]),
+        samples=Texts.of(["a", "b", "c", "d"]),
+    )
+    return BasisBlock(
+        version=1,
+        uids={"contact": "adeye:contact@1"},
+        by_contact=np.array([True, False, False, True]),
+        invalid=Texts.of([None, "not realised", None, None]),
+        extremes=extremes,
+        files=(("t.npz", 0), None, ("t.npz", 2), ("t.npz", 3)),
+    )
+
+
+def test_chosen_runs_keep_their_samples_under_new_numbers() -> None:
+    whole = block()
+    chosen = whole.take(np.array([1, 3]))
+    assert chosen.by_contact.tolist() == [False, True]
+    assert chosen.invalid.values() == ["not realised", None]
+    assert chosen.files == (None, ("t.npz", 3))
+    assert chosen.extremes.run.tolist() == [0, 0, 1]
+    assert chosen.extremes.samples.values() == ["b", "c", "d"]
+    assert chosen.extremes.value.tolist() == [2.0, 3.0, 4.0]
+    # A run may have no samples, and a block no traces.
+    assert whole.take(np.array([2])).extremes.run.tolist() == []
+    assert replace(whole, files=()).take(np.array([0, 2])).files == ()

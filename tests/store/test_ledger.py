@@ -71,7 +71,7 @@ def test_transaction_that_fails_leaves_no_entry(store: Store, database: Database
     assert store.rows(entries) == [(1, 0, 1, 1)]
 
 
-def test_many_entries_are_written_before_the_end(
+def test_entries_are_written_early(
     store: Store, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ledger, "DETAILED", 2)
@@ -121,9 +121,7 @@ def test_known_rows_stay_and_of_one_key_the_first_goes_in(store: Store, database
         ("ledger", "number = 2 AND place = 0", "2 0"),
     ],
 )
-def test_deleted_row_is_named_by_its_run_or_key(
-    store: Store, table: str, condition: str, row: str
-) -> None:
+def test_deleted_row_is_named(store: Store, table: str, condition: str, row: str) -> None:
     campaign = store.campaign()
     unguarded(store.raw)
     (digest,) = store.rows("SELECT result_digest FROM run WHERE number = 4")[0]
@@ -136,8 +134,7 @@ def test_deleted_row_is_named_by_its_run_or_key(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "gone",
-    ["seal WHERE run_number = 4", "ledger WHERE number = (SELECT max(number) FROM ledger)"],
+    "gone", ["seal WHERE run_number = 4", "ledger WHERE number = (SELECT max(number) FROM ledger)"]
 )
 def test_seal_or_last_entry_that_is_gone_is_told_from_the_rows(store: Store, gone: str) -> None:
     store.campaign()

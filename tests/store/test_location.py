@@ -32,16 +32,14 @@ def test_location_of_a_server_names_everything_but_the_password() -> None:
     location = locate("postgresql://me:canary@host:6543/evidence?options=-csecret")
     assert str(location) == "postgresql://me@host:6543/evidence"
     assert "canary" not in repr(location)
-    assert location.is_server
-    assert location.path is None
+    assert (location.is_server, location.path) == (True, None)
     assert location.url.password == "canary"  # noqa: S105 - shows where one is shown
     assert locate(location) is location
     assert locate("postgres://host/evidence").url.database == "evidence"
-
-
-def test_files_are_named_after_their_database() -> None:
+    # Files are named after their database; that of a file needs no parsing.
     assert locate("a/b.db").beside == Path("a/b.db")
     assert locate("postgresql://host/evidence").beside == Path(".adeye/evidence.postgresql")
+    assert str(Location.of_file(Path("what://ever"))) == "what:/ever"
 
 
 @pytest.mark.parametrize(
@@ -75,43 +73,18 @@ def test_what_is_no_file_name_is_refused(text: str | Path, problem: str) -> None
     assert caught.value.remedy
 
 
-def test_location_of_a_file_needs_no_parsing() -> None:
-    assert str(Location.of_file(Path("what://ever"))) == "what:/ever"
-
-
 SECRET = "p@s/s:w?o#r d%41é"  # noqa: S105 - made up
 SPELT = "p%40s%2Fs%3Aw%3Fo%23r%20d%2541%C3%A9"
 PARTS = ("p@s", "p%40s", "w?o", "w%3F", "w%3f", "o#r", "o%23r", "r d", "r%20d", "r+d", "d%2541")
 
 
-def secretive() -> list[str]:
-    """Spell addresses with a secret, right and wrong."""
-    lower = SPELT.replace("%2F", "%2f").replace("%3F", "%3f").replace("%3A", "%3a")
-    right = [
-        f"postgresql://me:{SPELT}@host/evidence",
-        f"postgresql://me:{lower}@host:6543/evidence?sslmode=require",
-        f"postgres://me@host/evidence?password={SPELT}",
-        f"postgresql://me@host/evidence?sslpassword={SPELT}&host=other",
-        "postgresql://me:p%40s/s:w@host/evidence",
-        "postgresql://me:o#r d@host/evidence",
-    ]
-    wrong = [
-        f"postgresql://me:{SECRET}@host/evidence",
-        "postgresql://me:p@s@host/evidence",
-        "postgresql://host:5432/evidence?password=p@s",
-        "postgresql://host/evidence?password=p@s",
-        "postgresql://m/e:o#r@host/evidence",
-        "postgresql://me:w?o@host/evidence",
-        "postgresql://me:o#r@host:p%40s/evidence",
-        f"postgresql+psycopg://me:{SPELT}@host/evidence",
-        f"postgresql:/me:{SPELT}@host/evidence",
-        f"host=host user=me password='{SECRET}' dbname=evidence",
-        f"postgresql:me:{SECRET}@host/evidence",
-    ]
-    return right + wrong
+LOWER = SPELT.replace("%2F", "%2f").replace("%3F", "%3f").replace("%3A", "%3a")
+ADDRESSES = [
+    text.format(spelt=SPELT, lower=LOWER, secret=SECRET) for text in PLACES["with a secret"]
+]
 
 
-@pytest.mark.parametrize("address", secretive())
+@pytest.mark.parametrize("address", ADDRESSES)
 @pytest.mark.parametrize("by_variable", [0, 1])
 def test_no_word_about_an_address_holds_a_part_of_its_secret(
     address: str, by_variable: int, monkeypatch: pytest.MonkeyPatch

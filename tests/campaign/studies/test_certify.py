@@ -38,7 +38,7 @@ from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
 from tests.campaign.work import perform
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, MINI, Project
+from tests.project import CANDIDATE, CANDIDATE_ONLY, Project, odd_of
 from tests.project import Executed as Campaign
 from tests.sql import alter
 from tests.stored import known, stored
@@ -63,14 +63,7 @@ def campaign(mini: Campaign, tmp_path: Path) -> tuple[Project, Path]:
 
 def braking(make_project: MakeProject) -> Project:
     """A campaign of one scenario and the candidate, without faults."""
-    return make_project(
-        {
-            **MINI,
-            "scenarios": [{"use": "lead_braking", "faults": ["none"]}],
-            "faults": [],
-            "architectures": ["architectures/camera_radar.yaml"],
-        }
-    )
+    return make_project({**odd_of("lead_braking"), "architectures": CANDIDATE_ONLY})
 
 
 def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> Project:
@@ -128,9 +121,7 @@ def test_channel_that_is_not_deterministic_is_found_and_named(
 
 
 @pytest.mark.slow
-def test_first_ticks_that_differ_are_named(
-    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_first_tick_differing(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW)
     # The channel acts at every second tick, so its 76th answer is that of tick 150.
     project = unsteady(make_project, "time.time_ns() % 1000 + 1", from_tick=130)
@@ -141,7 +132,7 @@ def test_first_ticks_that_differ_are_named(
 
 
 @pytest.mark.slow
-def test_metric_that_is_not_as_stored_is_named(
+def test_altered_metric_is_named_and_other_arithmetic_is_no_nondeterminism(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW)
@@ -151,25 +142,18 @@ def test_metric_that_is_not_as_stored_is_named(
     assert finding.differs == ("min_distance_m",)
     assert finding.first_tick is None
     assert len(finding.conditions) == len(FEW)
-
-
-@pytest.mark.slow
-def test_run_that_a_deadline_ended_is_left_out(
-    campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
-    project, db = campaign
+    # A run that a deadline ended is left out.
     alter(db, "UPDATE run SET machine_dependent = 1, trace_digest = 'x' WHERE number = 1")
     found = certify(db, str(project.odd))
-    assert found.is_certified
-    assert found.machine_dependent == 1
+    assert (found.is_certified, found.machine_dependent) == (True, 1)
     assert found.sampled == found.executed - 1
+    alter(db, "UPDATE run SET numerics_version = 1")
+    with pytest.raises(UsageError, match=r"numerics version 1, executed it; this is"):
+        certify(db, str(project.odd))
 
 
 @pytest.mark.slow
-def test_masks_are_conditions_of_what_promises_as_much(
-    campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_masks_count(campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     project, db = campaign
     mask = Mask("weaker", {"ADEYE_TEST_MASK": "1"})
     monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
@@ -183,9 +167,7 @@ def test_masks_are_conditions_of_what_promises_as_much(
 
 
 @pytest.mark.slow
-def test_reference_traffic_is_certified_on_its_platform(
-    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_reference_class(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW)
     monkeypatch.setattr(certificates, "masks", lambda: (Mask("weaker", {}),))
     project = braking(make_project)
@@ -206,15 +188,7 @@ def test_changed_plugin_is_no_nondeterminism(make_project: MakeProject) -> None:
 
 
 @pytest.mark.slow
-def test_other_arithmetic_is_no_nondeterminism(campaign: tuple[Project, Path]) -> None:
-    project, db = campaign
-    alter(db, "UPDATE run SET numerics_version = 1")
-    with pytest.raises(UsageError, match=r"numerics version 1, executed it; this is"):
-        certify(db, str(project.odd))
-
-
-@pytest.mark.slow
-def test_batch_that_cannot_be_executed_certifies_nothing(
+def test_failed_batch_certifies_nothing(
     campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
@@ -373,55 +347,36 @@ def compare(sampled: Sampled, block: RunBlock) -> Any:
     return compared.findings()
 
 
-def test_same_again_is_no_finding(seen: tuple[Sampled, RunBlock]) -> None:
-    assert compare(*seen) == ()
+def test_same_again_and_what_was_not_stored_are_no_findings(seen: tuple[Sampled, RunBlock]) -> None:
+    """As a metric that an older release did not have, and verdicts of other requirements."""
+    sampled, block = seen
+    fewer = {name: item for name, item in sampled.stored.metrics.items() if name != "contact"}
+    changes: tuple[dict[str, Any], ...] = ({}, {"metrics": fewer}, {"verdicts": ()})
+    for change in changes:
+        older = replace(sampled, stored=replace(sampled.stored, **change))
+        assert compare(older, block) == ()
+    # A run that a deadline ended counts as nothing.
+    ended = replace(block, machine_dependent=np.array([True]), trace_digests=("0" * 32,))
+    compared = Compared([sampled])
+    assert compared.add("some", ended) == 0
+    assert compared.findings() == ()
 
 
 def test_trace_metric_and_outcome_that_differ_are_named(seen: tuple[Sampled, RunBlock]) -> None:
     sampled, block = seen
     value = block.metrics.value.copy()
-    place = block.metrics.ids.index("min_distance_m")
-    value[0, place] += 1e-12
-    other = replace(
-        block,
-        trace_digests=("0" * 32,),
-        metrics=replace(block.metrics, value=value),
-        outcome=block.outcome + 1,
-    )
+    value[0, block.metrics.ids.index("min_distance_m")] += 1e-12
+    metrics = replace(block.metrics, value=value)
+    other = replace(block, trace_digests=("0" * 32,), metrics=metrics, outcome=block.outcome + 1)
     (finding,) = compare(sampled, other)
     assert finding.differs == ("trace", "outcome", "min_distance_m")
-    assert finding.conditions == ("some",)
-    assert finding.traces == 2
+    assert (finding.conditions, finding.traces) == (("some",), 2)
     # Every link of the chain is as stored, so the end of the trace differs.
     assert finding.first_tick == sampled.stored.row["trace_rows"] // LINK_TICKS * LINK_TICKS
-
-
-def test_first_link_that_differs_tells_the_ticks(seen: tuple[Sampled, RunBlock]) -> None:
-    sampled, block = seen
     links = block.chains[0]
     assert len(links) >= 64, "the run has two links, else nothing is told here"
-    broken = links[:32] + "f" * 32 + links[64:]
-    other = replace(block, trace_digests=("0" * 32,), chains=(broken,))
-    (finding,) = compare(sampled, other)
-    assert finding.first_tick == 100
-
-
-def test_what_was_not_stored_is_nothing_that_differs(seen: tuple[Sampled, RunBlock]) -> None:
-    """As a metric that an older release did not have, and verdicts of other requirements."""
-    sampled, block = seen
-    fewer = {name: item for name, item in sampled.stored.metrics.items() if name != "contact"}
-    changes: tuple[dict[str, Any], ...] = ({"metrics": fewer}, {"verdicts": ()})
-    for change in changes:
-        older = replace(sampled, stored=replace(sampled.stored, **change))
-        assert compare(older, block) == ()
-
-
-def test_run_that_a_deadline_ended_counts_as_nothing(seen: tuple[Sampled, RunBlock]) -> None:
-    sampled, block = seen
-    ended = replace(block, machine_dependent=np.array([True]), trace_digests=("0" * 32,))
-    compared = Compared([sampled])
-    assert compared.add("some", ended) == 0
-    assert compared.findings() == ()
+    broken = replace(other, chains=(links[:32] + "f" * 32 + links[64:],))
+    assert compare(sampled, broken)[0].first_tick == 100
 
 
 def test_verdict_that_differs_is_named_by_its_requirement(seen: tuple[Sampled, RunBlock]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -71,13 +72,8 @@ def test_grid_has_no_interval(table: InjectionTable) -> None:
     assert all(row.coverage is None for row in table.rows)
 
 
-def test_what_was_found_is_kept_and_not_executed_again(
-    db: Path, table: InjectionTable, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object) -> None:
-        raise AssertionError("nothing is to be executed")
-
-    monkeypatch.setattr(timing, "_injections", refuse)
+def test_found_is_kept(db: Path, table: InjectionTable, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timing, "_injections", Mock(side_effect=AssertionError))
     assert campaign_injections(db) == table
     with Repository.open(db, create=False) as repository:
         assert repository.hindsight.injections(table.campaign) == table.injections

@@ -6,6 +6,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -18,7 +19,7 @@ from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from adeye.trace import LINK_TICKS
 from tests.project import Executed
-from tests.sql import alter
+from tests.sql import alter, rows
 from tests.stored import known
 
 # --- forks of stored runs: the laws that make them evidence
@@ -41,20 +42,12 @@ def run_of(mini: Executed, architecture: str, entry: str = "nominal_silent") -> 
 
 
 def takeover_of(db: Path, run: str) -> int:
-    with Repository.open(db, create=False) as repository:
-        recalled = recall(repository, repository.find_run(run))
-    time = next(
-        event.time_s
-        for event in recalled.stored.events
-        if (event.kind, event.subject) == ("switch", "safety")
-    )
-    return round(time / recalled.case.step)
+    sql = "SELECT time_s FROM v_timeline WHERE run = ? AND kind = 'switch' AND subject = 'safety'"
+    return round(rows(db, sql, run)[0][0] / 0.05)
 
 
 @pytest.mark.slow
-def test_fork_with_the_original_decision_is_the_run_bit_for_bit_and_with_the_other_another(
-    mini: Executed, db: Path
-) -> None:
+def test_fork_with_the_decision_of_the_run_is_the_run(mini: Executed, db: Path) -> None:
     run = run_of(mini, "camera_radar")
     start = str(takeover_of(db, run))
     forked = fork_run(db, run, start=start, authority="safety")
@@ -110,7 +103,7 @@ def test_run_that_does_not_come_out_as_recorded_has_no_forks(mini: Executed, db:
 
 
 @pytest.mark.slow
-def test_fork_that_departs_before_its_tick_is_refused(
+def test_fork_that_departs_early_is_refused(
     mini: Executed, db: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def early(case: Any, **changes: Any) -> Any:
@@ -140,7 +133,7 @@ def test_runs_before_the_digest_chain_can_be_forked(mini: Executed, db: Path) ->
         ("soon", "safety", "not a quantity"),
     ],
 )
-def test_what_cannot_be_forked_is_an_input_error(
+def test_what_cannot_be_forked(
     mini: Executed, db: Path, start: str, authority: str, message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
@@ -184,13 +177,10 @@ def matrix(mini_db: Path) -> TakeoverMatrix:
     return look_back(mini_db)
 
 
-def test_what_was_found_is_kept_and_not_executed_again(
+def test_what_was_found_is_kept(
     mini_db: Path, matrix: TakeoverMatrix, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def never(*_: object) -> list[object]:
-        raise AssertionError
-
-    monkeypatch.setattr(forks, "make_forks", never)
+    monkeypatch.setattr(forks, "make_forks", Mock(side_effect=AssertionError))
     assert look_back(mini_db) == matrix
     with Repository.open(mini_db, create=False) as repository:
         assert repository.verify() == ()
@@ -202,9 +192,7 @@ def test_every_run_has_one_class(matrix: TakeoverMatrix) -> None:
     assert len({line.run for line in matrix.lines}) == 28
 
 
-def test_missed_are_the_runs_that_end_in_contact_without_a_takeover(
-    matrix: TakeoverMatrix, mini: Executed
-) -> None:
+def test_missed_are_contacts_without_a_takeover(matrix: TakeoverMatrix, mini: Executed) -> None:
     touched = {
         row["run"]
         for row in mini.project.rows()
@@ -227,9 +215,7 @@ def test_needed_takeovers_are_those_whose_fork_violates(matrix: TakeoverMatrix) 
 
 
 @pytest.mark.slow
-def test_sample_is_part_of_the_whole(
-    mini: Executed, tmp_path: Path, matrix: TakeoverMatrix
-) -> None:
+def test_sample_is_a_part(mini: Executed, tmp_path: Path, matrix: TakeoverMatrix) -> None:
     shutil.copyfile(mini.db, tmp_path / "adeye.db")
     part = look_back(tmp_path / "adeye.db", most=4)
     assert part.looked_at == 4

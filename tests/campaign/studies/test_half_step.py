@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,29 +25,30 @@ from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import judge_campaign
 from adeye.store.repository import Repository
 from tests.conftest import MakeProject
-from tests.project import CONCEPT, MINI, Executed, Project, count_rows, run_cases
+from tests.project import (
+    CANDIDATE_ONLY,
+    CONCEPT,
+    MINI,
+    Executed,
+    Project,
+    count_rows,
+    odd_of,
+    run_cases,
+)
 from tests.sql import rows
+from tests.stored import known
 
 # --- twins with half the step: which are chosen, what they tell, and how runs are judged with that
 
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
 GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
-ASKED: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["none"],
-            "sweep": {"parameters": {"ego_speed": SPEEDS, "gap": GAPS}},
-        }
-    ],
-    "faults": [],
-    "uncertainty": {"situations": 12},
-}
+UNASKED = odd_of(ego_speed=SPEEDS, gap=GAPS)
+SAMPLED = {"uncertainty": {"situations": 12}}
+ASKED: dict[str, Any] = {**UNASKED, **SAMPLED}
 """Fifteen situations, two architectures; twelve situations of each are executed with half too."""
-UNASKED = {key: value for key, value in ASKED.items() if key != "uncertainty"}
 RUNS, TWINS = 30, 24
+WATCHED = ("FSR-02", "camera_radar")
 
 
 @pytest.fixture(scope="module")
@@ -58,29 +59,15 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> Executed:
 
 def lines(project: Project) -> list[tuple[Any, ...]]:
     """What halving the step changed, without what names the campaign."""
-    return rows(
-        project.db,
-        "SELECT scenario, architecture, kind, name, unit, sampled, pairs, p95, largest, "
-        "uncertainty, differing, changes, fsr_digest, judged_digest FROM uncertainty "
-        "ORDER BY scenario, architecture, kind, name, unit",
-    )
+    sql = """SELECT scenario, architecture, kind, name, unit, sampled, pairs, p95, largest,
+        uncertainty, differing, changes, fsr_digest, judged_digest FROM uncertainty
+        ORDER BY scenario, architecture, kind, name, unit"""
+    return rows(project.db, sql)
 
 
 def verdicts(project: Project) -> list[tuple[Any, ...]]:
     sql = "SELECT run, fsr, verdict, margin, detail FROM v_verdicts ORDER BY run, fsr"
     return rows(project.db, sql)
-
-
-def changed(folder: Path, edit: Callable[[Any], object]) -> Project:
-    """Make the project with another ODD."""
-    project = Project(folder, ASKED)
-    with project.edited_odd() as odd:
-        edit(odd)
-    return project
-
-
-def parameters_of(odd: Any) -> Any:
-    return odd["scenarios"][0]["sweep"]["parameters"]
 
 
 def chosen(plan: CampaignPlan) -> dict[tuple[str, str], tuple[str, ...]]:
@@ -120,11 +107,9 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
 
 
 def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(tmp_path: Path) -> None:
-    def edit(odd: Any) -> None:
-        odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
-        odd["faults"] = MINI["faults"]
-
-    plan = changed(tmp_path, edit).plan()
+    odd = odd_of("cut_in", "front_camera_out", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
+    odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
+    plan = Project(tmp_path, {**odd, **SAMPLED}).plan()
     for item in plan.samples:
         entries: dict[str, list[str]] = {}
         for case in (plan.cases[ordinal] for ordinal in item.ordinals):
@@ -135,18 +120,17 @@ def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(tmp_pat
         assert {found[1] for found in entries.values()} == {"front_camera_out", "nominal_silent"}
 
 
-def test_more_points_change_the_sample_only_where_they_are_smaller(
-    asked: Executed, tmp_path: Path
-) -> None:
+def test_more_points_change_little_of_the_sample(asked: Executed, tmp_path: Path) -> None:
     before = chosen(asked.plan)
-    more = changed(tmp_path, lambda odd: parameters_of(odd)["gap"].append("45 m"))
-    for key, results in chosen(more.plan()).items():
+    more = odd_of(ego_speed=SPEEDS, gap=[*GAPS, "45 m"])
+    for key, results in chosen(Project(tmp_path, {**more, **SAMPLED}).plan()).items():
         assert len(set(results) & set(before[key])) >= 12 - len(SPEEDS)
 
 
 def test_variants_of_an_architecture_are_one_situation(tmp_path: Path) -> None:
     yaw = {"architecture.sensors.front_camera.mount.yaw": ["0 deg", "2 deg"]}
-    plan = changed(tmp_path, lambda odd: parameters_of(odd).update(yaw)).plan()
+    odd = odd_of(ego_speed=SPEEDS, gap=GAPS, **yaw)
+    plan = Project(tmp_path, {**odd, **SAMPLED}).plan()
     for item in plan.samples:
         situations = {plan.cases[ordinal].situation_digest for ordinal in item.ordinals}
         assert len(situations) == len(item.ordinals) == 12
@@ -160,13 +144,10 @@ def test_twin_has_the_same_situation_and_noise_and_half_the_step(asked: Executed
     assert twin.digest != case.digest
 
 
-def test_clock_that_cannot_tick_twice_as_fast_is_refused(
-    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_clock_beyond_ticks(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
     project = make_project(ASKED)
-    longest = max(
-        max(case.scenario.horizon, case.scenario.tail) for case in project.plan().examples()
-    )
+    scenarios = [case.scenario for case in project.plan().examples()]
+    longest = max(max(scenario.horizon, scenario.tail) for scenario in scenarios)
     monkeypatch.setattr("adeye.spec.clock.MAX_TICKS", int(longest / 0.05) + 1)
     with pytest.raises(SpecError, match=r"half the step, 0\.025 s") as raised:
         project.plan()
@@ -178,23 +159,17 @@ def test_clock_that_cannot_tick_twice_as_fast_is_refused(
 
 
 def test_uncertainty_is_that_of_the_stored_pairs(asked: Executed) -> None:
-    pairs = rows(
-        asked.db,
-        "SELECT m.min_distance_m, n.min_distance_m FROM half_step h "
-        "JOIN run a ON a.result_digest = h.origin_digest "
-        "JOIN run b ON b.result_digest = h.result_digest "
-        "JOIN metric m ON m.run_number = a.number JOIN metric n ON n.run_number = b.number "
-        "JOIN campaign_case c ON c.result_digest = h.origin_digest "
-        "WHERE c.architecture = 'camera_radar'",
-    )
-    stored = rows(
-        asked.db,
-        "SELECT pairs, uncertainty, largest FROM v_uncertainty "
-        "WHERE name = 'min_distance_m' AND architecture = 'camera_radar'",
-    )
-    worst = max(abs(first - last) for first, last in pairs)
+    pairs = """SELECT m.min_distance_m, n.min_distance_m FROM half_step h
+        JOIN run a ON a.result_digest = h.origin_digest
+        JOIN run b ON b.result_digest = h.result_digest
+        JOIN metric m ON m.run_number = a.number JOIN metric n ON n.run_number = b.number
+        JOIN campaign_case c ON c.result_digest = h.origin_digest
+        WHERE c.architecture = 'camera_radar'"""
+    kept = """SELECT pairs, uncertainty, largest FROM v_uncertainty
+        WHERE name = 'min_distance_m' AND architecture = 'camera_radar'"""
+    worst = max(abs(first - last) for first, last in rows(asked.db, pairs))
     assert worst > 0.0
-    assert stored == [(12, worst, worst)]
+    assert rows(asked.db, kept) == [(12, worst, worst)]
 
 
 def test_every_fsr_and_metric_has_a_line(asked: Executed) -> None:
@@ -245,12 +220,8 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
 
 @pytest.mark.slow
 def test_requirement_about_a_fault_has_an_uncertainty(tmp_path: Path) -> None:
-    def edit(odd: Any) -> None:
-        odd["faults"] = MINI["faults"]
-        odd["scenarios"][0]["faults"] = ["nominal_silent"]
-        odd["architectures"] = ["architectures/camera_radar.yaml"]
-
-    project = changed(tmp_path, edit)
+    odd = odd_of("cut_in", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
+    project = Project(tmp_path, {**odd, **SAMPLED, "architectures": CANDIDATE_ONLY})
     with project.edited(CONCEPT) as concept:
         stop = next(item for item in concept["requirements"] if item["id"] == "FSR-05")
         stop |= {"formula": "always(faulted implies ego.acceleration >= -4.5 m/s^2)"}
@@ -305,19 +276,14 @@ def metrics_of(plan: CampaignPlan, cases: list[Any]) -> Mapping[str, list[Any]]:
 
 
 def test_margins_below_the_uncertainty_are_inconclusive_and_no_others(asked: Executed) -> None:
-    found = rows(
-        asked.db,
-        "SELECT p.verdict, p.margin, p.detail, j.verdict, j.margin, j.detail, u.least "
-        "FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest "
-        "JOIN (SELECT scenario, architecture, fsr_digest, judged_digest, unit, "
-        "      uncertainty AS least FROM uncertainty WHERE kind = 'fsr') u "
-        "  ON u.scenario = c.scenario AND u.architecture = c.architecture "
-        "JOIN verdict p ON p.run_number = r.number AND p.fsr_digest = u.fsr_digest "
-        "JOIN verdict j ON j.run_number = r.number AND j.fsr_digest = u.judged_digest "
-        "WHERE u.unit = COALESCE(p.unit, '')",
-    )
+    sql = """SELECT p.verdict, p.margin, p.detail, j.verdict, j.margin, j.detail, u.uncertainty
+        FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
+        JOIN uncertainty u ON u.scenario = c.scenario AND u.architecture = c.architecture
+        JOIN verdict p ON p.run_number = r.number AND p.fsr_digest = u.fsr_digest
+        JOIN verdict j ON j.run_number = r.number AND j.fsr_digest = u.judged_digest
+        WHERE u.kind = 'fsr' AND u.unit = COALESCE(p.unit, '')"""
     seen = set()
-    for plain, margin, detail, judged, same, why, least in found:
+    for plain, margin, detail, judged, same, why, least in rows(asked.db, sql):
         assert same == margin
         is_small = plain == "PASS" and least is not None and margin is not None and margin < least
         assert judged == ("INCONCLUSIVE" if is_small else plain)
@@ -365,46 +331,32 @@ def test_threshold_decides_by_the_uncertainty_and_a_failure_stays_one(
         # The bound stands above the worst run by a share of the uncertainty.
         concept["requirements"][1]["bound"]["at_most"] = worst + share * least
     summary = project.run()
-    line = next(
-        item
-        for item in summary.verdicts
-        if (item.fsr, item.architecture) == ("FSR-02", "camera_radar")
-    )
+    (line,) = [it for it in summary.verdicts if (it.fsr, it.architecture) == WATCHED]
     assert line.verdict is verdict
     assert line.margin == pytest.approx(share * least)
     if verdict is Verdict.FAIL:
         return
     # A fork of the run is held against the same: the margin of both is the run's.
     with Repository.open(project.db, create=False) as repository:
-        run = next(
-            item.worst_run for item in repository.gate(summary.campaign) if item.fsr == "FSR-02"
-        )
-    assert run is not None
-    forked = fork_run(project.db, run, start="0", authority="nominal")
+        gate = repository.gate(summary.campaign)
+    (run,) = [it.worst_run for it in gate if (it.fsr, it.architecture) == WATCHED]
+    forked = fork_run(project.db, known(run), start="0", authority="nominal")
     assert forked.origin.verdicts["FSR-02"] == line.verdict.value
     if forked.is_same:
         assert forked.fork.verdicts["FSR-02"] == line.verdict.value
 
 
 def worst_deceleration(asked: Executed) -> tuple[float, float]:
-    [(least,)] = rows(
-        asked.db,
-        "SELECT uncertainty FROM v_uncertainty "
-        "WHERE name = 'FSR-02' AND architecture = 'camera_radar'",
-    )
-    [(worst,)] = rows(
-        asked.db,
-        "SELECT MAX(max_required_deceleration_mps2) FROM v_runs "
-        "WHERE architecture = 'camera_radar'",
-    )
+    sql = """SELECT (SELECT uncertainty FROM v_uncertainty
+            WHERE name = 'FSR-02' AND architecture = 'camera_radar'),
+        MAX(max_required_deceleration_mps2) FROM v_runs WHERE architecture = 'camera_radar'"""
+    [(least, worst)] = rows(asked.db, sql)
     assert least > 0.0
     return float(least), float(worst)
 
 
 @pytest.mark.slow
-def test_asking_later_executes_only_twins_and_going_back_nothing(
-    asked: Executed, make_project: MakeProject
-) -> None:
+def test_asking_later_executes_only_twins(asked: Executed, make_project: MakeProject) -> None:
     project = make_project(UNASKED)
     plain = project.run()
     assert (plain.executed, plain.twins) == (RUNS, 0)
@@ -444,12 +396,10 @@ def test_interrupted_twins_are_gone_on_with(
     monkeypatch.setattr(halving, "_BATCH", 5)
     project = make_project(ASKED)
     absorb = halving.HalfStepTasks.absorb
-    count = 0
+    left = iter(range(4))
 
     def interrupted(self: halving.HalfStepTasks, done: Any) -> None:
-        nonlocal count
-        count += 1
-        if count == 5:
+        if next(left, None) is None:
             raise KeyboardInterrupt
         absorb(self, done)
 
@@ -499,10 +449,8 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
 
 
 @pytest.mark.slow
-def test_situations_too_few_for_an_uncertainty_are_said_and_judged_without(
-    tmp_path: Path,
-) -> None:
-    project = changed(tmp_path, lambda odd: parameters_of(odd).update(gap=GAPS[:3]))
+def test_situations_too_few_for_an_uncertainty(tmp_path: Path) -> None:
+    project = Project(tmp_path, {**odd_of(ego_speed=SPEEDS, gap=GAPS[:3]), **SAMPLED})
     project.run()
     found = lines(project)
     assert {line[5] for line in found} <= set(range(10))
@@ -535,19 +483,15 @@ def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) ->
 # --- the gate
 
 
-def improved(
-    now: baseline.Baseline, part: baseline.BaselineCases, at: int, gain: float
-) -> baseline.Baseline:
+def improved(now: Any, part: Any, at: int, gain: float) -> Any:
     """Give the margins of one FSR of some test cases a gain, so that they are lost now."""
     better = []
     for row in part.rows:
         margins = list(row.margins)
-        value = margins[at]
-        margins[at] = None if value is None else value + gain
+        margins[at] = None if margins[at] is None else margins[at] + gain
         better.append(row.model_copy(update={"margins": tuple(margins)}))
     changed = part.model_copy(update={"rows": tuple(better)})
-    cases = tuple(changed if item is part else item for item in now.cases or ())
-    return now.model_copy(update={"cases": cases})
+    return now.model_copy(update={"cases": [changed if it is part else it for it in now.cases]})
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections import Counter
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -65,9 +66,7 @@ def test_cells_are_those_of_the_contacts(found: Preventability, driven: Path) ->
 
 
 @pytest.mark.slow
-def test_by_default_a_conflict_is_a_contact_or_more_than_the_model_can_brake(
-    found: Preventability, driven: Path
-) -> None:
+def test_conflict_is_a_contact_or_beyond_the_brakes(found: Preventability, driven: Path) -> None:
     asked = {item.run for item in prevent(driven, models=("cc",)).comparisons}
     with Repository.open(driven, create=False) as repository:
         for item in found.comparisons:
@@ -84,13 +83,10 @@ def test_a_threshold_of_nothing_asks_for_more(found: Preventability, driven: Pat
     assert some.looked_at["cc"] <= found.looked_at["cc"]
 
 
-def test_drives_are_kept_and_not_executed_again(
+def test_drives_are_kept(
     found: Preventability, driven: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def never(*_: object) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr(preventability, "_execute", never)
+    monkeypatch.setattr(preventability, "_execute", Mock(side_effect=AssertionError))
     assert prevent(driven, models=("cc", "rss"), everything=True) == found
 
 
@@ -117,17 +113,13 @@ def test_a_drive_sees_the_truth_and_has_no_fault(found: Preventability, driven: 
 
 
 @pytest.mark.slow
-def test_threads_make_no_difference(
-    project: Project, found: Preventability, tmp_path: Path
-) -> None:
+def test_workers_do_not_matter(project: Project, found: Preventability, tmp_path: Path) -> None:
     shutil.copyfile(project.db, tmp_path / "adeye.db")
     again = prevent(tmp_path / "adeye.db", models=("cc", "rss"), everything=True, workers=2)
     assert again.comparisons == found.comparisons
 
 
-def test_one_run_is_driven_by_its_name_and_a_drive_only_replayed(
-    found: Preventability, driven: Path
-) -> None:
+def test_one_run_is_driven_and_a_drive_only_replayed(found: Preventability, driven: Path) -> None:
     chosen = found.comparisons[0]
     alone = prevent(driven, chosen.run[:12], models=(chosen.model,))
     assert alone.comparisons == (chosen,)
@@ -145,9 +137,7 @@ def test_one_run_is_driven_by_its_name_and_a_drive_only_replayed(
         (("cc",), "r158", "no edition 'r158'"),
     ],
 )
-def test_what_is_unknown_is_refused(
-    driven: Path, models: tuple[str, ...], edition: str, text: str
-) -> None:
+def test_unknown_is_refused(driven: Path, models: tuple[str, ...], edition: str, text: str) -> None:
     with pytest.raises(UsageError, match=text):
         prevent(driven, models=models, edition=edition)
 
@@ -165,9 +155,7 @@ def test_without_evidence_the_gate_blocks(project: Project) -> None:
     assert "not known to be unpreventable by cc: run `adeye preventability 1" in summary.message
 
 
-def test_what_no_model_avoids_does_not_block_and_the_verdict_stays(
-    project: Project, found: Preventability
-) -> None:
+def test_what_no_model_avoids_does_not_block(project: Project, found: Preventability) -> None:
     unpreventable = sum(
         item.cell == "neither" and item.model == "cc" and item.architecture == "camera_radar"
         for item in found.comparisons

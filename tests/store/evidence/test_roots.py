@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import sqlite3
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,23 +15,12 @@ from adeye.errors import InputError, IntegrityError
 from adeye.identity import file_digest
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence import roots
-from adeye.store.evidence.roots import (
-    SUFFIX,
-    CertificateRecord,
-    Proof,
-    Root,
-    Tree,
-    find_kept,
-    folder_of,
-    folders_of,
-    kept_path,
-    leaf_hash,
-    node_hash,
-)
 from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
+from tests.sql import alter
 from tests.store.conftest import Example, Store
 from tests.store.raw import unguarded
+from tests.stored import known
 
 
 @pytest.fixture
@@ -42,12 +30,11 @@ def campaign(store: Store) -> str:
 
 
 def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str) -> None:
-    root = repository.evidence.record_root(campaign)
-    assert root is not None
+    root = known(repository.evidence.record_root(campaign))
     proof = repository.evidence.prove("5", campaign)
     assert (proof.ordinal, proof.leaves, proof.root) == (5, 8, root.root)
     path = tuple(bytes.fromhex(item) for item in proof.path)
-    assert Proof(5, 8, path).root(bytes.fromhex(proof.leaf)).hex() == root.root
+    assert roots.Proof(5, 8, path).root(bytes.fromhex(proof.leaf)).hex() == root.root
 
 
 def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
@@ -64,26 +51,29 @@ def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) 
 
 
 @pytest.mark.slow
-def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, campaign: str) -> None:
-    assert gate_code(store.repository, store.repository.find_campaign(campaign))[0] is ExitCode.OK
-    run = store.repository.find_run("1", campaign=campaign)
-    before = store.repository.run_row(run.result_digest)
-    assert store.repository.evidence.withdraw(run.result_digest, author=" jo ", reason="wrong map")
-    assert not store.repository.evidence.withdraw(run.result_digest, author="jo", reason="again")
-    (told,) = store.repository.evidence.withdrawals(campaign)
-    assert (told.author, told.reason, told.result_digest) == ("jo", "wrong map", run.result_digest)
-    code, message = gate_code(store.repository, store.repository.find_campaign(campaign))
+@pytest.mark.parametrize("verdict", [Verdict.PASS, Verdict.FAIL])
+def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, verdict: Verdict) -> None:
+    store.example.requirements = store.example.requirements[:1]
+    store.example.judge(verdict, 1)
+    repository, info = store.repository, store.repository.find_campaign(store.campaign(8))
+    was = ExitCode.FAILED if verdict is Verdict.FAIL else ExitCode.OK
+    assert gate_code(repository, info)[0] is was
+    run = repository.find_run("1", campaign=info.id).result_digest
+    before = repository.run_row(run)
+    assert repository.evidence.withdraw(run, author=" jo ", reason="wrong map")
+    assert not repository.evidence.withdraw(run, author="jo", reason="again")
+    (told,) = repository.evidence.withdrawals(info.id)
+    assert (told.author, told.reason, told.result_digest) == ("jo", "wrong map", run)
+    code, message = gate_code(repository, info)
     assert code is ExitCode.INCOMPLETE
-    assert f"1 results are withdrawn ({run.result_digest[:12]} by jo: wrong map)" in message
-    (status,) = [item for item in store.repository.gate(campaign) if item.architecture == "new"]
+    assert f"1 results are withdrawn ({run[:12]} by jo: wrong map)" in message
+    (status,) = [item for item in repository.gate(info.id) if item.architecture == "new"]
     assert status.verdict is Verdict.NOT_RUN
     assert (status.counts[Verdict.PASS], status.counts[Verdict.NOT_RUN]) == (3, 1)
-    assert store.repository.run_row(run.result_digest) == before
-    assert store.repository.verify() == ()
-    wider = store.campaign(12)
-    assert (
-        gate_code(store.repository, store.repository.find_campaign(wider))[0] is ExitCode.INCOMPLETE
-    )
+    assert repository.run_row(run) == before
+    assert repository.verify() == ()
+    wider = repository.find_campaign(store.campaign(12))
+    assert gate_code(repository, wider)[0] is ExitCode.INCOMPLETE
 
 
 def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
@@ -110,33 +100,15 @@ def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
         repository.evidence.prove("1", campaign)
 
 
-@pytest.mark.slow
-def test_withdrawn_failure_is_not_counted_and_not_green(store: Store) -> None:
-    store.example.requirements = store.example.requirements[:1]
-    store.example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 1 else Verdict.PASS
-    campaign = store.repository.find_campaign(store.campaign(8))
-    assert gate_code(store.repository, campaign)[0] is ExitCode.FAILED
-    run = store.repository.find_run("1", campaign=campaign.id)
-    store.repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
-    assert gate_code(store.repository, campaign)[0] is ExitCode.INCOMPLETE
-
-
-def test_many_withdrawals_are_counted(repository: Repository, campaign: str) -> None:
-    for ordinal in "13570":
-        run = repository.find_run(ordinal, campaign=campaign)
-        repository.evidence.withdraw(run.result_digest, author="jo", reason="wrong map")
-    _, message = gate_code(repository, repository.find_campaign(campaign))
-    assert "; 2 more)" in message
-
-
-@pytest.mark.parametrize("given", [{"author": " ", "reason": "r"}, {"author": "a", "reason": ""}])
-def test_withdrawal_needs_author_and_reason(
-    repository: Repository, campaign: str, given: dict[str, str]
-) -> None:
-    run = repository.find_run("1", campaign=campaign)
-    with pytest.raises(InputError, match="is empty"):
-        repository.evidence.withdraw(run.result_digest, **given)
+def test_withdrawals_are_counted_and_need_words(repository: Repository, campaign: str) -> None:
+    runs = [repository.find_run(at, campaign=campaign).result_digest for at in "13570"]
+    for author, reason in ((" ", "r"), ("a", "")):
+        with pytest.raises(InputError, match="is empty"):
+            repository.evidence.withdraw(runs[0], author=author, reason=reason)
     assert repository.evidence.withdrawals() == ()
+    for run in runs:
+        repository.evidence.withdraw(run, author="jo", reason="wrong map")
+    assert "; 2 more)" in gate_code(repository, repository.find_campaign(campaign))[1]
 
 
 def test_kept_files_name_their_runs(repository: Repository, campaign: str) -> None:
@@ -147,7 +119,7 @@ def test_kept_files_name_their_runs(repository: Repository, campaign: str) -> No
 
 
 def leaves(count: int) -> list[bytes]:
-    return [leaf_hash(str(place).encode()) for place in range(count)]
+    return [roots.leaf_hash(str(place).encode()) for place in range(count)]
 
 
 def recursive(items: list[bytes]) -> bytes:
@@ -157,50 +129,48 @@ def recursive(items: list[bytes]) -> bytes:
     split = 1
     while 2 * split < len(items):
         split *= 2
-    return node_hash(recursive(items[:split]), recursive(items[split:]))
+    return roots.node_hash(recursive(items[:split]), recursive(items[split:]))
 
 
-def grown(items: list[bytes], watched: int | None = None) -> Tree:
-    tree = Tree(watched)
+def grown(items: list[bytes], watched: int | None = None) -> roots.Tree:
+    tree = roots.Tree(watched)
     for item in items:
         tree.add(item)
     return tree
 
 
-def test_root_is_that_of_the_definition() -> None:
-    for count in (1, 2, 3, 4, 5, 7, 8, 9, 31, 33):
-        tree = grown(leaves(count))
-        assert tree.root() == recursive(leaves(count))
-        assert tree.root() == tree.root()
-
-
 def test_leaf_and_node_begin_differently() -> None:
-    assert leaf_hash(b"ab") == hashlib.sha256(b"\x00ab").digest()
-    assert node_hash(b"a", b"b") == hashlib.sha256(b"\x01ab").digest()
+    assert roots.leaf_hash(b"ab") == hashlib.sha256(b"\x00ab").digest()
+    assert roots.node_hash(b"a", b"b") == hashlib.sha256(b"\x01ab").digest()
 
 
-def test_every_leaf_is_proven_and_no_other() -> None:
-    for items in map(leaves, (1, 2, 3, 5, 6, 8, 13)):
+def test_every_leaf_is_proven_and_no_other_and_the_root_is_that_of_the_definition() -> None:
+    for items in map(leaves, (1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 33)):
         for place, leaf in enumerate(items):
             tree = grown(items, place)
+            assert tree.root() == tree.root() == recursive(items)
             proof = tree.proof()
-            assert proof.root(leaf) == tree.root()
             assert proof == tree.proof()
-            assert proof.root(leaf_hash(b"other")) != tree.root()
+            assert proof.root(leaf) == tree.root()
+            assert proof.root(roots.leaf_hash(b"other")) != tree.root()
 
 
 def test_proof_is_of_one_place_and_size() -> None:
     items = leaves(6)
     tree = grown(items, 2)
     assert replace(tree.proof(), place=3).root(items[2]) != tree.root()
-    for wrong in (Proof(2, 60, tree.proof().path), Proof(9, 6, ()), Proof(0, 1, (items[0],))):
+    for wrong in (
+        roots.Proof(2, 60, tree.proof().path),
+        roots.Proof(9, 6, ()),
+        roots.Proof(0, 1, (items[0],)),
+    ):
         with pytest.raises(ValueError, match="does not fit"):
             wrong.root(items[2])
 
 
 def test_nothing_is_proven_of_no_leaf() -> None:
     with pytest.raises(ValueError, match="no root"):
-        Tree().root()
+        roots.Tree().root()
     for tree in (grown(leaves(3)), grown(leaves(3), 3)):
         with pytest.raises(ValueError, match="there is no leaf"):
             tree.proof()
@@ -221,8 +191,7 @@ def test_sums_of_a_campaign_do_not_change_with_another_one(store: Store) -> None
 def root_of(path: Path, example: Any, **options: Any) -> str:
     with Repository.open(path) as repository:
         campaign = example.campaign(repository, 8, **options)
-        found = repository.evidence.record_root(campaign)
-        assert found is not None
+        found = known(repository.evidence.record_root(campaign))
         assert found.leaves == 8
         return str(found.root)
 
@@ -234,25 +203,17 @@ def test_one_plan_has_one_root_whatever_the_blocks_and_what_else_is_there(tmp_pa
         assert root_of(tmp_path / f"{size}.db", Example(), block_size=size) == expected
     with Repository.open(tmp_path / "other.db") as repository:
         example = Example()
-        first = example.campaign(repository, 12)
-        example.hindsight(repository, first)
+        other = Store(repository, example)
+        other.hindsight(other.campaign(12))
     assert root_of(tmp_path / "other.db", Example()) == expected
-
-
-@pytest.mark.slow
-def test_other_results_have_another_root(tmp_path: Path) -> None:
-    example = Example()
-    example.verdict_of = lambda case, _: Verdict.FAIL if case.ordinal == 5 else Verdict.PASS
-    assert root_of(tmp_path / "b.db", example) != root_of(tmp_path / "a.db", Example())
+    example.judge(Verdict.FAIL, 5)
+    assert root_of(tmp_path / "b.db", example) != expected
 
 
 def test_words_of_a_predicate_are_not_in_the_root(tmp_path: Path) -> None:
     path = tmp_path / "a.db"
     before = root_of(path, Example())
-    with sqlite3.connect(path) as raw:
-        raw.execute("DROP TRIGGER verdict_no_update")
-        raw.execute("UPDATE verdict SET predicate = 'gap >= 2.0'")
-    raw.close()
+    alter(path, "UPDATE verdict SET predicate = 'gap >= 2.0'")
     with Repository.open(path) as repository:
         campaign = repository.find_campaign().id
         assert repository.evidence.computed_root(campaign).root == before
@@ -274,11 +235,10 @@ def test_rows_are_read_in_parts(store: Store, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.slow
 def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> None:
     campaign = store.campaign(8)
-    known = store.repository.evidence.record_root(campaign)
-    assert known is not None
-    assert store.repository.evidence.record_root(campaign) == known
+    root = known(store.repository.evidence.record_root(campaign))
+    assert store.repository.evidence.record_root(campaign) == root
     with pytest.raises(IntegrityError, match="has root"):
-        store.repository.evidence.require_root(Root(campaign, 8, "f" * 64))
+        store.repository.evidence.require_root(roots.Root(campaign, 8, "f" * 64))
     store.raw.execute("DROP TRIGGER verdict_no_update")
     store.raw.execute("UPDATE verdict SET margin = 7 WHERE run_number = 3")
     assert "campaign_root" in {item.table for item in store.repository.verify()}
@@ -301,42 +261,29 @@ def test_root_without_its_plan_is_a_finding(store: Store) -> None:
 FINDING = {"run": "ab", "first_tick": 100}
 
 
-@pytest.fixture
-def record(store: Store) -> CertificateRecord:
-    campaign = store.campaign()
-    conditions = [{"condition": "batches of 7", "runs": 3}]
-    return CertificateRecord(campaign, "0.1", "portable", 8, 1000, 3, 1, conditions, [])
-
-
 @pytest.mark.slow
-def test_certificates_come_back_the_newest_first(
-    record: CertificateRecord, repository: Repository
-) -> None:
-    certificates = repository.hindsight.certificates
+def test_certificates_come_back_the_newest_first(store: Store) -> None:
+    conditions = [{"condition": "batches of 7", "runs": 3}]
+    record = roots.CertificateRecord(
+        store.campaign(), "0.1", "portable", 8, 1000, 3, 1, conditions, []
+    )
+    certificates = store.repository.hindsight.certificates
     certificates.save(record)
     certificates.save(replace(record, class_="same platform", findings=[FINDING]))
     newest, oldest = certificates.of(record.campaign)
-    assert newest.findings == [FINDING]
-    assert newest.class_ == "same platform"
+    assert (newest.findings, newest.class_) == ([FINDING], "same platform")
     assert replace(oldest, at="") == record
     assert oldest.at.endswith("+00:00")
-    assert repository.verify() == ()
+    assert store.repository.verify() == ()
     assert certificates.of("0" * 32) == ()
-
-
-def test_sample_of_nothing_is_refused(record: CertificateRecord, repository: Repository) -> None:
     with pytest.raises(IntegrityError):
-        repository.hindsight.certificates.save(replace(record, sampled=0))
+        certificates.save(replace(record, sampled=0))
 
 
-def test_executed_runs_are_each_once_in_the_order_of_the_plan(
-    record: CertificateRecord, repository: Repository
-) -> None:
-    executed = repository.hindsight.certificates.executed(record.campaign)
-    ordinals = [item.run.ordinal for item in executed]
-    assert ordinals == sorted(ordinals)
-    digests = [item.run.result_digest for item in executed]
-    assert len(set(digests)) == len(digests) > 0
+def test_executed_runs_are_each_once_in_the_order_of_the_plan(store: Store) -> None:
+    executed = store.repository.hindsight.certificates.executed(store.campaign())
+    assert [item.run.ordinal for item in executed] == list(range(8))
+    assert len({item.run.result_digest for item in executed}) == 8
     assert {len(item.stratum) for item in executed} == {3}
 
 
@@ -344,43 +291,39 @@ NAME = "0123456789abcdef" * 4
 PARTS = (
     *("..", ".", "", "\\", "..\\", "~", "-", "%2e%2e", "\x00", "\n", "\x1b[2J", "\u202e", "\udc80"),
     *("\uff0e\uff0e", "$HOME", "CON", "C:", "file:", NAME, NAME[:-1], NAME.upper(), "outside", "é"),
-    *("a" * 300, "*", "?", " ", "`id`", ";id", "\r", SUFFIX),
+    *("a" * 300, "*", "?", " ", "`id`", ";id", "\r", roots.SUFFIX),
 )
 NAMES = {f"{first}{between}{last}" for first in PARTS for last in PARTS for between in ("", "/")}
 NAMES -= {NAME}
 
 
 def test_file_is_named_after_its_content(tmp_path: Path) -> None:
-    path = tmp_path / f"a{SUFFIX}"
+    path = tmp_path / f"a{roots.SUFFIX}"
     path.write_bytes(b"traces")
     assert file_digest(path) == hashlib.sha256(b"traces").hexdigest()
     path.write_bytes(b"traceS")
     assert file_digest(path) != hashlib.sha256(b"traces").hexdigest()
 
 
-def test_folder_is_beside_the_database() -> None:
-    assert folder_of(Path("x/y.db")) == Path("x/y.db.traces")
-
-
-@pytest.mark.parametrize("pair", [("nightly.24", "nightly.25"), ("a.db", "a.sqlite"), ("a", "a.b")])
-def test_two_databases_have_a_folder_each(pair: tuple[str, str]) -> None:
-    one, other = (folder_of(Path(name)) for name in pair)
-    assert one != other
+def test_every_database_has_a_folder_beside_it() -> None:
+    names = ("x/y.db", "nightly.24", "nightly.25", "a.db", "a.sqlite", "a", "a.b")
+    folders = {str(roots.folder_of(Path(name))) for name in names}
+    assert folders == {f"{name}.traces" for name in names}
 
 
 @pytest.mark.parametrize("folder", ["x.db.traces", "x.traces", "before.db.traces"])
 def test_file_is_found_where_it_was_written(tmp_path: Path, folder: str) -> None:
     """In the folder of the database, that of earlier releases, or that of its former name."""
     (tmp_path / folder).mkdir()
-    file = tmp_path / folder / f"{NAME}{SUFFIX}"
+    file = tmp_path / folder / f"{NAME}{roots.SUFFIX}"
     file.write_bytes(b"traces")
-    assert find_kept(folders_of(tmp_path / "x.db"), NAME) == file
+    assert roots.find_kept(roots.folders_of(tmp_path / "x.db"), NAME) == file
     link = tmp_path / "elsewhere" / "y.db"
     link.parent.mkdir()
     (tmp_path / "x.db").touch()
     link.symlink_to(tmp_path / "x.db")
-    assert folder_of(link) == tmp_path / "x.db.traces"
-    assert find_kept(folders_of(link), NAME) == file
+    assert roots.folder_of(link) == tmp_path / "x.db.traces"
+    assert roots.find_kept(roots.folders_of(link), NAME) == file
 
 
 def test_no_name_leads_to_another_place(tmp_path: Path) -> None:
@@ -390,23 +333,23 @@ def test_no_name_leads_to_another_place(tmp_path: Path) -> None:
     planted = 0
     for name in sorted(NAMES):
         try:
-            path = Path(os.path.normpath(f"{folder}/{name}{SUFFIX}"))
+            path = Path(os.path.normpath(f"{folder}/{name}{roots.SUFFIX}"))
             if path.is_relative_to(tmp_path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(b"planted")
                 planted += 1
         except (OSError, ValueError):
             pass
-        assert kept_path(folder, name) is None, name
+        assert roots.kept_path(folder, name) is None, name
     assert len(NAMES) > 1_000
     assert planted > 500
-    (folder / f"{NAME}{SUFFIX}").write_bytes(b"traces")
-    assert kept_path(folder, NAME) == folder / f"{NAME}{SUFFIX}"
+    (folder / f"{NAME}{roots.SUFFIX}").write_bytes(b"traces")
+    assert roots.kept_path(folder, NAME) == folder / f"{NAME}{roots.SUFFIX}"
 
 
 @pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
 def test_only_a_file_of_its_own_is_one(tmp_path: Path, kind: str) -> None:
-    path = tmp_path / f"{NAME}{SUFFIX}"
+    path = tmp_path / f"{NAME}{roots.SUFFIX}"
     if kind == "link":
         (tmp_path / "elsewhere").write_bytes(b"traces")
         path.symlink_to(tmp_path / "elsewhere")
@@ -414,4 +357,4 @@ def test_only_a_file_of_its_own_is_one(tmp_path: Path, kind: str) -> None:
         path.mkdir()
     else:
         os.mkfifo(path)
-    assert kept_path(tmp_path, NAME) is None
+    assert roots.kept_path(tmp_path, NAME) is None

@@ -14,13 +14,7 @@ import pytest
 
 from adeye.judge.evaluate import VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
-from adeye.store.read.bulk import (
-    Labels,
-    coverage_of_runs,
-    declared_attributes,
-    encode_points,
-    executed_runs,
-)
+from adeye.store.read import bulk
 from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
@@ -45,11 +39,8 @@ def runs_of(repository: Repository, campaign: str) -> list[dict[str, Any]]:
 
 def test_verdicts_are_those_of_the_view(mini: Executed, stored: Repository) -> None:
     compared = stored.compared(mini.summary.campaign, BOTH)
-    found = run_query(
-        mini.db,
-        "SELECT ordinal, fsr, verdict, robustness_low, margin, unit FROM v_verdicts "
-        "WHERE campaign = (SELECT id FROM campaign)",
-    )
+    sql = "SELECT ordinal, fsr, verdict, robustness_low, margin, unit FROM v_verdicts"
+    found = run_query(mini.db, sql)
     assert len(compared) == len({row[0] for row in found.rows}) == mini.summary.planned
     assert len(found.rows) == int((compared.verdict != NOT_JUDGED).sum())
     for ordinal, fsr, verdict, robustness, margin, unit in found.rows:
@@ -84,11 +75,8 @@ def test_columns_are_those_of_the_runs(mini: Executed, stored: Repository) -> No
 
 def test_channels_that_acted_are_those_of_the_timeline(mini: Executed, stored: Repository) -> None:
     compared = stored.compared(mini.summary.campaign, BOTH)
-    found = run_query(
-        mini.db,
-        "SELECT DISTINCT ordinal, subject FROM v_timeline "
-        "WHERE kind = 'switch' AND campaign = (SELECT id FROM campaign)",
-    )
+    sql = "SELECT DISTINCT ordinal, subject FROM v_timeline WHERE kind = 'switch'"
+    found = run_query(mini.db, sql)
     acted = {
         (place, name)
         for place in range(len(compared))
@@ -131,7 +119,7 @@ def test_fsr_that_is_not_applicable_has_no_verdict(store: Store) -> None:
 
 
 def test_words_are_coded_in_the_order_of_their_coming_and_none_is_no_word() -> None:
-    labels = Labels.of(["b", None, "a", "b"])
+    labels = bulk.Labels.of(["b", None, "a", "b"])
     assert labels.codes.tolist() == [0, -1, 1, 0]
     assert labels.words == ("b", "a")
     assert [labels[place] for place in range(4)] == ["b", None, "a", "b"]
@@ -140,12 +128,9 @@ def test_words_are_coded_in_the_order_of_their_coming_and_none_is_no_word() -> N
 
 def test_axis_that_comes_late_or_lacks_in_between_is_no_word_there() -> None:
     points = [{"gap": 1.0}, {"gap": 2.0, "rain": 3.0}, {"rain": 3.0}, {}, {"gap": 1.0}]
-    columns = encode_points(points)
+    columns = bulk.encode_points(points)
     shown = {name: [column[row] for row in range(5)] for name, column in columns.items()}
-    assert shown == {
-        "gap": [1.0, 2.0, None, None, 1.0],
-        "rain": [None, 3.0, 3.0, None, None],
-    }
+    assert shown == {"gap": [1.0, 2.0, None, None, 1.0], "rain": [None, 3.0, 3.0, None, None]}
 
 
 def test_figures_are_what_the_view_shows(mini: Executed, stored: Repository) -> None:
@@ -185,7 +170,7 @@ def test_scenario_that_was_not_executed_has_no_runs(mini: Executed, stored: Repo
 
 
 def test_every_run_with_a_result_is_a_situation(mini: Executed) -> None:
-    found = executed_runs(mini.db, mini.summary.campaign)
+    found = bulk.executed_runs(mini.db, mini.summary.campaign)
     assert (found.planned, found.without_result) == (28, 0)
     rows = [row for item in found.situations for row in item.parameters]
     assert len(rows) + found.not_judged + found.outside_odd == 28
@@ -195,42 +180,37 @@ def test_every_run_with_a_result_is_a_situation(mini: Executed) -> None:
         assert sorted(row["ego_speed"] for row in rows) == planned
 
 
-def test_planned_case_without_a_result_is_counted_and_no_situation(
-    mini: Executed, tmp_path: Path
-) -> None:
+def test_planned_case_without_a_result_is_counted(mini: Executed, tmp_path: Path) -> None:
     copy = tmp_path / "adeye.db"
     shutil.copyfile(mini.db, copy)
     campaign = mini.summary.campaign
-    whole = executed_runs(copy, campaign)
+    whole = bulk.executed_runs(copy, campaign)
     with sqlite3.connect(copy) as connection, unguarded(connection):
         # As if one block had not been executed: its cases name results that are not there.
         connection.execute(
             "UPDATE campaign_case SET result_digest = substr('0' || result_digest, 1, 64) "
             "WHERE ordinal < 5"
         )
-    found = executed_runs(copy, campaign)
+    found = bulk.executed_runs(copy, campaign)
     assert (found.planned, found.without_result) == (28, 5)
     count = sum(len(item.parameters) for item in found.situations)
     assert count == sum(len(item.parameters) for item in whole.situations) - 5
 
 
 def test_runs_cover_the_bins_that_the_stored_odd_declares(mini: Executed) -> None:
-    runs = executed_runs(mini.db, mini.summary.campaign)
+    runs = bulk.executed_runs(mini.db, mini.summary.campaign)
     odd = {
         "attributes": {"dynamic_elements": {"ego_speed": {"max": 130.0 / 3.6}}},
         "coverage": {"ego_speed": [0.0, 90.0 / 3.6, 130.0 / 3.6]},
     }
-    attributes, bins = declared_attributes(odd)
+    attributes, bins = bulk.declared_attributes(odd)
     assert attributes.dynamic_elements.ego_speed is not None
     assert bins is not None
-    (speed, *_) = [
-        item
-        for item in coverage_of_runs(runs, odd, 1).combinations
-        if item.attributes == ("ego_speed",)
-    ]
+    found = {item.attributes: item for item in bulk.coverage_of_runs(runs, odd, 1).combinations}
+    speed = found["ego_speed",]
     assert [label for (label,), _ in speed.counts] == ["0 to 90 km/h", "90 to 130 km/h"]
     assert sum(count for _, count in speed.counts) == 28 - runs.not_judged
 
 
 def test_stored_odd_without_bins_declares_none() -> None:
-    assert declared_attributes({"attributes": {}})[1] is None
+    assert bulk.declared_attributes({"attributes": {}})[1] is None

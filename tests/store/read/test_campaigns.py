@@ -14,6 +14,7 @@ from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
 from tests.store.conftest import Store
+from tests.stored import known
 
 
 @pytest.fixture
@@ -33,9 +34,7 @@ def test_campaigns_are_listed_the_newest_first(store: Store, campaign: str) -> N
     assert found[1].provenance == {"tool": "0.1.0"}
 
 
-def test_campaign_is_found_by_number_id_prefix_and_odd(
-    repository: Repository, campaign: str
-) -> None:
+def test_campaign_is_found_by_any_name(repository: Repository, campaign: str) -> None:
     found = repository.latest_campaign()
     for name in ("1", campaign, campaign[:6]):
         assert repository.find_campaign(name) == found
@@ -43,9 +42,7 @@ def test_campaign_is_found_by_number_id_prefix_and_odd(
     assert repository.latest_campaign("urban") is None
 
 
-def test_names_of_no_campaign_and_of_no_run_are_input_errors(
-    repository: Repository, campaign: str
-) -> None:
+def test_names_of_nothing_are_input_errors(repository: Repository, campaign: str) -> None:
     for name, message in (
         ("2", "not the beginning"),
         ("xyz!", "not the beginning"),
@@ -72,9 +69,7 @@ def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> N
     assert store.repository.find_run(by_ordinal.result_digest, campaign=campaign) == by_ordinal
 
 
-def test_run_in_two_campaigns_is_shown_in_the_newest_and_found_in_its_own_only(
-    store: Store, campaign: str
-) -> None:
+def test_run_in_two_campaigns_is_shown_in_the_newest(store: Store, campaign: str) -> None:
     store.example.with_odd("2")
     second = store.campaign(12)
     shared, own = (store.example.case(ordinal).result_digest for ordinal in (5, 11))
@@ -85,9 +80,12 @@ def test_run_in_two_campaigns_is_shown_in_the_newest_and_found_in_its_own_only(
         store.repository.find_run(own, campaign=campaign)
 
 
-def test_planned_run_is_found_before_it_is_executed(store: Store) -> None:
-    plan = store.plan(2)
-    assert not store.repository.find_run("1", campaign=plan.campaign).is_done
+def test_planned_run_is_found_and_counts_when_it_is_saved(store: Store) -> None:
+    campaign = store.plan(8, block_size=3).campaign
+    assert not store.repository.find_run("1", campaign=campaign).is_done
+    assert store.complete(store.claim(campaign))
+    progress = store.repository.progress(campaign)
+    assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
 
 
 @pytest.mark.slow
@@ -117,8 +115,7 @@ def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:
 @pytest.mark.slow
 def test_campaign_that_was_planned_again_is_the_latest(store: Store) -> None:
     def latest() -> str:
-        found = store.repository.latest_campaign()
-        assert found is not None
+        found = known(store.repository.latest_campaign())
         asked = store.rows("SELECT campaign FROM v_campaigns WHERE recency = 1")
         assert asked == [(found.id,)]
         return found.id
@@ -167,9 +164,7 @@ def worked_off(path: Path, example: Any, *, block_size: int, seed: int) -> str:
 
 
 @pytest.mark.slow
-def test_hash_of_results_is_that_of_the_plan_not_of_its_execution(
-    tmp_path: Path, example: Any
-) -> None:
+def test_hash_of_results_is_that_of_the_plan(tmp_path: Path, example: Any) -> None:
     hashes = {
         worked_off(tmp_path / f"{size}-{seed}.db", example, block_size=size, seed=seed)
         for size in (1, 3, 64)
@@ -195,9 +190,7 @@ def test_hash_of_results_notices_one_different_run(tmp_path: Path, example: Any)
 
 
 def test_status_counts_by_architecture_and_scenario(store: Store) -> None:
-    store.example.verdict_of = lambda case, _fsr: (
-        Verdict.FAIL if case.ordinal == 4 else Verdict.PASS
-    )
+    store.example.judge(Verdict.FAIL, 4)
     campaign = store.campaign(8)
     status = {
         (item.fsr, item.architecture, item.scenario): item
@@ -213,55 +206,33 @@ def test_status_counts_by_architecture_and_scenario(store: Store) -> None:
     assert not status["FSR2", "new", "braking"].is_mandatory
 
 
-def test_waiver_sets_a_gap_aside_until_it_expires(store: Store) -> None:
-    store.example.verdict_of = lambda case, _fsr: (
-        Verdict.INCONCLUSIVE if case.ordinal == 1 else Verdict.PASS
-    )
+@pytest.mark.parametrize(
+    ("judged", "verdicts"),
+    [
+        (Verdict.INCONCLUSIVE, (Verdict.PASS, Verdict.PASS, Verdict.INCONCLUSIVE)),
+        (Verdict.FAIL, (Verdict.FAIL,) * 3),
+    ],
+)
+def test_waiver_sets_a_gap_aside_until_it_expires_and_hides_no_fail(
+    store: Store, judged: Verdict, verdicts: tuple[Verdict, ...]
+) -> None:
+    store.example.judge(judged, 1)
     store.example.waivers = (
         Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
     )
     campaign = store.campaign(8)
-
-    def verdict(on: date) -> Verdict | None:
-        return next(
-            item.verdict
-            for item in store.repository.gate(campaign, on=on)
-            if (item.fsr, item.architecture) == ("FSR1", "new")
-        )
-
-    assert verdict(date(2029, 12, 31)) is Verdict.PASS
-    assert verdict(date(2030, 1, 1)) is Verdict.PASS
-    assert verdict(date(2030, 1, 2)) is Verdict.INCONCLUSIVE
-
-
-def test_waiver_never_hides_a_fail(store: Store) -> None:
-    store.example.verdict_of = lambda _case, _fsr: Verdict.FAIL
-    store.example.waivers = (
-        Waiver(requirement="FSR1", reason="known", author="me", expires=date(2030, 1, 1)),
-    )
-    campaign = store.campaign(4)
-    gate = store.repository.gate(campaign, on=date(2026, 1, 1))
-    assert {item.verdict for item in gate if item.fsr == "FSR1"} == {Verdict.FAIL}
-
-
-def test_gate_takes_today_without_a_day(store: Store) -> None:
-    campaign = store.campaign(4)
-    assert store.repository.gate(campaign) == store.repository.gate(campaign, on=date(2026, 1, 1))
-
-
-def test_progress_counts_what_is_saved(store: Store) -> None:
-    plan = store.plan(8, block_size=3)
-    block = store.claim(plan.campaign)
-    assert store.complete(block)
-    progress = store.repository.progress(plan.campaign)
-    assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
+    days = (date(2029, 12, 31), date(2030, 1, 1), date(2030, 1, 2))
+    for day, verdict in zip(days, verdicts, strict=True):
+        gate = store.repository.gate(campaign, on=day)
+        (found,) = [i.verdict for i in gate if (i.fsr, i.architecture) == ("FSR1", "new")]
+        assert found is verdict
+    # Without a day it takes today.
+    assert store.repository.gate(campaign) == store.repository.gate(campaign, on=date.today())  # noqa: DTZ011
 
 
 @pytest.mark.slow
 def test_worst_runs_come_first(store: Store) -> None:
-    store.example.verdict_of = lambda case, _fsr: (
-        Verdict.FAIL if case.ordinal in {4, 8} else Verdict.PASS
-    )
+    store.example.judge(Verdict.FAIL, 4, 8)
     campaign = store.campaign(12)
     worst = store.repository.worst_runs(campaign, "FSR1", limit=4)
     assert [run.ordinal for run, _ in worst] == [8, 4, 0, 1]
@@ -298,9 +269,8 @@ def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(store: Store)
 
 
 def test_runs_that_fail_an_fsr_are_told_from_those_that_do_not(store: Store) -> None:
-    store.example.verdict_of = lambda case, fsr: (
-        Verdict.FAIL if (case.ordinal, fsr) in {(1, "FSR2"), (5, "FSR1")} else Verdict.PASS
-    )
+    failing = {(1, "FSR2"): Verdict.FAIL, (5, "FSR1"): Verdict.FAIL}
+    store.example.verdict_of = lambda case, fsr: failing.get((case.ordinal, fsr), Verdict.PASS)
     campaign = store.campaign(8)
     assert store.repository.hindsight.failed_among(campaign, range(8)) == {1, 5}
     assert store.repository.hindsight.failed_among(campaign, [0, 5]) == {5}
@@ -318,12 +288,9 @@ def test_failed_channels_are_counted_from_the_runs(store: Store) -> None:
     campaign = store.campaign(8)
     assert store.repository.failed_channels(campaign) == ()
     store.raw.execute("DROP TRIGGER run_no_update")
-    store.raw.execute(
-        "UPDATE run SET outcome = 'CRASH', outcome_channel = 'nominal' WHERE number <= 3"
-    )
-    store.raw.execute(
-        "UPDATE run SET outcome = 'TIMEOUT', outcome_channel = 'safety' WHERE number = 4"
-    )
+    changed = "UPDATE run SET outcome = ?, outcome_channel = ? WHERE number BETWEEN ? AND ?"
+    for values in (("CRASH", "nominal", 1, 3), ("TIMEOUT", "safety", 4, 4)):
+        store.raw.execute(changed, values)
     found = store.repository.failed_channels(campaign)
     assert sum(item[4] for item in found) == 4
     assert {item[1:3] for item in found} == {("nominal", "CRASH: "), ("safety", "TIMEOUT: ")}

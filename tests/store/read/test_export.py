@@ -22,6 +22,9 @@ from tests.store.raw import raw_connection
 
 Tables = dict[str, list[dict[str, Any]]]
 
+AS_COLUMNS = {"parameters", "point", "verdicts"}
+"""What ``v_runs`` has as JSON."""
+
 
 def read(path: Place, campaign: str | None = None, **options: Any) -> Tables:
     with open_export(path, campaign, **options) as source:
@@ -47,18 +50,14 @@ def of_view(repository: Repository, table: str) -> list[dict[str, Any]]:
 
 @pytest.mark.slow
 def test_tables_hold_what_their_views_hold(store: Store) -> None:
-    store.example.verdict_of = lambda case, _: (
-        Verdict.FAIL if case.ordinal % 3 == 1 else Verdict.PASS
-    )
+    store.example.judge(Verdict.FAIL, 1, 4, 7)
     store.campaign(9)
     found = read(store.repository.location)
     for name in ("verdicts", "events", "fsr_status"):
         assert found[name]
         assert found[name] == of_view(store.repository, name)
     for row, seen in zip(found["runs"], of_view(store.repository, "runs"), strict=True):
-        assert {**row, **seen}.keys() - row.keys() == {
-            "parameters", "point", "verdicts", "executed_at"
-        }  # fmt: skip
+        assert seen.keys() - row.keys() == {*AS_COLUMNS, "executed_at"}
         assert all(row[name] == seen[name] for name in seen.keys() & row.keys())
     # Flags are truth values, not the numbers that the database has.
     assert {type(row["mandatory"]) for row in found["verdicts"]} == {bool}
@@ -93,9 +92,7 @@ def test_missing_result_is_not_run_and_no_row_of_runs(store: Store) -> None:
 
 
 @pytest.mark.slow
-def test_rows_do_not_depend_on_the_parts_that_are_read(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_parts_make_no_difference(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     store.campaign(10)
     whole = read(store.repository.location)
     monkeypatch.setattr(export, "CHUNK_CASES", 3)
@@ -145,14 +142,8 @@ def test_hostile_and_mixed_parameters_become_plain_columns(store: Store) -> None
     plain = store.example.case
 
     def case(ordinal: int, **changes: Any) -> Any:
-        values = {
-            'a"; DROP TABLE run; --': ordinal,
-            "Run": "x",
-            "contact": 1.5,
-            "on": bool(ordinal),
-            "either": "word" if ordinal else 3,
-            "list": [1, ordinal],
-        }
+        values = {'a"; DROP TABLE run; --': ordinal, "Run": "x", "contact": 1.5}
+        values |= {"on": bool(ordinal), "either": "word" if ordinal else 3, "list": [1, ordinal]}
         return plain(ordinal, **{"parameters": values, "point": {"extra.key": 2}, **changes})
 
     store.example.case = case
@@ -181,10 +172,6 @@ def test_what_is_not_there_is_an_input_error(store: Store) -> None:
     ):
         with pytest.raises(InputError, match=part), open_export(place, campaign, names):
             pass
-
-
-AS_COLUMNS = {"parameters", "point", "verdicts"}
-"""What ``v_runs`` has as JSON."""
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +16,8 @@ from adeye.judge.verdict import ExitCode, Outcome, Verdict
 from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
 from adeye.store.records import ContentRecord, EventRecord
 from tests.store.conftest import Store
+
+OPEN = (Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.VACUOUS)
 
 
 def folded(store: Store, campaign: str | None = None) -> dict[tuple[str, str], Total]:
@@ -59,9 +63,7 @@ def test_runs_of_all_scenarios_are_counted_together_and_those_of_one_alone(store
 
 
 @pytest.mark.parametrize("kinds", [tuple(Verdict)[:3], tuple(Verdict)[:6], tuple(Verdict)[3:6]])
-def test_totals_views_and_rows_name_the_same_run_as_the_worst(
-    store: Store, kinds: tuple[Verdict, ...]
-) -> None:
+def test_all_name_the_same_worst_run(store: Store, kinds: tuple[Verdict, ...]) -> None:
     """Margins tie as often as capped ones do; what failed is below what did not."""
     store.example.verdict_of = lambda case, _fsr: kinds[(case.ordinal // 3) % len(kinds)]
     store.example.margin_of = lambda case: (10.0, 10.0, 7.0, 10.0)[case.ordinal % 4]
@@ -81,43 +83,30 @@ def test_totals_views_and_rows_name_the_same_run_as_the_worst(
         assert run == (None if total is None else total[0].result_digest)
 
 
-@pytest.mark.slow
-def test_gate_is_green_when_every_mandatory_fsr_passes(store: Store) -> None:
-    assert assert_gate(store, ExitCode.OK) == "Every mandatory requirement passes for new."
-
-
 @pytest.mark.parametrize(
-    ("fsr", "architecture", "code"),
+    ("fsr", "architecture", "verdict", "said"),
     [
-        ("FSR1", "new", ExitCode.FAILED),
-        ("FSR1", "legacy", ExitCode.OK),  # the legacy architecture is not in the gate
-        ("FSR2", "new", ExitCode.OK),  # not mandatory
+        ("FSR1", "new", Verdict.PASS, "Every mandatory requirement passes for new."),
+        # The legacy architecture is not in the gate, and FSR2 is not mandatory.
+        ("FSR1", "legacy", Verdict.FAIL, "Every mandatory requirement passes for new"),
+        ("FSR2", "new", Verdict.FAIL, "Every mandatory requirement passes for new"),
+        *(("FSR1", "new", verdict, f"FSR1 {verdict} for new") for verdict in OPEN),
+        ("FSR1", "new", Verdict.FAIL, "FSR1 FAIL for new"),
     ],
 )
-def test_only_mandatory_failures_in_the_gate_count(
-    store: Store, fsr: str, architecture: str, code: ExitCode
+def test_gate_is_open_for_whatever_is_mandatory_there_and_no_pass(
+    store: Store, fsr: str, architecture: str, verdict: Verdict, said: str
 ) -> None:
-    store.example.verdict_of = judged(fsr, architecture)
+    store.example.verdict_of = judged(fsr, architecture, verdict)
     campaign = store.campaign()
-    message = assert_gate(store, code, campaign=campaign)
-    assert ("FSR1 FAIL for new" in message) is (code is ExitCode.FAILED)
-    assert folded(store, campaign)[fsr, architecture].verdict is Verdict.FAIL
+    code = ExitCode.FAILED if verdict is Verdict.FAIL else ExitCode.INCOMPLETE
+    assert_gate(store, ExitCode.OK if "passes" in said else code, said, campaign=campaign)
+    assert folded(store, campaign)[fsr, architecture].verdict is verdict
 
 
-@pytest.mark.slow
 def test_gate_that_asks_for_nothing_says_so(store: Store) -> None:
     store.example.require(mandatory=False)
     assert assert_gate(store, ExitCode.INCOMPLETE) == "no FSR is mandatory for new"
-
-
-@pytest.mark.parametrize(
-    "verdict", [Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.VACUOUS]
-)
-def test_anything_but_pass_leaves_the_gate_open_and_is_named(
-    store: Store, verdict: Verdict
-) -> None:
-    store.example.verdict_of = judged("FSR1", "new", verdict)
-    assert_gate(store, ExitCode.INCOMPLETE, f"FSR1 {verdict} for new")
 
 
 def test_unfinished_campaign_is_no_success(store: Store) -> None:
@@ -173,60 +162,43 @@ def about(example: Any, *channels: str, **changes: Any) -> None:
     )
 
 
-@pytest.mark.slow
-def test_channel_that_fails_is_no_success_though_everything_passes(store: Store) -> None:
-    break_channels(store.example)
-    assert_gate(
-        store,
-        ExitCode.INCOMPLETE,
-        "channel_error of channel a in 4 runs of new (KeyError: 1 (own.py:7)), refused",
-        # What failed after it in the same run hides behind nothing.
-        "channel_killed of channel b in 4 runs of new (by SIGKILL), refused",
-        # The legacy architecture is not in the gate.
-        "channel_error of channel a in 4 runs of legacy (KeyError: 1 (own.py:7));",
-    )
+def passes_late(example: Any) -> None:
+    """Let every FSR pass in the second half of the runs only."""
+    about(example, "a", "b")
+    example.verdict_of = lambda case, _: Verdict.PASS if case.ordinal > 1 else Verdict.VACUOUS
 
 
-def test_every_channel_that_failed_needs_an_fsr_that_is_about_it(store: Store) -> None:
-    break_channels(store.example)
-    about(store.example, "a")
-    assert_gate(
-        store,
-        ExitCode.INCOMPLETE,
-        "channel a in 4 runs of new (KeyError: 1 (own.py:7)), which FSR1 is about",
-        "channel b in 4 runs of new (by SIGKILL), refused: in 4 runs",
-    )
-
-
-def test_failure_that_a_passing_fsr_is_about_is_green_and_said(store: Store) -> None:
-    break_channels(store.example)
-    about(store.example, "a", "b")
-    told = "channel_killed of channel b in 4 runs of new (by SIGKILL), which FSR1"
-    assert_gate(store, ExitCode.OK, told)
-
-
-def test_fsr_excuses_a_failure_only_in_the_runs_that_it_passes_in(store: Store) -> None:
-    break_channels(store.example)
-    about(store.example, "a", "b")
-    store.example.verdict_of = lambda case, _: Verdict.PASS if case.ordinal > 1 else Verdict.VACUOUS
-    told = "channel a in 4 runs of new (KeyError: 1 (own.py:7)), refused: in 1 run "
-    assert_gate(store, ExitCode.INCOMPLETE, told)
-
-
-def test_fsr_that_is_not_mandatory_excuses_no_failure(store: Store) -> None:
-    break_channels(store.example)
-    about(store.example, "a", "b", mandatory=False)
-    assert_gate(store, ExitCode.INCOMPLETE)
-
-
-@pytest.mark.slow
-def test_failures_that_the_odd_allows_are_green_and_said(store: Store) -> None:
-    break_channels(store.example)
+def allowed(example: Any) -> None:
     asked = {"architectures": ["new"], "channel_failures": "allow"}
-    content = {"odd": {"odd": "motorway", "gate": asked}}
-    store.example.odd = ContentRecord("motorway", "1", content)
-    told = "channel a in 4 runs of new (KeyError: 1 (own.py:7)), allowed by the ODD"
-    assert_gate(store, ExitCode.OK, told)
+    example.odd = ContentRecord("motorway", "1", {"odd": {"odd": "motorway", "gate": asked}})
+
+
+A = "channel a in 4 runs of new (KeyError: 1 (own.py:7))"
+B = "channel b in 4 runs of new (by SIGKILL)"
+LEGACY = "channel_error of channel a in 4 runs of legacy (KeyError: 1 (own.py:7));"
+WITH_FAILURES: dict[str, tuple[Callable[[Any], object], ExitCode, tuple[str, ...]]] = {
+    # What failed after it in the same run hides behind nothing; legacy is not in the gate.
+    "no FSR is about it": (about, ExitCode.INCOMPLETE,
+                           (f"channel_error of {A}, refused",
+                            f"channel_killed of {B}, refused", LEGACY)),
+    "an FSR is about one": (lambda it: about(it, "a"), ExitCode.INCOMPLETE,
+                            (f"{A}, which FSR1 is about", f"{B}, refused: in 4 runs")),
+    "an FSR is about both": (lambda it: about(it, "a", "b"), ExitCode.OK,
+                             (f"channel_killed of {B}, which FSR1",)),
+    "it passes in some": (passes_late, ExitCode.INCOMPLETE, (f"{A}, refused: in 1 run ",)),
+    "it is optional": (lambda it: about(it, "a", "b", mandatory=False), ExitCode.INCOMPLETE, ()),
+    "the ODD allows it": (allowed, ExitCode.OK, (f"{A}, allowed by the ODD",)),
+    "an FSR fails": (lambda it: setattr(it, "verdict_of", judged("FSR1", "new")), ExitCode.FAILED,
+                     ("channel_error of channel a",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITH_FAILURES)
+def test_channel_that_fails_needs_a_passing_fsr(store: Store, name: str) -> None:
+    prepare, code, words = WITH_FAILURES[name]
+    break_channels(store.example)
+    prepare(store.example)
+    assert_gate(store, code, *words)
 
 
 @pytest.mark.parametrize("outcome", [item for item in Outcome if item.value[:8] == "channel_"])
@@ -235,21 +207,12 @@ def test_however_a_channel_fails_it_is_refused(store: Store, outcome: Outcome) -
     assert_gate(store, ExitCode.INCOMPLETE, f"{outcome} of channel a in 4 runs of new")
 
 
-def test_failing_fsr_is_worse_than_a_failing_channel(store: Store) -> None:
-    break_channels(store.example)
-    store.example.verdict_of = judged("FSR1", "new")
-    assert_gate(store, ExitCode.FAILED, "channel_error of channel a")
-
-
 @pytest.mark.slow
 def test_what_happened_most_often_is_told_and_the_rest_is_counted(store: Store) -> None:
+    break_channels(store.example, events=[])
     run = store.example.run
-    store.example.run = lambda case: run(
-        case,
-        outcome=Outcome.CHANNEL_ERROR,
-        outcome_channel="a",
-        outcome_detail=f"at {case.ordinal} s: " + ("one" if case.ordinal > 1 else "two"),
-        events=[],
+    store.example.run = lambda case: replace(
+        run(case), outcome_detail=f"at {case.ordinal} s: {'one' if case.ordinal > 1 else 'two'}"
     )
     assert_gate(store, ExitCode.INCOMPLETE, "channel a in 4 runs of new (one, and 1 more)")
 
@@ -306,12 +269,9 @@ def test_results_count_once_and_runs_as_they_are(store: Store) -> None:
 
 @pytest.mark.parametrize("mandatory", [True, False])
 @pytest.mark.parametrize(("asked", "verdict"), [(1, Verdict.PASS), (2, Verdict.VACUOUS)])
-def test_min_exercised_asks_for_different_results(
-    store: Store, asked: int, verdict: Verdict, *, mandatory: bool
-) -> None:
+def test_min_exercised(store: Store, asked: int, verdict: Verdict, *, mandatory: bool) -> None:
     store.example.require(min_exercised=asked, mandatory=mandatory)
-    store.example.trace_of = lambda _case: "5" * 32
-    store.example.margin_of = lambda _case: 1.0
+    store.example.same_result()
     campaign = store.campaign()
     assert {item.verdict for item in folded(store, campaign).values()} == {verdict}
 
@@ -324,8 +284,7 @@ def test_equal_traces_with_other_margins_are_other_results(store: Store) -> None
 
 @pytest.mark.slow
 def test_withdrawn_results_never_count_below_what_is_left(store: Store) -> None:
-    store.example.trace_of = lambda _case: "5" * 32
-    store.example.margin_of = lambda _case: 1.0
+    store.example.same_result()
     campaign = store.campaign()
     run = store.repository.find_run("1", campaign=campaign)
     assert store.repository.evidence.withdraw(run.result_digest, author="me", reason="wrong map")

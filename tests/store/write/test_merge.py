@@ -27,10 +27,21 @@ from adeye.store.repository import Repository
 from adeye.store.tables import LEDGER, metadata
 from adeye.store.write import merge as merging
 from tests.postgres import Server
-from tests.project import CANDIDATE, CONCEPT, MINI, Executed, Project, count_rows, table_hash
+from tests.project import (
+    CANDIDATE,
+    CANDIDATE_ONLY,
+    CONCEPT,
+    MINI,
+    Executed,
+    Project,
+    count_rows,
+    odd_of,
+    table_hash,
+)
+from tests.sql import alter, rows
 from tests.store.conftest import Example, Store
 from tests.store.rows import result_table_hash
-from tests.tampering import unguarded
+from tests.stored import stored
 
 
 @pytest.fixture(scope="module")
@@ -58,19 +69,8 @@ def copied(parts: Path, name: str, folder: Path) -> Path:
     return Path(shutil.copy(parts / name, folder / name))
 
 
-def altered(db: Path, *statements: str) -> Path:
-    """Change a database behind the back of its triggers."""
-    with sqlite3.connect(db) as connection, unguarded(connection):
-        for statement in statements:
-            connection.execute(statement)
-    connection.close()
-    return db
-
-
 @pytest.mark.slow
-def test_shards_merged_are_the_campaign_executed_in_one(
-    mini: Executed, parts: Path, tmp_path: Path
-) -> None:
+def test_shards_merged_are_one_campaign(mini: Executed, parts: Path, tmp_path: Path) -> None:
     db = tmp_path / "all.db"
     found = merged(db, *(parts / f"{place}.db" for place in (1, 2, 3)))
     assert sum(item.runs for item in found) == 28
@@ -95,9 +95,7 @@ def test_merging_again_adds_nothing(parts: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_parts_that_overlap_and_cut_blocks_are_counted_once(
-    mini: Executed, parts: Path, tmp_path: Path
-) -> None:
+def test_overlapping_parts_are_counted_once(mini: Executed, parts: Path, tmp_path: Path) -> None:
     db = tmp_path / "all.db"
     merged(db, parts / "1.db", parts / "cut.db")
     sound(db)
@@ -112,9 +110,7 @@ def test_parts_that_overlap_and_cut_blocks_are_counted_once(
 
 
 @pytest.mark.slow
-def test_results_of_another_campaign_are_added_and_local_numbers_given_anew(
-    parts: Path, tmp_path: Path
-) -> None:
+def test_results_of_another_campaign_are_added(parts: Path, tmp_path: Path) -> None:
     other = Project(tmp_path / "other")
     with other.edited_odd() as odd:
         odd["seed"] = 8
@@ -141,17 +137,15 @@ def refused(into: Path, source: Path, error: type[Exception], words: Sequence[st
 
 @pytest.mark.slow
 def test_altered_source_is_refused_whole_and_named(parts: Path, tmp_path: Path) -> None:
-    source = altered(copied(parts, "2.db", tmp_path), "UPDATE metric SET row_hash = 'x'")
+    source = copied(parts, "2.db", tmp_path)
+    alter(source, "UPDATE metric SET row_hash = 'x'")
     merged(tmp_path / "all.db", parts / "1.db")
     refused(tmp_path / "all.db", source, IntegrityError, ["not as it was written", "metric"])
 
 
 def test_source_with_a_foreign_trigger_is_only_read(parts: Path, tmp_path: Path) -> None:
     source = copied(parts, "2.db", tmp_path)
-    with sqlite3.connect(source) as connection:
-        connection.execute("DROP VIEW v_runs")
-        connection.execute("CREATE VIEW v_runs AS SELECT randomblob(9) AS x")
-    connection.close()
+    alter(source, "DROP VIEW v_runs", "CREATE VIEW v_runs AS SELECT randomblob(9) AS x")
     content = source.read_bytes()
     refused(tmp_path / "all.db", source, IntegrityError, ["v_runs", "not as this release"])
     assert source.read_bytes() == content
@@ -159,46 +153,34 @@ def test_source_with_a_foreign_trigger_is_only_read(parts: Path, tmp_path: Path)
 
 def test_view_in_the_place_of_a_table_is_refused(parts: Path, tmp_path: Path) -> None:
     source = copied(parts, "2.db", tmp_path)
-    with sqlite3.connect(source) as connection:
-        connection.execute("DROP TABLE takeover")
-        connection.execute("CREATE VIEW takeover AS SELECT 1 AS fork_digest")
-    connection.close()
+    raw = sqlite3.connect(source)
+    raw.execute("DROP TABLE takeover")
+    raw.execute("CREATE VIEW takeover AS SELECT 1 AS fork_digest")
+    raw.close()
     refused(tmp_path / "all.db", source, IntegrityError, ["takeover is not a table"])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("statement", "words"),
-    [
-        ("UPDATE run SET result_hash = 'x'", ["run ", "another result_hash"]),
-        (
-            "UPDATE verdict SET margin = 7.0 WHERE margin IS NOT NULL",
-            ["verdict ", "another margin"],
-        ),
-    ],
-)
+@pytest.mark.parametrize(("table", "column"), [("run", "result_hash"), ("verdict", "margin")])
 def test_another_result_of_one_test_case_contradicts(
-    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statement: str, words: list[str]
+    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: str, column: str
 ) -> None:
     db = tmp_path / "all.db"
     merged(db, parts / "1.db")
-    source = altered(copied(parts, "1.db", tmp_path), statement)
+    source = copied(parts, "1.db", tmp_path)
+    alter(source, f"UPDATE {table} SET {column} = '7.0' WHERE {column} IS NOT NULL")  # noqa: S608
     # As if it were sound.
     monkeypatch.setattr(merging, "verify", lambda _: iter(()))
-    refused(db, source, IntegrityError, words)
+    refused(db, source, IntegrityError, [f"{table} ", f"another {column}"])
 
 
 @pytest.mark.slow
-def test_database_into_itself_and_none_at_all_are_input_errors(parts: Path, tmp_path: Path) -> None:
-    db = copied(parts, "1.db", tmp_path)
+def test_database_into_itself_and_no_database_are_refused(parts: Path, tmp_path: Path) -> None:
+    db, text = copied(parts, "1.db", tmp_path), tmp_path / "text.db"
+    text.write_text("not a database, but long enough to look like one\n" * 99)
     refused(db, db, InputError, ["is merged into"])
     refused(db, tmp_path / "none.db", InputError, ["no such file"])
-
-
-def test_other_file_is_an_environment_error(parts: Path, tmp_path: Path) -> None:
-    text = tmp_path / "text.db"
-    text.write_text("not a database, but long enough to look like one\n" * 99)
-    refused(copied(parts, "1.db", tmp_path), text, PlatformError, ["text.db"])
+    refused(db, text, PlatformError, ["text.db"])
 
 
 def test_source_is_opened_for_reading_only(parts: Path, tmp_path: Path) -> None:
@@ -227,23 +209,9 @@ def test_every_table_goes_over_or_is_named_as_left() -> None:
     assert with_work <= merging.LEFT
 
 
-SMALL: dict[str, Any] = {
-    **MINI,
-    "scenarios": [
-        {
-            "use": "cut_in",
-            "faults": ["nominal_silent"],
-            "sweep": {"parameters": {"gap": ["30 m", "50 m"]}},
-        }
-    ],
-    "architectures": ["architectures/camera_radar.yaml"],
-}
-OWN = """from adeye.signals import ControlCommand
-
-class Own:
-    def reset(self, context): pass
-    def act(self, observation): return ControlCommand(0.0, 0.0, observation.time_s)
-"""
+SMALL = odd_of("cut_in", "nominal_silent", gap=["30 m", "50 m"])
+SMALL["architectures"] = CANDIDATE_ONLY
+OWN: str = stored("plugins")["own_channel"]
 
 
 def with_plugin(folder: Path) -> Project:
@@ -272,13 +240,11 @@ def spellings(folder: Path, elsewhere: Path) -> list[tuple[Path, str]]:
     ]
 
 
-CONTENT = "SELECT digest FROM {} ORDER BY 1"
+CONTENT = ("odd", "scenario", "architecture", "concept", "test_case")
 
 
 @pytest.mark.slow
-def test_shards_of_the_same_files_merge_however_they_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shards_of_files_by_any_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     project = with_plugin(tmp_path / "here")
     ways = spellings(project.folder, tmp_path / "there")
     contents, summaries = [], []
@@ -287,12 +253,7 @@ def test_shards_of_the_same_files_merge_however_they_are_named(
         db = tmp_path / f"{number}.db"
         choice = Choice(shard=Shard(1 + number % 2, 2))
         summaries.append(run_campaign(make_plan(name), db=db, session=Session(choice=choice)))
-        with sqlite3.connect(db) as connection:
-            contents.append(
-                [connection.execute(CONTENT.format(table)).fetchall()
-                 for table in ("odd", "scenario", "architecture", "concept", "test_case")]
-            )  # fmt: skip
-        connection.close()
+        contents.append([rows(db, f"SELECT digest FROM {table} ORDER BY 1") for table in CONTENT])  # noqa: S608
     assert all(item == contents[0] for item in contents)
     assert len({item.campaign for item in summaries}) == 1
     into = tmp_path / "all.db"
@@ -309,18 +270,14 @@ def test_shards_of_the_same_files_merge_however_they_are_named(
 
 
 FORGERIES = {
-    "scenario_digest": "UPDATE scenario SET content = json_set(content, '$.horizon', 9.5)",
-    "architecture_digest": (
-        "UPDATE architecture SET content = json_set(content, '$.vehicle.length', 9.5)"
-    ),
-    "faults": "UPDATE test_case SET faults = json_set(faults, '$[0].onset.at', 9.5)",
+    "scenario_digest": "scenario SET content = json_set(content, '$.horizon', 9.5)",
+    "architecture_digest": "architecture SET content = json_set(content, '$.vehicle.length', 9.5)",
+    "faults": "test_case SET faults = json_set(faults, '$[0].onset.at', 9.5)",
 }
 
 
 @pytest.mark.slow
-def test_texts_of_files_are_no_contradiction_and_what_runs_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_texts_are_no_contradiction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     project = Project(tmp_path / "p", SMALL)
     plan = project.plan()
     run_campaign(plan, db=tmp_path / "1.db", session=Session(choice=Choice(shard=Shard(1, 2))))
@@ -330,7 +287,7 @@ def test_texts_of_files_are_no_contradiction_and_what_runs_is(
         scenario["title"] = "Another"
     with project.edited_odd() as odd:
         odd["title"] = "Another"
-        odd["faults"][1]["text"] = "Another"
+        odd["faults"][0]["text"] = "Another"
     with project.edited(CONCEPT) as concept:
         concept["title"] = "Another"
     second = Session(choice=Choice(shard=Shard(2, 2)))
@@ -346,8 +303,9 @@ def test_texts_of_files_are_no_contradiction_and_what_runs_is(
     assert project.run(db=str(into)).executed == 0
     # As if it were sound: one identity over what would run otherwise.
     monkeypatch.setattr(merging, "verify", lambda _: iter(()))
-    for column, statement in FORGERIES.items():
-        source = altered(Path(shutil.copy(tmp_path / "2.db", tmp_path / column)), statement)
+    for column, forgery in FORGERIES.items():
+        source = Path(shutil.copy(tmp_path / "2.db", tmp_path / column))
+        alter(source, f"UPDATE {forgery}")
         refused(tmp_path / "1.db", source, IntegrityError, ["test_case ", f"another {column}"])
 
 
@@ -403,9 +361,7 @@ def two(store: Store) -> tuple[str, str]:
     store.vouched(first)
     store.example.repeat(0, 1)
     store.example.with_odd("2")
-    store.example.verdict_of = lambda case, _fsr: (
-        Verdict.FAIL if case.ordinal == 2 else Verdict.PASS
-    )
+    store.example.judge(Verdict.FAIL, 2)
     second = store.campaign(12)
     store.example.thresholds = {"FSR1": "3 m"}
     third = store.plan(12, block_size=5).campaign
@@ -435,9 +391,7 @@ def copy_of(repository: Repository, to: str, *campaigns: str) -> Repository:
 
 
 @pytest.mark.slow
-def test_copy_of_all_campaigns_is_all_rows(
-    repository: Repository, two: tuple[str, str], target: str
-) -> None:
+def test_copy_of_all_campaigns(repository: Repository, two: tuple[str, str], target: str) -> None:
     before = rows_of(repository)
     everyone = [item.id for item in repository.campaigns()]
     assert len(everyone) == 3
@@ -457,9 +411,7 @@ def test_copy_of_all_campaigns_is_all_rows(
 
 
 @pytest.mark.slow
-def test_copy_of_one_campaign_tells_what_the_original_tells(
-    repository: Repository, two: tuple[str, str], target: str
-) -> None:
+def test_copy_of_one_campaign(repository: Repository, two: tuple[str, str], target: str) -> None:
     before = rows_of(repository)
     with copy_of(repository, target, two[0]) as into:
         found = rows_of(into)
@@ -484,18 +436,13 @@ def test_work_goes_on_in_a_copy(store: Store, two: tuple[str, str], target: str)
         store.example.work_off(into, open_one)
         assert into.progress(open_one).accounted == 12
         # Cut blocks get numbers that are free.
-        later = into.plan_campaign(
-            store.example.record(), store.example.cases(16), block_size=9
-        ).campaign
-        store.example.work_off(into, later)
+        store.example.campaign(into, 16, block_size=9)
         assert into.verify() == ()
 
 
 @pytest.mark.slow
 def test_database_that_has_campaigns_already_and_unknown_names_are_refused(
-    repository: Repository,
-    two: tuple[str, str],
-    tmp_path: Path,
+    repository: Repository, two: tuple[str, str], tmp_path: Path
 ) -> None:
     other = tmp_path / "other.db"
     with Repository.open(other) as taken:
@@ -543,9 +490,7 @@ def campaign_of(db: Path, name: str, to: Path) -> str:
 
 
 @pytest.mark.slow
-def test_kept_traces_go_over_and_the_old_database_is_not_needed(
-    archive: Path, tmp_path: Path
-) -> None:
+def test_kept_traces_go_over(archive: Path, tmp_path: Path) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "sub" / "new.db"
     campaign = campaign_of(old, "2", new)
     with Repository.open(old, create=False) as source:
@@ -582,15 +527,11 @@ def spoilt(folder: Path, how: str) -> None:
         content[len(content) // 2] ^= 1
         file.write_bytes(content)
     else:
-        with sqlite3.connect(old) as connection, unguarded(connection):
-            connection.execute("UPDATE metric SET min_distance_m = 99.0 WHERE run_number = 1")
-        connection.close()
+        alter(old, "UPDATE metric SET min_distance_m = 99.0 WHERE run_number = 1")
 
 
 @pytest.mark.parametrize("how", ["gone", "altered", "row"])
-def test_what_is_not_as_it_was_written_is_not_copied_and_nothing_is_left(
-    archive: Path, tmp_path: Path, how: str
-) -> None:
+def test_altered_source_leaves_no_copy(archive: Path, tmp_path: Path, how: str) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "new.db"
     spoilt(tmp_path, how)
     with pytest.raises(IntegrityError, match=r"adeye db verify"):
@@ -599,16 +540,12 @@ def test_what_is_not_as_it_was_written_is_not_copied_and_nothing_is_left(
 
 
 @pytest.mark.slow
-def test_copy_that_is_not_the_same_is_removed(
-    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_copy_goes(archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "new.db"
     # As a disk would that keeps something else.
     insert = inserting.insert_rows
-    monkeypatch.setattr(
-        merging, "insert_rows",
-        lambda on, table, rows: insert(on, table, rows[1:] if table.name == "verdict" else rows),
-    )  # fmt: skip
+    cut: Any = lambda on, to, rows: insert(on, to, rows[1:] if to.name == "verdict" else rows)  # noqa: E731
+    monkeypatch.setattr(merging, "insert_rows", cut)
     with pytest.raises(IntegrityError, match=r"not as"):
         campaign_of(old, "2", new)
     assert list(tmp_path.glob("new.db*")) == []

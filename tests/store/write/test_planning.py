@@ -14,7 +14,7 @@ from adeye.store.block import PlannedCases
 from adeye.store.records import EngineKey
 from adeye.store.write.planning import Selection, SelectionHash, block_bounds
 from tests.store.conftest import Example, Store
-from tests.store.raw import rows
+from tests.store.raw import on_sqlite, rows
 from tests.store.rows import COLUMNS, PlannedCase
 
 
@@ -75,21 +75,12 @@ def test_whatever_is_selected_makes_another_campaign(store: Store) -> None:
 def test_only_what_is_new_is_executed(store: Store) -> None:
     store.campaign(8)
     store.example.with_odd("2")
-    plan = store.plan(12, block_size=3)
-    assert (plan.planned, plan.reused, plan.to_execute, plan.to_judge) == (12, 8, 4, 0)
-    assert store.work_off(plan.campaign) == 4
-
-
-@pytest.mark.slow
-def test_block_without_gaps_is_done_at_once_with_its_tallies(store: Store) -> None:
-    store.campaign(8)
-    store.example.with_odd("2")
     plan = store.plan(12, block_size=8)
+    assert (plan.planned, plan.reused, plan.to_execute, plan.to_judge) == (12, 8, 4, 0)
     assert blocks(store)[-2:] == [(0, 8, "reused", "done"), (8, 12, "execute", "pending")]
-    counted = store.raw.execute(
-        "SELECT sum(runs) FROM tally WHERE campaign_id = ? AND fsr_id = 'FSR1'", (plan.campaign,)
-    )
-    assert counted.fetchone() == (8,)
+    tallies = "SELECT sum(runs) FROM tally WHERE campaign_id = ? AND fsr_id = 'FSR1'"
+    assert store.rows(tallies, (plan.campaign,)) == [(8,)]
+    assert store.work_off(plan.campaign) == 4
 
 
 @pytest.mark.slow
@@ -117,34 +108,21 @@ def test_blocks_never_mix_structures_or_shapes_of_json(store: Store) -> None:
     assert [block[:2] for block in blocks(store)[3:]] == [(0, 2), (2, 3)]
 
 
-def test_empty_selection_is_refused_and_leaves_nothing(store: Store) -> None:
-    with pytest.raises(InputError, match="no test cases"):
-        store.plan([])
-    assert set(store.repository.info().rows.values()) == {0}
-
-
-def test_error_while_expanding_leaves_nothing(store: Store) -> None:
+def test_what_cannot_be_planned_leaves_nothing(store: Store) -> None:
     def broken() -> Any:
         yield from store.example.cases(3)
         raise InputError("ego_speed is too high")
 
-    with pytest.raises(InputError, match="too high"):
-        store.plan(broken())
-    assert set(store.repository.info().rows.values()) == {0}
-    assert store.plan(3).is_new
-
-
-def test_every_fsr_of_the_concept_must_be_judged(store: Store) -> None:
+    for cases, said in (([], "no test cases"), (broken(), "too high")):
+        with pytest.raises(InputError, match=said):
+            store.plan(cases)
     record = store.example.record()
     with pytest.raises(ValueError, match="FSR1"):
         store.repository.plan_campaign(
             replace(record, fsrs=record.fsrs[1:]), store.example.cases(1)
         )
-
-
-def test_block_size_is_at_least_one(store: Store) -> None:
-    with pytest.raises(ValueError, match="block_size"):
-        store.plan(1, block_size=0)
+    assert set(store.repository.info().rows.values()) == {0}
+    assert store.plan(3).is_new
 
 
 def test_fsrs_are_planned_where_they_apply(store: Store) -> None:
@@ -156,14 +134,10 @@ def test_fsrs_are_planned_where_they_apply(store: Store) -> None:
         "SELECT fsr_id, architecture, scenario, applicable, planned FROM campaign_fsr"
     )
     assert set(found) == {
+        *((fsr, "new", name, 1, 2) for fsr in ("FSR1", "FSR2") for name in ("braking", "cut_in")),
+        *(("FSR2", "legacy", name, 0, 0) for name in ("braking", "cut_in")),
         ("FSR1", "legacy", "braking", 1, 2),
         ("FSR1", "legacy", "cut_in", 1, 1),
-        ("FSR1", "new", "braking", 1, 2),
-        ("FSR1", "new", "cut_in", 1, 2),
-        ("FSR2", "legacy", "braking", 0, 0),
-        ("FSR2", "legacy", "cut_in", 0, 0),
-        ("FSR2", "new", "braking", 1, 2),
-        ("FSR2", "new", "cut_in", 1, 2),
         ("FSR3", "legacy", "cut_in", 1, 1),
         ("FSR3", "new", "cut_in", 1, 0),
     }
@@ -172,13 +146,9 @@ def test_fsrs_are_planned_where_they_apply(store: Store) -> None:
 def test_gate_architecture_without_a_run_is_not_forgotten(store: Store) -> None:
     store.example.gate = ("absent",)
     plan = store.plan(4)
-    absent = [
-        item for item in store.repository.gate(plan.campaign) if item.architecture == "absent"
-    ]
-    assert {(item.fsr, str(item.verdict)) for item in absent} == {
-        ("FSR1", "NOT_RUN"),
-        ("FSR3", "NOT_RUN"),
-    }
+    gate = store.repository.gate(plan.campaign)
+    absent = {(item.fsr, str(item.verdict)) for item in gate if item.architecture == "absent"}
+    assert absent == {("FSR1", "NOT_RUN"), ("FSR3", "NOT_RUN")}
 
 
 def test_latest_expiry_of_a_waiver_counts(store: Store) -> None:
@@ -303,3 +273,79 @@ def test_every_value_is_in_the_identity_and_none_runs_into_another() -> None:
         one.add(item)
         identities.add(one.campaign_id)
     assert len(identities) == 8
+
+
+# --- what the cases of a block lack: results, verdicts, or nothing
+
+
+def test_run_that_exists_needs_only_the_verdicts_it_lacks(store: Store) -> None:
+    store.campaign(4)
+    store.example.thresholds["FSR1"] = "3 m"
+    plan = store.plan(4)
+    assert (plan.to_execute, plan.to_judge) == (0, 4)
+    block = store.claim(plan.campaign)
+    assert block.to_execute == ()
+    assert {case.missing_fsrs for case in block.to_judge} == {("FSR1",)}
+
+
+@pytest.mark.slow
+def test_new_threshold_adds_rows_and_keeps_the_old_ones(store: Store) -> None:
+    first = store.campaign(4)
+    before = store.result_hash(first)
+    store.example.thresholds["FSR1"] = "3 m"
+    second = store.campaign(4)
+    assert store.repository.info().rows["verdict"] == 4 * 2 + 4
+    assert store.repository.info().rows["run"] == 4
+    assert store.result_hash(first) == before
+    assert store.repository.progress(second).accounted == 4
+    assert store.repository.verify() == ()
+
+
+def test_fsr_that_does_not_apply_is_not_asked_for(store: Store) -> None:
+    store.example.not_applicable = {"FSR2": {"legacy": "it has no radar"}}
+    plan = store.plan(2)
+    block = store.claim(plan.campaign)
+    assert [case.missing_fsrs for case in block.cases] == [("FSR1",), ("FSR1", "FSR2")]
+
+
+def test_case_outside_the_odd_is_asked_for_what_applies_outside(store: Store) -> None:
+    outside = store.example.case(0, inside_odd=False)
+    plan = store.plan([outside])
+    block = store.claim(plan.campaign)
+    assert block.cases[0].missing_fsrs == ("FSR3",)
+
+
+def test_gaps_are_the_results_that_lack_verdicts_in_the_order_of_the_plan(store: Store) -> None:
+    campaign = store.campaign(4)
+    assert store.repository.again.gaps(campaign) == []
+    store.example.thresholds["FSR1"] = "3 m"
+    plan = store.plan(6)
+    gaps = store.repository.again.gaps(plan.campaign)
+    assert [(item.ordinal, item.fsrs) for item in gaps] == [(n, ("FSR1",)) for n in range(4)]
+
+
+@on_sqlite
+def test_cases_at_the_end_of_a_large_plan_are_found_by_their_index(store: Store) -> None:
+    plan = store.plan(400, block_size=4)
+    store.raw.execute("UPDATE work SET state = 'done' WHERE to_ordinal < 400")
+    block = store.claim(plan.campaign)
+    assert [case.ordinal for case in block.cases] == [396, 397, 398, 399]
+    steps = store.rows(
+        "EXPLAIN QUERY PLAN SELECT * FROM campaign_case "
+        "WHERE campaign_id = 'c' AND ordinal >= 900000 AND ordinal < 901024"
+    )
+    assert all("SEARCH campaign_case USING INDEX" in step[-1] for step in steps)
+
+
+def test_half_executed_block_lacks_the_other_half(store: Store) -> None:
+    store.campaign(6)
+    store.example.with_odd("2")
+    store.example.thresholds["FSR2"] = "2 s"
+    plan = store.plan(8, block_size=8)
+    block = store.claim(plan.campaign)
+    lacking = [(case.ordinal, case.has_result, case.missing_fsrs) for case in block.cases]
+    assert lacking == [
+        *[(ordinal, True, ("FSR2",)) for ordinal in range(6)],
+        *[(ordinal, False, ("FSR1", "FSR2")) for ordinal in (6, 7)],
+    ]
+    assert (plan.to_execute, plan.to_judge) == (2, 6)

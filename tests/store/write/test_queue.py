@@ -18,6 +18,7 @@ from adeye.store.repository import Repository
 from adeye.store.write import queue as leasing
 from adeye.store.write.queue import NamedCase, WantedBlocks
 from tests.store.conftest import Store
+from tests.stored import known
 
 FAR = Owner("another machine", 1, "1")
 
@@ -32,9 +33,7 @@ def campaign(store: Store) -> str:
 
 def claimed(store: Store, campaign: str, blocks: WantedBlocks = ANYTHING) -> Block:
     """Claim a block of those that are wanted where there is one."""
-    block = store.repository.claim_block(campaign=campaign, wanted=blocks)
-    assert block is not None
-    return block
+    return known(store.repository.claim_block(campaign=campaign, wanted=blocks))
 
 
 def complete(store: Store, campaign: str, blocks: int) -> None:
@@ -62,9 +61,7 @@ def test_cases_are_told_by_the_names_that_people_give(store: Store, campaign: st
 
 
 @pytest.mark.parametrize("verdict", [Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE])
-def test_failed_is_what_a_mandatory_requirement_failed_on(
-    store: Store, campaign: str, verdict: Verdict
-) -> None:
+def test_failed_is_what_is_mandatory(store: Store, campaign: str, verdict: Verdict) -> None:
     given = {(3, "FSR1"): verdict, (5, "FSR2"): Verdict.FAIL}
     store.example.verdict_of = lambda case, fsr: given.get((case.ordinal, fsr), Verdict.PASS)
     complete(store, campaign, 4)
@@ -81,9 +78,7 @@ def test_earlier_campaigns_of_the_same_odd_are_told_last_first(store: Store, cam
     assert store.repository.queue.earlier(third) == [campaign, second]
 
 
-def test_what_is_left_elsewhere_is_counted_as_far_as_it_is_wanted(
-    store: Store, campaign: str
-) -> None:
+def test_what_is_left_elsewhere_is_counted(store: Store, campaign: str) -> None:
     left = partial(store.repository.queue.open_elsewhere, campaign)
     assert left(ANYTHING, ()) == 8
     theirs = store.claim(campaign, owner=FAR, lease_s=1e6)
@@ -120,9 +115,7 @@ def test_blocks_that_are_held_are_not_given_out(store: Store, campaign: str) -> 
 
 
 @pytest.mark.slow
-def test_lease_of_a_dead_process_is_taken_over_and_its_owner_fenced_off(
-    store: Store, campaign: str
-) -> None:
+def test_lease_of_a_dead_process_is_taken_over(store: Store, campaign: str) -> None:
     context = multiprocessing.get_context("fork")
     inbox: multiprocessing.Queue[Any] = context.Queue()
 
@@ -150,17 +143,14 @@ def test_lease_of_a_dead_process_is_taken_over_and_its_owner_fenced_off(
     assert store.complete(again)
 
 
-def test_late_owner_is_fenced_off_though_it_lives(store: Store, campaign: str) -> None:
+def test_late_owner_whose_block_was_taken_is_fenced_off(store: Store, campaign: str) -> None:
+    assert store.complete(store.claim(campaign, lease_s=-1.0))
     late = store.claim(campaign, lease_s=-1.0)
-    hold(store, campaign, 3)
+    hold(store, campaign, 2)
     again = store.claim(campaign)
     assert again.id == late.id
     assert not store.complete(late)
     assert store.complete(again)
-
-
-def test_late_owner_whose_block_nobody_took_still_completes(store: Store, campaign: str) -> None:
-    assert store.complete(store.claim(campaign, lease_s=-1.0))
 
 
 def test_changed_time_of_day_ends_no_lease_on_this_machine(store: Store, campaign: str) -> None:
@@ -177,36 +167,30 @@ def test_lease_of_another_machine_ends_by_the_time_of_day(store: Store, campaign
     assert store.claim(campaign).id == 3
 
 
-def test_renewed_lease_holds(store: Store, campaign: str) -> None:
-    assert store.repository.renew_lease(store.claim(campaign, lease_s=-1.0), 100.0)
+def test_renewed_lease_holds_and_released_block_is_free(store: Store, campaign: str) -> None:
+    first = store.claim(campaign, lease_s=-1.0)
+    assert store.repository.renew_lease(first, 100.0)
     hold(store, campaign, 3)
     assert store.repository.claim_block(campaign=campaign) is None
-
-
-def test_released_block_is_given_out_again(store: Store, campaign: str) -> None:
-    first = store.claim(campaign)
     assert store.repository.release_block(first)
     again = store.claim(campaign)
     assert (again.id, again.attempt) == (first.id, 2)
 
 
-def test_incomplete_block_is_refused_and_stays_leased(store: Store, campaign: str) -> None:
-    block = store.claim(campaign)
-    with pytest.raises(ValueError, match="not complete"):
-        store.complete(block, store.example.runs(block)[:1])
-    without = [store.example.run(case, verdicts=[]) for case in block.to_execute]
-    with pytest.raises(ValueError, match="not complete"):
-        store.complete(block, without)
+def test_incomplete_or_foreign_results_are_refused(store: Store, campaign: str) -> None:
+    block, other = hold(store, campaign, 2)
+    runs = store.example.runs(block)
+    unjudged = [store.example.run(case, verdicts=[]) for case in block.to_execute]
+    for given, said in (
+        (runs[:1], "not complete"),
+        (unjudged, "not complete"),
+        ([*runs, *store.example.runs(other)], "not of this block"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            store.complete(block, given)
     assert store.repository.info().rows["run"] == 0
-    assert store.repository.work_state(campaign).leased == 1
+    assert store.repository.work_state(campaign).leased == 2
     assert store.complete(block)
-
-
-def test_result_of_another_block_is_refused(store: Store, campaign: str) -> None:
-    first, second = hold(store, campaign, 2)
-    with pytest.raises(ValueError, match="not of this block"):
-        store.complete(first, [*store.example.runs(first), *store.example.runs(second)])
-    assert store.repository.info().rows["run"] == 0
 
 
 def test_block_that_another_campaign_filled_needs_nothing(store: Store, campaign: str) -> None:
@@ -305,12 +289,6 @@ def claim(repository: Repository, partly: str, wanted: WantedBlocks) -> tuple[in
     return None if block is None else tuple(case.ordinal for case in block.cases)
 
 
-def test_everything_is_wanted_unless_something_is_said() -> None:
-    assert WantedBlocks().is_anything
-    assert not WantedBlocks(aside={3}).is_anything
-    assert WantedBlocks().stretches(2, 5) == [(2, 5)]
-
-
 @pytest.mark.parametrize(
     ("chosen", "stretches"),
     [
@@ -326,18 +304,22 @@ def test_a_range_is_cut_where_wanted_and_unwanted_meet(chosen: Any, stretches: A
 
 
 def test_a_block_is_wanted_if_a_case_of_it_is() -> None:
+    assert WantedBlocks().is_anything
+    assert not WantedBlocks(aside={3}).is_anything
+    assert WantedBlocks().stretches(2, 5) == [(2, 5)]
     block: Any = SimpleNamespace(id=1, from_ordinal=4, to_ordinal=8)
-    assert WantedBlocks(mask(7)).wants(block)
-    assert not WantedBlocks(mask(3)).wants(block)
-    assert not WantedBlocks(mask(7), aside={1}).wants(block)
-    assert WantedBlocks(within=(4, 8)).wants(block)
-    assert not WantedBlocks(within=(5, 8)).wants(block)
-    assert not WantedBlocks(within=(0, 7)).wants(block)
+    for wanted, is_wanted in (
+        (WantedBlocks(mask(7)), True),
+        (WantedBlocks(mask(3)), False),
+        (WantedBlocks(mask(7), aside={1}), False),
+        (WantedBlocks(within=(4, 8)), True),
+        (WantedBlocks(within=(5, 8)), False),
+        (WantedBlocks(within=(0, 7)), False),
+    ):
+        assert wanted.wants(block) is is_wanted
 
 
-def test_only_what_is_wanted_is_leased_and_the_rest_waits(
-    repository: Repository, partly: str
-) -> None:
+def test_only_what_is_wanted_is_leased(repository: Repository, partly: str) -> None:
     wanted = WantedBlocks(mask(1, 2, 6))
     assert claim(repository, partly, wanted) == (1, 2)
     assert claim(repository, partly, wanted) == (6,)

@@ -35,9 +35,7 @@ def test_a_fork_is_found_where_its_run_stands(store: Store, campaign: str) -> No
     assert [item.fsr_id for item in stored.verdicts] == ["FSR1"]
 
 
-def test_the_test_case_of_a_fork_is_that_of_its_run_with_the_override(
-    store: Store, campaign: str
-) -> None:
+def test_a_fork_is_its_run_with_the_override(store: Store, campaign: str) -> None:
     fork = store.fork(campaign)
     origin = store.repository.find_run("0", campaign=campaign)
     plain, forked = map(store.repository.test_case_row, (origin.test_case, fork.test_case))
@@ -46,9 +44,7 @@ def test_the_test_case_of_a_fork_is_that_of_its_run_with_the_override(
     assert replace(forked, test_case=plain.test_case, fork=None) == plain
 
 
-def test_no_campaign_counts_a_fork_and_the_same_again_changes_nothing(
-    store: Store, campaign: str
-) -> None:
+def test_no_campaign_counts_a_fork(store: Store, campaign: str) -> None:
     def seen() -> tuple[object, ...]:
         return (
             store.repository.progress(campaign),
@@ -88,9 +84,7 @@ def test_the_chain_of_a_run_is_read_link_by_link(store: Store, campaign: str) ->
 
 
 @pytest.mark.slow
-def test_what_is_kept_is_found_as_it_was_whatever_is_kept_again(
-    store: Store, campaign: str
-) -> None:
+def test_what_is_kept_is_found_as_it_was(store: Store, campaign: str) -> None:
     before = (store.result_hash(campaign), store.repository.gate(campaign))
     found, line = store.hindsight(campaign)
     rows = store.repository.info().rows
@@ -153,9 +147,7 @@ def test_fork_that_nobody_classified_has_no_class(store: Store, campaign: str) -
     assert store.rows("SELECT class, takeover_s FROM v_forks") == [(None, None)]
 
 
-def test_exercised_are_pairs_of_measured_runs_only(
-    store: Store, campaign: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_measured_pairs(store: Store, campaign: str, monkeypatch: pytest.MonkeyPatch) -> None:
     found, _ = store.hindsight(campaign)
     asked = "SELECT run, fsr FROM v_verdicts WHERE campaign = ? AND exercised = 1"
     rows = store.rows(asked, (campaign,))
@@ -169,9 +161,7 @@ def test_exercised_are_pairs_of_measured_runs_only(
     assert store.repository.hindsight.exercised(campaign, fsrs) == frozenset()
 
 
-def test_drives_of_another_version_are_not_taken(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drives_of_another_version(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     campaign = store.campaign(4)
     store.hindsight(campaign)
     monkeypatch.setattr(benchmarks, "BENCHMARK_VERSION", 9)
@@ -211,3 +201,32 @@ def test_withdrawn_run_is_none_of_those_whose_faults_and_forks_are_counted(store
     assert (found.run,) not in map(tuple, store.rows(seen))
     assert store.repository.hindsight.injections(campaign) == ()
     assert store.repository.hindsight.takeovers(campaign) == ()
+
+
+# --- twins with half the step and what they told: kept once, refused when they contradict
+
+
+@pytest.mark.slow
+def test_what_twins_told_is_read_as_it_was_saved(store: Store) -> None:
+    campaign = store.campaign(4)
+    assert store.repository.hindsight.half_steps.uncertainty(campaign) == ()
+    store.halved(campaign)
+    (line,) = store.repository.hindsight.half_steps.uncertainty(campaign)
+    found = line.difference
+    assert (found.name, found.unit, found.pairs, found.uncertainty) == ("FSR9", "m", 11, 0.5)
+    assert found.changes == {"PASS → FAIL": 1}
+    assert (line.fsr_digest, line.judged_digest) == ("f" * 64, "e" * 64)
+    store.halved(campaign)
+    assert store.repository.hindsight.half_steps.uncertainty(campaign) == (line,)
+    assert store.repository.verify() == ()
+
+
+def test_something_else_is_refused(store: Store) -> None:
+    campaign = store.campaign(4)
+    store.halved(campaign)
+    halves = store.repository.hindsight.half_steps
+    (line,) = halves.uncertainty(campaign)
+    other = replace(line, difference=replace(line.difference, p95=0.6))
+    with pytest.raises(IntegrityError, match="something else before"):
+        halves.save_uncertainty(campaign, [other])
+    assert halves.uncertainty(campaign) == (line,)
