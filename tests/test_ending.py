@@ -14,9 +14,9 @@ import pytest
 
 from adeye.store.repository import Repository
 from tests.processes import started, wait_for_the_end
-from tests.project import Project, count_rows, one_scenario, table_hash, use
+from tests.project import Project, count_rows, odd_of, table_hash, use
 
-TWO = one_scenario(use("cut_in", {"gap": ["30 m", "50 m"]}), architectures=("own",))
+TWO = odd_of(use("cut_in", {"gap": ["30 m", "50 m"]}), architectures=("own",))
 """Two test cases of an architecture with a channel in Python."""
 SLOW = """
 import os

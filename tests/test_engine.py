@@ -12,7 +12,7 @@ from adeye.simulate import engine
 from adeye.simulate.engine import EngineIdentity, identity
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
-from tests.project import MINI, Project, one_scenario, run_cases, use
+from tests.project import MINI, Project, odd_of, run_cases, use
 
 STEP = 0.05
 HORIZON, TAIL = 12.0, 13.0
@@ -26,7 +26,7 @@ def sixteen(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[TestCase], T
         "gap": ["10 m", "20 m", "40 m", "60 m"],
     }
     uses = use("cut_in", axes, faults=["front_camera_out"])
-    odd = one_scenario(uses, faults=MINI["faults"], architectures=("legacy_camera",))
+    odd = odd_of(uses, faults=MINI["faults"], architectures=("legacy_camera",))
     plan = Project(tmp_path_factory.mktemp("engine") / "project", odd).plan()
     cases = [case for case in plan.cases if case.fault_entry == "front_camera_out"]
     assert len(cases) == 16
@@ -134,7 +134,7 @@ RAYS = 400
 def cut_out(tmp_path_factory: pytest.TempPathFactory) -> Trace:
     """A lead van that leaves the lane and uncovers a stopped car; the candidate's camera."""
     folder = tmp_path_factory.mktemp("cut_out")
-    plan = Project(folder / "project", one_scenario("cut_out_to_stopped")).plan()
+    plan = Project(folder / "project", odd_of("cut_out_to_stopped")).plan()
     return run_cases(plan, [plan.cases[0]])
 
 

@@ -172,8 +172,8 @@ def test_faults_that_change_nothing_are_named(project: Project) -> None:
 
 @pytest.mark.slow
 def test_run_of_faults_and_events_that_never_come_is_not_green(project: Project) -> None:
-    far = {"id": "far", "target": "channels.nominal", "model": "silent"}
-    far |= {"onset": {"when": "cutter.gap >= 900 m"}}
+    far: dict[str, Any] = {"id": "far", "target": "channels.nominal", "model": "silent"}
+    far["onset"] = {"when": "cutter.gap >= 900 m"}
     with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
         del scenario["storyboard"]["change_speed"]["optional"]
     with project.edited_odd() as odd:

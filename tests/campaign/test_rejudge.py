@@ -20,7 +20,7 @@ from adeye.store.evidence.roots import folder_of
 from adeye.store.read.totals import Total, totals
 from adeye.store.repository import Repository
 from adeye.store.write import results as writing
-from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows, odd_of
+from tests.project import CANDIDATE, CONCEPT, MINI, Project, count_rows, one_scenario
 from tests.sql import alter, rows
 from tests.stored import known, stored
 
@@ -33,8 +33,10 @@ FAULTS = ("none", "front_camera_out", "nominal_silent", "never")
 ODD: dict[str, Any] = {
     **MINI,
     "scenarios": [
-        *odd_of("cut_in", *FAULTS, ego_speed=["80 km/h", "120 km/h"], gap=["30 m"])["scenarios"],
-        *odd_of("lead_braking", time_gap=["1 s", "2 s"])["scenarios"],
+        *one_scenario("cut_in", *FAULTS, ego_speed=["80 km/h", "120 km/h"], gap=["30 m"])[
+            "scenarios"
+        ],
+        *one_scenario("lead_braking", time_gap=["1 s", "2 s"])["scenarios"],
     ],
     "faults": [
         *MINI["faults"],
@@ -206,7 +208,7 @@ def test_place_that_a_file_does_not_have_is_not_read(made: Project, tmp_path: Pa
 
 
 ONE: dict[str, Any] = {
-    **odd_of("lead_braking", deceleration=["4 m/s^2", "6 m/s^2"]),
+    **one_scenario("lead_braking", deceleration=["4 m/s^2", "6 m/s^2"]),
     "architectures": ["architectures/quiet.yaml"],
     "gate": {"architectures": ["quiet"]},
 }

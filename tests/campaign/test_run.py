@@ -32,7 +32,7 @@ from tests.project import (
     Executed,
     Project,
     count_rows,
-    odd_of,
+    one_scenario,
     table_hash,
 )
 from tests.stored import known, stored
@@ -43,7 +43,7 @@ from tests.stored import known, stored
 PLUGIN: str = stored("plugins")["held"]
 BROKEN: str = stored("plugins")["broken"]
 
-SMALL = odd_of(gap=["30 m", "50 m"])
+SMALL = one_scenario(gap=["30 m", "50 m"])
 """Two situations, two architectures: four test cases."""
 
 
@@ -361,7 +361,7 @@ def test_mastered_failure_of_a_channel_is_mentioned(small: Project) -> None:
 # --- blocks on their way: pieces together, failures apart, limits before they begin
 
 
-GAPS = odd_of(gap=["30 m", "35 m", "40 m", "45 m", "50 m", "55 m"])
+GAPS = one_scenario(gap=["30 m", "35 m", "40 m", "45 m", "50 m", "55 m"])
 GAPS["architectures"] = CANDIDATE_ONLY
 """Six test cases of one structure, so of one block."""
 

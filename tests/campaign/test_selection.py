@@ -19,13 +19,15 @@ from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
 from adeye.store.write.queue import NamedCase
 from tests.conftest import MakeProject
-from tests.project import CONCEPT, Project, count_rows, odd_of, table_hash
+from tests.project import CONCEPT, Project, count_rows, one_scenario, table_hash
 from tests.stored import known
 
 # --- a part of a campaign is executed: what counts, what stays NOT_RUN, and the exit code
 
 
-SMALL = odd_of("cut_in", "none", "nominal_silent", ego_speed=["120 km/h"], gap=["30 m", "50 m"])
+SMALL = one_scenario(
+    "cut_in", "none", "nominal_silent", ego_speed=["120 km/h"], gap=["30 m", "50 m"]
+)
 """Eight test cases: the candidate passes, legacy_camera does not."""
 FAR = Owner("another machine", 1, "1")
 

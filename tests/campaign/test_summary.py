@@ -15,10 +15,10 @@ from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.store.repository import Repository
-from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, odd_of
+from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, one_scenario
 from tests.stored import stored
 
-ODD: dict[str, Any] = odd_of(ego_speed=["80 km/h", "100 km/h"], gap=["50 m"])
+ODD: dict[str, Any] = one_scenario(ego_speed=["80 km/h", "100 km/h"], gap=["50 m"])
 ODD |= {"architectures": CANDIDATE_ONLY, "plugins": ["./own.py:Own"]}
 PLUGIN: str = stored("plugins")["place"]
 

@@ -180,7 +180,12 @@ def test_one_of_each_structure(make_project: MakeProject, monkeypatch: pytest.Mo
     project = make_project()
     plan = project.plan()
     tasks: list[BatchTask] = []
-    monkeypatch.setattr(warmup, "execute", lambda task: tasks.append(task) or work.BatchResult())
+
+    def execute(task: BatchTask) -> work.BatchResult:
+        tasks.append(task)
+        return work.BatchResult()
+
+    monkeypatch.setattr(warmup, "execute", execute)
     seen: list[Progress] = []
     assert warm_up(plan, seen.append) >= 0.0
     examples = [case.digest for case in plan.examples()]

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from adeye.report.impact import impact_of
+from adeye.reporting import impact_of
 
 from adeye.campaign.integrity import executed_coverage
 from adeye.judge.uncertainty import Difference

@@ -5,7 +5,7 @@ from typing import Any
 
 from adeye.testing import zoo
 from adeye.trace import Trace
-from tests.project import CANDIDATE, Project, one_scenario, run_cases
+from tests.project import CANDIDATE, Project, odd_of, run_cases
 
 SCRIPTED = '''
 """A channel that gives the command, the status and the silence that its parameters say."""
@@ -48,7 +48,7 @@ def scripted(folder: Path, channels: dict[str, dict[str, float]], **switch: Any)
         channels: Parameters of each channel, by id.
         switch: Fields of the switch; by default the first channel acts.
     """
-    project = Project(folder / "project", one_scenario("lead_braking"))
+    project = Project(folder / "project", odd_of("lead_braking"))
     (folder / "project" / "odd" / "architectures" / "scripted.py").write_text(SCRIPTED, "utf-8")
     names = list(channels)
     with project.edited(CANDIDATE) as candidate:

@@ -8,12 +8,12 @@ import adeye
 from adeye.campaign.run import Progress
 from adeye.cli.app import main
 from tests.conftest import MakeProject
-from tests.project import one_scenario, table_hash, use
+from tests.project import odd_of, table_hash, use
 from tests.refusals import refused
 
 pytestmark = pytest.mark.requirements
 
-CATALOGUE = one_scenario(
+CATALOGUE = odd_of(
     "cut_in",
     "cut_in_on_a_bend",
     use("lead_braking", {"ego_speed": ["60 km/h", "80 km/h"]}),

@@ -7,11 +7,11 @@ import pytest
 
 from adeye.kernel.jit import cache_directory
 from tests.conftest import MakeProject
-from tests.project import ROOT, one_scenario, table_hash
+from tests.project import ROOT, odd_of, table_hash
 
 pytestmark = pytest.mark.requirements
 
-TWO = one_scenario("lead_braking", architectures=("camera_radar", "legacy_camera"))
+TWO = odd_of("lead_braking", architectures=("camera_radar", "legacy_camera"))
 
 PROGRAM = """
 import adeye

@@ -11,7 +11,7 @@ from adeye.simulate.channels.policy import PolicyChannel
 from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.channels import BuiltInChannel
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, one_scenario, use
+from tests.project import CANDIDATE, odd_of, use
 
 pytestmark = pytest.mark.requirements
 
@@ -61,7 +61,7 @@ def test_channel_is_source_in_the_package(kind: str) -> None:
 
 @pytest.mark.slow
 def test_channel_can_be_replaced_without_a_change_here(make_project: MakeProject) -> None:
-    project = make_project(one_scenario("lead_braking"))
+    project = make_project(odd_of("lead_braking"))
     before = project.run()
     (project.folder / "odd" / "architectures" / "gentle.py").write_text(REPLACEMENT, "utf-8")
     with project.edited(CANDIDATE) as candidate:
@@ -86,7 +86,7 @@ def test_nominal_channel_is_exchanged_for_another_one_by_its_kind(
         "policy": {"policy": "./keep.py:keep", "normalised": False},
     }
     near = use("cut_in", {"gap": ["20 m"], "ego_speed": ["100 km/h"]})
-    project = make_project(one_scenario(near, architectures=[f"{kind}_logic" for kind in kinds]))
+    project = make_project(odd_of(near, architectures=[f"{kind}_logic" for kind in kinds]))
     (project.folder / "odd" / "architectures" / "keep.py").write_text(POLICY, "utf-8")
     base = project.read(CANDIDATE)
     for kind, parameters in kinds.items():

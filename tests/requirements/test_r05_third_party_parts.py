@@ -8,7 +8,7 @@ import pytest
 from adeye.cli.app import main
 from tests.conftest import MakeProject
 from tests.motorway import fault
-from tests.project import CANDIDATE, CONCEPT, Project, one_scenario, table_hash, use
+from tests.project import CANDIDATE, CONCEPT, Project, odd_of, table_hash, use
 
 pytestmark = pytest.mark.requirements
 
@@ -220,7 +220,7 @@ def plugged(project: Project, name: str, *, near: float, reach: float) -> None:
 def test_channel_and_sensor_of_a_third_party_drive_the_ego(
     make_project: MakeProject, third_party: str
 ) -> None:
-    project = make_project(one_scenario("cut_in"))
+    project = make_project(odd_of("cut_in"))
     # Requirements that every architecture can be judged on.
     project.require("FSR-01", "FSR-02")
     distances = {}
@@ -274,9 +274,7 @@ def test_fault_and_metric_of_a_third_party_decide_a_verdict(
 ) -> None:
     frozen = fault("frozen", "hooks.nominal", "planner_frozen")
     uses = use("cut_in", faults=("none", "frozen"))
-    project = make_project(
-        one_scenario(uses, faults=[frozen], plugins=[f"{third_party}.pace:Pace"])
-    )
+    project = make_project(odd_of(uses, faults=[frozen], plugins=[f"{third_party}.pace:Pace"]))
     braking(project, third_party)
     project.run()
     rows = {row["fault_entry"]: row for row in project.rows()}

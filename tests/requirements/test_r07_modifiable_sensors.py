@@ -17,7 +17,7 @@ from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.spec import sensors as records
 from adeye.spec.quantity import Record
 from adeye.sweep.case import TestCase
-from tests.project import CANDIDATE, Project, one_scenario, use
+from tests.project import CANDIDATE, Project, odd_of, use
 from tests.refusals import refused
 from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context
 from tests.stored import stored
@@ -127,7 +127,7 @@ def project_of(folder: Path, model: str, axes: dict[str, list[Any]] | None = Non
         use("cut_in", {f"{TESTED}.{path}": values}) | {"as": f"sweep_{number}"}
         for number, (path, values) in enumerate((axes or axes_of(model)).items())
     ]
-    project = Project(folder / "project", one_scenario(*uses))
+    project = Project(folder / "project", odd_of(*uses))
     kind, _, fidelity = model.partition("/")
     words = {"kind": kind, "rate": "20 Hz"} | ({"fidelity": fidelity} if fidelity else {})
     with project.edited(CANDIDATE) as candidate:

@@ -18,7 +18,7 @@ from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.world.weather import MM_PER_HOUR
 from adeye.sweep.case import TestCase
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, one_scenario, run_cases, use
+from tests.project import CANDIDATE, odd_of, run_cases, use
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
 from tests.stored import known, stored
@@ -32,7 +32,7 @@ SUITE: dict[str, dict[str, Any]] = stored("six_sensor_types")
 @pytest.mark.slow
 def test_six_types_run_together_by_name_in_closed_loop(make_project: MakeProject) -> None:
     near = use("cut_in", {"gap": ["20 m"], "relative_speed": ["-20 km/h"]})
-    project = make_project(one_scenario(near))
+    project = make_project(odd_of(near))
     with project.edited(CANDIDATE) as candidate:
         candidate["sensors"] = SUITE | {"truth": candidate["sensors"]["truth"]}
         candidate["channels"]["nominal"]["links"] = list(SUITE)

@@ -7,7 +7,7 @@ import pytest
 
 from adeye.signals import OBJECT_CLASSES, OBJECT_SPEED, OBJECT_Y
 from tests.conftest import MakeProject
-from tests.project import one_scenario, run_cases
+from tests.project import odd_of, run_cases
 from tests.stored import stored
 
 pytestmark = pytest.mark.requirements
@@ -16,7 +16,7 @@ STREET: dict[str, Any] = stored("street")
 
 
 def test_every_kind_of_participant_moves_in_its_own_way(make_project: MakeProject) -> None:
-    project = make_project(one_scenario("street"))
+    project = make_project(odd_of("street"))
     project.write("scenarios_db/urban/street.yaml", STREET)
     plan = project.plan()
     trace = run_cases(plan, [plan.cases[0]])

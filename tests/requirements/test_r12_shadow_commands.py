@@ -10,7 +10,7 @@ from adeye.signals import SILENT
 from adeye.sweep.case import AuthorityOverride, TestCase
 from adeye.trace import Trace
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CONCEPT, Executed, one_scenario, run_cases
+from tests.project import CANDIDATE, CONCEPT, Executed, odd_of, run_cases
 from tests.requirements.loop import invite
 
 pytestmark = pytest.mark.requirements
@@ -34,7 +34,7 @@ def test_every_channel_answers_at_every_tick_whoever_acts(
 
 @pytest.mark.slow
 def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
-    project = make_project(one_scenario("lead_braking"))
+    project = make_project(odd_of("lead_braking"))
     with project.edited(CONCEPT) as concept:
         like = next(item for item in concept["requirements"] if item["id"] == "FSR-06")
         concept["requirements"] = [
@@ -52,7 +52,7 @@ def test_verdicts_are_per_channel(make_project: MakeProject) -> None:
 def test_commands_of_a_program_and_of_a_planned_stop_are_kept_while_another_acts(
     make_project: MakeProject,
 ) -> None:
-    project = make_project(one_scenario("lead_braking"))
+    project = make_project(odd_of("lead_braking"))
     invite(project)
     with project.edited(CANDIDATE) as candidate:
         candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}

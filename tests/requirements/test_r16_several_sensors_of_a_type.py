@@ -10,7 +10,7 @@ from adeye.campaign.plan import signal_table
 from adeye.report.comparison.records import CompareOptions
 from adeye.reporting import compare_campaign
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, one_scenario, run_cases, use
+from tests.project import CANDIDATE, odd_of, run_cases, use
 from tests.requirements.test_r08_six_sensor_types import SUITE
 
 pytestmark = pytest.mark.requirements
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.requirements
 
 @pytest.mark.slow
 def test_second_radar_is_an_instance_of_its_own(make_project: MakeProject) -> None:
-    project = make_project(one_scenario("cut_in"))
+    project = make_project(odd_of("cut_in"))
     alone = project.plan()
     before = run_cases(alone, [alone.cases[0]])
     with project.edited(CANDIDATE) as candidate:
@@ -65,7 +65,7 @@ def test_further_sensor_that_nobody_reads_changes_no_verdict_and_no_drive(
     names = ("suite", "copy", "spare")
     axes = {"gap": ["15 m", "30 m"], "ego_speed": ["80 km/h", "120 km/h"]}
     swept = use("cut_in", {**axes, "rain": ["0 mm/h", "7.5 mm/h"]})
-    project = make_project(one_scenario(swept, architectures=names))
+    project = make_project(odd_of(swept, architectures=names))
     base = project.read(CANDIDATE)
     base["sensors"] = SUITE | {"truth": base["sensors"]["truth"]}
     base["channels"]["nominal"]["links"] = list(SUITE)

@@ -6,11 +6,11 @@ import pytest
 
 from adeye.signals import PLACE_CURVATURE, PLACE_LANE
 from tests.conftest import MakeProject
-from tests.project import one_scenario, run_cases, use
+from tests.project import odd_of, run_cases, use
 
 pytestmark = pytest.mark.requirements
 
-ODD = one_scenario(
+ODD = odd_of(
     "lead_braking",
     "braking_on_a_bend",
     use("braking_on_a_bend")

@@ -12,7 +12,7 @@ from adeye.spec.load import scenario_files
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, ROOT, one_scenario, run_cases
+from tests.project import CANDIDATE, ROOT, odd_of, run_cases
 
 pytestmark = pytest.mark.requirements
 
@@ -44,7 +44,7 @@ EDITS: list[Edit] = [another_radar, no_camera, another_channel, no_safety_channe
 
 def executed(make_project: MakeProject, name: str, edit: Edit | None) -> tuple[TestCase, Trace]:
     """A cut-in without the requirements that name what an edit takes away."""
-    project = make_project(one_scenario("cut_in"), name=name)
+    project = make_project(odd_of("cut_in"), name=name)
     project.require("FSR-01")
     if edit is not None:
         with project.edited(CANDIDATE) as candidate:

@@ -8,7 +8,7 @@ from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
 from adeye.sweep.case import structure_key
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, Project, one_scenario, run_cases, use
+from tests.project import CANDIDATE, Project, odd_of, run_cases, use
 from tests.refusals import refused
 
 pytestmark = pytest.mark.requirements
@@ -21,7 +21,7 @@ LISTS = [ALL, ["localisation", "front_camera"], ["localisation", "front_radar"],
 def project_with(make_project: MakeProject, **variants: list[str]) -> Project:
     """One cut-in; one architecture per link table of the nominal channel."""
     near = use("cut_in", {"lateral_speed": ["2 m/s"], "gap": ["20 m"]})
-    project = make_project(one_scenario(near, architectures=list(variants)))
+    project = make_project(odd_of(near, architectures=list(variants)))
     base = project.read(CANDIDATE)
     for name, links in variants.items():
         base["architecture"] = name
@@ -66,7 +66,7 @@ LINKS = "architecture.channels.nominal.links"
 
 def swept_links(make_project: MakeProject, lists: list[list[str]]) -> Project:
     """One cut-in of one architecture; the list of links of its nominal channel is an axis."""
-    return make_project(one_scenario(use("cut_in", {"gap": ["15 m", "20 m"], LINKS: lists})))
+    return make_project(odd_of(use("cut_in", {"gap": ["15 m", "20 m"], LINKS: lists})))
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_list_with_an_unknown_link_is_refused_at_its_axis(make_project: MakeProj
 
 def test_parameters_of_a_linked_sensor_are_swept(make_project: MakeProject) -> None:
     axis = "architecture.sensors.front_radar.mount.yaw"
-    project = make_project(one_scenario(use("cut_in", {axis: ["0 deg", "5 deg"]})))
+    project = make_project(odd_of(use("cut_in", {axis: ["0 deg", "5 deg"]})))
     radars = [case.architecture.sensors["front_radar"] for case in project.plan().cases]
     yaws = {round(radar.mount.yaw, 3) for radar in radars if isinstance(radar, Radar)}
     assert yaws == {0.0, 0.087}

@@ -9,7 +9,7 @@ from adeye.signals import FAULT, SILENT
 from adeye.trace import Trace
 from tests.conftest import MakeProject
 from tests.motorway import fault
-from tests.project import CANDIDATE, MINI, Project, one_scenario, run_cases, use
+from tests.project import CANDIDATE, MINI, Project, odd_of, run_cases, use
 from tests.requirements.loop import invite
 
 pytestmark = pytest.mark.requirements
@@ -30,7 +30,7 @@ def traces(make_project: MakeProject) -> dict[str, Trace]:
     """One cut-in of the candidate without and with each fault, and with two at once."""
     single = ["none", "front_camera_out", "nominal_silent", "blind_when_near"]
     uses = use("cut_in", faults=[*single, ["front_camera_out", "blind_when_near"]])
-    return driven(make_project(one_scenario(uses, faults=[*MINI["faults"], BY_CONDITION])))
+    return driven(make_project(odd_of(uses, faults=[*MINI["faults"], BY_CONDITION])))
 
 
 def rows_of_fault(trace: Trace, name: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -125,7 +125,7 @@ def test_every_part_can_fail_from_its_onset_on(make_project: MakeProject) -> Non
     entries = [*names[:-1], "nominal_silent", ["nominal_silent", "switch"]]
     axes = {"deceleration": ["6 m/s^2"], "time_gap": ["1.2 s"]}
     uses = use("lead_braking", axes, faults=entries)
-    found = driven(make_project(one_scenario(uses, faults=[*faults, MINI["faults"][1]])))
+    found = driven(make_project(odd_of(uses, faults=[*faults, MINI["faults"][1]])))
     for name in names:
         is_last = name == "switch"
         entry, twin = ("switch+nominal_silent", "nominal_silent") if is_last else (name, "none")
@@ -145,9 +145,7 @@ def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> N
         fault("dead", "channels.guest", "crash", "2 s"),
         fault("deaf", "links.guest.localisation", "drop", "2 s"),
     ]
-    project = make_project(
-        one_scenario(use("lead_braking", faults=["dead", "deaf"]), faults=faults)
-    )
+    project = make_project(odd_of(use("lead_braking", faults=["dead", "deaf"]), faults=faults))
     invite(project)
     found = driven(project)
     onset = round(2.0 / 0.05)
@@ -165,7 +163,7 @@ def test_program_as_channel_fails_like_any_other(make_project: MakeProject) -> N
 @pytest.mark.slow
 def test_planned_stop_can_be_deprived_of_its_view_and_says_so(make_project: MakeProject) -> None:
     lost = fault("lost", "links.safety.truth", "drop", "2 s")
-    project = make_project(one_scenario(use("lead_braking", faults=["lost"]), faults=[lost]))
+    project = make_project(odd_of(use("lead_braking", faults=["lost"]), faults=[lost]))
     with project.edited(CANDIDATE) as candidate:
         candidate["channels"]["safety"]["parameters"] = {"stop": "planned"}
     trace = driven(project)["lost"]

@@ -7,7 +7,7 @@ import pytest
 from adeye.campaign.studies.fault_timing import campaign_injections
 from tests.conftest import MakeProject
 from tests.motorway import fault
-from tests.project import CANDIDATE, MINI, one_scenario, use
+from tests.project import CANDIDATE, MINI, odd_of, use
 
 pytestmark = pytest.mark.requirements
 
@@ -23,7 +23,7 @@ def test_fault_entries_and_fault_parameters_are_axes_of_the_sweep(
     }
     entries = ["front_camera_out", ["front_camera_out", "nominal_silent"]]
     uses = use("cut_in", axes, faults=entries)
-    project = make_project(one_scenario(uses, faults=MINI["faults"]))
+    project = make_project(odd_of(uses, faults=MINI["faults"]))
     plan = project.plan()
     # The fault-free twin is always there, once per situation: its fault has nothing to vary.
     by_entry = Counter(case.fault_entry for case in plan.cases)
@@ -56,7 +56,7 @@ def test_faults_of_the_switch_and_what_masters_them_are_axes_of_the_same_sweep(
     }
     faults = [MINI["faults"][1], fault("late", "switch", "late", delay="0.1 s")]
     uses = use("lead_braking", axes, faults=[["nominal_silent", "late"]])
-    project = make_project(one_scenario(uses, faults=faults))
+    project = make_project(odd_of(uses, faults=faults))
     with project.edited(CANDIDATE) as candidate:
         # So that the monitor and not the switch finds the silence.
         candidate["switch"]["staleness"] = "5 s"

@@ -11,7 +11,7 @@ from adeye.campaign.plan import make_plan
 from adeye.errors import InputError, SpecError
 from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
 from adeye.spec.plausible import BOUNDS
-from tests.project import CANDIDATE, MINI, Project, one_scenario
+from tests.project import CANDIDATE, MINI, Project, odd_of
 from tests.refusals import refused
 from tests.stored import known, stored
 
@@ -69,7 +69,7 @@ LEAD = scenario_files(shipped("scenarios_db"))["lead_braking"]
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """Make a project with a scenario of its own."""
-    odd = one_scenario({"use": "mine"}, architectures=("camera_radar", "legacy_camera"))
+    odd = odd_of({"use": "mine"}, architectures=("camera_radar", "legacy_camera"))
     return Project(tmp_path_factory.mktemp("plausible") / "project", odd)
 
 

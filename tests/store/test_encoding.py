@@ -454,8 +454,10 @@ def test_events_are_numbered_run_by_run(records: list[RunRecord]) -> None:
 
 def test_value_of_a_metric_is_finite_and_fits_its_status() -> None:
     def metric_block(value: float, status: int) -> MetricBlock:
-        columns = (np.array([[part]]) for part in (value, status, np.nan, -1))
-        return MetricBlock(("gap_m",), *columns, Dictionary((None,)))
+        values, statuses, times, actors = np.array([value, status, np.nan, -1]).reshape(4, 1, 1)
+        return MetricBlock(
+            ("gap_m",), values, statuses.astype(int), times, actors.astype(int), Dictionary((None,))
+        )
 
     for value in (np.nan, np.inf, -np.inf):
         with pytest.raises(ValueError, match="metric gap_m"):

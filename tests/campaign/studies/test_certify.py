@@ -38,7 +38,7 @@ from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
 from tests.campaign.work import perform
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CANDIDATE_ONLY, Project, odd_of
+from tests.project import CANDIDATE, CANDIDATE_ONLY, Project, one_scenario
 from tests.project import Executed as Campaign
 from tests.sql import alter
 from tests.stored import known, stored
@@ -63,7 +63,7 @@ def campaign(mini: Campaign, tmp_path: Path) -> tuple[Project, Path]:
 
 def braking(make_project: MakeProject) -> Project:
     """A campaign of one scenario and the candidate, without faults."""
-    return make_project({**odd_of("lead_braking"), "architectures": CANDIDATE_ONLY})
+    return make_project({**one_scenario("lead_braking"), "architectures": CANDIDATE_ONLY})
 
 
 def unsteady(make_project: MakeProject, source: str, *, from_tick: int = 0) -> Project:

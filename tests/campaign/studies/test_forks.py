@@ -43,7 +43,7 @@ def run_of(mini: Executed, architecture: str, entry: str = "nominal_silent") -> 
 
 def takeover_of(db: Path, run: str) -> int:
     sql = "SELECT time_s FROM v_timeline WHERE run = ? AND kind = 'switch' AND subject = 'safety'"
-    return round(rows(db, sql, run)[0][0] / 0.05)
+    return round(float(rows(db, sql, run)[0][0]) / 0.05)
 
 
 @pytest.mark.slow

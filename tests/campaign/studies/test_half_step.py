@@ -32,7 +32,7 @@ from tests.project import (
     Executed,
     Project,
     count_rows,
-    odd_of,
+    one_scenario,
     run_cases,
 )
 from tests.sql import rows
@@ -43,7 +43,7 @@ from tests.stored import known
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
 GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
-UNASKED = odd_of(ego_speed=SPEEDS, gap=GAPS)
+UNASKED = one_scenario(ego_speed=SPEEDS, gap=GAPS)
 SAMPLED = {"uncertainty": {"situations": 12}}
 ASKED: dict[str, Any] = {**UNASKED, **SAMPLED}
 """Fifteen situations, two architectures; twelve situations of each are executed with half too."""
@@ -107,7 +107,7 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
 
 
 def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(tmp_path: Path) -> None:
-    odd = odd_of("cut_in", "front_camera_out", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
+    odd = one_scenario("cut_in", "front_camera_out", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
     odd["scenarios"][0]["faults"] = ["none", "front_camera_out", "nominal_silent"]
     plan = Project(tmp_path, {**odd, **SAMPLED}).plan()
     for item in plan.samples:
@@ -122,14 +122,14 @@ def test_situation_is_sampled_without_a_fault_and_with_one_of_its_faults(tmp_pat
 
 def test_more_points_change_little_of_the_sample(asked: Executed, tmp_path: Path) -> None:
     before = chosen(asked.plan)
-    more = odd_of(ego_speed=SPEEDS, gap=[*GAPS, "45 m"])
+    more = one_scenario(ego_speed=SPEEDS, gap=[*GAPS, "45 m"])
     for key, results in chosen(Project(tmp_path, {**more, **SAMPLED}).plan()).items():
         assert len(set(results) & set(before[key])) >= 12 - len(SPEEDS)
 
 
 def test_variants_of_an_architecture_are_one_situation(tmp_path: Path) -> None:
     yaw = {"architecture.sensors.front_camera.mount.yaw": ["0 deg", "2 deg"]}
-    odd = odd_of(ego_speed=SPEEDS, gap=GAPS, **yaw)
+    odd = one_scenario("cut_in", **{"ego_speed": SPEEDS, "gap": GAPS, **yaw})
     plan = Project(tmp_path, {**odd, **SAMPLED}).plan()
     for item in plan.samples:
         situations = {plan.cases[ordinal].situation_digest for ordinal in item.ordinals}
@@ -220,7 +220,7 @@ def test_uncertainty_falls_with_the_step_as_its_order_says(asked: Executed) -> N
 
 @pytest.mark.slow
 def test_requirement_about_a_fault_has_an_uncertainty(tmp_path: Path) -> None:
-    odd = odd_of("cut_in", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
+    odd = one_scenario("cut_in", "nominal_silent", ego_speed=SPEEDS, gap=GAPS)
     project = Project(tmp_path, {**odd, **SAMPLED, "architectures": CANDIDATE_ONLY})
     with project.edited(CONCEPT) as concept:
         stop = next(item for item in concept["requirements"] if item["id"] == "FSR-05")
@@ -450,7 +450,7 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
 
 @pytest.mark.slow
 def test_situations_too_few_for_an_uncertainty(tmp_path: Path) -> None:
-    project = Project(tmp_path, {**odd_of(ego_speed=SPEEDS, gap=GAPS[:3]), **SAMPLED})
+    project = Project(tmp_path, {**one_scenario(ego_speed=SPEEDS, gap=GAPS[:3]), **SAMPLED})
     project.run()
     found = lines(project)
     assert {line[5] for line in found} <= set(range(10))

@@ -35,7 +35,7 @@ from tests.project import (
     Executed,
     Project,
     count_rows,
-    odd_of,
+    one_scenario,
     table_hash,
 )
 from tests.sql import alter, rows
@@ -209,7 +209,7 @@ def test_every_table_goes_over_or_is_named_as_left() -> None:
     assert with_work <= merging.LEFT
 
 
-SMALL = odd_of("cut_in", "nominal_silent", gap=["30 m", "50 m"])
+SMALL = one_scenario("cut_in", "nominal_silent", gap=["30 m", "50 m"])
 SMALL["architectures"] = CANDIDATE_ONLY
 OWN: str = stored("plugins")["own_channel"]
 
