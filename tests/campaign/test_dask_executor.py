@@ -48,7 +48,7 @@ def run_on(
 
 
 @contextmanager
-def executing(folder: Path, workers: int) -> Iterator[tuple[Cluster, DaskExecutor[Any, Any]]:
+def executing(folder: Path, workers: int) -> Iterator[tuple[Cluster, DaskExecutor[Any, Any]]]:
     """Start a cluster and an executor that works on it."""
     with (
         started_cluster(folder, workers) as cluster,

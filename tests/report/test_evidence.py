@@ -4,7 +4,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from adeye.reporting import impact_of
 
 from adeye.campaign.integrity import executed_coverage
 from adeye.judge.uncertainty import Difference
@@ -14,6 +13,7 @@ from adeye.report.claims import claims_of, refusals_of
 from adeye.report.evidence import evidence_of, exclusions_of, step_statements, step_uncertainty_of
 from adeye.report.gate.baseline import Finding, Kind
 from adeye.report.model.evidence import OddCoverage
+from adeye.reporting import impact_of
 from adeye.store.write.half_steps import UncertaintyRecord
 from tests.project import Executed
 from tests.report.parts import impact

@@ -11,7 +11,7 @@ from adeye.campaign.studies.preventability import reference_architecture
 from adeye.errors import SourceLocation, SpecError
 from adeye.kernel.reference_drivers import drivers as reference_parameters
 from adeye.selftest.bench import DB, DRIVING, Bench, Edit
-from adeye.simulate.channels.safety import supervisor
+from adeye.simulate.channels.safety import supervisor as supervising
 from adeye.spec import channels
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.load import load_architecture, load_odd, shipped
@@ -271,7 +271,7 @@ def test_safety_channel_without_one_has_its_old_content_and_structure() -> None:
 
 def test_kernels_know_the_kinds_by_their_place() -> None:
     for name in ("channel_silent", "sensor_silent", "last_safe_stop"):
-        assert KINDS[getattr(supervisor, name.upper())] == name
+        assert KINDS[getattr(supervising, name.upper())] == name
 
 
 def test_wrong_supervisor_is_refused() -> None:
