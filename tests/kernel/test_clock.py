@@ -5,7 +5,6 @@ from __future__ import annotations
 from decimal import Decimal
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,19 +26,3 @@ def test_many_ticks_are_each_of_them(ticks: list[int], step: float) -> None:
     assert tick_times(np.array(ticks, dtype=np.int64), step).tolist() == [
         tick_time(tick, step) for tick in ticks
     ]
-
-
-@pytest.mark.slow
-def test_every_tick_of_a_run_is_what_people_write() -> None:
-    for milliseconds in range(1, 1001):
-        times = tick_times(np.arange(1001), milliseconds / 1000)
-        written = [
-            float(f"{tick * milliseconds // 1000}.{tick * milliseconds % 1000:03}")
-            for tick in range(1001)
-        ]
-        assert times.tolist() == written
-
-
-def test_half_a_step_is_at_the_same_times() -> None:
-    ticks = np.arange(10_000)
-    assert np.array_equal(tick_times(2 * ticks, 0.025), tick_times(ticks, 0.05))

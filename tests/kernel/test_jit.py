@@ -94,7 +94,7 @@ def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_cache_is_warm_once_it_is_said_to_be_and_cold_for_other_sources(
+def test_cache_is_warm_once_said_so_and_cold_for_other_sources(
     package: Path, tmp_path: Path
 ) -> None:
     program = ASK + "from adeye.kernel.jit import mark_cache_warm; print(is_cache_warm()); "
@@ -164,9 +164,7 @@ def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Pa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("is_taken", [False, True])
-def test_unwritable_cache_falls_back_to_a_folder_that_only_its_owner_can_write_to(
-    package: Path, tmp_path: Path, *, is_taken: bool
-) -> None:
+def test_unwritable_cache_has_a_fallback(package: Path, tmp_path: Path, *, is_taken: bool) -> None:
     (tmp_path / "file").touch()
     temporary = tmp_path / "temporary"
     temporary.mkdir()

@@ -7,20 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from adeye.kernel import postfix
 from adeye.kernel.elementary import cos, exp, log, sin
-from adeye.kernel.postfix import (
-    FUNCTION_CODES,
-    MAX_STACK,
-    OPERATOR_CODES,
-    PUSH_NUMBER,
-    PUSH_VARIABLE,
-    power_column,
-    run_program,
-    unary,
-    unary_column,
-)
 
-CODES = OPERATOR_CODES | FUNCTION_CODES
+CODES = postfix.OPERATOR_CODES | postfix.FUNCTION_CODES
 NAN, INF = math.nan, math.inf
 
 
@@ -29,15 +19,15 @@ def run(*words: float | str, variables: tuple[float, ...] = ()) -> float:
     ops, args = [], []
     for word in words:
         if not isinstance(word, str):
-            ops.append(PUSH_NUMBER)
+            ops.append(postfix.PUSH_NUMBER)
             args.append(float(word))
         elif word.startswith("$"):
-            ops.append(PUSH_VARIABLE)
+            ops.append(postfix.PUSH_VARIABLE)
             args.append(float(word[1:]))
         else:
             ops.append(CODES[word])
             args.append(0.0)
-    return run_program(
+    return postfix.run_program(
         np.array(ops, dtype=np.int64), np.array(args), np.array(variables, dtype=np.float64)
     )
 
@@ -50,8 +40,12 @@ def same(found: float, wanted: float) -> bool:
 
 
 def test_codes_are_different() -> None:
-    codes = [PUSH_NUMBER, PUSH_VARIABLE, *CODES.values()]
-    assert len(set(codes)) == len(codes) == len(OPERATOR_CODES) + len(FUNCTION_CODES) + 2
+    codes = [postfix.PUSH_NUMBER, postfix.PUSH_VARIABLE, *CODES.values()]
+    assert (
+        len(set(codes))
+        == len(codes)
+        == len(postfix.OPERATOR_CODES) + len(postfix.FUNCTION_CODES) + 2
+    )
 
 
 OF_TWO = [
@@ -144,7 +138,7 @@ OF_ONE = [
 def test_operation_of_one() -> None:
     for word, value, answer in OF_ONE:
         assert same(run(value, word), answer), (word, value)
-        assert same(unary(CODES[word], value), answer), (word, value)
+        assert same(postfix.unary(CODES[word], value), answer), (word, value)
 
 
 def test_number_computed_from_nan_is_nan() -> None:
@@ -169,15 +163,17 @@ def test_variables_are_taken_by_position() -> None:
 
 
 def test_stack_may_be_full() -> None:
-    assert run(*[1.0] * MAX_STACK, *["+"] * (MAX_STACK - 1)) == float(MAX_STACK)
+    assert run(*[1.0] * postfix.MAX_STACK, *["+"] * (postfix.MAX_STACK - 1)) == float(
+        postfix.MAX_STACK
+    )
 
 
 @pytest.mark.slow
 def test_columns_are_the_scalars_in_a_row() -> None:
     values = np.array([-1.0, 0.0, 0.5, 2.0, NAN, INF])
     code = CODES["log"]
-    wanted = np.array([unary(code, float(value)) for value in values])
-    np.testing.assert_array_equal(unary_column(code, values), wanted)
+    wanted = np.array([postfix.unary(code, float(value)) for value in values])
+    np.testing.assert_array_equal(postfix.unary_column(code, values), wanted)
     powers = np.array([2.0, 3.0, 0.5, -1.0, 1.0, 2.0])
     raised = np.array([run(b, e, "**") for b, e in zip(values, powers, strict=True)])
-    np.testing.assert_array_equal(power_column(values, powers), raised)
+    np.testing.assert_array_equal(postfix.power_column(values, powers), raised)

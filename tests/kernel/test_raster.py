@@ -7,30 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.raster import (
-    EDGE,
-    FORM_WIDTH,
-    FORMS,
-    GHOST,
-    NEAR,
-    NOTHING,
-    PART_CONTACT,
-    PART_FIRST,
-    PART_LAST,
-    PART_PIXELS,
-    PART_STOP,
-    PART_TOP,
-    RUN_CLASS,
-    RUN_PARENT,
-    RUN_WIDTH,
-    VIEW_WIDTH,
-    aim,
-    covers,
-    fill,
-    find_parts,
-    main_owner,
-    trace,
-)
+from adeye.kernel import raster
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,32 +28,24 @@ class Picture:
         focal: float = 40.0,
     ) -> None:
         self.place, self.heading, self.pitch, self.focal = place, heading, pitch, focal
-        self.pinhole = np.zeros(VIEW_WIDTH)
+        self.pinhole = np.zeros(raster.VIEW_WIDTH)
         sine, cosine = math.sin(pitch), math.cos(pitch)
-        aim(*place, heading, sine, cosine, focal, COLUMNS, ROWS, self.pinhole)
+        raster.aim(*place, heading, sine, cosine, focal, COLUMNS, ROWS, self.pinhole)
         self.nearness: Floats = np.zeros((COLUMNS, ROWS))
-        self.owner: Ints = np.full((COLUMNS, ROWS), NOTHING, dtype=np.int64)
+        self.owner: Ints = np.full((COLUMNS, ROWS), raster.NOTHING, dtype=np.int64)
         self.span: Ints = np.zeros((COLUMNS, 2), dtype=np.int64)
         self.span[:, 0] = ROWS
-        self.forms: Floats = np.zeros((FORMS, FORM_WIDTH))
+        self.forms: Floats = np.zeros((raster.FORMS, raster.FORM_WIDTH))
         self.lines = 0
         self.count = 0
 
     def add(self, box: tuple[float, float, float], size: tuple[float, float, float]) -> int:
         """Draw a box; returns how many pixels it covers now."""
-        lines, least, most = trace(self.pinhole, np.array(box), np.array(size), self.forms)
+        lines, least, most = raster.trace(self.pinhole, np.array(box), np.array(size), self.forms)
         self.lines = lines
         if lines >= 0:
-            fill(
-                self.forms,
-                lines,
-                least,
-                most,
-                self.count,
-                self.nearness,
-                self.owner,
-                self.span,
-            )
+            image = self.nearness, self.owner, self.span
+            raster.fill(self.forms, lines, least, most, self.count, *image)
         self.count += 1
         return int((self.owner == self.count - 1).sum())
 
@@ -93,7 +62,7 @@ class Picture:
         axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         origin = axes @ (np.array(self.place) - np.array([box[0], box[1], 0.5 * size[2]]))
         speed = rays @ axes.T
-        near, far = np.full((COLUMNS, ROWS), NEAR), np.full((COLUMNS, ROWS), np.inf)
+        near, far = np.full((COLUMNS, ROWS), raster.NEAR), np.full((COLUMNS, ROWS), np.inf)
         for k in range(3):
             with np.errstate(divide="ignore", invalid="ignore"):
                 ends = [(sign * 0.5 * size[k] - origin[k]) / speed[..., k] for sign in (-1, 1)]
@@ -127,16 +96,11 @@ def test_pixels_and_depths_are_those_of_rays(distance: float, pitch: float) -> N
     assert covered > 100
 
 
-def test_camera_inside_a_box_sees_its_cut_everywhere() -> None:
-    picture = Picture()
-    assert picture.add((0.0, 0.0, 0.3), (4.0, 2.0, 3.0)) == COLUMNS * ROWS
-    assert (picture.nearness == 1.0 / NEAR).all()
-
-
-@pytest.mark.slow
-def test_camera_on_a_face_neither_fails_nor_sees_through_it() -> None:
-    picture = Picture((0.0, 0.0, 1.5))
-    assert picture.add((2.0, 0.0, 0.0), (4.0, 2.0, 3.0)) == COLUMNS * ROWS
+def test_camera_inside_a_box_or_on_its_face_sees_its_cut_everywhere() -> None:
+    for box in ((0.0, 0.0, 0.3), (2.0, 0.0, 0.0)):
+        picture = Picture()
+        assert picture.add(box, (4.0, 2.0, 3.0)) == COLUMNS * ROWS
+        assert (picture.nearness == 1.0 / raster.NEAR).all()
 
 
 @pytest.mark.parametrize("box", [(-20.0, 0.0, 0.0), (10.0, 60.0, 0.0), (10.0, -60.0, 0.0)])
@@ -158,10 +122,9 @@ def test_box_that_is_no_number_takes_no_pixel(place: int) -> None:
 def test_nearest_box_wins_in_any_order() -> None:
     near, far = ((10.0, 0.0, 0.0), (2.0, 2.0, 1.5)), ((20.0, 0.5, 0.2), (4.0, 6.0, 3.0))
     one, other = Picture(), Picture()
-    one.add(*near)
-    one.add(*far)
-    other.add(*far)
-    other.add(*near)
+    for picture, order in ((one, (near, far)), (other, (far, near))):
+        for box in order:
+            picture.add(*box)
     assert np.array_equal(one.nearness, other.nearness)
     assert np.array_equal(one.owner == 0, other.owner == 1)
     assert {0, 1} <= set(one.owner.ravel().tolist())
@@ -173,16 +136,8 @@ def test_span_holds_every_pixel_that_is_in_use() -> None:
     picture.add((20.0, 3.0, 0.2), (4.0, 4.0, 3.0))
     rows = np.arange(ROWS)[None, :]
     inside = (rows >= picture.span[:, :1]) & (rows < picture.span[:, 1:])
-    assert (inside | (picture.owner == NOTHING)).all()
+    assert (inside | (picture.owner == raster.NOTHING)).all()
     assert inside.sum() < 0.5 * inside.size
-
-
-def test_height_in_the_image_is_focal_length_times_height_over_depth() -> None:
-    for depth in (5.0, 8.0, 13.0, 21.0):
-        picture = Picture((0.0, 0.0, 1.0))
-        picture.add((depth + 0.5, 0.0, 0.0), (1.0, 2.0, 2.0))
-        rows = int((picture.owner == 0).any(axis=0).sum())
-        assert abs(rows - 40.0 * 2.0 / depth) <= 1.0
 
 
 def test_covers_tells_what_is_drawn() -> None:
@@ -191,7 +146,7 @@ def test_covers_tells_what_is_drawn() -> None:
     drawn = picture.owner == 0
     for column in range(COLUMNS):
         for row in range(ROWS):
-            inside = covers(picture.forms, picture.lines, float(column), float(row))
+            inside = raster.covers(picture.forms, picture.lines, float(column), float(row))
             assert inside == drawn[column, row]
 
 
@@ -199,8 +154,8 @@ def test_covers_reaches_beyond_the_image() -> None:
     picture = Picture((0.0, 0.0, 1.0))
     # 20 m high and 10 m away: its top is 76 rows above the horizon.
     picture.add((10.5, 0.0, 0.0), (1.0, 2.0, 20.0))
-    assert covers(picture.forms, picture.lines, 0.5 * COLUMNS, 0.5 * ROWS - 70.0)
-    assert not covers(picture.forms, picture.lines, 0.5 * COLUMNS, 0.5 * ROWS - 80.0)
+    assert raster.covers(picture.forms, picture.lines, 0.5 * COLUMNS, 0.5 * ROWS - 70.0)
+    assert not raster.covers(picture.forms, picture.lines, 0.5 * COLUMNS, 0.5 * ROWS - 80.0)
 
 
 # --- Connected parts of small images that are written down as text --------------------------------
@@ -214,7 +169,7 @@ class Parts:
     """The parts of an image: '.' shows nothing, '?' a ghost, digits are objects."""
 
     def __init__(self, *lines: str) -> None:
-        signs = {".": NOTHING, "?": GHOST}
+        signs = {".": raster.NOTHING, "?": raster.GHOST}
         rows = [[signs[sign] if sign in signs else int(sign) for sign in line] for line in lines]
         self.owner: NDArray[np.int64] = np.array(rows, dtype=np.int64).T.copy()
         columns, height = self.owner.shape
@@ -222,25 +177,28 @@ class Parts:
         for thing, depth in DEPTHS.items():
             nearness[self.owner == thing] = 1.0 / depth
         span = np.tile(np.array([0, height], dtype=np.int64), (columns, 1))
-        self.runs: NDArray[np.int64] = np.zeros((self.owner.size, RUN_WIDTH), dtype=np.int64)
-        self.count = find_parts(0, columns, span, self.owner, nearness, CLASSES, self.runs)
-        self.numbers = [k for k in range(self.count) if self.runs[k, RUN_PARENT] == k]
+        self.runs: NDArray[np.int64] = np.zeros((self.owner.size, raster.RUN_WIDTH), dtype=np.int64)
+        self.count = raster.find_parts(0, columns, span, self.owner, nearness, CLASSES, self.runs)
+        self.numbers = [k for k in range(self.count) if self.runs[k, raster.RUN_PARENT] == k]
 
     def column(self, column: int) -> list[int]:
         return [int(self.runs[part, column]) for part in self.numbers]
 
     def owners(self) -> list[int]:
         votes = np.zeros(len(CLASSES), dtype=np.int64)
-        return [main_owner(part, self.count, self.owner, self.runs, votes) for part in self.numbers]
+        return [
+            raster.main_owner(part, self.count, self.owner, self.runs, votes)
+            for part in self.numbers
+        ]
 
 
 def test_box_is_one_part_with_its_extent() -> None:
     assert Parts("....", "....").numbers == []
     parts = Parts("....", ".00.", ".00.", "....")
     assert len(parts.numbers) == 1
-    assert parts.column(PART_FIRST) + parts.column(PART_LAST) == [1, 2]
-    assert parts.column(PART_TOP) + parts.column(PART_STOP) == [1, 3]
-    assert (parts.column(PART_PIXELS), parts.column(PART_CONTACT)) == ([4], [2])
+    assert parts.column(raster.PART_FIRST) + parts.column(raster.PART_LAST) == [1, 2]
+    assert parts.column(raster.PART_TOP) + parts.column(raster.PART_STOP) == [1, 3]
+    assert (parts.column(raster.PART_PIXELS), parts.column(raster.PART_CONTACT)) == ([4], [2])
     assert parts.owners() == [0]
 
 
@@ -253,13 +211,13 @@ def test_pixels_of_a_part_are_connected_by_their_sides() -> None:
         "a ring, whose hole is nobody's": (("000", "0.0", "000", "..."), [8]),
     }
     for what, (lines, pixels) in images.items():
-        assert Parts(*lines).column(PART_PIXELS) == pixels, what
+        assert Parts(*lines).column(raster.PART_PIXELS) == pixels, what
     u = Parts("0.0", "0.0", "000", "...")
-    assert u.column(PART_FIRST) + u.column(PART_LAST) == [0, 2]
+    assert u.column(raster.PART_FIRST) + u.column(raster.PART_LAST) == [0, 2]
 
 
 def test_owner_of_a_part_is_whose_pixels_are_most() -> None:
-    assert 1.0 - DEPTHS[0] / DEPTHS[1] > EDGE > 1.0 - DEPTHS[0] / DEPTHS[3]
+    assert 1.0 - DEPTHS[0] / DEPTHS[1] > raster.EDGE > 1.0 - DEPTHS[0] / DEPTHS[3]
     images: dict[str, tuple[tuple[str, ...], list[int]]] = {
         "classes that touch are two parts": (("0022", "0022", "...."), [0, 2]),
         "so are depths that jump": (("0011", "0011", "...."), [0, 1]),
@@ -271,9 +229,9 @@ def test_owner_of_a_part_is_whose_pixels_are_most() -> None:
     for what, (lines, owners) in images.items():
         assert Parts(*lines).owners() == owners, what
     assert sorted(Parts("1111", "1001", ".00.", "....").owners()) == [0, 1]
-    assert Parts("0022", "0022", "....").column(RUN_CLASS) == [0, 6]
-    assert Parts("??00", "??00", "....").column(RUN_CLASS) == [-1, 0]
-    assert Parts("0033", "0033", "...3").column(PART_PIXELS) == [9]
+    assert Parts("0022", "0022", "....").column(raster.RUN_CLASS) == [0, 6]
+    assert Parts("??00", "??00", "....").column(raster.RUN_CLASS) == [-1, 0]
+    assert Parts("0033", "0033", "...3").column(raster.PART_PIXELS) == [9]
 
 
 def test_contact_is_the_foot_of_the_columns_in_which_it_is_seen() -> None:
@@ -284,7 +242,7 @@ def test_contact_is_the_foot_of_the_columns_in_which_it_is_seen() -> None:
         "missing pixels do not lift it": (("000", "0.0", "000", "..."), [2]),
     }
     for what, (lines, contacts) in images.items():
-        assert Parts(*lines).column(PART_CONTACT) == contacts, what
+        assert Parts(*lines).column(raster.PART_CONTACT) == contacts, what
 
 
 def test_mirrored_image_has_mirrored_parts() -> None:
@@ -293,6 +251,6 @@ def test_mirrored_image_has_mirrored_parts() -> None:
     for _ in range(40):
         lines = ["".join(signs[draw.integers(0, 8, 9)]) for _ in range(6)] + ["." * 9]
         one, other = Parts(*lines), Parts(*(line[::-1] for line in lines))
-        for column in (PART_PIXELS, PART_TOP, PART_STOP, PART_CONTACT):
+        for column in (raster.PART_PIXELS, raster.PART_TOP, raster.PART_STOP, raster.PART_CONTACT):
             assert sorted(one.column(column)) == sorted(other.column(column))
-        assert sum(one.column(PART_PIXELS)) == sum(9 - line.count(".") for line in lines)
+        assert sum(one.column(raster.PART_PIXELS)) == sum(9 - line.count(".") for line in lines)

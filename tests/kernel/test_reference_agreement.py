@@ -40,16 +40,11 @@ def line(first: float, last: float, count: int) -> list[float]:
     return [float(value) for value in np.linspace(first, last, count)]
 
 
-def cut_ins(
-    speeds: Iterable[float],
-    shares: Iterable[float],
-    gaps: Iterable[float],
-    laterals: Iterable[float],
-) -> list[Scene]:
+def cut_ins(*axes: Iterable[float]) -> list[Scene]:
     """Return cut-ins of speeds [km/h], shares of them that the other has, gaps, lateral speeds."""
     return [
         second.CutIn(speed * KMH, speed * KMH * share, gap, lateral)
-        for speed, share, gap, lateral in product(speeds, shares, gaps, laterals)
+        for speed, share, gap, lateral in product(*axes)
     ]
 
 

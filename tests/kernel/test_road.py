@@ -6,24 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel.road import (
-    PARKING_BAY,
-    REST_AREA,
-    body_edge,
-    depth_at,
-    is_in_refuge,
-    lane_center,
-    lane_of,
-    lane_way,
-    local,
-    mark_in_refuge,
-    mark_on_road,
-    offset_curvature,
-    position,
-    refuge_depth,
-    right_edge,
-    road_length,
-)
+from adeye.kernel import road
 from adeye.kernel.storyboard import advance
 from adeye.signals import REFUGE_KINDS
 
@@ -60,10 +43,10 @@ ROADS = {
 def test_point_of_a_place_is_at_that_place(name: str) -> None:
     for d in (-3.0, 0.0, 1.75, 5.25, 14.0):
         segments = ROADS[name]
-        end = road_length(segments)
+        end = road.road_length(segments)
         for s in (-30.0, -1e-6, 0.0, 55.0, 100.0, 150.0, 299.9, 0.99 * end, end, end + 40.0):
-            x, y, heading = position(segments, s, d)
-            back_s, back_d, back_heading, _ = local(segments, x, y)
+            x, y, heading = road.position(segments, s, d)
+            back_s, back_d, back_heading, _ = road.local(segments, x, y)
             assert back_s == pytest.approx(s, abs=2e-6)
             assert back_d == pytest.approx(d, abs=2e-6)
             assert back_heading == pytest.approx(heading, abs=1e-7)
@@ -71,77 +54,67 @@ def test_point_of_a_place_is_at_that_place(name: str) -> None:
 
 def test_straight_road_is_its_frame() -> None:
     straight = np.array([[0.0, 0.0, 0.0, 100.0, 0.0]])
-    assert position(straight, 30.0, 1.75) == (30.0, 1.75, 0.0)
-    assert local(straight, 30.0, 1.75) == (30.0, 1.75, 0.0, 0.0)
-    assert position(straight, -5.0, 0.0) == (-5.0, 0.0, 0.0)
-    assert position(straight, 130.0, 0.0) == (130.0, 0.0, 0.0)
+    assert road.position(straight, 30.0, 1.75) == (30.0, 1.75, 0.0)
+    assert road.local(straight, 30.0, 1.75) == (30.0, 1.75, 0.0, 0.0)
+    assert road.position(straight, -5.0, 0.0) == (-5.0, 0.0, 0.0)
+    assert road.position(straight, 130.0, 0.0) == (130.0, 0.0, 0.0)
 
 
 def test_quarter_circle_to_the_left_ends_up_north() -> None:
     quarter = np.array([[0.0, 0.0, 0.0, 50.0 * math.pi, 0.01]])
-    x, y, heading = position(quarter, 50.0 * math.pi, 10.0)
+    x, y, heading = road.position(quarter, 50.0 * math.pi, 10.0)
     assert (x, y) == pytest.approx((90.0, 100.0), abs=1e-9)
     assert heading == pytest.approx(math.pi / 2, rel=1e-14)
 
 
 def test_left_is_positive_on_a_right_curve() -> None:
     curve = np.array([[0.0, 0.0, 0.0, 100.0, -0.01]])
-    s, d, heading, curvature = local(curve, 0.0, 2.0)
+    s, d, heading, curvature = road.local(curve, 0.0, 2.0)
     assert (s, d, heading, curvature) == pytest.approx((0.0, 2.0, 0.0, -0.01), abs=1e-12)
 
 
 @pytest.mark.slow
 def test_curvature_is_that_of_the_segment() -> None:
     segments = ROADS["s_curve"]
-    curvatures = [local(segments, *position(segments, s, 2.0)[:2])[3] for s in (50, 150, 350, 650)]
+    curvatures = [
+        road.local(segments, *road.position(segments, s, 2.0)[:2])[3] for s in (50, 150, 350, 650)
+    ]
     assert curvatures == [0.0, 0.004, -0.004, 0.0]
-
-
-def test_way_along_the_road_is_continuous() -> None:
-    segments = ROADS["s_curve"]
-    ways = [local(segments, *position(segments, s, 6.0)[:2])[0] for s in np.linspace(-5, 805, 1621)]
-    assert np.diff(ways) == pytest.approx(0.5, abs=1e-5)
-
-
-def test_chords_of_the_line_are_as_long_as_the_way() -> None:
-    segments = ROADS["s_curve"]
-    points = np.array([position(segments, s, 0.0)[:2] for s in np.linspace(0.0, 800.0, 801)])
-    assert np.hypot(*np.diff(points, axis=0).T) == pytest.approx(1.0, abs=1e-4)
 
 
 def test_headings_stay_within_half_a_turn() -> None:
     winding = chain((700.0, 0.008))
     for s in np.linspace(0.0, 700.0, 71):
-        assert -math.pi < position(winding, s, 0.0)[2] <= math.pi
+        assert -math.pi < road.position(winding, s, 0.0)[2] <= math.pi
 
 
 def test_unknown_point_has_no_place() -> None:
-    assert all(math.isnan(value) for value in local(ROADS["s_curve"], math.nan, 0.0))
-    assert math.isnan(position(ROADS["s_curve"], math.nan, 0.0)[0])
+    assert all(math.isnan(value) for value in road.local(ROADS["s_curve"], math.nan, 0.0))
+    assert math.isnan(road.position(ROADS["s_curve"], math.nan, 0.0)[0])
 
 
 def test_inner_lane_of_a_left_curve_is_tighter() -> None:
-    assert offset_curvature(0.01, 20.0) == pytest.approx(1.0 / 80.0, rel=1e-15)
-    assert offset_curvature(-0.01, 20.0) == pytest.approx(-1.0 / 120.0, rel=1e-15)
-    assert offset_curvature(0.0, 20.0) == 0.0
-    assert math.isnan(offset_curvature(0.01, 100.0))
+    assert road.offset_curvature(0.01, 20.0) == pytest.approx(1.0 / 80.0, rel=1e-15)
+    assert road.offset_curvature(-0.01, 20.0) == pytest.approx(-1.0 / 120.0, rel=1e-15)
+    assert road.offset_curvature(0.0, 20.0) == 0.0
+    assert math.isnan(road.offset_curvature(0.01, 100.0))
 
 
 def test_lanes_are_counted_from_the_right() -> None:
-    assert [lane_of(d, 3.5, 3) for d in (0.0, 1.75, 3.5, 5.0, 10.49)] == [0, 0, 1, 1, 2]
-    assert [lane_of(d, 3.5, 3) for d in (-0.01, 10.5, 99.0, math.nan)] == [-1, -1, -1, -1]
+    assert [road.lane_of(d, 3.5, 3) for d in (0.0, 1.75, 3.5, 5.0, 10.49)] == [0, 0, 1, 1, 2]
+    assert [road.lane_of(d, 3.5, 3) for d in (-0.01, 10.5, 99.0, math.nan)] == [-1, -1, -1, -1]
 
 
 @pytest.mark.parametrize("width", [2.9, 3.1, 3.5, 3.7])
 def test_centre_of_a_lane_is_in_it_up_to_its_edges(width: float) -> None:
     for lane in range(4):
-        assert lane_of(lane_center(lane, width), width, 4) == lane
-    assert lane_of(math.nextafter(4 * width, 0.0), width, 4) == 3
+        assert road.lane_of(road.lane_center(lane, width), width, 4) == lane
+    assert road.lane_of(math.nextafter(4 * width, 0.0), width, 4) == 3
 
 
 def way(segments: Floats, s: float, d: float, other_s: float) -> float:
-    headings = [position(segments, place, 0.0)[2] for place in (s, other_s)]
-    return lane_way(s, headings[0], d, other_s, headings[1])
+    headings = [road.position(segments, place, 0.0)[2] for place in (s, other_s)]
+    return road.lane_way(s, headings[0], d, other_s, headings[1])
 
 
 @pytest.mark.parametrize("name", ROADS)
@@ -149,17 +122,13 @@ def way(segments: Floats, s: float, d: float, other_s: float) -> float:
 def test_way_along_a_lane_is_the_length_of_its_line(name: str, d: float) -> None:
     segments = ROADS[name]
     for first, last in ((20.0, 390.0), (120.0, 380.0), (-30.0, 60.0), (390.0, 150.0)):
-        points = np.array([position(segments, s, d)[:2] for s in np.linspace(first, last, 2001)])
+        points = np.array(
+            [road.position(segments, s, d)[:2] for s in np.linspace(first, last, 2001)]
+        )
         length = np.hypot(*np.diff(points, axis=0).T).sum()
         assert abs(way(segments, first, d, last)) == pytest.approx(length, abs=1e-4)
         assert way(segments, last, d, first) == pytest.approx(-way(segments, first, d, last))
         assert (way(segments, first, d, last) > 0.0) == (last > first)
-
-
-def test_way_along_a_lane_of_a_mirrored_bend_mirrors() -> None:
-    left, right = ROADS["left_curve"], ROADS["right_curve"]
-    for d in (-3.0, 1.75, 8.75):
-        assert way(left, 50.0, d, 380.0) == pytest.approx(way(right, 50.0, -d, 380.0), rel=1e-12)
 
 
 def test_way_along_a_straight_is_that_along_the_road_to_the_bit() -> None:
@@ -177,11 +146,11 @@ def test_place_at_the_end_of_a_way_is_that_far_along_the_lane() -> None:
 
 
 def test_at_the_centre_of_a_bend_no_way_is_left_and_beyond_an_unknown_place_none_is_known() -> None:
-    assert lane_way(0.0, 0.0, 300.0, 50.0, 0.2) == 0.0
+    assert road.lane_way(0.0, 0.0, 300.0, 50.0, 0.2) == 0.0
     for bad in range(5):
         numbers = [0.0, 0.0, 5.0, 50.0, 0.2]
         numbers[bad] = math.nan
-        assert math.isnan(lane_way(*numbers))
+        assert math.isnan(road.lane_way(*numbers))
 
 
 # --- Bays beside the road: linear tapers, edges, and whether a body is on the road or inside ------
@@ -192,68 +161,57 @@ NONE = np.zeros((0, 5))
 
 
 def test_kinds_are_numbered_as_they_are_named() -> None:
-    assert (REFUGE_KINDS[PARKING_BAY], REFUGE_KINDS[REST_AREA]) == ("parking_bay", "rest_area")
+    assert (REFUGE_KINDS[road.PARKING_BAY], REFUGE_KINDS[road.REST_AREA]) == (
+        "parking_bay",
+        "rest_area",
+    )
 
 
-@pytest.mark.parametrize(
-    ("s", "depth"),
-    [
-        *((379.9, 0.0), (380.0, 0.0), (385.0, 1.0), (390.0, 2.0), (400.0, 4.0), (460.0, 4.0)),
-        *((465.0, 3.0), (480.0, 0.0), (1000.0, 0.0)),
-    ],
-)
-def test_depth_is_linear_over_the_tapers(s: float, depth: float) -> None:
-    assert depth_at(BAY, s) == pytest.approx(depth)
-
-
-def test_a_bay_is_the_same_from_both_ends() -> None:
-    for away in np.linspace(0.0, 60.0, 13):
-        assert depth_at(BAY, 430.0 - away) == pytest.approx(depth_at(BAY, 430.0 + away))
+def test_depth_is_linear_over_the_tapers() -> None:
+    places = (379.9, 380.0, 385.0, 390.0, 400.0, 460.0, 465.0, 480.0, 1000.0)
+    depths = [road.depth_at(BAY, s) for s in places]
+    assert depths == pytest.approx([0.0, 0.0, 1.0, 2.0, 4.0, 4.0, 3.0, 0.0, 0.0])
 
 
 def test_a_taper_without_length_is_a_step() -> None:
-    assert [refuge_depth(TWO, s) for s in (599.9, 600.0, 700.0, 700.1)] == [0.0, 8.0, 8.0, 0.0]
+    assert [road.refuge_depth(TWO, s) for s in (599.9, 600.0, 700.0, 700.1)] == [0.0, 8.0, 8.0, 0.0]
 
 
 def test_the_edge_is_that_of_shoulder_bay_or_verge() -> None:
-    assert right_edge(NONE, 0.0, 2.5, 0.0) == -2.5
-    assert right_edge(NONE, 0.0, 2.5, 1.0) == -3.5
-    assert right_edge(TWO, 430.0, 2.5, 1.0) == -6.5
+    assert road.right_edge(NONE, 0.0, 2.5, 0.0) == -2.5
+    assert road.right_edge(NONE, 0.0, 2.5, 1.0) == -3.5
+    assert road.right_edge(TWO, 430.0, 2.5, 1.0) == -6.5
     # The bay lies in the verge.
-    assert right_edge(TWO, 382.5, 2.5, 1.0) == -3.5
+    assert road.right_edge(TWO, 382.5, 2.5, 1.0) == -3.5
 
 
 def test_a_body_keeps_its_corners_on_the_road() -> None:
-    straight = body_edge(NONE, 0.0, 0.0, 4.5, 1.8, 2.5, 0.0)
+    straight = road.body_edge(NONE, 0.0, 0.0, 4.5, 1.8, 2.5, 0.0)
     assert straight == pytest.approx(0.9 - 2.5)
     for slope in (-0.2, 0.2):
-        turned = body_edge(NONE, 0.0, slope, 4.5, 1.8, 2.5, 0.0)
+        turned = road.body_edge(NONE, 0.0, slope, 4.5, 1.8, 2.5, 0.0)
         assert turned == pytest.approx(straight + 0.45)
     # Of the corners in the taper the rear one has less room, unless the body is turned into it.
-    assert body_edge(TWO, 390.0, 0.0, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 1.55)
-    assert body_edge(TWO, 390.0, -0.2, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 2.0)
+    assert road.body_edge(TWO, 390.0, 0.0, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 1.55)
+    assert road.body_edge(TWO, 390.0, -0.2, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 2.0)
 
 
-@pytest.mark.parametrize(
-    ("s", "d", "slope", "inside"),
-    [
-        (430.0, -4.5, 0.0, True),
-        (430.0, -3.4, 0.0, True),
-        (430.0, -3.3, 0.0, False),
-        (430.0, -5.7, 0.0, False),
-        (430.0, -3.4, 0.1, False),
-        (392.0, -3.4, 0.0, True),
-        (386.0, -3.4, 0.0, False),
-        (300.0, -3.4, 0.0, False),
-    ],
-)
-def test_a_body_is_in_a_bay_with_all_of_its_corners(
-    s: float,
-    d: float,
-    slope: float,
-    inside: bool,  # noqa: FBT001 - of a table
-) -> None:
-    assert is_in_refuge(BAY, s, d, slope, 4.5, 1.8, 2.5) == inside
+BODIES: list[tuple[float, float, float, bool]] = [
+    (430.0, -4.5, 0.0, True),
+    (430.0, -3.4, 0.0, True),
+    (430.0, -3.3, 0.0, False),
+    (430.0, -5.7, 0.0, False),
+    (430.0, -3.4, 0.1, False),
+    (392.0, -3.4, 0.0, True),
+    (386.0, -3.4, 0.0, False),
+    (300.0, -3.4, 0.0, False),
+]
+"""Place along and across, slope, and whether it is inside."""
+
+
+def test_a_body_is_in_a_bay_with_all_of_its_corners() -> None:
+    for s, d, slope, inside in BODIES:
+        assert road.is_in_refuge(BAY, s, d, slope, 4.5, 1.8, 2.5) == inside, (s, d, slope)
 
 
 def test_places_on_the_road_are_marked_run_by_run() -> None:
@@ -261,7 +219,7 @@ def test_places_on_the_road_are_marked_run_by_run() -> None:
     s = np.array([[430.0, 430.0, 430.0, 300.0, 300.0, math.nan]] * 2)
     d = np.array([[10.5, 10.6, -6.0, -6.0, -3.0, math.nan]] * 2)
     shoulder, verge, left = np.array([2.5, 0.0]), np.array([0.0, 3.0]), np.array([10.5, 10.5])
-    marks = mark_on_road(refuges, shoulder, verge, left, s, d)
+    marks = road.mark_on_road(refuges, shoulder, verge, left, s, d)
     assert marks.tolist() == [
         [True, False, True, False, False, False],
         [True, False, False, False, True, False],
@@ -270,20 +228,17 @@ def test_places_on_the_road_are_marked_run_by_run() -> None:
 
 @pytest.mark.slow
 def test_bodies_in_refuges_are_marked_run_by_run() -> None:
-    s, d = np.array([[430.0, 650.0, 500.0]]), np.array([[-4.5, -4.5, -4.5]])
-    size = np.array([[4.5, 1.8, 1.5]])
-    marks = mark_in_refuge(TWO[np.newaxis], np.array([2.5]), size, s, d, np.zeros((1, 3)))
-    assert marks.tolist() == [[True, True, False]]
-    across = mark_in_refuge(
-        TWO[np.newaxis], np.array([2.5]), size, s, d, np.full((1, 3), 0.5 * math.pi)
-    )
-    assert not across.any()
+    s, d = np.array([[430.0, 650.0, 500.0]]), np.full((1, 3), -4.5)
+    shoulder, size = np.array([2.5]), np.array([[4.5, 1.8, 1.5]])
+    for turn, inside in ((0.0, [True, True, False]), (0.5 * math.pi, [False] * 3)):
+        marks = road.mark_in_refuge(TWO[np.newaxis], shoulder, size, s, d, np.full((1, 3), turn))
+        assert marks.tolist() == [inside]
 
 
 def test_the_width_of_a_bay_in_a_curve_is_across_the_road() -> None:
     """Road coordinates bend with the road: the edge of a bay is a line of equal distance."""
     segments = np.array([[0.0, 0.0, 0.0, 900.0, 1.0 / 600.0]])
     for s in (400.0, 430.0, 460.0):
-        inner = position(segments, s, right_edge(NONE, s, 2.5, 0.0))
-        outer = position(segments, s, right_edge(TWO, s, 2.5, 0.0))
+        inner = road.position(segments, s, road.right_edge(NONE, s, 2.5, 0.0))
+        outer = road.position(segments, s, road.right_edge(TWO, s, 2.5, 0.0))
         assert math.dist(inner[:2], outer[:2]) == pytest.approx(4.0)

@@ -5,19 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from adeye.kernel.scan import (
-    BEAM_BEARING,
-    BEAM_ELEVATION,
-    BEAM_SECANT,
-    BEAM_SLOPE,
-    BEAM_WIDTH,
-    BEAM_X,
-    BEAM_Y,
-    beams_between,
-    fill_beams,
-    scan_box,
-    scan_box_level,
-)
+from adeye.kernel import scan as subject
 from adeye.kernel.sight import OUTLINE_WIDTH, Floats, outline, ray_box_distance
 
 DEGREE = math.pi / 180.0
@@ -32,8 +20,8 @@ def beams_of(
     yaw: float = 0.0,
     pitch: float = 0.0,
 ) -> tuple[Floats, float]:
-    table = np.zeros((BEAM_WIDTH, beams * layers))
-    departure = fill_beams(yaw, pitch, field_of_view, vertical, beams, layers, table)
+    table = np.zeros((subject.BEAM_WIDTH, beams * layers))
+    departure = subject.fill_beams(yaw, pitch, field_of_view, vertical, beams, layers, table)
     return table, departure
 
 
@@ -51,7 +39,7 @@ def scan(
     outline(0.0, 0.0, np.array(box), np.array(size), look)
     count = table.shape[1]
     nearest, who = np.full(count, np.inf), np.full(count, -1)
-    cast = scan_box_level if level else scan_box
+    cast = subject.scan_box_level if level else subject.scan_box
     sine, cosine = math.sin(heading), math.cos(heading)
     cast(look, np.array(size), sine, cosine, height, table, 0, count - 1, 7, nearest, who)
     assert np.array_equal(who == 7, np.isfinite(nearest))
@@ -64,59 +52,35 @@ def scan(
 def test_beams_of_a_whole_turn_stand_evenly_and_none_twice() -> None:
     table, departure = beams_of(8, 2.0 * math.pi)
     assert departure == 0.0
-    steps = np.diff(table[BEAM_BEARING])
+    steps = np.diff(table[subject.BEAM_BEARING])
     assert steps == pytest.approx(np.full(7, 45.0 * DEGREE))
-    assert table[BEAM_BEARING].sum() == pytest.approx(0.0)
-    assert table[BEAM_X] == pytest.approx(np.cos(table[BEAM_BEARING]))
-    assert table[BEAM_Y] == pytest.approx(np.sin(table[BEAM_BEARING]))
-
-
-def test_each_beam_stands_in_the_middle_of_its_part_of_the_field_of_view() -> None:
-    table, _ = beams_of(4, 40.0 * DEGREE)
-    assert table[BEAM_BEARING] / DEGREE == pytest.approx([-15.0, -5.0, 5.0, 15.0])
-
-
-def test_layers_stand_from_the_lower_edge_to_the_upper_one() -> None:
-    table, _ = beams_of(2, 1.0, layers=3, vertical=30.0 * DEGREE)
-    assert table[BEAM_ELEVATION] / DEGREE == pytest.approx([-15.0, -15.0, 0.0, 0.0, 15.0, 15.0])
-    assert table[BEAM_SLOPE] == pytest.approx(np.tan(table[BEAM_ELEVATION]))
-    assert table[BEAM_SECANT] == pytest.approx(1.0 / np.cos(table[BEAM_ELEVATION]))
-
-
-def test_yaw_turns_every_bearing_and_nothing_else() -> None:
-    plain, _ = beams_of(16, 2.0 * math.pi, layers=2, vertical=0.2)
-    turned, departure = beams_of(16, 2.0 * math.pi, layers=2, vertical=0.2, yaw=20.0 * DEGREE)
-    turns = np.mod(turned[BEAM_BEARING] - plain[BEAM_BEARING], 2.0 * math.pi)
-    assert turns == pytest.approx(np.full(32, 20.0 * DEGREE))
-    assert np.array_equal(turned[BEAM_SLOPE], plain[BEAM_SLOPE])
-    assert departure == 0.0
-
-
-def test_pitch_lowers_the_beam_ahead_and_raises_the_one_behind() -> None:
-    table, departure = beams_of(9, 2.0 * math.pi, pitch=10.0 * DEGREE)
-    bearings, elevations = table[BEAM_BEARING], table[BEAM_ELEVATION] / DEGREE
-    assert elevations[np.argmin(np.abs(bearings))] == pytest.approx(-10.0)
-    assert elevations.max() > 9.0
-    assert 0.0 < departure < 0.01
+    assert table[subject.BEAM_BEARING].sum() == pytest.approx(0.0)
+    assert table[subject.BEAM_X] == pytest.approx(np.cos(table[subject.BEAM_BEARING]))
+    assert table[subject.BEAM_Y] == pytest.approx(np.sin(table[subject.BEAM_BEARING]))
 
 
 def test_pitched_beams_are_those_of_a_turn_about_the_left_axis() -> None:
-    pitch, yaw, vertical, field = 0.3, 0.7, 0.4, 2.0
-    table, departure = beams_of(11, field, layers=2, vertical=vertical, pitch=pitch, yaw=yaw)
-    elevation = np.repeat([-0.5 * vertical, 0.5 * vertical], 11)
-    angle = np.tile(((np.arange(11) + 0.5) / 11 - 0.5) * field, 2)
+    yaw, vertical, field = 0.7, 0.4, 2.0
+    # Layers stand from the lower edge to the upper one, beams in the middle of their parts.
+    elevation = np.repeat([-0.5 * vertical, 0.0, 0.5 * vertical], 11)
+    angle = np.tile(((np.arange(11) + 0.5) / 11 - 0.5) * field, 3)
     x, y = np.cos(elevation) * np.cos(angle), np.cos(elevation) * np.sin(angle)
     z = np.sin(elevation)
-    ahead = math.cos(pitch) * x + math.sin(pitch) * z
-    up = math.cos(pitch) * z - math.sin(pitch) * x
-    assert table[BEAM_BEARING] == pytest.approx(yaw + np.arctan2(y, ahead))
-    assert table[BEAM_ELEVATION] == pytest.approx(np.arcsin(up))
-    assert departure == pytest.approx(np.abs(table[BEAM_BEARING] - yaw - angle).max())
+    for pitch in (0.0, 0.3):
+        table, departure = beams_of(11, field, layers=3, vertical=vertical, pitch=pitch, yaw=yaw)
+        ahead = math.cos(pitch) * x + math.sin(pitch) * z
+        up = math.cos(pitch) * z - math.sin(pitch) * x
+        bearings, elevations = table[subject.BEAM_BEARING], table[subject.BEAM_ELEVATION]
+        assert bearings == pytest.approx(yaw + np.arctan2(y, ahead))
+        assert elevations == pytest.approx(np.arcsin(up))
+        assert departure == pytest.approx(np.abs(bearings - yaw - angle).max())
+        assert table[subject.BEAM_SLOPE] == pytest.approx(np.tan(elevations))
+        assert table[subject.BEAM_SECANT] == pytest.approx(1.0 / np.cos(elevations))
 
 
 def test_beam_straight_down_has_a_finite_slope() -> None:
     table, _ = beams_of(1, 1.0, pitch=0.5 * math.pi)
-    assert table[BEAM_ELEVATION, 0] == pytest.approx(-0.5 * math.pi)
+    assert table[subject.BEAM_ELEVATION, 0] == pytest.approx(-0.5 * math.pi)
     assert np.isfinite(table).all()
 
 
@@ -125,17 +89,17 @@ def test_beam_straight_down_has_a_finite_slope() -> None:
 
 def test_interval_of_beams_holds_all_between_two_angles_and_no_other() -> None:
     table, _ = beams_of(36, 2.0 * math.pi)
-    angles = table[BEAM_BEARING]
+    angles = table[subject.BEAM_BEARING]
     for right, left in ((-0.3, 0.41), (1.0, 1.2), (0.01, 0.02), (-4.0, 4.0), (3.0, 3.5)):
-        first, last = beams_between(right, left, 2.0 * math.pi, 36)
+        first, last = subject.beams_between(right, left, 2.0 * math.pi, 36)
         inside = np.flatnonzero((angles >= right) & (angles <= left)).tolist()
         assert list(range(first, last + 1)) == inside
 
 
 def test_no_beam_is_outside_of_the_field_of_view() -> None:
-    first, last = beams_between(1.0, 2.0, 1.0, 10)
+    first, last = subject.beams_between(1.0, 2.0, 1.0, 10)
     assert last < first
-    assert beams_between(-3.0, 3.0, 1.0, 10) == (0, 9)
+    assert subject.beams_between(-3.0, 3.0, 1.0, 10) == (0, 9)
 
 
 # --- where they meet it ---------------------------------------------------------------------------
@@ -146,7 +110,7 @@ def test_no_beam_is_outside_of_the_field_of_view() -> None:
 def test_wall_ahead_is_at_its_distance_over_the_cosine(level: bool) -> None:  # noqa: FBT001
     table, _ = beams_of(31, 60.0 * DEGREE)
     found = scan(table, (12.0, 0.0, 0.0), (4.0, 100.0, 2.0), level=level)
-    assert found == pytest.approx(10.0 / np.cos(table[BEAM_BEARING]))
+    assert found == pytest.approx(10.0 / np.cos(table[subject.BEAM_BEARING]))
 
 
 @pytest.mark.slow
@@ -156,7 +120,7 @@ def test_level_beams_meet_what_any_beams_meet() -> None:
         size, heading = (4.5, 1.8, 1.5), 0.25
         plain = scan(table, box, size, heading=heading)
         assert np.array_equal(plain, scan(table, box, size, heading=heading, level=True))
-        angles = table[BEAM_BEARING] + heading
+        angles = table[subject.BEAM_BEARING] + heading
         single = [
             ray_box_distance(0.0, 0.0, math.cos(a), math.sin(a), *box, *size[:2]) for a in angles
         ]
@@ -164,8 +128,8 @@ def test_level_beams_meet_what_any_beams_meet() -> None:
 
 
 def test_beam_along_a_side_hits_inside_its_width_only() -> None:
-    table = np.zeros((BEAM_WIDTH, 1))
-    table[BEAM_X], table[BEAM_SECANT] = 1.0, 1.0
+    table = np.zeros((subject.BEAM_WIDTH, 1))
+    table[subject.BEAM_X], table[subject.BEAM_SECANT] = 1.0, 1.0
     assert scan(table, (10.0, 0.9, 0.0), (4.0, 2.0, 1.5))[0] == 8.0
     assert math.isinf(scan(table, (10.0, 1.1, 0.0), (4.0, 2.0, 1.5))[0])
 
@@ -176,7 +140,7 @@ def test_nearer_box_wins_whatever_the_order() -> None:
     for thing, x in ((1, 20.0), (2, 10.0), (3, 30.0)):
         look = np.zeros(OUTLINE_WIDTH)
         outline(0.0, 0.0, np.array([x, 0.0, 0.0]), size, look)
-        scan_box(look, size, 0.0, 1.0, 0.5, table, 0, 0, thing, nearest, who)
+        subject.scan_box(look, size, 0.0, 1.0, 0.5, table, 0, 0, thing, nearest, who)
     assert (who[0], nearest[0]) == (2, pytest.approx(9.0))
 
 

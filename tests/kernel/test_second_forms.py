@@ -11,11 +11,7 @@ import pytest
 
 from adeye.kernel import boxes as geometry
 from adeye.kernel import criticality, encounter
-from adeye.kernel import criticality as margins
-from adeye.kernel import encounter as evasion
-from adeye.kernel.criticality import rss_lateral_distance_printed
-from adeye.kernel.reference_drivers import drivers as distances
-from adeye.kernel.reference_drivers import drivers as fuzzy_safety
+from adeye.kernel.reference_drivers import drivers as reactions
 from tests.second import evading, following, plane, rules
 from tests.second.agreement import between, disagreements
 
@@ -66,9 +62,10 @@ RATE = between(-40.0, 40.0, 0.0)
 def raised_braking(gap: float, u_e: float, u_c: float, *some: float) -> float:
     """The fuzzy forms take braking that is more than the comfortable one; draws are added up."""
     tau, comfortable, more, lead, margin = some
-    return fuzzy_safety.proactive_fuzzy_safety(
+    found: float = reactions.proactive_fuzzy_safety(
         gap, u_e, u_c, tau, comfortable, comfortable + more, lead, margin
     )
+    return found
 
 
 def raised_pfs(gap: float, u_e: float, u_c: float, *some: float) -> float:
@@ -78,7 +75,8 @@ def raised_pfs(gap: float, u_e: float, u_c: float, *some: float) -> float:
 
 def raw_cfs(*state: float) -> float:
     whole: list[Any] = [*state[:6], state[5] + state[6], state[7] > 0.5]
-    return fuzzy_safety.critical_fuzzy_safety(*whole)
+    found: float = reactions.critical_fuzzy_safety(*whole)
+    return found
 
 
 def second_cfs(*state: float) -> float:
@@ -112,7 +110,7 @@ def second_worst(*state: float) -> float:
 
 
 def added_crash(needed: float, mean: float, deviation: float, less: float, more: float) -> float:
-    return margins.crash_probability(needed, mean, deviation, mean - less, mean + more)
+    return criticality.crash_probability(needed, mean, deviation, mean - less, mean + more)
 
 
 def second_crash(needed: float, mean: float, deviation: float, less: float, more: float) -> float:
@@ -133,38 +131,38 @@ FORMS = {
     "time_gap": Form(criticality.time_gap, following.time_gap, (GAP, SPEED)),
     "time_headway": Form(criticality.time_headway, following.headway, (GAP, LENGTH, SPEED)),
     "drac": Form(criticality.deceleration_rate_to_avoid_crash, following.drac, (GAP, CLOSING)),
-    "mdrac": Form(margins.modified_deceleration_rate, following.mdrac, (ROOM, CLOSING, SHORT)),
+    "mdrac": Form(criticality.modified_deceleration_rate, following.mdrac, (ROOM, CLOSING, SHORT)),
     "dst": Form(
-        margins.deceleration_to_safety_time, following.dst, (ROOM, CLOSING, SPEED, SHORT)
+        criticality.deceleration_to_safety_time, following.dst, (ROOM, CLOSING, SPEED, SHORT)
     ),
     "required": Form(
         criticality.required_deceleration, following.required, (GAP, SPEED, SPEED, CHANGE)
     ),
-    "mtc": Form(margins.margin_to_collision, following.mtc, (ROOM, SPEED, FRONT, BRAKING)),
-    "psd": Form(margins.proportion_of_stopping_distance, following.psd, (ROOM, SPEED, BRAKING)),
+    "mtc": Form(criticality.margin_to_collision, following.mtc, (ROOM, SPEED, FRONT, BRAKING)),
+    "psd": Form(criticality.proportion_of_stopping_distance, following.psd, (ROOM, SPEED, BRAKING)),
     "stopping": Form(criticality.stopping_distance, following.stopping, (SPEED, SHORT, MAYBE)),
     "ttb": Form(
-        evasion.time_to_brake, evading.time_to_brake,
+        encounter.time_to_brake, evading.time_to_brake,
         (ROOM, CLOSING, SPEED, between(0.0, 20.0, INF, often=0.5), MAYBE),
     ),
     "ttk": Form(
-        evasion.time_to_kickdown, evading.time_to_kickdown,
+        encounter.time_to_kickdown, evading.time_to_kickdown,
         (ROOM, CLOSING, LENGTH, between(-2.0, 10.0, -INF, often=0.2), MAYBE),
     ),
     "evasive_offset": Form(
-        evasion.evasive_offset, evading.evasive_offset,
+        encounter.evasive_offset, evading.evasive_offset,
         (between(-4.0, 4.0, 0.0), between(-3.0, 3.0, 0.0), between(0.1, 4.0, 2.0)),
     ),
     "tts": Form(
-        evasion.time_to_steer, evading.time_to_steer,
+        encounter.time_to_steer, evading.time_to_steer,
         (between(0.0, 20.0, INF), between(0.0, 5.0, 0.0), MAYBE),
     ),
     "ttr": Form(
-        evasion.time_to_react, evading.time_to_react,
+        encounter.time_to_react, evading.time_to_react,
         (between(-10.0, 10.0, -INF, INF), between(-10.0, 10.0, -INF), between(-10.0, 10.0, -INF)),
     ),
     "stn": Form(
-        evasion.steer_threat_number, evading.steer_threat,
+        encounter.steer_threat_number, evading.steer_threat,
         (between(0.0, 20.0, INF, 0.0), between(0.0, 5.0, 0.0), MAYBE),
     ),
     "planar_ttc": Form(
@@ -193,10 +191,10 @@ FORMS = {
         criticality.rss_lateral_distance, rules.rss_lateral, BESIDE
     ),
     "rss_lateral_printed": Form(
-        rss_lateral_distance_printed, rules.rss_lateral_printed, BESIDE
+        criticality.rss_lateral_distance_printed, rules.rss_lateral_printed, BESIDE
     ),
     "rss_ratio": Form(
-        margins.safe_distance_ratio, rules.ratio, (between(-5.0, 150.0, 0.0), ROOM)
+        criticality.safe_distance_ratio, rules.ratio, (between(-5.0, 150.0, 0.0), ROOM)
     ),
     "pfs": Form(
         raised_braking, raised_pfs,
@@ -206,9 +204,9 @@ FORMS = {
         raw_cfs, second_cfs,
         (ROOM, SPEED, SPEED, CHANGE, SHORT, BRAKING, BRAKING, between(0.0, 1.0)),
     ),
-    "r157_following": Form(distances.r157_following_distance, rules.r157_following, (SPEED,)),
+    "r157_following": Form(reactions.r157_following_distance, rules.r157_following, (SPEED,)),
     "r157_cut_in": Form(
-        distances.cut_in_threshold, rules.cut_in_ttc, (CLOSING, between(0.0, 1.0, 0.35), BRAKING)
+        reactions.cut_in_threshold, rules.cut_in_ttc, (CLOSING, between(0.0, 1.0, 0.35), BRAKING)
     ),
     # A probability is the difference of two that are known to a rounding of 1.
     "crash_probability": Form(
@@ -218,11 +216,11 @@ FORMS = {
         1e-13,
     ),
     "speed_change": Form(
-        margins.speed_change, rules.speed_change,
+        criticality.speed_change, rules.speed_change,
         (between(50.0, 40e3), between(50.0, 40e3, INF), between(0.0, 80.0)),
     ),
     "fatality": Form(
-        margins.fatality_probability, rules.fatality, (between(0.0, 50.0, 0.0, 31.74),)
+        criticality.fatality_probability, rules.fatality, (between(0.0, 50.0, 0.0, 31.74),)
     ),
 }  # fmt: skip
 
@@ -267,3 +265,16 @@ def test_comparison_sees_a_difference_in_the_eighth_digit(name: str) -> None:
     wrong, seams = disagreements(off, form.second, states, absolute=form.absolute)
     assert len(wrong) + seams > 10
     assert len(wrong) > 0
+
+
+OF_A_STATE = {"evasive_offset": 1, "pfs": 3, "cfs": 4}
+"""How many numbers are a state's, where the others are parameters that a state may not ask for."""
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_one_unknown_number_makes_the_answer_unknown(name: str) -> None:
+    form = FORMS[name]
+    draws = [draw(np.random.default_rng(11), 1).item() for draw in form.draws]
+    for place in range(OF_A_STATE.get(name, len(draws))):
+        found = form.own(*draws[:place], math.nan, *draws[place + 1 :])
+        assert np.isnan(found).any(), place

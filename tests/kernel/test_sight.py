@@ -7,24 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from adeye.kernel import sight
 from adeye.kernel.boxes import boxes_overlap
-from adeye.kernel.sight import (
-    DX,
-    DY,
-    HEADING,
-    LEFT_X,
-    LEFT_Y,
-    NEAREST,
-    OUTLINE_WIDTH,
-    RIGHT_X,
-    RIGHT_Y,
-    bearings,
-    fill_extents,
-    outline,
-    outlines,
-    ray_box_distance,
-    visible_fraction,
-)
 
 Floats = NDArray[np.float64]
 
@@ -41,8 +25,8 @@ def test_ray_meets_a_box_where_it_first_touches_it_or_never() -> None:
         "along an edge": ((0.0, 1.0, 1.0, 0.0, *box), 18.0),
     }
     for why, (ray, expected) in rays.items():
-        assert ray_box_distance(*ray) == expected, why
-    assert math.isnan(ray_box_distance(0.0, math.nan, 1.0, 0.0, *box))
+        assert sight.ray_box_distance(*ray) == expected, why
+    assert math.isnan(sight.ray_box_distance(0.0, math.nan, 1.0, 0.0, *box))
 
 
 POINT = (0.0, 0.0, 0.0)
@@ -52,7 +36,7 @@ POINT = (0.0, 0.0, 0.0)
 def test_ray_hit_lies_on_the_outline() -> None:
     for turn in np.linspace(-0.15, 0.15, 31):
         c, s = math.cos(turn), math.sin(turn)
-        way = ray_box_distance(0.0, 0.0, c, s, 15.0, 0.0, 0.7, 4.5, 1.8)
+        way = sight.ray_box_distance(0.0, 0.0, c, s, 15.0, 0.0, 0.7, 4.5, 1.8)
         if way < math.inf:
             box = (15.0, 0.0, 0.7, 4.5, 1.8)
             assert boxes_overlap((way + 1e-9) * c, (way + 1e-9) * s, *POINT, *box)
@@ -62,9 +46,11 @@ def test_ray_hit_lies_on_the_outline() -> None:
 def nearest_and_bearings(
     sensor_x: float, sensor_y: float, boresight: float, box: tuple[float, ...], *size: float
 ) -> tuple[float, float, float]:
-    look, extent = np.zeros(OUTLINE_WIDTH), np.array(size)
-    outline(sensor_x, sensor_y, np.array(box), extent, look)
-    return float(look[NEAREST]), *bearings(math.cos(boresight), math.sin(boresight), look)
+    look, extent = np.zeros(sight.OUTLINE_WIDTH), np.array(size)
+    sight.outline(sensor_x, sensor_y, np.array(box), extent, look)
+    return float(look[sight.NEAREST]), *sight.bearings(
+        math.cos(boresight), math.sin(boresight), look
+    )
 
 
 def test_bearings_of_a_box_ahead_are_symmetric() -> None:
@@ -113,27 +99,27 @@ def test_corners_are_those_that_no_other_lies_beyond() -> None:
     for box, size in zip(boxes, sizes, strict=True):
         if boxes_overlap(0.0, 0.0, *POINT, *box.tolist(), *size.tolist()[:2]):
             continue
-        look = np.zeros(OUTLINE_WIDTH)
-        outline(0.0, 0.0, box, size, look)
+        look = np.zeros(sight.OUTLINE_WIDTH)
+        sight.outline(0.0, 0.0, box, size, look)
         c, s = 0.5 * math.cos(box[2]), 0.5 * math.sin(box[2])
         for u, v in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
             x = box[0] + u * size[0] * c - v * size[1] * s
             y = box[1] + u * size[0] * s + v * size[1] * c
-            assert look[RIGHT_X] * y - look[RIGHT_Y] * x >= -1e-9
-            assert look[LEFT_X] * y - look[LEFT_Y] * x <= 1e-9
+            assert look[sight.RIGHT_X] * y - look[sight.RIGHT_Y] * x >= -1e-9
+            assert look[sight.LEFT_X] * y - look[sight.LEFT_Y] * x <= 1e-9
 
 
 @pytest.mark.slow
 def test_many_boxes_look_as_each_of_them_does() -> None:
     boxes, sizes = drawn(503)
     boxes[11, 0], boxes[12, 2] = math.nan, math.inf
-    extents, looks = np.zeros((3, 503)), np.zeros((OUTLINE_WIDTH, 500))
-    fill_extents(sizes[np.newaxis], extents)
-    looks[[DX, DY, HEADING]] = boxes[3:].T
-    outlines(500, 3, extents, looks)
+    extents, looks = np.zeros((3, 503)), np.zeros((sight.OUTLINE_WIDTH, 500))
+    sight.fill_extents(sizes[np.newaxis], extents)
+    looks[[sight.DX, sight.DY, sight.HEADING]] = boxes[3:].T
+    sight.outlines(500, 3, extents, looks)
     for place in range(500):
-        alone = np.zeros(OUTLINE_WIDTH)
-        outline(0.0, 0.0, boxes[3 + place], sizes[3 + place], alone)
+        alone = np.zeros(sight.OUTLINE_WIDTH)
+        sight.outline(0.0, 0.0, boxes[3 + place], sizes[3 + place], alone)
         assert np.array_equal(looks[:, place], alone, equal_nan=True)
 
 
@@ -151,7 +137,7 @@ def cast(sensor: tuple[float, float], target: int, objects: Floats, sizes: Float
     for turn in np.linspace(-math.pi, math.pi, 8001):
         c, s = math.cos(turn), math.sin(turn)
         ways = [
-            ray_box_distance(*sensor, c, s, *place, *size)
+            sight.ray_box_distance(*sensor, c, s, *place, *size)
             for place, size in zip(objects, sizes, strict=True)
         ]
         if ways[target] < math.inf:
@@ -162,7 +148,7 @@ def cast(sensor: tuple[float, float], target: int, objects: Floats, sizes: Float
 
 def share(target: int, *boxes: tuple[float, float, float, float, float]) -> float:
     objects, sizes = scene(*boxes)
-    return visible_fraction(0.0, 0.0, target, objects, sizes)
+    return sight.visible_fraction(0.0, 0.0, target, objects, sizes)
 
 
 def test_what_hides_a_box_and_what_does_not() -> None:
@@ -197,15 +183,17 @@ def test_walls_on_both_sides_that_meet_ahead_by_a_few_degrees() -> None:
     objects, sizes = scene((0.0, 1.1, 0.0, 20.0, 0.2), wall)
     hidden = math.atan2(0.9, 5.0) - math.atan2(1.0, 10.0)
     extent = math.pi - 2.0 * math.atan2(1.0, 10.0)
-    assert visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(1.0 - hidden / extent)
-    assert visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
+    assert sight.visible_fraction(0.0, 0.0, 0, objects, sizes) == pytest.approx(
+        1.0 - hidden / extent
+    )
+    assert sight.visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
 
 
 @pytest.mark.slow
 def test_unknown_place_has_no_visible_share() -> None:
     objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, math.nan, 0.0, 4.0, 2.0))
-    assert math.isnan(visible_fraction(0.0, 0.0, 0, objects, sizes))
-    assert math.isnan(visible_fraction(0.0, 0.0, 1, objects, sizes))
+    assert math.isnan(sight.visible_fraction(0.0, 0.0, 0, objects, sizes))
+    assert math.isnan(sight.visible_fraction(0.0, 0.0, 1, objects, sizes))
 
 
 def random_scene(seed: int) -> tuple[Floats, Floats]:
@@ -226,7 +214,7 @@ def random_scene(seed: int) -> tuple[Floats, Floats]:
 @pytest.mark.parametrize("seed", range(12))
 def test_exact_share_equals_dense_ray_casting(seed: int) -> None:
     objects, sizes = random_scene(seed)
-    exact = [visible_fraction(0.0, 0.0, k, objects, sizes) for k in range(len(objects))]
+    exact = [sight.visible_fraction(0.0, 0.0, k, objects, sizes) for k in range(len(objects))]
     counted = [cast((0.0, 0.0), k, objects, sizes) for k in range(len(objects))]
     assert exact == pytest.approx(counted, abs=0.02)
     assert min(exact) < 0.9
@@ -241,8 +229,8 @@ def test_share_does_not_depend_on_place_or_orientation(seed: int) -> None:
     moved[:, 1] = -40.0 + objects[:, 0] * math.sin(turn) + objects[:, 1] * math.cos(turn)
     moved[:, 2] += turn
     for k in range(len(objects)):
-        assert visible_fraction(100.0, -40.0, k, moved, sizes) == pytest.approx(
-            visible_fraction(0.0, 0.0, k, objects, sizes), abs=1e-9
+        assert sight.visible_fraction(100.0, -40.0, k, moved, sizes) == pytest.approx(
+            sight.visible_fraction(0.0, 0.0, k, objects, sizes), abs=1e-9
         )
 
 
@@ -250,5 +238,5 @@ def test_share_does_not_depend_on_place_or_orientation(seed: int) -> None:
 def test_another_object_never_uncovers(seed: int) -> None:
     objects, sizes = random_scene(seed)
     for k in range(4):
-        few = visible_fraction(0.0, 0.0, k, objects[:4].copy(), sizes[:4].copy())
-        assert visible_fraction(0.0, 0.0, k, objects, sizes) <= few + 1e-12
+        few = sight.visible_fraction(0.0, 0.0, k, objects[:4].copy(), sizes[:4].copy())
+        assert sight.visible_fraction(0.0, 0.0, k, objects, sizes) <= few + 1e-12

@@ -9,7 +9,7 @@ import pytest
 
 from adeye.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene
-from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder
+from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder, clear, mark_detected, move
 from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 
@@ -245,11 +245,13 @@ def test_what_only_pictures_need_is_not_kept_unless_it_is_drawn() -> None:
     traces = []
     for drawn in (False, True):
         recorder = begun(3, drawn=drawn)
-        add(recorder, shown(0), front=reading(0.0, {0: (8.0, 1.0)}))
+        proposals = [command("nominal", 0.0, **fan(4, 3)), command("safety", 0.0)]
+        add(recorder, shown(0), front=reading(0.0, {0: (8.0, 1.0)}), proposals=proposals)
         traces.append(closed(recorder, shown(1)))
     lean, rich = traces
     assert lean["tracks"].shape == (RUNS, 2, 2, 0, 6)
     assert lean["detections"].shape == (RUNS, 2, 2, 0, 2)
+    assert lean["candidates"].size == lean["chosen"].size == 0
     assert rich["detections"][0, 0, 0, 0].tolist() == [8.0, 1.0]
     assert lean.digests() == rich.digests()
     assert np.array_equal(lean["detected"], rich["detected"])
@@ -299,14 +301,6 @@ def test_fan_takes_the_size_of_the_first_and_others_are_cut_or_filled() -> None:
     assert trace["chosen"][0, 1, 1] == -1
 
 
-def test_fan_is_not_kept_unless_somebody_looks() -> None:
-    recorder = begun(3, drawn=False)
-    proposals = [command("nominal", 0.0, **fan(4, 3)), command("safety", 0.0)]
-    add(recorder, shown(0), proposals=proposals)
-    trace = closed(recorder, shown(1))
-    assert trace["candidates"].size == trace["chosen"].size == 0
-
-
 def test_tracks_are_cut_and_missing_ones_are_nan() -> None:
     recorder = begun(3)
     tracks = np.arange(RUNS * (TRACKS + 2) * 6, dtype=np.float64).reshape(RUNS, TRACKS + 2, 6)
@@ -336,14 +330,35 @@ def test_tracks_are_compared_with_the_objects_of_their_observation() -> None:
     assert (trace["false_tracks"][:, :30, 1] == NO_TRACKS).all()
 
 
-def test_beliefs_are_kept_also_when_nothing_is_drawn() -> None:
-    tracks = np.full((RUNS, 8, 6), np.nan)
-    tracks[:, 0] = (40.0, 0.0, 0.0, 0.0, 4.5, 1.8)
-    traces = []
-    for drawn in (False, True):
-        recorder = begun(3, drawn=drawn)
-        proposals = [command("nominal", 0.0, tracks=tracks), command("safety", 0.0)]
-        add(recorder, shown(0), proposals=proposals)
-        traces.append(closed(recorder, shown(1)))
-    assert np.isfinite(traces[0]["track_error"][:, 0, 0, 0]).all()
-    assert traces[0].digests() == traces[1].digests()
+# --- Rows in the ring and in the columns: what is written, what is left alone ---------------------
+
+BATCH, RING, ROWS = 3, 4, 10
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.int8, np.int16, np.bool_])
+def test_run_gets_its_rows_of_the_ring_as_far_as_it_has_come(kind: type[np.generic]) -> None:
+    ring = (np.arange(RING * BATCH * 2).reshape(RING, BATCH, 2) % 3 + 1).astype(kind)
+    column = np.zeros((BATCH, ROWS, 2), dtype=kind)
+    # The first run has ended before the ring, the second within it, the third goes on.
+    move(ring, 4, np.array([3, 6, 8]), column)
+    assert not column[0].any()
+    assert np.array_equal(column[1, 4:6], ring[:2, 1])
+    assert np.array_equal(column[2, 4:8], ring[:, 2])
+    column[1, 4:6] = column[2, 4:8] = 0
+    assert not column.any()
+
+
+def test_only_rows_beyond_the_end_of_a_run_are_cleared() -> None:
+    column = np.ones((BATCH, ROWS, 2))
+    clear(column, np.array([10, 4, 0]), 8)
+    assert column.sum(axis=(1, 2)).tolist() == [20.0, 2.0 * (4 + 2), 2.0 * 2]
+    assert column[1, :4].all()
+    assert not column[1, 4:8].any()
+
+
+def test_reading_marks_the_objects_behind_its_detections() -> None:
+    detected = np.ones((2, 3), dtype=np.bool_)
+    mask = np.array([[True, True, False], [False, True, True]])
+    # A detection without an object leaves no mark, and what was marked before is forgotten.
+    mark_detected(mask, np.array([[1, -1, 0], [0, 2, 1]]), detected)
+    assert detected.tolist() == [[False, True, False], [False, True, True]]

@@ -1,6 +1,7 @@
 """Conformance of sensors, and injectors on their own."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,50 +30,29 @@ class Broken:
         self.inner = BUILT_IN["ground_truth"](context)
         self.rule = rule
         Broken.made += 1
-        self.number = Broken.made
+        self.number = float(Broken.made)
 
     def sense(self, scene: Scene) -> Measurement:
-        seen = replace(self.inner.sense(scene))
-        detections = seen.detections.copy()
-        seen.detections = detections
-        if self.rule == "late":
-            seen.stamp = seen.stamp - 0.05
-        if self.rule == "far":
-            detections[:] = detections[:, ::-1]
-        if self.rule == "random":
-            detections[:, :, 4] = self.number
-        if self.rule == "batch":
-            detections[:, :, 4] = detections.shape[0]
-        if self.rule == "shape":
-            seen.mask = seen.mask[:, :1]
-        if self.rule == "gaps":
-            seen.mask = np.array([[False, True, True]] * seen.mask.shape[0])
-        if self.rule == "twice":
-            seen.source = np.zeros_like(seen.source)
-        if self.rule == "nobody":
-            seen.source = np.full_like(seen.source, 3)
+        seen = self.inner.sense(scene)
+        runs, detections = len(seen.mask), seen.detections
         if self.rule == "alters":
             scene.ego[:] = 0.0
-        return seen
-
-
-@pytest.mark.parametrize(
-    ("rule", "message"),
-    [
-        ("late", "stamp"),
-        ("far", "in order of distance"),
-        ("random", "equal inputs"),
-        ("batch", "other runs of its batch"),
-        ("shape", "detections has shape"),
-        ("gaps", "packed"),
-        ("twice", "detected twice"),
-        ("nobody", "names an object that is not there"),
-        ("alters", "alters ego"),
-    ],
-)
-def test_broken_rule_is_named(rule: str, message: str) -> None:
-    with pytest.raises(AssertionError, match=message):
-        check_sensor(lambda context: Broken(context, rule), TRUTH)
+        changes: dict[str, dict[str, Any]] = {
+            "late": {"stamp": seen.stamp - 0.05},
+            "far": {"detections": detections[:, ::-1]},
+            "random": {"detections": detections * [1, 1, 1, 1, self.number, 1, 1]},
+            "batch": {"detections": detections * [1, 1, 1, 1, runs, 1, 1]},
+            "shape": {"mask": seen.mask[:, :1]},
+            "gaps": {"mask": np.array([[False, True, True]] * runs)},
+            "twice": {"source": np.zeros_like(seen.source)},
+            "nobody": {"source": np.full_like(seen.source, 3)},
+            "part of values": {"values": np.array([[np.nan, 1.0]] * runs)},
+            "infinite values": {"values": np.full((runs, 2), np.inf)},
+            "count of values": {"values": np.ones((7, 2))},
+            "random values": {"values": np.full((runs, 2), self.number)},
+            "values of a batch": {"values": np.full((runs, 2), float(runs))},
+        }
+        return replace(seen, **changes.get(self.rule, {}))
 
 
 class Late:
@@ -95,63 +75,39 @@ class Late:
         return newest
 
 
-@pytest.mark.parametrize(
-    ("rule", "message"),
-    [
-        ("never", "jitter is not used"),
-        ("long", "after the jitter"),
-        ("early", "before the latency"),
-        ("back", "overtakes"),
-        ("fresh", "fresh is"),
-    ],
-)
-def test_broken_rule_of_jitter_is_named(rule: str, message: str) -> None:
-    with pytest.raises(AssertionError, match=message):
-        check_sensor(lambda context: Late(context, rule), TRUTH, jitter=2)
+RULES = {
+    "late": "stamp",
+    "far": "in order of distance",
+    "random": "equal inputs",
+    "batch": "other runs of its batch",
+    "shape": "detections has shape",
+    "gaps": "packed",
+    "twice": "detected twice",
+    "nobody": "names an object that is not there",
+    "alters": "alters ego",
+    "part of values": "neither finite nor all NaN",
+    "infinite values": "neither finite nor all NaN",
+    "count of values": r"values have shape \(7, 2\)",
+    "random values": "equal inputs.*values",
+    "values of a batch": "other runs of its batch.*values",
+}
+OF_JITTER = {
+    "never": "jitter is not used",
+    "long": "after the jitter",
+    "early": "before the latency",
+    "back": "overtakes",
+    "fresh": "fresh is",
+}
 
 
-class Odd:
-    """A ground truth with values that break a rule."""
-
-    made = 0
-
-    def __init__(self, context: SensorContext, rule: str) -> None:
-        self.inner = BUILT_IN["ground_truth"](context)
-        Odd.made += 1
-        runs = context.scene.runs
-        self.values = {
-            "part": np.array([[np.nan, 1.0]] * runs),
-            "inf": np.full((runs, 2), np.inf),
-            "count": np.ones((7, 2)),
-            "random": np.full((runs, 2), float(Odd.made)),
-            "batch": np.full((runs, 2), float(runs)),
-        }[rule]
-
-    def sense(self, scene: Scene) -> Measurement:
-        return replace(self.inner.sense(scene), values=self.values)
-
-
-@pytest.mark.parametrize(
-    ("rule", "message"),
-    [
-        ("part", "neither finite nor all NaN"),
-        ("inf", "neither finite nor all NaN"),
-        ("count", r"values have shape \(7, 2\)"),
-        ("random", "equal inputs.*values"),
-        ("batch", "other runs of its batch.*values"),
-    ],
-)
-def test_broken_rule_of_values_is_named(rule: str, message: str) -> None:
-    with pytest.raises(AssertionError, match=message):
-        check_sensor(lambda context: Odd(context, rule), TRUTH)
+@pytest.mark.parametrize("rule", [*RULES, *OF_JITTER])
+def test_broken_rule_is_named(rule: str) -> None:
+    made, jitter = (Late, 2) if rule in OF_JITTER else (Broken, 0)
+    with pytest.raises(AssertionError, match=(RULES | OF_JITTER)[rule]):
+        check_sensor(lambda context: made(context, rule), TRUTH, jitter=jitter)
 
 
 # --- ``plugins``
-
-
-def test_injector_stands_alone() -> None:
-    fault = injector("silent", "channels.nominal")
-    assert callable(fault.apply)
 
 
 def test_each_run_may_have_its_own_numbers() -> None:

@@ -168,15 +168,6 @@ def test_nothing_is_left_of_the_zoo(visit: Visit) -> None:
     assert visit.grown_mib < 50.0
 
 
-def test_zoo_has_twenty_animals_and_every_outcome_of_a_channel() -> None:
-    outcomes = [animal.outcome for animal in zoo.ANIMALS.values()]
-    assert len(outcomes) >= 20
-    assert set(outcomes) == {
-        "completed",
-        *(f"channel_{what}" for what in ("error", "timeout", "invalid_output", "killed")),
-    }
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sleeps", "stops_itself", "ignores_sigterm"])
 def test_hang_costs_at_most_a_second_beyond_its_deadline(tmp_path: Path, name: str) -> None:
@@ -184,20 +175,16 @@ def test_hang_costs_at_most_a_second_beyond_its_deadline(tmp_path: Path, name: s
     content = zoo.parameters(name)
     content["step_deadline"] = "0.5 s"
     content["values"]["from_tick"] = 0
+    parameters = ProcessParameters.model_validate(content)
     channel = ProcessChannel(tmp_path)
-    context = channel_context(
-        ProcessParameters.model_validate(content), links=(), sensors={"pose": "localisation"}
-    )
-    channel.reset(context)
-    ego = np.zeros((1, 7))
-    seen = {"pose": pose_measurement(straight_road(), ego, 0.0)}
+    channel.reset(channel_context(parameters, links=(), sensors={"pose": "localisation"}))
+    seen = {"pose": pose_measurement(straight_road(), np.zeros((1, 7)), 0.0)}
     observation = Observation(0.0, seen, {}, None, np.ones(1, dtype=np.bool_))
     begin = time.perf_counter()
     command = channel.act(observation)
     channel.close()
-    took = time.perf_counter() - begin
+    assert 0.5 <= time.perf_counter() - begin < 1.5
     assert command.status.tolist() == [SILENT]
-    assert 0.5 <= took < 1.5
     assert processes_of(str(tmp_path)) == []
 
 

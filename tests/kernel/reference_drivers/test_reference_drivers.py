@@ -1,6 +1,7 @@
-"""Reference drivers tick by tick: when they begin to brake and how hard."""
+"""Reference drivers tick by tick: when they begin to brake and how hard, by which columns."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -8,26 +9,25 @@ import pytest
 from adeye.kernel.reference_drivers import drivers as columns
 from adeye.kernel.reference_drivers.drivers import (
     MODELS,
+    cut_in_threshold,
     following_distance,
     parameters_of,
     reference_limit,
     reg157_limit,
     vector,
 )
+from tests.kernel.reference_drivers.test_reference_reactions import row_of
 
 STEP = 0.01
 
 
 def view(**seen: float) -> np.ndarray:
     """Return what is seen behind a slower vehicle in the path, with changes."""
-    row = np.zeros(columns.VIEW_SIZE)
     known = {
         "EGO_SPEED": 20.0, "OTHER_SPEED": 10.0, "GAP": 15.0, "LENGTHS": 8.6,
         "LATERAL_GAP": -1.0, "INTRUSION": 1.5, "OVERLAP": 0.5,
     }  # fmt: skip
-    for name, value in (known | seen).items():
-        row[getattr(columns, name)] = value
-    return row
+    return row_of(columns.VIEW_SIZE, known | seen)
 
 
 def limits(model: str, row: np.ndarray, ticks: int, variant: tuple[str, ...] = ()) -> list[float]:
@@ -107,13 +107,6 @@ def test_coasting_variant_releases_the_pedal_during_the_delay() -> None:
     assert limits("cc", view(), 60, ("jrc-coasting",))[50] == pytest.approx(-0.4)
 
 
-def test_fuzzy_model_brakes_by_the_membership() -> None:
-    # PFS(60, 25, 20) = 0.4388, CFS = 0.
-    assert limits("fsm", view(EGO_SPEED=25.0, OTHER_SPEED=20.0, GAP=60.0), 300)[-1] == (
-        pytest.approx(-4.0 * 0.438760, abs=1e-5)
-    )
-
-
 def test_fuzzy_model_ignores_who_comes_after_it_has_passed() -> None:
     beside = {"LATERAL_GAP": 1.6, "GAP": 10.0}
     # Past in (10 + 8.6) / 10 + 0.1 = 1.96 s.
@@ -171,19 +164,14 @@ def is_answered(gap: float, *variant: str, edition: str = "r157-01") -> bool:
     return rule_limits([wide(GAP=gap)], *variant, edition=edition) != [math.inf]
 
 
-@pytest.mark.parametrize(
-    ("edition", "threshold"),
-    [
+def test_edition_is_braked_in_the_last_tick_above_its_threshold() -> None:
+    for edition, threshold in (
         ("r157", THRESHOLD),
         ("eu-2022-1426", THRESHOLD - 0.1),
         ("eu-2022-1426-standing", 10 / 4.8 + 0.16),
-    ],
-)
-def test_edition_is_braked_in_the_last_tick_above_its_threshold(
-    edition: str, threshold: float
-) -> None:
-    assert is_answered(10.0 * (threshold + 0.0099), edition=edition)
-    assert not is_answered(10.0 * (threshold + 0.0101), edition=edition)
+    ):
+        assert is_answered(10.0 * (threshold + 0.0099), edition=edition), edition
+        assert not is_answered(10.0 * (threshold + 0.0101), edition=edition), edition
 
 
 def test_guard_is_a_tenth_of_a_second_above_the_threshold() -> None:
@@ -213,8 +201,118 @@ def test_published_code_stops_for_any_lead_that_closes_in_and_for_no_cut_in() ->
 
 
 def test_lead_that_brakes_on_is_answered_before_its_braking_is_too_hard() -> None:
-    lead = {"OTHER_SPEED": 20.0, "GAP": 40.0}
-    assert rule_limits([wide(OTHER_ACCELERATION=-2.0, **lead)]) == [math.inf]
-    assert rule_limits([wide(OTHER_ACCELERATION=-5.0, **lead)]) == [0.0]
-    assert rule_limits([wide(OTHER_ACCELERATION=-4.0, OTHER_SPEED=20.0, GAP=8.0)]) == [math.inf]
-    assert rule_limits([wide(OTHER_ACCELERATION=-4.0, OTHER_SPEED=12.0, GAP=14.0)]) == [0.0]
+    for braking, speed, gap, limit in (
+        (-2.0, 20.0, 40.0, math.inf),
+        (-5.0, 20.0, 40.0, 0.0),
+        (-4.0, 20.0, 8.0, math.inf),
+        (-4.0, 12.0, 14.0, 0.0),
+    ):
+        seen = wide(OTHER_ACCELERATION=braking, OTHER_SPEED=speed, GAP=gap)
+        assert rule_limits([seen]) == [limit], (braking, speed, gap)
+
+
+# --- Parameters of the reference drivers: editions, variants, the order of the columns ------------
+
+CLOSING_KMH = (10, 20, 30, 40, 50, 60)
+
+
+TABLE = [0.581, 0.813, 1.044, 1.276, 1.507, 1.739]
+THRESHOLDS = {
+    "r157": TABLE,
+    "r157-01": TABLE,
+    "eu-2022-1426": [0.48, 0.71, 0.94, 1.18, 1.41, 1.64],
+    "eu-2022-1426-standing": [0.74, 1.32, 1.90, 2.47, 3.05, 3.63],
+}
+
+
+def test_thresholds_of_the_edition() -> None:
+    for edition, table in THRESHOLDS.items():
+        rule = columns.parameters_of("reg157", edition)
+        ours = [cut_in_threshold(v / 3.6, rule.delay, rule.braking) for v in CLOSING_KMH]
+        # The tables are rounded to 0.01 s.
+        assert ours == pytest.approx(table, abs=0.0101), edition
+
+
+def test_fields_are_in_the_order_of_the_columns() -> None:
+    for record, prefix in (
+        (columns.CarefulDriver(), "CC_"),
+        (columns.FuzzyDriver(), "FSM_"),
+        (columns.ResponsibleDriver(), "RSS_"),
+        (columns.CutInRule(), "REG157_"),
+    ):
+        names = {getattr(columns, name): name for name in dir(columns) if name.startswith(prefix)}
+        own = [field.name for field in fields(record)][5:]
+        assert [names[5 + k] for k in range(len(own))] == [prefix + name.upper() for name in own]
+
+
+# How a scene begins and ends is no parameter of a driver.
+@pytest.mark.parametrize("name", sorted(set(columns.VARIANTS) - {"jrc-ttc-end", "jrc-first-step"}))
+def test_variant_changes_something_and_the_whole_program_holds_it(name: str) -> None:
+    changed = [
+        m
+        for m in columns.MODELS
+        if columns.parameters_of(m, variant=(name,)) != columns.parameters_of(m)
+    ]
+    assert changed
+    alone = columns.parameters_of(changed[0], variant=(name,))
+    whole = columns.parameters_of(changed[0], variant=(name.partition("-")[0],))
+    text = columns.parameters_of(changed[0])
+    for field in fields(alone):
+        if getattr(alone, field.name) != getattr(text, field.name):
+            assert getattr(whole, field.name) == getattr(alone, field.name)
+
+
+def test_unknown_names_are_refused() -> None:
+    for arguments in (("no", "r157"), ("cc", "no"), ("cc", "r157", ("no",))):
+        with pytest.raises(KeyError):
+            columns.parameters_of(*arguments)
+
+
+def test_whole_programs_are_all_variants_between_them() -> None:
+    assert columns.named(("jrc", "esmini")) == frozenset(columns.VARIANTS)
+    assert columns.named(("jrc-guard", "jrc-lead")) == {"jrc-guard", "jrc-lead"}
+    assert columns.named(()) == frozenset()
+    assert not {*columns.GROUPS} & {*columns.VARIANTS}
+
+
+def test_esmini_brakes_by_shares_of_9_8() -> None:
+    driver = columns.parameters_of("cc", variant=("esmini-gravity",))
+    names = ("braking", "jerk", "emergency_braking", "emergency_jerk")
+    found = [getattr(driver, name) for name in names]
+    expected = [0.774 * 9.8, 0.774 * 9.8 / 0.6, 0.85 * 9.8, 0.85 * 9.8 / 0.6]
+    assert found == pytest.approx(expected, rel=1e-12)
+    assert columns.parameters_of("cc") == columns.CarefulDriver(braking=0.774 * 9.81)
+
+
+@pytest.mark.parametrize("edition", columns.EDITIONS)
+def test_threshold_and_delay_of_an_edition_are_one_number(edition: str) -> None:
+    rule = columns.parameters_of("reg157", edition)
+    assert isinstance(rule, columns.CutInRule)
+    assert rule.reserve == rule.delay == columns.EDITIONS[edition].delay
+    published = columns.parameters_of("reg157", edition, ("esmini-reaction",))
+    assert isinstance(published, columns.CutInRule)
+    assert (published.reserve, published.delay) == (columns.EDITIONS[edition].delay, 0.0)
+
+
+def test_edition_changes_the_rule_only() -> None:
+    for model in ("cc", "fsm", "rss"):
+        assert {columns.parameters_of(model, edition) for edition in columns.EDITIONS} == {
+            columns.parameters_of(model)
+        }
+
+
+# --- Columns of the reference drivers: each place is taken once -----------------------------------
+
+
+@pytest.mark.parametrize(
+    ("names", "size"),
+    [
+        ("EGO_SPEED EGO_ACCELERATION OTHER_SPEED OTHER_ACCELERATION GAP LENGTHS LATERAL_GAP"
+         " LATERAL_SPEED CUE INTRUSION OVERLAP", columns.VIEW_SIZE),
+        ("PERCEIVED DELAYED DECELERATION REACTING EMERGENCY CAME_FROM_SIDE", columns.STATE_SIZE),
+        (" ".join(name for name in dir(columns) if name.startswith("S_")), columns.SCENE_SIZE),
+        (" ".join(name for name in dir(columns) if name.startswith("R_")), columns.RESULT_SIZE),
+    ],
+)  # fmt: skip
+def test_places_fill_the_array(names: str, size: int) -> None:
+    assert sorted(getattr(columns, name) for name in names.split()) == list(range(size))

@@ -85,9 +85,7 @@ def test_a_fixed_object_is_seen() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("me", "other", "expected"), [(80, 140, (1, -1)), (140, 80, (-1, 1))])
-def test_beyond_the_ends_of_a_lane_the_linked_ones_count(
-    me: float, other: float, expected: tuple[int, int]
-) -> None:
+def test_linked_lanes_count_beyond_ends(me: float, other: float, expected: tuple[int, int]) -> None:
     lanes = np.zeros((2, LANE_WIDTH))
     for number in range(2):
         write_straight(lanes[number], 100.0 * number, 0.0, 0.0, 100.0, 4.0, math.inf)

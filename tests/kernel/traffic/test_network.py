@@ -4,17 +4,6 @@ import numpy as np
 import pytest
 
 from adeye.kernel.traffic import network as k
-from adeye.kernel.traffic.network import (
-    ALONGSIDE,
-    LANE_LENGTH,
-    LANE_WIDTH,
-    lane_heading,
-    lane_local,
-    lane_point,
-    straight_local,
-    write_arc,
-    write_straight,
-)
 from adeye.signals import Floats, Ints
 from benchmarks.support.highway_scenes import ROADS, Draw, convert_network
 
@@ -55,16 +44,16 @@ def places(lanes: Floats, count: int) -> list[tuple[float, float, float]]:
     found = []
     for _ in range(count):
         lane = draw.below(len(lanes))
-        s = draw.between(-8.0, min(lanes[lane, LANE_LENGTH], 400.0) + 8.0)
-        x, y = lane_point(lanes, lane, s, draw.between(-6.0, 6.0))
+        s = draw.between(-8.0, min(lanes[lane, k.LANE_LENGTH], 400.0) + 8.0)
+        x, y = k.lane_point(lanes, lane, s, draw.between(-6.0, 6.0))
         turned = draw.between(-0.5, 0.5) if draw.chance(0.8) else draw.between(-4.0, 4.0)
-        found.append((x, y, lane_heading(lanes, lane, s) + turned))
+        found.append((x, y, k.lane_heading(lanes, lane, s) + turned))
     return [*found, (1e4, -1e4, 0.0), (-500.0, 300.0, 3.0)]
 
 
 def looked_for(lanes: Floats, x: float, y: float, heading: float) -> tuple[int, float, float]:
     """Return the lane nearest in place and direction, and the place beside it, of all lanes."""
-    found = [lane_local(lanes, number, x, y) for number in range(len(lanes))]
+    found = [k.lane_local(lanes, number, x, y) for number in range(len(lanes))]
     weights = [k._weight(lanes, number, *place, heading) for number, place in enumerate(found)]
     number = int(np.argmin(weights))
     return (number, *found[number])
@@ -101,7 +90,7 @@ def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     answers = set()
     for lane, name in enumerate(names):
         for lateral in (-3.0, 0.5, 5.0):
-            x, y = lane_point(lanes, lane, float(lanes[lane, LANE_LENGTH]) - 1.0, lateral)
+            x, y = k.lane_point(lanes, lane, float(lanes[lane, k.LANE_LENGTH]) - 1.0, lateral)
             found = k.next_lane(lanes, links, lane, x, y)
             assert names[found] == road.network.next_lane(name, position=np.array([x, -y]))
             answers.add(found != lane)
@@ -111,24 +100,24 @@ def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
 
 @pytest.mark.slow
 def test_at_the_end_of_the_last_road_the_lane_goes_on_as_itself() -> None:
-    lanes = np.zeros((1, LANE_WIDTH))
-    write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, np.inf)
+    lanes = np.zeros((1, k.LANE_WIDTH))
+    k.write_straight(lanes[0], 0.0, 0.0, 0.0, 100.0, 4.0, np.inf)
     assert k.next_lane(lanes, k.build_links([("a", "b", 1)]), 0, 99.0, 0.0) == 0
 
 
 def straight_road(heading: float = 0.0, widths: tuple[float, ...] = (4.0, 4.0, 3.0)) -> Floats:
     """Lanes side by side from a point, 4 m from centre to centre."""
-    lanes = np.zeros((len(widths), LANE_WIDTH))
+    lanes = np.zeros((len(widths), k.LANE_WIDTH))
     for number, width in enumerate(widths):
         x, y = 50.0 + 4.0 * number * np.sin(heading), 20.0 - 4.0 * number * np.cos(heading)
-        write_straight(lanes[number], x, y, heading, 300.0, width, np.inf)
+        k.write_straight(lanes[number], x, y, heading, 300.0, width, np.inf)
     return lanes
 
 
 def is_alongside(lanes: Floats, links: Ints) -> bool:
     k.mark_alongside(lanes, links)
-    assert len({*lanes[:, ALONGSIDE]}) == 1
-    return bool(lanes[0, ALONGSIDE])
+    assert len({*lanes[:, k.ALONGSIDE]}) == 1
+    return bool(lanes[0, k.ALONGSIDE])
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.4, -2.9])
@@ -150,10 +139,10 @@ def test_lanes_of_anything_else_are_not_alongside() -> None:
         (50.0, 13.0, 0.0, 300.0),
     ):
         lanes = straight_road()
-        write_straight(lanes[2], x, y, heading, length, 4.0, np.inf)
+        k.write_straight(lanes[2], x, y, heading, length, 4.0, np.inf)
         assert not is_alongside(lanes, one_road)
     lanes = straight_road()
-    write_arc(lanes[2], 50.0, 500.0, 488.0, -np.pi / 2.0, 1.0, 300.0, 4.0, np.inf)
+    k.write_arc(lanes[2], 50.0, 500.0, 488.0, -np.pi / 2.0, 1.0, 300.0, 4.0, np.inf)
     assert not is_alongside(lanes, one_road)
 
 
@@ -161,7 +150,7 @@ def test_lanes_of_anything_else_are_not_alongside() -> None:
 def test_only_the_straight_road_of_highway_env_is_alongside(kind: str) -> None:
     for connected in (False, True):
         lanes, _ = convert_network(ROADS[kind](connected=connected).network, connected=connected)
-        assert not lanes[:, ALONGSIDE].any()
+        assert not lanes[:, k.ALONGSIDE].any()
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.4, -2.9])
@@ -174,9 +163,9 @@ def test_alone_nearest_is_the_lane_that_looking_at_all_finds(heading: float) -> 
     for _ in range(3000):
         number = draw.below(3)
         s, lateral = draw.between(-40.0, 340.0), draw.between(-6.0, 6.0)
-        x, y = lane_point(lanes, number, s, lateral)
+        x, y = k.lane_point(lanes, number, s, lateral)
         direction = heading + draw.between(-3.0, 3.0)
-        place = straight_local(lanes, number, x, y)
+        place = k.straight_local(lanes, number, x, y)
         if k.is_alone_nearest(lanes, number, place[1]):
             assert looked_for(lanes, x, y, direction) == (number, *place)
             sure += 1

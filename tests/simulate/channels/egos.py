@@ -21,6 +21,19 @@ STEP = 0.05
 CAR = passenger_car()
 
 
+VEHICLE = (
+    CAR.wheelbase,
+    0.5 * CAR.wheelbase,
+    CAR.max_acceleration,
+    CAR.max_deceleration,
+    CAR.max_steering_angle,
+    CAR.max_steering_rate,
+    CAR.acceleration_lag,
+    CAR.steering_lag,
+    1.0,
+)
+
+
 def drive(
     ticks: int,
     speed: float,
@@ -37,27 +50,12 @@ def drive(
         step: [s].
     """
     states = np.zeros((ticks, 7))
-    states[0, EGO_X], states[0, EGO_Y], states[0, EGO_SPEED] = 50.0, 5.25, speed
+    states[0, [EGO_X, EGO_Y, EGO_SPEED]] = 50.0, 5.25, speed
     states[0, EGO_STEERING] = command(0.0)[1]
     states[0, EGO_YAW_RATE] = speed * np.tan(states[0, EGO_STEERING]) / CAR.wheelbase
     for tick in range(1, ticks):
-        acceleration, steering = command((tick - 1) * step)
-        advance_ego(
-            states[tick - 1],
-            acceleration,
-            steering,
-            step,
-            CAR.wheelbase,
-            0.5 * CAR.wheelbase,
-            CAR.max_acceleration,
-            CAR.max_deceleration,
-            CAR.max_steering_angle,
-            CAR.max_steering_rate,
-            CAR.acceleration_lag,
-            CAR.steering_lag,
-            1.0,
-            states[tick],
-        )
+        asked = command((tick - 1) * step)
+        advance_ego(states[tick - 1], *asked, step, *VEHICLE, states[tick])
     return states
 
 

@@ -157,16 +157,11 @@ def test_failure_of_an_ended_run_is_not_recorded() -> None:
 
 
 def test_fan_of_a_plugin_is_kept() -> None:
-    fan = {
-        "candidates": np.ones((RUNS, 4, 5, 2)),
-        "candidate_costs": np.ones((RUNS, 4)),
-        "chosen": np.zeros(RUNS, dtype=np.int32),
-    }
-    command = act(guarded(repeat(good(**fan))), 0)
-    assert command.candidates is not None
-    assert command.candidates.shape == (RUNS, 4, 5, 2)
-    assert command.chosen is not None
-    assert command.chosen.dtype == np.int64
+    costs, chosen = np.ones((RUNS, 4)), np.zeros(RUNS, dtype=np.int32)
+    fan = {"candidates": np.ones((RUNS, 4, 5, 2)), "candidate_costs": costs, "chosen": chosen}
+    kept: Any = act(guarded(repeat(good(**fan))), 0)
+    assert kept.candidates.shape == (RUNS, 4, 5, 2)
+    assert kept.chosen.dtype == np.int64
 
 
 def test_fewer_tracks_are_filled_up_and_more_are_cut() -> None:
@@ -212,58 +207,44 @@ def test_channel_that_alters_its_observation_does_not_hide_its_failure() -> None
 
 
 def command(acceleration: float, stamp: float) -> ControlCommand:
-    return ControlCommand(
-        "a",
-        np.full(2, acceleration),
-        np.full(2, 0.1),
-        np.full(2, stamp),
-        np.full(2, OK, dtype=np.int64),
-        monitors=np.ones((2, 1, 2), dtype=np.bool_),
-        tracks=np.zeros((2, 8, 6)),
-        candidates=np.zeros((2, 5, 3, 2)),
-        candidate_costs=np.zeros((2, 5)),
-        chosen=np.zeros(2, dtype=np.int64),
+    return good(
+        acceleration=np.full(RUNS, acceleration),
+        stamp=np.full(RUNS, stamp),
+        monitors=np.ones((RUNS, 1, 2), dtype=np.bool_),
+        tracks=np.zeros((RUNS, 8, 6)),
+        candidates=np.zeros((RUNS, 5, 3, 2)),
+        candidate_costs=np.zeros((RUNS, 5)),
+        chosen=np.zeros(RUNS, dtype=np.int64),
     )
 
 
 def test_first_failure_of_a_run_is_kept_and_says_whether_it_may_be_the_machines() -> None:
     failures = subject.Failures("a", 2)
     failures.add(np.array([True, False]), subject.ERROR, 1.0, "one", is_machine_dependent=True)
-    failures.add(np.array([True, True]), subject.ERROR, 2.0, "two")
-    found = [failure(failures, run) for run in range(2)]
-    assert [(event.detail, event.is_machine_dependent) for event in found] == [
-        ("one", True),
-        ("two", False),
-    ]
+    failures.add(np.array([True, True]), subject.ERROR, 2.0, "x" * 10_000)
+    one, two = (failure(failures, run) for run in range(2))
+    assert (one.detail, one.is_machine_dependent) == ("one", True)
+    # A long detail is cut.
+    assert (len(two.detail), two.is_machine_dependent) == (subject.MAX_DETAIL, False)
     assert failures.silent.all()
-
-
-def test_long_detail_is_cut() -> None:
-    failures = subject.Failures("a", 1)
-    failures.add(np.array([True]), subject.ERROR, 0.0, "x" * 10_000)
-    assert len(failure(failures).detail) == subject.MAX_DETAIL
 
 
 def test_nobody_silent_is_the_very_same_command() -> None:
     given = command(1.0, 1.0)
-    assert subject.silenced(given, command(0.0, 0.0), np.zeros(2, dtype=np.bool_)) is given
+    assert subject.silenced(given, command(0.0, 0.0), np.zeros(RUNS, dtype=np.bool_)) is given
 
 
-def test_silent_run_keeps_values_and_stamp_of_before_and_the_other_run_its_own() -> None:
+def test_silent_run_keeps_values_and_stamp_of_before_and_the_other_runs_their_own() -> None:
     given = command(1.0, 1.0)
-    quiet = subject.silenced(given, command(-2.0, 0.5), np.array([True, False]))
-    assert quiet.acceleration.tolist() == [-2.0, 1.0]
-    assert quiet.stamp.tolist() == [0.5, 1.0]
-    assert quiet.status.tolist() == [SILENT, OK]
-    assert quiet.monitors is not None
-    assert quiet.monitors[:, 0, 0].tolist() == [False, True]
-    assert quiet.tracks is not None
+    quiet: Any = subject.silenced(given, command(-2.0, 0.5), np.array([True, False, False]))
+    assert quiet.acceleration.tolist() == [-2.0, 1.0, 1.0]
+    assert quiet.stamp.tolist() == [0.5, 1.0, 1.0]
+    assert quiet.status.tolist() == [SILENT, OK, OK]
+    assert quiet.monitors[:, 0, 0].tolist() == [False, True, True]
     assert np.isnan(quiet.tracks[0]).all()
-    assert quiet.candidates is not None
-    assert np.isnan(quiet.candidates).any(axis=(1, 2, 3)).tolist() == [True, False]
-    assert quiet.chosen is not None
-    assert quiet.chosen.tolist() == [-1, 0]
-    assert given.acceleration.tolist() == [1.0, 1.0]
+    assert np.isnan(quiet.candidates).any(axis=(1, 2, 3)).tolist() == [True, False, False]
+    assert quiet.chosen.tolist() == [-1, 0, 0]
+    assert given.acceleration.tolist() == [1.0] * RUNS
 
 
 def test_description_names_the_line_but_no_folder_however_much_an_exception_says() -> None:

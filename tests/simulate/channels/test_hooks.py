@@ -82,9 +82,7 @@ def test_nominal_channel_is_what_it_would_be_after_the_end(hook: str) -> None:
 
 
 @KINDS
-def test_lost_tracks_come_back_after_as_many_samples_as_confirm_them(
-    kind: Any, parameters: Any
-) -> None:
+def test_lost_tracks_come_back_after_the_samples_that_confirm(kind: Any, parameters: Any) -> None:
     tracks = [item.tracks for item in play(kind, parameters, "tracks_lost")]
     told = [rows is not None and bool(np.isfinite(rows[0]).any()) for rows in tracks]
     back = END + parameters.confirm_hits - 1
@@ -133,9 +131,7 @@ def test_frozen_monitors_confirm_nothing_new_until_the_end(kind: Any, parameters
 
 
 @SAFE
-def test_frozen_monitors_that_nothing_would_change_change_no_bit(
-    kind: Any, parameters: Any
-) -> None:
+def test_frozen_monitors_change_no_bit_where_nothing_would(kind: Any, parameters: Any) -> None:
     plain = play(kind, parameters, gap=900.0)
     faulty = play(kind, parameters, "monitors_frozen", gap=900.0)
     assert list(map(bits, faulty)) == list(map(bits, plain))
@@ -143,9 +139,7 @@ def test_frozen_monitors_that_nothing_would_change_change_no_bit(
 
 @pytest.mark.slow
 @SAFE
-def test_monitors_and_requests_go_on_while_the_planner_of_a_stop_is_frozen(
-    kind: Any, parameters: Any
-) -> None:
+def test_monitors_and_requests_go_on_while_a_planner_is_frozen(kind: Any, parameters: Any) -> None:
     plain = play(kind, parameters, gap=60.0)
     faulty = play(kind, parameters, "planner_frozen", gap=60.0)
     assert told(faulty) == told(plain)

@@ -56,17 +56,6 @@ def test_channel_is_in_fault_until_the_first_estimate_arrives_and_when_it_stays_
     assert statuses[12:] == [FAULT] * 4
 
 
-def test_tracks_are_shown_in_the_command() -> None:
-    channel = nominal()
-    for tick in range(10):
-        time = 0.05 * tick
-        seen = shown([20.0 * time, LANE, 0.0, 20.0], [60.0, LANE, 0.0, 0.0, 0.0], time)
-        command = channel.act(seen)
-    assert command.tracks is not None
-    assert command.tracks.shape == (1, 8, 6)
-    assert command.tracks[0, 0, :2] == pytest.approx([51.0, 0.0], abs=0.2)
-
-
 def test_object_that_vanishes_close_ahead_of_the_standing_ego_is_not_driven_into() -> None:
     """A narrow sensor does not see what it stands in front of."""
     channel = nominal()
@@ -126,9 +115,7 @@ def contacts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return found
 
 
-def test_corner_radars_spare_some_late_cut_ins_and_spoil_hardly_any(
-    contacts: dict[str, Any],
-) -> None:
+def test_corner_radars_spare_late_cut_ins_and_spoil_hardly_any(contacts: dict[str, Any]) -> None:
     few, many = contacts["few"], contacts["many"]
     assert few.size == many.size == 288
     assert 0 < np.count_nonzero(many) <= 0.75 * np.count_nonzero(few)

@@ -169,11 +169,6 @@ def test_batched_policy_is_asked_once_and_answers_every_run(folder: Path) -> Non
     assert answer.acceleration == pytest.approx([1.0, 0.0, -1.0])
 
 
-def test_flat_observation_is_one_row(folder: Path) -> None:
-    channel = made(folder, "Flat", observation="kinematics_flat", nearest=3)
-    assert ask(channel, [2.0]).acceleration == pytest.approx([2.0])
-
-
 def test_dead_sensor_degrades_and_a_missing_estimate_is_a_fault(folder: Path) -> None:
     assert ask(made(folder, "still"), [20.0], alive=False).status.tolist() == [DEGRADED]
     channel = make_channel("policy", folder)

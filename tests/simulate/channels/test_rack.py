@@ -10,16 +10,28 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.errors import SpecError
 from adeye.plugins import load_part
-from adeye.signals import NO_CHANNEL, OK, SILENT, Authority, ControlCommand, Observation
+from adeye.signals import (
+    NO_CHANNEL,
+    OK,
+    SILENT,
+    Authority,
+    ControlCommand,
+    Measurement,
+    Observation,
+)
+from adeye.simulate.channels import make_channel
+from adeye.simulate.channels.links import View, linked_channels, observe
 from adeye.simulate.channels.rack import ChannelRack, ClockedChannel
 from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.world.compile import ego_desired_speeds
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.sweep.case import TestCase
-from adeye.testing import ScriptedChannel, channel_context
+from adeye.testing import ScriptedChannel, channel_context, check_channel
 from tests.project import Executed
+from tests.simulate.faults import flows
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_spec
 
 PLUGIN = '''
@@ -58,17 +70,16 @@ class Watching(Recorder):
 
 
 class Failing(Recorder):
+    from_time = 0.1
+
     def act(self, observation):
-        if observation.time >= 0.1:
+        if observation.time >= self.from_time:
             raise RuntimeError("lost")
         return super().act(observation)
 
 
-class FailingLater(Recorder):
-    def act(self, observation):
-        if observation.time >= 0.2:
-            raise RuntimeError("late")
-        return super().act(observation)
+class FailingLater(Failing):
+    from_time = 0.2
 '''
 
 SENSORS = {
@@ -121,9 +132,7 @@ def bench_of(tmp_path: Path, base: TestCase) -> Making:
     return partial(Bench, tmp_path, base)
 
 
-def test_only_physical_lidars_are_clustered_and_others_pass_as_they_are(
-    base: TestCase, tmp_path: Path
-) -> None:
+def test_only_physical_lidars_are_clustered(base: TestCase, tmp_path: Path) -> None:
     content = base.architecture.model_dump(mode="json")
     lidar = sensor_spec("lidar/physical", mount={"z": "1 m"}, field_of_view="360 deg", range="80 m")
     content["sensors"]["lidar"] = lidar.model_dump(mode="json")
@@ -152,9 +161,7 @@ def test_every_channel_answers_at_every_tick_under_its_own_id(bench_of: Making) 
             assert item.acceleration == pytest.approx([1.0 + 0.05 * number] * 2)
 
 
-def test_channel_acts_at_its_own_rate_and_its_compute_time_delays_the_command(
-    bench_of: Making,
-) -> None:
+def test_channel_acts_at_its_rate_and_computing_delays_the_command(bench_of: Making) -> None:
     bench = bench_of({"late": recorder(delay=0.1), "slow": recorder(rate="10 Hz")})
     proposals = [bench.tick(number) for number in range(5)]
     late, slow = zip(*proposals, strict=True)
@@ -261,24 +268,20 @@ def observation(tick: int) -> Observation:
     return Observation(tick * STEP, {}, {}, None, np.ones(1, dtype=np.bool_))
 
 
-@pytest.mark.parametrize(
-    ("every", "delay", "expected", "stamps"),
-    [
+def test_command_is_released_after_the_delay_and_held_between_the_channels_own_ticks() -> None:
+    table: list[tuple[int, int, list[float], list[int | None]]] = [
         (3, 0, [1, 1, 1, 2, 2, 2, 3], [0, 0, 0, 3, 3, 3, 6]),
         (1, 2, [0, 0, 1, 2, 3], [None, None, 0, 1, 2]),
         # A delay longer than the period keeps every command.
         (2, 3, [0, 0, 0, 1, 1, 2, 2, 3], [None, None, None, 0, 0, 2, 2, 4]),
-    ],
-)
-def test_command_is_released_after_the_delay_and_held_between_the_channels_own_ticks(
-    every: int, delay: int, expected: list[float], stamps: list[int | None]
-) -> None:
-    channel = clocked(np.arange(1.0, 20.0), every, delay)
-    for tick, (acceleration, stamp) in enumerate(zip(expected, stamps, strict=True)):
-        command = channel.act(observation(tick) if channel.is_due else None)
-        assert command.acceleration[0] == acceleration, tick
-        assert command.stamp[0] == (-1.0 if stamp is None else STEP * stamp), tick
-        assert (command.status[0] == SILENT) == (stamp is None), tick
+    ]
+    for every, delay, expected, stamps in table:
+        channel = clocked(np.arange(1.0, 20.0), every, delay)
+        for tick, (acceleration, stamp) in enumerate(zip(expected, stamps, strict=True)):
+            command = channel.act(observation(tick) if channel.is_due else None)
+            assert command.acceleration[0] == acceleration, tick
+            assert command.stamp[0] == (-1.0 if stamp is None else STEP * stamp), tick
+            assert (command.status[0] == SILENT) == (stamp is None), tick
 
 
 def test_due_channel_needs_an_observation() -> None:
@@ -291,3 +294,193 @@ def test_reset_forgets_what_was_on_the_way() -> None:
     channel.act(observation(0))
     channel.reset(channel_context(None, links=(), sensors={}))
     assert channel.act(observation(0)).stamp[0] == -1.0
+
+
+# --- From the kind of a channel to its class, and to that of a plug-in ----------------------------
+
+SCALAR = """
+from adeye.ports import Parameters as Base
+
+class Mine:
+    class Parameters(Base):
+        gain: float = 0.5
+
+    def __init__(self, parameters, context):
+        self.gain = parameters.gain
+
+    def act(self, observation):
+        return self.gain, 0.0
+
+class Batch:
+    monitor_ids = ("own",)
+
+    def reset(self, context):
+        self.context = context
+
+    def act(self, observation):
+        import numpy as np
+        from adeye.signals import ControlCommand
+        runs = self.context.runs
+        zeros = np.zeros(runs)
+        return ControlCommand(
+            self.context.channel_id, zeros, zeros, zeros, np.zeros(runs, dtype=np.int64),
+            monitors=np.zeros((runs, 1, 2), dtype=bool),
+        )
+
+class Failing(Batch):
+    def __init__(self):
+        raise OSError("no weights")
+
+class NoChannel:
+    pass
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "mine.py").write_text(SCALAR)
+    return tmp_path
+
+
+def answered(kind: str, folder: Path, **parameters: float) -> ControlCommand:
+    """Make a channel, tell it its parameters, and ask it once."""
+    channel = make_channel(kind, folder)
+    channel.reset(channel_context(parameters, links=(), sensors={}))
+    return channel.act(Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_)))
+
+
+def test_plugin_and_policy_are_contained_where_they_cannot_be_made(folder: Path) -> None:
+    for kind in ("policy", "./mine.py:Failing"):
+        assert answered(kind, folder).status.tolist() == [SILENT]
+    with pytest.raises(SpecError, match=r"no act\(\)"):
+        make_channel("./mine.py:NoChannel", folder)
+
+
+def test_plugin_gets_its_parameters_and_keeps_its_monitors(folder: Path) -> None:
+    assert answered("./mine.py:Mine", folder, gain=0.25).acceleration.tolist() == [0.25]
+    with pytest.raises(SpecError, match=r"channels\.tested\.parameters\.gian"):
+        answered("./mine.py:Mine", folder, gian=1.0)
+    assert make_channel("./mine.py:Batch", folder).monitor_ids == ("own",)
+    assert answered("./mine.py:Batch", folder).status.tolist() == [OK]
+
+
+@pytest.mark.slow
+def test_plugins_conform(folder: Path) -> None:
+    for name in ("Mine", "Batch"):
+        check_channel(lambda name=name: make_channel(f"./mine.py:{name}", folder), {})
+
+
+# --- What a channel is shown: what its links name, and nothing that it could alter ----------------
+
+AUTHORITY = Authority(np.zeros(2, dtype=np.int64), np.ones(2, dtype=np.int64))
+RUNNING = np.ones(2, dtype=np.bool_)
+
+
+def measurement() -> Measurement:
+    return flows.sample(0.0, things=1, with_estimate=True)
+
+
+def command() -> ControlCommand:
+    return replace(flows.command(1.0, channel="a", stamp=0.0), plan=np.zeros((2, 3, 4)))
+
+
+READINGS = {"front": measurement(), "rear": measurement()}
+
+
+def test_only_what_is_linked_is_seen() -> None:
+    seen = observe(("front",), 1.0, READINGS, {"a": command()}, AUTHORITY, RUNNING, protect=False)
+    assert set(seen.measurements) == {"front"}
+    assert seen.commands == {}
+    assert seen.authority is None
+
+
+def test_source_of_a_detection_is_blanked_and_the_sensor_keeps_its_own() -> None:
+    seen = observe(("front",), 1.0, READINGS, {}, None, RUNNING, protect=False)
+    assert (seen.measurements["front"].source == -1).all()
+    assert (READINGS["front"].source == 0).all()
+
+
+def test_linked_channel_and_switch_are_seen() -> None:
+    links = ("channels.a", "switch")
+    seen = observe(links, 1.0, {}, {"a": command()}, AUTHORITY, RUNNING, protect=False)
+    assert set(seen.commands) == {"a"}
+    assert seen.authority is AUTHORITY
+
+
+def test_channel_that_has_not_commanded_is_seen_silent() -> None:
+    seen = observe(("channels.a",), 0.0, {}, {}, None, RUNNING, protect=False)
+    assert (seen.commands["a"].status == SILENT).all()
+    assert (seen.commands["a"].stamp == -1.0).all()
+
+
+def test_fan_that_is_there_for_pictures_is_not_seen() -> None:
+    given = command()
+    given.candidates, given.candidate_costs = np.zeros((2, 5, 3, 2)), np.zeros((2, 5))
+    given.chosen = np.zeros(2, dtype=np.int64)
+    for protect in (False, True):
+        seen = observe(("channels.a",), 0.0, {}, {"a": given}, None, RUNNING, protect=protect)
+        heard = seen.commands["a"]
+        assert (heard.candidates, heard.candidate_costs, heard.chosen) == (None, None, None)
+        assert heard.plan is not None
+
+
+def test_protected_observation_cannot_alter_the_truth() -> None:
+    links, given = ("front", "channels.a", "switch"), command()
+    seen = observe(links, 1.0, READINGS, {"a": given}, AUTHORITY, RUNNING, protect=True)
+    front, heard, authority = seen.measurements["front"], seen.commands["a"], seen.authority
+    assert authority is not None
+    shown: list[Any] = [front.detections, front.estimate, heard.acceleration, heard.plan]
+    for array in (*shown, authority.channel, seen.running):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    assert not np.shares_memory(heard.acceleration, given.acceleration)
+
+
+def test_linked_channels_are_listed_in_order() -> None:
+    assert linked_channels(("front", "channels.b", "switch", "channels.a")) == ("b", "a")
+
+
+def test_view_shows_what_is_behind_each_link_and_another_thing_instead() -> None:
+    view = View(READINGS, {"a": command()}, AUTHORITY)
+    assert view.shown("front", 2) is READINGS["front"]
+    assert view.shown("channels.a", 2) is view.commands["a"]
+    assert view.shown("switch", 2) is AUTHORITY
+    silent = view.shown("channels.b", 2)
+    assert isinstance(silent, ControlCommand)
+    assert silent.status.tolist() == [SILENT] * 2
+    other = measurement()
+    changed = view.instead("front", other)
+    assert changed.measurements["front"] is other
+    assert changed.measurements["rear"] is READINGS["rear"]
+    assert view.measurements["front"] is READINGS["front"]
+    assert view.instead("switch", None).authority is None
+    assert view.instead("channels.b", silent).commands["b"] is silent
+
+
+def test_health_link_shows_stamp_and_validity_of_its_sensor_and_nothing_else() -> None:
+    readings = {"front": measurement()}
+    readings["front"].alive[1] = False
+    seen = observe(("health.front",), 1.0, readings, {}, None, RUNNING, protect=False)
+    assert set(seen.measurements) == {"health.front"}
+    health = seen.measurements["health.front"]
+    assert (health.stamp == readings["front"].stamp).all()
+    assert health.alive.tolist() == [True, False]
+    assert health.mask.size == health.detections.size == health.source.size == 0
+    for name in ("estimate", "points", "hits", "values"):
+        assert getattr(health, name) is None
+
+
+def test_what_stands_for_a_health_link_leaves_the_sensor_itself_alone() -> None:
+    view = View({"front": measurement()}, {}, None)
+    late = view.shown("health.front", 2)
+    assert isinstance(late, Measurement)
+    other = late.copy()
+    other.stamp[:] = 7.0
+    changed = view.instead("health.front", other)
+    links = ("front", "health.front")
+    seen = observe(
+        links, 1.0, changed.measurements, {}, None, RUNNING, protect=True, health=changed.health
+    )
+    assert (seen.measurements["health.front"].stamp == 7.0).all()
+    assert (seen.measurements["front"].stamp == 0.0).all()
+    assert changed.shown("health.front", 2) is other

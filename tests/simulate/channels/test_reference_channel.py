@@ -65,16 +65,15 @@ def expected(rows: Floats, kind: int, model: str) -> Floats:
 
 def made(road: RoadMap, desired_speed: Any, **parameters: Any) -> subject.ReferenceChannel:
     channel = subject.ReferenceChannel()
-    channel.reset(
-        channel_context(
-            ReferenceParameters.model_validate(parameters),
-            links=LINKS,
-            sensors={"truth": "ground_truth"},
-            runs=len(road.segments),
-            road=road,
-            desired_speed=desired_speed,
-        )
+    context = channel_context(
+        ReferenceParameters.model_validate(parameters),
+        links=LINKS,
+        sensors={"truth": "ground_truth"},
+        runs=len(road.segments),
+        road=road,
+        desired_speed=desired_speed,
     )
+    channel.reset(context)
     return channel
 
 
@@ -107,7 +106,7 @@ def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> F
     if kind == columns.CUT_OUT:
         objects[:, 1, 0] = objects[:, 0, 0] + 4.5 + rows[:, columns.S_FRONT_GAP]
         objects[:, 1, 1] = LANE
-    touched = np.zeros(runs)
+    touched, sideways = np.zeros(runs), rows[:, columns.S_LATERAL_SPEED]
     for tick in range(round(seconds / STEP)):
         lateral = np.abs(objects[:, :, 1] - LANE) < 1.8
         ahead = np.abs(objects[:, :, 0] - ego[:, None, 0]) <= 4.5
@@ -117,13 +116,10 @@ def closed_loop(rows: Floats, kind: int, model: str, seconds: float = 25.0) -> F
         _advance(ego, np.where(touched > 0.0, 0.0, command.acceleration))
         _advance(objects[:, 0], -_braking(rows, kind, tick))
         if kind == columns.CUT_IN:
-            offset = (
-                rows[:, columns.S_LATERAL_OFFSET]
-                - rows[:, columns.S_LATERAL_SPEED] * (tick + 1) * STEP
-            )
+            offset = rows[:, columns.S_LATERAL_OFFSET] - sideways * (tick + 1) * STEP
             objects[:, 0, 1] = LANE + np.maximum(offset, 0.0)
         elif kind == columns.CUT_OUT:
-            objects[:, 0, 1] = LANE + rows[:, columns.S_LATERAL_SPEED] * (tick + 1) * STEP
+            objects[:, 0, 1] = LANE + sideways * (tick + 1) * STEP
     return touched
 
 
@@ -140,12 +136,8 @@ def _advance(states: Floats, acceleration: Floats) -> None:
     speed = states[:, 3]
     later = np.maximum(speed + acceleration * STEP, 0.0)
     stops = speed + acceleration * STEP < 0.0
-    way = np.where(
-        stops,
-        speed**2 / (-2.0 * np.where(stops, acceleration, -1.0)),
-        STEP * 0.5 * (speed + later),
-    )
-    states[:, 0] += way
+    way_to_stop = speed**2 / (-2.0 * np.where(stops, acceleration, -1.0))
+    states[:, 0] += np.where(stops, way_to_stop, STEP * 0.5 * (speed + later))
     states[:, 3], states[:, 4] = later, acceleration
 
 
@@ -203,18 +195,13 @@ def test_follows_at_its_own_distance(model: str) -> None:
 
 
 def test_without_a_sample_of_the_tick_it_is_faulty() -> None:
-    road = straight_road()
+    road, running = straight_road(), np.ones(1, bool)
     channel = made(road, 30.0)
     ego = np.array([[500.0, LANE, 0.0, 20.0, 0.0, 0.0, 0.0]])
-    truth = object_measurement(ego, np.zeros((1, 0, 5)), 0.0, road=road)
-    running = np.ones(1, bool)
-    status = [
-        channel.act(
-            observe(LINKS, time, {"truth": truth}, {}, None, running, protect=False)
-        ).status[0]
-        for time in (0.0, STEP)
-    ]
-    assert status == [OK, FAULT]
+    readings = {"truth": object_measurement(ego, np.zeros((1, 0, 5)), 0.0, road=road)}
+    for time, status in ((0.0, OK), (STEP, FAULT)):
+        seen = observe(LINKS, time, readings, {}, None, running, protect=False)
+        assert channel.act(seen).status[0] == status
 
 
 TRUTH = {"kind": "ground_truth", "rate": "20 Hz"}
@@ -270,10 +257,6 @@ def nothing() -> Floats:
     return np.zeros((subject.THINGS, subject.THING_SIZE))
 
 
-def row_at(things: Floats, x: float) -> int:
-    return int(np.argmin(np.abs(things[:, subject.THING_S] - 500.0 - x)))
-
-
 @pytest.mark.slow
 def test_speed_and_acceleration_follow_from_places() -> None:
     things = nothing()
@@ -290,9 +273,7 @@ def test_speed_and_acceleration_follow_from_places() -> None:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_gap_and_speed_in_a_bend_are_those_along_the_lane(side: float) -> None:
     """The ego is still on the straight, the lead in the bend of 60 m that begins 10 m ahead."""
-    segments = np.array(
-        [[0.0, 0.0, 0.0, 510.0, 0.0], [510.0, 0.0, 0.0, 150.0, side / 60.0]]
-    )  # fmt: skip
+    segments = np.array([[0.0, 0.0, 0.0, 510.0, 0.0], [510.0, 0.0, 0.0, 150.0, side / 60.0]])
     things, view, here = nothing(), np.zeros(columns.VIEW_SIZE), pose()
     radius = 60.0 - side * LANE
     for tick in range(3):
@@ -341,6 +322,5 @@ def test_what_is_behind_is_not_looked_at() -> None:
     things, view = nothing(), np.zeros(columns.VIEW_SIZE)
     for _ in range(3):
         see(things, (-20.0, 0.0))
-    assert (
-        subject.look_at(RECORD, things, row_at(things, -20.0), pose(), LANE, view) == subject.UNSEEN
-    )
+    row = int(np.argmin(np.abs(things[:, subject.THING_S] - 480.0)))
+    assert subject.look_at(RECORD, things, row, pose(), LANE, view) == subject.UNSEEN

@@ -10,15 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from adeye import signals as s
 from adeye.kernel.random import owner_id
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_YAW_RATE,
-    Measurement,
-    Scene,
-    SceneContext,
-)
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.simulate.faults.schedule import make_injector
 from adeye.simulate.sensors.rig import Rig
@@ -85,12 +78,12 @@ RUNS = CONTEXT.runs
 
 
 @lru_cache
-def scenes() -> tuple[Scene, ...]:
+def scenes() -> tuple[s.Scene, ...]:
     """Ground truth at each tick."""
     made = [scene_of(CONTEXT, tick) for tick in range(TICKS)]
     for scene in made:
         # Nothing is zero, so that a factor shows.
-        scene.ego[:, [EGO_HEADING, EGO_ACCELERATION, EGO_YAW_RATE]] = [0.01, 0.7, 0.05]
+        scene.ego[:, [s.EGO_HEADING, s.EGO_ACCELERATION, s.EGO_YAW_RATE]] = [0.01, 0.7, 0.05]
     return tuple(made)
 
 
@@ -100,7 +93,7 @@ def make_rig() -> Rig:
 
 
 @lru_cache
-def streams() -> Mapping[str, tuple[Measurement, ...]]:
+def streams() -> Mapping[str, tuple[s.Measurement, ...]]:
     """What each sensor delivers at each tick."""
     rig = make_rig()
     sensed = [copy.deepcopy(rig.sense(copy.deepcopy(scene))) for scene in scenes()]
@@ -124,7 +117,7 @@ def made(
     return make_injector(InjectorContext(specs, context, step, owner, [SUITE] * len(specs)))
 
 
-def of_runs(context: SceneContext, runs: Sequence[int]) -> SceneContext:
+def of_runs(context: s.SceneContext, runs: Sequence[int]) -> s.SceneContext:
     rows = list(runs)
     return replace(
         context,
@@ -169,7 +162,7 @@ def at_onset(model: str, sensor: str, parameters: Mapping[str, Any]) -> tuple[An
     return played(made(model, sensor, parameters), sensor)[ONSET]
 
 
-def check_form(item: Measurement) -> None:
+def check_form(item: s.Measurement) -> None:
     """Demand that lists are packed and sorted and that empty rows are empty."""
     for mask, rows, source in zip(item.mask, item.detections, item.source, strict=True):
         found = int(np.count_nonzero(mask))
@@ -184,9 +177,9 @@ def check_form(item: Measurement) -> None:
         assert len(set(known.tolist())) == len(known)
 
 
-def same(one: Measurement, other: Measurement, run: int | slice = slice(None)) -> bool:
+def same(one: s.Measurement, other: s.Measurement, run: int | slice = slice(None)) -> bool:
     """Whether two measurements are equal bit for bit in a run; rows that are empty do not count."""
-    for field in fields(Measurement):
+    for field in fields(s.Measurement):
         a, b = getattr(one, field.name), getattr(other, field.name)
         if (a is None) != (b is None):
             return False

@@ -68,9 +68,7 @@ def asked_at(time: float) -> float:
     return float(np.ceil(time / PERIOD - 1e-6) * PERIOD)
 
 
-def test_dead_sensor_is_confirmed_its_timeout_and_eight_evaluations_after_its_last_sample(
-    runs: dict[str, Trace],
-) -> None:
+def test_dead_sensor_is_confirmed_by_timeout_and_evaluations(runs: dict[str, Trace]) -> None:
     # The last sample came a tick before, and a sample that is just as old is old enough.
     found = asked_at(ONSET - STEP + TIMEOUT + STEP)
     assert confirmed_at(runs["camera"], "front_camera_alive", 0) == pytest.approx(found)
@@ -79,9 +77,7 @@ def test_dead_sensor_is_confirmed_its_timeout_and_eight_evaluations_after_its_la
     assert confirmed_at(runs["camera"], "mrm_roadside_parking") == pytest.approx(expected)
 
 
-def test_killed_channel_is_confirmed_its_timeout_the_link_and_eight_evaluations_later(
-    runs: dict[str, Trace],
-) -> None:
+def test_killed_channel_is_confirmed_by_timeout_and_evaluations(runs: dict[str, Trace]) -> None:
     trace = runs["killed"]
     index = trace.layout.channels.index("nominal")
     last = float(trace["stamp"][0, : int(trace.length[0]) - 1, index].max())
@@ -100,9 +96,7 @@ def test_what_tells_the_manoeuvre_is_no_detection_of_its_own(runs: dict[str, Tra
     assert told.detect_s == pytest.approx(confirmed_at(runs["camera"], "front_camera_alive"))
 
 
-def test_fault_of_the_health_link_is_seen_by_the_supervisor_and_nobody_else(
-    runs: dict[str, Trace],
-) -> None:
+def test_fault_of_the_health_link_is_seen_by_the_supervisor_only(runs: dict[str, Trace]) -> None:
     for name in ("unheard", "late"):
         trace = runs[name]
         assert confirmed_at(trace, "front_camera_alive", 0) >= ONSET

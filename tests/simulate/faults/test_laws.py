@@ -8,6 +8,7 @@ import pytest
 
 from adeye.signals import FAULT, Authority, ControlCommand
 from adeye.simulate.faults.schedule import INJECTORS
+from adeye.spec.fault import MODELS, model_of
 from adeye.testing.sensors import injector, moment, three_objects
 from tests.simulate.faults.flows import sample
 
@@ -168,3 +169,12 @@ def test_run_is_the_same_alone_and_in_a_batch(law: Law) -> None:
     for run in range(RUNS):
         alone = history(law, parameters, [run])
         assert [got[0] for _, got, _ in alone] == [got[run] for _, got, _ in together]
+
+
+# --- Every model has its injector for every kind of target that it fits, and obeys the laws -------
+
+
+def test_every_model_has_an_injector_for_each_target_that_it_fits_and_none_is_more() -> None:
+    assert all(model.fits for model in MODELS)
+    fits = {(port, model_of(model)) for model in MODELS for port in model.fits}
+    assert set(INJECTORS) == fits

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from adeye.errors import SpecError
 from adeye.signals import SILENT, ControlCommand, Measurement, Scene, SceneContext
 from adeye.simulate.channels.links import View
-from adeye.simulate.faults import FaultPlan
+from adeye.simulate.faults import FaultPlan, catalogue
+from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.sweep.case import TestCase
@@ -146,23 +147,13 @@ def test_ended_run_has_no_active_fault() -> None:
     assert plan.update(scene)[:, 0].tolist() == [True, False, True]
 
 
-def test_no_fault_is_the_identity() -> None:
-    plan = FaultPlan([case()] * 3, CONTEXT)
-    here = scene_of(CONTEXT, 0)
-    active = plan.update(here)
-    front, nominal = reading(0.0), command("nominal", 0.0)
-    assert active.shape == (3, 0)
-    assert plan.on_readings({"front": front}, active, here)["front"] is front
-    assert plan.on_commands([nominal], active, here)[0] is nominal
-
-
 @settings(max_examples=25)
 @given(
     at=st.floats(0.0, 2.0),
     duration=st.sampled_from(["0 s", None]),
     model=st.sampled_from([CAMERA_OUT, NOMINAL_SILENT]),
 )
-def test_zero_duration_and_onset_after_the_end_are_identities(
+def test_fault_of_no_time_is_identity(
     at: float, duration: str | None, model: dict[str, Any]
 ) -> None:
     onset = at if duration == "0 s" else at + 2.0
@@ -219,10 +210,28 @@ def test_only_the_channel_behind_the_link_is_shown_something_else() -> None:
     assert view.measurements["front"].stamp.tolist() == [1.0] * 3
 
 
-def test_link_without_a_present_fault_shows_the_very_same_objects() -> None:
-    late = fault("late", "links.nominal.front", "drop", "9 s")
-    plan = FaultPlan([case(late)] * 3, CONTEXT)
-    scene = scene_of(CONTEXT, 1)
-    view = View({"front": reading(1.0)}, {}, None)
-    seen = plan.on_links(plan.update(scene), scene, "nominal", view)
-    assert seen.measurements["front"] is view.measurements["front"]
+# --- What an injector is told: which runs, and how long ago the fault began in each ---------------
+
+
+def test_injector_is_told_when_its_fault_began_in_each_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[Moment] = []
+
+    class Probe:
+        def __init__(self, context: InjectorContext) -> None:
+            assert len(context.specs) == 3
+
+        def apply(self, thing: Any, moment: Moment) -> Any:
+            told.append(moment)
+            return thing
+
+    monkeypatch.setattr(catalogue, "INJECTORS", {("sensors", "drop_out"): Probe})
+    late = {**CAMERA_OUT, "onset": {"at": "0.3 s"}, "duration": None}
+    plan = FaultPlan([case(CAMERA_OUT), case(late), case(late)], CONTEXT)
+    for tick in range(10):
+        scene = scene_of(CONTEXT, tick)
+        plan.on_readings({"front": reading(scene.time)}, plan.update(scene), scene)
+    assert np.isnan(told[3].age).all()
+    assert told[4].age.tolist() == pytest.approx([0.0, np.nan, np.nan], nan_ok=True)
+    assert told[9].age.tolist() == pytest.approx([0.25, 0.15, 0.15])
+    assert told[9].active.tolist() == [False, True, True]
+    assert told[9].time == pytest.approx(0.45)

@@ -1,41 +1,35 @@
-"""Rows of things of one tick in those of another, and the queue that hands them on late."""
+"""Rows of things of one tick in those of another, the queue that is late, and places."""
+
+import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.signals import NO_CHANNEL, SILENT, Authority, ControlCommand, Floats, Measurement
+from adeye import signals as s
 from adeye.simulate.channels.links import no_command
 from adeye.simulate.faults import injector
 from adeye.simulate.faults import sensor_faults as subject
 from adeye.simulate.faults.injector import InjectorContext
+from adeye.simulate.faults.sensor_faults import FARTHEST, bearing_of, relocate, shift_points, turned
 from adeye.spec.fault import FAULT
 from adeye.spec.sensor_faults import SIGNALS, has_signal
 from tests.motorway import fault
 from tests.simulate.faults import flows
-from tests.simulate.faults.streams import (
-    CONTEXT,
-    ONSET,
-    RUNS,
-    SENSORS,
-    SUITE,
-    check_form,
-    same,
-    streams,
-)
+from tests.simulate.faults import streams as sensed
 
 FIRST = np.array([True, False])
 
 
-def command(number: float) -> ControlCommand:
+def command(number: float) -> s.ControlCommand:
     made = flows.command(number, channel="a")
     made.plan = np.ones((2, 3, 4))
     return made
 
 
 def test_copy_does_not_follow() -> None:
-    state = Authority(np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
+    state = s.Authority(np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
     other = injector.copied(state)
     state.channel[:] = 1
     assert other.channel.tolist() == [0, 0]
@@ -57,15 +51,17 @@ def test_plan_that_the_source_lacks_is_empty() -> None:
 
 def test_nothing_yet_is_silent_without_stamp_and_without_authority() -> None:
     nothing = injector.nothing_yet(command(1.0))
-    assert nothing.status.tolist() == [SILENT, SILENT]
+    assert nothing.status.tolist() == [s.SILENT, s.SILENT]
     assert nothing.stamp.tolist() == [-1.0, -1.0]
     assert nothing.acceleration.tolist() == [0.0, 0.0]
-    state = injector.nothing_yet(Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64)))
-    assert state.channel.tolist() == [NO_CHANNEL] * 2
+    state = injector.nothing_yet(
+        s.Authority(np.ones(2, dtype=np.int64), np.ones(2, dtype=np.int64))
+    )
+    assert state.channel.tolist() == [s.NO_CHANNEL] * 2
 
 
 def test_past_shows_each_run_its_own_age() -> None:
-    past: injector.Past[Floats] = injector.Past(2)
+    past: injector.Past[s.Floats] = injector.Past(2)
     for tick in range(4):
         past.add(np.full(3, float(tick)))
     target = np.full(3, 9.0)
@@ -74,7 +70,7 @@ def test_past_shows_each_run_its_own_age() -> None:
 
 
 def test_queue_lets_what_was_last_stand_and_then_hands_on_in_order() -> None:
-    queue: injector.Queue[Floats] = injector.Queue(np.array([3]))
+    queue: injector.Queue[s.Floats] = injector.Queue(np.array([3]))
     out = []
     for tick in range(12):
         active = np.array([4 <= tick < 10])
@@ -82,7 +78,7 @@ def test_queue_lets_what_was_last_stand_and_then_hands_on_in_order() -> None:
     assert out == [0, 1, 2, 3, 3, 3, 3, 4, 5, 6, 10, 11]
 
 
-def listed(xs: list[float]) -> Measurement:
+def listed(xs: list[float]) -> s.Measurement:
     made = flows.sample(0.0, runs=1, things=len(xs))
     made.detections[0, :, 0] = xs
     made.source[0] = np.arange(len(xs))
@@ -94,13 +90,11 @@ places = st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, ma
 
 
 @given(places, st.data())
-def test_list_is_packed_sorted_and_keeps_what_is_there(
-    xs: list[float], data: st.DataObject
-) -> None:
+def test_list_is_packed_sorted_and_keeps_what_is(xs: list[float], data: st.DataObject) -> None:
     item = listed(xs)
     mask = np.array([data.draw(st.lists(st.booleans(), min_size=len(xs), max_size=len(xs)))])
     made = subject.with_rows(item, mask, item.detections.copy(), item.source.copy(), ALL)
-    check_form(made)
+    sensed.check_form(made)
     assert set(made.source[made.mask].tolist()) == set(np.flatnonzero(mask[0]).tolist())
     for row, source in zip(made.detections[0], made.source[0], strict=True):
         if source >= 0:
@@ -158,35 +152,39 @@ def test_whole_turn_has_every_bearing(bearing: float) -> None:
 def seat(sensor: str) -> subject.Seat:
     lost = FAULT.validate_python(fault("lost", f"sensors.{sensor}", "drop_out"))
     one = np.uint64(1)
-    return subject.Seat(InjectorContext([lost] * RUNS, CONTEXT, 0.05, one, [SUITE] * RUNS))
+    return subject.Seat(
+        InjectorContext(
+            [lost] * sensed.RUNS, sensed.CONTEXT, 0.05, one, [sensed.SUITE] * sensed.RUNS
+        )
+    )
 
 
 PAIRS = [
     (sensor, signal)
-    for sensor in SENSORS
+    for sensor in sensed.SENSORS
     for signal in SIGNALS
-    if has_signal(signal, SUITE.sensors[sensor])
+    if has_signal(signal, sensed.SUITE.sensors[sensor])
 ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("sensor", "signal"), PAIRS)
 def test_what_is_written_is_read_again(sensor: str, signal: str) -> None:
-    item = streams()[sensor][ONSET]
-    place = subject.place_of(item, signal, seat(sensor), len(CONTEXT.object_ids))
+    item = sensed.streams()[sensor][sensed.ONSET]
+    place = subject.place_of(item, signal, seat(sensor), len(sensed.CONTEXT.object_ids))
     # So little that no detection changes its place in the list.
     new = place.values + 1e-4
     changed = place.there & np.array([[True], [False], [True]])
-    written = place.write(item, new, changed, CONTEXT.road)
-    again = subject.place_of(written, signal, seat(sensor), len(CONTEXT.object_ids))
+    written = place.write(item, new, changed, sensed.CONTEXT.road)
+    again = subject.place_of(written, signal, seat(sensor), len(sensed.CONTEXT.object_ids))
     assert changed.any()
     assert again.values[changed] == pytest.approx(new[changed], abs=1e-9)
-    assert same(written, item, 1)
+    assert sensed.same(written, item, 1)
     assert np.array_equal(again.there, place.there)
 
 
 def test_lost_return_has_no_range_and_no_object() -> None:
-    item = streams()["beam_lidar"][ONSET]
+    item = sensed.streams()["beam_lidar"][sensed.ONSET]
     assert item.points is not None
     lost = np.zeros(item.points.shape[:2], dtype=np.bool_)
     assert subject.without_points(item, lost) is item
@@ -196,4 +194,51 @@ def test_lost_return_has_no_range_and_no_object() -> None:
     assert made.hits is not None
     assert not made.points[0, :, 0].any()
     assert (made.hits[0] == -1).all()
-    assert same(made, item, 1)
+    assert sensed.same(made, item, 1)
+
+
+# --- Where faults move things: bearings, turned frames, places on the road, rigid returns ---------
+
+
+def test_bearing_is_counter_clockwise_and_that_of_no_number_is_none() -> None:
+    x, y = np.array([[1.0, 0.0, -1.0, np.inf, np.nan]]), np.array([[0.0, 2.0, 0.0, 1.0, 1.0]])
+    found = bearing_of(x, y)[0]
+    assert found[:3] == pytest.approx([0.0, math.pi / 2, math.pi])
+    assert np.isnan(found[3:]).all()
+
+
+def test_turned_there_and_back_is_where_it_was() -> None:
+    x, y = np.array([[3.0, -1.0]]), np.array([[4.0, 2.0]])
+    there = turned(x, y, np.array([[0.7]]))
+    assert np.hypot(*there) == pytest.approx(np.hypot(x, y))
+    back = turned(*there, np.array([[-0.7]]))
+    assert back[0] == pytest.approx(x)
+    assert back[1] == pytest.approx(y)
+
+
+def test_what_is_nowhere_has_no_place_on_the_road() -> None:
+    for far in (np.nan, np.inf, -np.inf, 2.0 * FARTHEST, 1e300):
+        estimate = np.zeros((sensed.RUNS, 13))
+        estimate[:, s.EGO_X], estimate[:, s.EGO_Y] = 50.0, 1.75
+        estimate[0, s.EGO_X] = far
+        relocate(sensed.CONTEXT.road, np.array([True, True, False]), estimate)
+        place = estimate[:, s.ESTIMATE_PLACE :]
+        assert np.isnan(place[0, [s.PLACE_S, s.PLACE_D]]).all(), far
+        assert place[0, s.PLACE_LANE] == -1.0
+        assert place[1, [s.PLACE_S, s.PLACE_D, s.PLACE_LANE]].tolist() == [50.0, 1.75, 0.0]
+        assert not place[2].any()
+
+
+def test_returns_move_as_a_rigid_body_does() -> None:
+    points = np.array([[[10.0, 0.1, 0.05], [20.0, -0.2, -0.05], [0.0, 0.3, 0.0]]])
+    moved = points.copy()
+    one = np.ones((1, 1))
+    shift_points(moved, np.ones(1, dtype=np.bool_), 0.2 * one, 1.0 * one, -0.5 * one)
+    for before, after in zip(points[0, :2], moved[0, :2], strict=True):
+        assert after[0] * math.sin(after[2]) == pytest.approx(before[0] * math.sin(before[2]))
+        x = before[0] * math.cos(before[2]) * math.cos(before[1]) - 1.0
+        y = before[0] * math.cos(before[2]) * math.sin(before[1]) + 0.5
+        way = after[0] * math.cos(after[2])
+        assert way * math.cos(after[1] + 0.2) == pytest.approx(x)
+        assert way * math.sin(after[1] + 0.2) == pytest.approx(y)
+    assert moved[0, 2].tolist() == points[0, 2].tolist()

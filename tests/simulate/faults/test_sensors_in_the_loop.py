@@ -47,19 +47,6 @@ def faulty(
     return run_cases(plan, [replace(case, faults=made, fault_entry="all")] * runs)
 
 
-NULL: list[dict[str, Any]] = [
-    {"target": "sensors.front_radar", "model": "bias", "signal": "x", "size": "0 m"},
-    {"target": "sensors.front_radar", "model": "noise", "signal": "range", "size": "0 m"},
-    {"target": "sensors.front_camera", "model": "scale", "signal": "range", "factor": 1.0},
-    {"target": "sensors.front_camera", "model": "miss", "probability": 0.0},
-    {"target": "sensors.front_camera", "model": "range_loss", "factor": 1.0},
-    {"target": "sensors.localisation", "model": "delay", "by": "0 s"},
-    {"target": "sensors.localisation", "model": "jump"},
-    {"target": "sensors.truth", "model": "sample_loss"},
-    {"target": "sensors.truth", "model": "miscalibration"},
-    {"target": "sensors.truth", "model": "ghost", "x": "20 m", "duration": "0 s"},
-    {"target": "sensors.truth", "model": "freeze", "onset": {"at": "1000 s"}},
-]
 REAL: list[dict[str, Any]] = [
     {"target": "sensors.front_radar", "model": "bias", "signal": "x", "size": "-5 m"},
     {"target": "sensors.front_camera", "model": "miss", "probability": 0.5},
@@ -67,13 +54,6 @@ REAL: list[dict[str, Any]] = [
     {"target": "sensors.front_radar", "model": "ghost", "x": "25 m", "speed": "5 m/s"},
     {"target": "sensors.truth", "model": "freeze"},
 ]
-
-
-@pytest.mark.slow
-def test_faults_of_no_size_change_no_bit_of_the_trace(
-    planned: tuple[CampaignPlan, TestCase], twin: Trace
-) -> None:
-    assert first_difference(faulty(planned, NULL), twin) is None
 
 
 @pytest.mark.slow
@@ -112,9 +92,7 @@ FLIPS = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("bit", [62, 61, 55, 63])
-def test_no_flipped_bit_brings_down_the_loop(
-    planned: tuple[CampaignPlan, TestCase], bit: int
-) -> None:
+def test_no_flipped_bit_ends_the_loop(planned: tuple[CampaignPlan, TestCase], bit: int) -> None:
     """Each signal of each sensor in turn, intermittently, so that the channels come back to it."""
     for sensor, signal in FLIPS:
         flip = {"target": f"sensors.{sensor}", "model": "bit_flip", "signal": signal, "bit": bit}

@@ -115,7 +115,7 @@ def differing(one: Trace, other: Trace) -> set[str]:
 
 
 @pytest.mark.parametrize("name", ["late_by_nothing", "stuck_till_then"])
-def test_fault_that_keeps_the_switch_from_nothing_changes_no_bit_but_its_own_flag(
+def test_fault_without_effect_changes_only_its_own_flag(
     traces: dict[str, Trace], name: str
 ) -> None:
     assert differing(traces[name], traces["nominal_silent"]) == {"fault_active"}

@@ -13,7 +13,7 @@ from adeye.ports import SensorContext
 from adeye.signals import Floats, Measurement, Scene, SceneContext, Surroundings
 from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import BuiltInSensor
-from adeye.testing.scenes import ego_estimate, straight_road
+from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
 
 CAR = (4.5, 1.8, 1.5)
 TRUCK = (10.0, 2.5, 3.8)
@@ -145,18 +145,7 @@ def architecture(sensors: Mapping[str, Any]) -> Architecture:
         {
             "architecture": "tested",
             "title": "Sensors under test",
-            "vehicle": {
-                "length": "4.5 m",
-                "width": "1.8 m",
-                "height": "1.5 m",
-                "wheelbase": "2.7 m",
-                "max_acceleration": "3 m/s^2",
-                "max_deceleration": "9 m/s^2",
-                "max_steering_angle": "35 deg",
-                "max_steering_rate": "40 deg/s",
-                "acceleration_lag": "0.15 s",
-                "steering_lag": "0.1 s",
-            },
+            "vehicle": passenger_car(),
             "sensors": dict(sensors),
             "channels": {"nominal": {"kind": "nominal", "links": list(sensors)}},
             "switch": {"policy": "fixed_priority", "priority": ["nominal"], "default": "nominal"},

@@ -9,17 +9,7 @@ import pytest
 
 from adeye.simulate.world.weather import MM_PER_HOUR, camera_range, lidar_range
 from adeye.spec.channels import NominalParameters
-from tests.simulate.sensors.eyes import (
-    EYES,
-    PERSON,
-    STEP,
-    Eye,
-    Place,
-    Seen,
-    drive,
-    knows,
-    record_of,
-)
+from tests.simulate.sensors import eyes
 from tests.simulate.sensors.scenes import CAR
 
 CLEAR = 1e9
@@ -28,7 +18,7 @@ CONFIRMED = NominalParameters().confirm_hits - 1
 """Ticks from the first sample with an actor to its track, at one sample a tick."""
 
 
-def corners(size: tuple[float, float, float], place: Place) -> list[Place]:
+def corners(size: tuple[float, float, float], place: eyes.Place) -> list[eyes.Place]:
     return [
         (place[0] + 0.5 * size[0] * a, place[1] + 0.5 * size[1] * b)
         for a in (-1.0, 1.0)
@@ -36,22 +26,24 @@ def corners(size: tuple[float, float, float], place: Place) -> list[Place]:
     ]
 
 
-def bearings(size: tuple[float, float, float], place: Place) -> tuple[float, float]:
+def bearings(size: tuple[float, float, float], place: eyes.Place) -> tuple[float, float]:
     """Bearing of the right and of the left edge of a box, seen from the origin [rad]."""
     angles = [math.atan2(y, x) for x, y in corners(size, place)]
     return min(angles), max(angles)
 
 
 def check(
-    eye: Eye,
-    seen: Seen,
-    actor: Callable[[float], Place],
+    eye: eyes.Eye,
+    seen: eyes.Seen,
+    actor: Callable[[float], eyes.Place],
     is_hidden: Callable[[float], bool],
     is_free: Callable[[float], bool],
 ) -> None:
     """Check that the actor is no track while it is hidden and is one soon after it is free."""
-    times = [tick * STEP for tick in range(len(seen.tracks))]
-    known = [knows(eye, tracks, actor(t)) for t, tracks in zip(times, seen.tracks, strict=True)]
+    times = [tick * eyes.STEP for tick in range(len(seen.tracks))]
+    known = [
+        eyes.knows(eye, tracks, actor(t)) for t, tracks in zip(times, seen.tracks, strict=True)
+    ]
     hidden = [tick for tick, time in enumerate(times) if is_hidden(time)]
     free = [tick for tick, time in enumerate(times) if is_free(time)]
     # It is hidden from the start for half a second at least, long enough for a track.
@@ -66,22 +58,22 @@ def check(
 
 def watch_behind_hider(model: str, **changes: Any) -> None:
     """Check a sensor before which the hider moves off to the left after a second."""
-    eye = EYES[model]
+    eye = eyes.EYES[model]
 
-    def hider(time: float) -> Place:
+    def hider(time: float) -> eyes.Place:
         return eye.hider_x, max(0.0, 8.0 * (time - 1.0))
 
-    def actor(_: float) -> Place:
+    def actor(_: float) -> eyes.Place:
         return eye.actor_x, 0.0
 
     right, left = bearings(eye.actor, actor(0.0))
     if not eye.tells_bearing:
         # The nearest echo drowns those behind it while any of the wall is in the cone.
         left = eye.half_view
-    record = record_of(model, **changes)
+    record = eyes.record_of(model, **changes)
     check(
         eye,
-        drive(record, (eye.hider, eye.actor), lambda t: (hider(t), actor(t)), 50),
+        eyes.drive(record, (eye.hider, eye.actor), lambda t: (hider(t), actor(t)), 50),
         actor,
         lambda time: bearings(eye.hider, hider(time))[0] <= right,
         lambda time: bearings(eye.hider, hider(time))[0] >= left,
@@ -89,7 +81,7 @@ def watch_behind_hider(model: str, **changes: Any) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", EYES)
+@pytest.mark.parametrize("model", eyes.EYES)
 def test_actor_behind_a_truck_is_no_track_until_the_truck_moves_off(model: str) -> None:
     watch_behind_hider(model)
 
@@ -101,16 +93,16 @@ def test_law_of_the_truck_can_fail(model: str) -> None:
         watch_behind_hider(model, min_visible=0)
 
 
-@pytest.mark.parametrize("model", EYES)
+@pytest.mark.parametrize("model", eyes.EYES)
 def test_actor_in_a_blind_sector_is_no_track_until_it_enters_the_field_of_view(model: str) -> None:
-    eye = EYES[model]
+    eye = eyes.EYES[model]
     way = 0.6 * eye.actor_x
 
-    def actor(time: float) -> Place:
+    def actor(time: float) -> eyes.Place:
         bearing = 2.0 * eye.half_view - 0.4 * time
         return way * math.cos(bearing), way * math.sin(bearing)
 
-    seen = drive(record_of(model), (eye.actor,), lambda time: (actor(time),), 60)
+    seen = eyes.drive(eyes.record_of(model), (eye.actor,), lambda time: (actor(time),), 60)
     check(
         eye,
         seen,
@@ -122,7 +114,7 @@ def test_actor_in_a_blind_sector_is_no_track_until_it_enters_the_field_of_view(m
 
 def rows_of_a_car(rows: float) -> float:
     """Distance at which a car is so many pixels high to the physical camera [m]."""
-    record = EYES["camera/physical"].record
+    record = eyes.EYES["camera/physical"].record
     return float(0.5 * record["columns"] / math.tan(math.radians(25.0)) * CAR[2] / rows)
 
 
@@ -143,21 +135,21 @@ REACHES: dict[str, tuple[dict[str, Any], float, float]] = {
 """Changes to a record; beyond which distance it sees nothing in the rain, from where it does."""
 
 
-@pytest.mark.parametrize("model", EYES)
+@pytest.mark.parametrize("model", eyes.EYES)
 def test_actor_beyond_range_in_rain_is_no_track_until_it_comes_nearer(model: str) -> None:
-    eye = EYES[model]
+    eye = eyes.EYES[model]
     changes, blind, sees = REACHES[model]
     speed = 4.0 if model == "ultrasonic" else 15.0
 
     def face(time: float) -> float:
         return blind + 1.0 * speed - speed * time
 
-    def actor(time: float) -> Place:
+    def actor(time: float) -> eyes.Place:
         return face(time) + 0.5 * eye.actor[0], 0.0
 
-    ticks = 40 + int((blind - sees) / speed / STEP)
-    seen = drive(
-        record_of(model, **changes),
+    ticks = 40 + int((blind - sees) / speed / eyes.STEP)
+    seen = eyes.drive(
+        eyes.record_of(model, **changes),
         (eye.actor,),
         lambda time: (actor(time),),
         ticks,
@@ -175,47 +167,47 @@ def test_actor_beyond_range_in_rain_is_no_track_until_it_comes_nearer(model: str
 
 @pytest.mark.parametrize("model", ["camera", "lidar", "lidar/physical"])
 def test_rain_alone_is_what_blinds_it(model: str) -> None:
-    eye = EYES[model]
+    eye = eyes.EYES[model]
     place = (REACHES[model][1] + 1.0 + 0.5 * eye.actor[0], 0.0)
     drives = [
-        drive(record_of(model), (eye.actor,), lambda _: (place,), 8, rain=rain)
+        eyes.drive(eyes.record_of(model), (eye.actor,), lambda _: (place,), 8, rain=rain)
         for rain in (0.0, RAIN)
     ]
-    assert [knows(eye, seen.tracks[-1], place) for seen in drives] == [True, False]
+    assert [eyes.knows(eye, seen.tracks[-1], place) for seen in drives] == [True, False]
 
 
 def test_actor_on_dead_columns_is_no_track_until_it_moves_off_them() -> None:
-    eye = EYES["camera/physical"]
+    eye = eyes.EYES["camera/physical"]
     columns, focal = eye.record["columns"], 0.5 * eye.record["columns"] / math.tan(eye.half_view)
     # To 8 degrees on both sides of the axis.
     half = int(focal * math.tan(math.radians(8.0)))
     dead = {"column": columns // 2 - half, "columns": 2 * half, "rows": eye.record["rows"]}
     edge = math.atan2(half, focal)
 
-    def actor(time: float) -> Place:
+    def actor(time: float) -> eyes.Place:
         return 20.0, max(0.0, 6.0 * (time - 0.6))
 
-    def places(time: float) -> tuple[Place, ...]:
+    def places(time: float) -> tuple[eyes.Place, ...]:
         return (actor(time),)
 
-    record = record_of("camera/physical", patches={"dead": dead})
+    record = eyes.record_of("camera/physical", patches={"dead": dead})
     check(
         eye,
-        drive(record, (eye.actor,), places, 60),
+        eyes.drive(record, (eye.actor,), places, 60),
         actor,
         lambda time: bearings(eye.actor, actor(time))[1] <= edge,
         lambda time: bearings(eye.actor, actor(time))[0] >= edge,
     )
     # A camera whose pixels are alive has it all the time.
-    whole = drive(record_of("camera/physical"), (eye.actor,), places, 12)
-    assert knows(eye, whole.tracks[-1], actor(0.0))
+    whole = eyes.drive(eyes.record_of("camera/physical"), (eye.actor,), places, 12)
+    assert eyes.knows(eye, whole.tracks[-1], actor(0.0))
 
 
 TURN = 20.0
 """By how much mounts are turned [deg]."""
 
 
-def turned(place: Place, degrees: float) -> Place:
+def turned(place: eyes.Place, degrees: float) -> eyes.Place:
     angle = math.radians(degrees)
     c, s = math.cos(angle), math.sin(angle)
     return c * place[0] - s * place[1], s * place[0] + c * place[1]
@@ -228,18 +220,16 @@ def bearing_of(rows: Any) -> float:
 
 
 @pytest.mark.parametrize("degrees", [TURN, -TURN])
-@pytest.mark.parametrize("model", EYES)
-def test_turned_mount_sees_a_turned_scene_as_the_straight_one_saw_it(
-    model: str, degrees: float
-) -> None:
-    eye = EYES[model]
+@pytest.mark.parametrize("model", eyes.EYES)
+def test_turned_mount_sees_a_turned_scene_as_a_straight_one(model: str, degrees: float) -> None:
+    eye = eyes.EYES[model]
     # A person, because a camera takes cars to head as the ego does.
     place = (0.6 * eye.actor_x, 1.0)
 
-    def look(yaw: float, at: Place, heading: float) -> Any:
-        return drive(
-            record_of(model, yaw=yaw),
-            (PERSON,),
+    def look(yaw: float, at: eyes.Place, heading: float) -> Any:
+        return eyes.drive(
+            eyes.record_of(model, yaw=yaw),
+            (eyes.PERSON,),
             lambda _: (at,),
             1,
             headings=lambda _: [math.radians(heading)],

@@ -10,7 +10,14 @@ from adeye import signals
 from adeye.signals import Floats, SceneContext
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.spec.sensors import GroundTruth, Localisation
-from tests.simulate.sensors.scenes import CAR, TRUCK, scene, scene_context, seen, sensor_context
+from tests.simulate.sensors.scenes import (
+    CAR,
+    TRUCK,
+    scene,
+    scene_context,
+    seen,
+    sensor_context,
+)
 
 EGO = (100.0, 5.25, 0.0, 20.0, -1.0, 0.01, 0.02)
 RUNS = 4000
@@ -40,32 +47,25 @@ def test_localisation_without_noise_is_the_truth() -> None:
     assert np.array_equal(estimate[:, signals.ESTIMATE_PLACE :], shown.ego_place)
 
 
-@pytest.mark.parametrize(
-    ("ego", "column", "sigma", "noise"),
-    [
-        (EGO, signals.EGO_Y, 0.1, NOISE),
-        (EGO, signals.EGO_HEADING, math.radians(0.5), NOISE),
-        (EGO, signals.EGO_SPEED, 0.2, NOISE),
-        # Of an ego that stands, and of one whose heading is at the end of its range.
-        ((0.0, 0.0, 0.0, 0.0), signals.EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
-        (
-            (0.0, 0.0, math.pi, 5.0),
-            signals.EGO_HEADING,
-            math.radians(2.0),
-            {"heading_noise": "2 deg"},
-        ),
-    ],
-)
-def test_localisation_noise_has_the_stated_deviation(
-    ego: tuple[float, ...], column: int, sigma: float, noise: dict[str, str]
-) -> None:
-    values = estimates(scene_context(runs=RUNS), ego=ego, **noise)[:, column]
-    error = values - ego[column]
-    if column == signals.EGO_HEADING:
-        assert np.abs(values).max() <= math.pi
-        error = (error + math.pi) % (2.0 * math.pi) - math.pi
-    assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS))
-    assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS))
+NOISES: list[tuple[tuple[float, ...], int, float, dict[str, str]]] = [
+    (EGO, signals.EGO_Y, 0.1, NOISE),
+    (EGO, signals.EGO_HEADING, math.radians(0.5), NOISE),
+    (EGO, signals.EGO_SPEED, 0.2, NOISE),
+    # Of an ego that stands, and of one whose heading is at the end of its range.
+    ((0.0, 0.0, 0.0, 0.0), signals.EGO_SPEED, 0.5, {"speed_noise": "0.5 m/s"}),
+    ((0.0, 0.0, math.pi, 5.0), signals.EGO_HEADING, math.radians(2.0), {"heading_noise": "2 deg"}),
+]
+
+
+def test_localisation_noise_has_the_stated_deviation() -> None:
+    for ego, column, sigma, noise in NOISES:
+        values = estimates(scene_context(runs=RUNS), ego=ego, **noise)[:, column]
+        error = values - ego[column]
+        if column == signals.EGO_HEADING:
+            assert np.abs(values).max() <= math.pi
+            error = (error + math.pi) % (2.0 * math.pi) - math.pi
+        assert error.mean() == pytest.approx(0.0, abs=4.0 * sigma / math.sqrt(RUNS)), (ego, column)
+        assert error.std() == pytest.approx(sigma, rel=4.0 / math.sqrt(2.0 * RUNS)), (ego, column)
 
 
 def test_lateral_noise_is_across_the_lane_and_moves_the_place_on_the_road_with_it() -> None:

@@ -7,30 +7,62 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.signals import POINT_BEARING, POINT_ELEVATION, POINT_RANGE, Floats, SceneContext
-from adeye.simulate.sensors.lidar import sample_bytes
+from adeye import signals
+from adeye.simulate.sensors.lidar import LidarSensor, sample_bytes
 from adeye.simulate.world.weather import MM_PER_HOUR
-from tests.simulate.sensors.lidars import DEGREE, WALL, look, parts, returns, sensor, spec
-from tests.simulate.sensors.scenes import (
-    CAR,
-    TRUCK,
-    architecture,
-    scene,
-    scene_context,
-)
+from adeye.spec.sensors import PhysicalLidar
+from tests.simulate.sensors import scenes
 from tests.simulate.world.test_weather import REFLECTIVITIES, TABLE
+
+DEGREE = math.pi / 180.0
+WALL = (0.2, 400.0, 3.0)
+
+
+def spec(**changes: Any) -> PhysicalLidar:
+    fields = {"field_of_view": "360 deg", "beams": 720, "range": "150 m", "rate": "10 Hz"}
+    mount = {"mount": {"z": "0.8 m"}}
+    made: PhysicalLidar = scenes.sensor_spec("lidar/physical", **(fields | mount | changes))
+    return made
+
+
+def sensor(context: signals.SceneContext, *, name: str = "front", **changes: Any) -> LidarSensor:
+    return LidarSensor(scenes.sensor_context(spec(**changes), context, name=name))
+
+
+def look(
+    context: signals.SceneContext, shown: signals.Scene, **changes: Any
+) -> signals.Measurement:
+    """Sample one scene with one new lidar."""
+    return sensor(context, **changes).sense(shown)
+
+
+def returns(found: signals.Measurement, thing: int | None = None, run: int = 0) -> signals.Floats:
+    """Return the rows of one run that are returns, of one object or of all."""
+    points, hits = parts(found)
+    there = points[run, :, signals.POINT_RANGE] > 0.0
+    if thing is not None:
+        there &= hits[run] == thing
+    found_there: signals.Floats = points[run, there]
+    return found_there
+
+
+def parts(found: signals.Measurement) -> tuple[signals.Floats, signals.Ints]:
+    assert found.points is not None
+    assert found.hits is not None
+    return found.points, found.hits
+
 
 # --- weather --------------------------------------------------------------------------------------
 
 
-def farthest(context: SceneContext) -> float:
+def farthest(context: signals.SceneContext) -> float:
     """Distance of a wall straight ahead from which on nothing comes back [m]."""
     lidar = sensor(context, field_of_view="1 deg", beams=3, reference_reflectivity=0.9)
     low, high = 1.0, 400.0
     tick = 0
     while high - low > 1e-3:
         middle = 0.5 * (low + high)
-        found = lidar.sense(scene(context, [(middle + 0.1, 0.0)], tick=tick))
+        found = lidar.sense(scenes.scene(context, [(middle + 0.1, 0.0)], tick=tick))
         tick += 1
         # The middle beam; those beside it have a longer way.
         low, high = (middle, high) if parts(found)[0][0, 1, 0] > 0.0 else (low, middle)
@@ -39,51 +71,38 @@ def farthest(context: SceneContext) -> float:
 
 @pytest.mark.parametrize("rain", TABLE)
 def test_range_in_rain_is_that_of_the_published_table(rain: float) -> None:
-    context = scene_context([WALL], rain=rain * MM_PER_HOUR)
+    context = scenes.scene_context([WALL], rain=rain * MM_PER_HOUR)
     for reflectivity, expected in zip(REFLECTIVITIES, TABLE[rain], strict=True):
         context.object_reflectivity[:] = reflectivity
         assert farthest(context) == pytest.approx(expected, rel=0.01)
 
 
 def test_fog_of_visibility_of_fifty_metres_leaves_the_range_of_the_closed_form() -> None:
-    context = scene_context([WALL], fog_visibility=50.0)
+    context = scenes.scene_context([WALL], fog_visibility=50.0)
     context.object_reflectivity[:] = 0.9
     z = farthest(context)
     assert z * math.exp(3.912 / 50.0 * z) == pytest.approx(150.0, rel=1e-3)
 
 
 def test_dark_object_hides_a_bright_one_behind_it_though_it_returns_nothing() -> None:
-    context = scene_context([WALL, WALL])
+    context = scenes.scene_context([WALL, WALL])
     context.object_reflectivity[:] = (0.01, 0.9)
-    shown = scene(context, [(60.0, 0.0), (80.0, 0.0)])
+    shown = scenes.scene(context, [(60.0, 0.0), (80.0, 0.0)])
     assert len(returns(look(context, shown))) == 0
-    assert len(returns(look(context, scene(context, [(90.0, 0.0), (80.0, 0.0)])), 1)) > 0
+    assert len(returns(look(context, scenes.scene(context, [(90.0, 0.0), (80.0, 0.0)])), 1)) > 0
 
 
 # --- samples --------------------------------------------------------------------------------------
 
 
-def test_sample_that_somebody_holds_is_not_written_to() -> None:
-    context = scene_context()
-    lidar = sensor(context)
-    held, copies = [], []
-    for tick in range(6):
-        found = lidar.sense(scene(context, [(20.0 + tick, 0.0)], tick=tick))
-        held.append(parts(found))
-        copies.append((held[-1][0].copy(), held[-1][1].copy()))
-    for one, other in zip(held, copies, strict=True):
-        assert np.array_equal(one[0], other[0])
-        assert np.array_equal(one[1], other[1])
-
-
 def test_memory_that_nobody_holds_is_used_again_and_leaves_nothing_behind() -> None:
-    context = scene_context()
+    context = scenes.scene_context()
     lidar = sensor(context)
     used = set()
     for tick in range(20):
         # The car goes once around the ego.
         angle = 18.0 * DEGREE * tick
-        shown = scene(context, [(20.0 * math.cos(angle), 20.0 * math.sin(angle))], tick=tick)
+        shown = scenes.scene(context, [(20.0 * math.cos(angle), 20.0 * math.sin(angle))], tick=tick)
         found = lidar.sense(shown)
         used.add(parts(found)[0].ctypes.data)
         assert np.array_equal(parts(found)[0], parts(look(context, shown))[0])
@@ -93,20 +112,18 @@ def test_memory_that_nobody_holds_is_used_again_and_leaves_nothing_behind() -> N
 def test_memory_of_a_run_is_that_of_its_beams() -> None:
     lidar = spec(field_of_view="90 deg", beams=100, layers=4, vertical_field_of_view="8 deg")
     pose = {"kind": "localisation", "rate": "10 Hz"}
-    assert sample_bytes(architecture({"lidar": lidar, "pose": pose})) == 3 * 400 * 5 * 8
-    assert sample_bytes(architecture({"pose": pose})) == 0
+    assert sample_bytes(scenes.architecture({"lidar": lidar, "pose": pose})) == 3 * 400 * 5 * 8
+    assert sample_bytes(scenes.architecture({"pose": pose})) == 0
 
-
-# --- Returns of a physical lidar on hand-made scenes: which beams, how far, how noisy -------------
 
 # --- geometry -------------------------------------------------------------------------------------
 
 
 def test_ring_of_beams_on_a_wall_gives_its_distance_over_the_cosine() -> None:
-    context = scene_context([WALL])
-    found = returns(look(context, scene(context, [(20.1, 0.0)])))
-    bearings = found[:, POINT_BEARING]
-    assert found[:, POINT_RANGE] == pytest.approx(20.0 / np.cos(bearings))
+    context = scenes.scene_context([WALL])
+    found = returns(look(context, scenes.scene(context, [(20.1, 0.0)])))
+    bearings = found[:, signals.POINT_BEARING]
+    assert found[:, signals.POINT_RANGE] == pytest.approx(20.0 / np.cos(bearings))
     # As far as a car of the wall's reflectivity is seen, in steps of half a degree.
     reach = 150.0 * math.sqrt(0.5 / 0.9)
     assert len(found) == 2 * math.floor(math.acos(20.0 / reach) / (0.5 * DEGREE) + 0.5)
@@ -114,144 +131,90 @@ def test_ring_of_beams_on_a_wall_gives_its_distance_over_the_cosine() -> None:
 
 def test_plate_returns_as_many_beams_as_fit_into_its_angle() -> None:
     for distance, width in itertools.product((10.0, 25.0, 60.0), (1.0, 2.0)):
-        context = scene_context([(0.001, width, 2.0)])
-        found = returns(look(context, scene(context, [(distance, 0.0)])))
+        context = scenes.scene_context([(0.001, width, 2.0)])
+        found = returns(look(context, scenes.scene(context, [(distance, 0.0)])))
         angle = 2.0 * math.atan(0.5 * width / distance)
         assert abs(len(found) - angle / (0.5 * DEGREE)) <= 1.0, (distance, width)
 
 
 def test_empty_beam_is_a_row_of_zeros_and_has_hit_nothing() -> None:
-    context = scene_context()
-    points, hits = parts(look(context, scene(context, [(20.0, 0.0)])))
-    empty = points[0, :, POINT_RANGE] == 0.0
+    context = scenes.scene_context()
+    points, hits = parts(look(context, scenes.scene(context, [(20.0, 0.0)])))
+    empty = points[0, :, signals.POINT_RANGE] == 0.0
     assert 0 < np.count_nonzero(~empty) < 30
     assert not points[0, empty].any()
     assert (hits[0, empty] == -1).all()
     assert (hits[0, ~empty] == 0).all()
 
 
-def test_yaw_of_twenty_degrees_shifts_every_bearing_by_it() -> None:
-    context = scene_context()
-    shown = scene(context, [(20.0, 3.0)])
-    beams: dict[str, Any] = {"field_of_view": "60 deg", "beams": 240}
-    plain = look(context, shown, **beams)
-    turned = look(context, shown, **beams, mount={"z": "0.8 m", "yaw": "20 deg"})
-    # Twenty degrees are eighty beams: the same directions, by other beams.
-    assert returns(turned) == pytest.approx(returns(plain))
-    first, last = np.flatnonzero(parts(plain)[0][0, :, POINT_RANGE])[[0, -1]]
-    moved = np.flatnonzero(parts(turned)[0][0, :, POINT_RANGE])[[0, -1]]
-    assert moved.tolist() == [first - 80, last - 80]
-
-
 def test_points_are_in_the_vehicle_frame_wherever_the_ego_is() -> None:
-    context = scene_context([TRUCK])
-    plain = returns(look(context, scene(context, [(30.0, 4.0, 0.1)])))
-    turn = math.pi / 2.0
-    ego = (100.0, 50.0, turn, 0.0)
-    moved = returns(look(context, scene(context, [(96.0, 80.0, 0.1 + turn)], ego=ego)))
-    assert moved == pytest.approx(plain)
-
-
-def test_mount_is_where_the_range_counts_from() -> None:
-    context = scene_context([WALL])
-    ahead = look(context, scene(context, [(20.1, 0.0)]), mount={"x": "2 m", "y": "1 m", "z": "1 m"})
-    assert returns(ahead)[:, POINT_RANGE].min() == pytest.approx(18.0, abs=1e-3)
+    context, turn = scenes.scene_context([scenes.TRUCK]), math.pi / 2.0
+    plain = returns(look(context, scenes.scene(context, [(30.0, 4.0, 0.1)])))
+    there = scenes.scene(context, [(96.0, 80.0, 0.1 + turn)], ego=(100.0, 50.0, turn, 0.0))
+    assert returns(look(context, there)) == pytest.approx(plain)
 
 
 def test_object_behind_the_seam_of_a_whole_turn_is_hit_from_both_sides() -> None:
-    context = scene_context()
-    bearings = returns(look(context, scene(context, [(-20.0, 0.0)])))[:, POINT_BEARING]
+    context = scenes.scene_context()
+    bearings = returns(look(context, scenes.scene(context, [(-20.0, 0.0)])))[
+        :, signals.POINT_BEARING
+    ]
     assert (bearings > 0.0).any()
     assert (bearings < 0.0).any()
-    assert len(bearings) == len(returns(look(context, scene(context, [(20.0, 0.0)]))))
-
-
-@pytest.mark.parametrize("yaw", [0.0, 180.0, -140.0])
-def test_field_of_view_is_where_beams_are(yaw: float) -> None:
-    context = scene_context([(1.0, 1.0, 2.0)] * 36)
-    ring = [(30.0 * math.cos(k * 10 * DEGREE), 30.0 * math.sin(k * 10 * DEGREE)) for k in range(36)]
-    mount = {"z": "0.8 m", "yaw": f"{yaw} deg"}
-    _, hits = parts(look(context, scene(context, ring), field_of_view="90 deg", mount=mount))
-    seen = {int(thing) for thing in hits[0] if thing >= 0}
-    assert seen == {(round(yaw / 10) + k) % 36 for k in range(-4, 5)}
+    assert len(bearings) == len(returns(look(context, scenes.scene(context, [(20.0, 0.0)]))))
 
 
 # --- occlusion and height -------------------------------------------------------------------------
 
 
-def test_actor_behind_a_truck_has_no_return_until_geometry_lets_it_in() -> None:
-    context = scene_context([TRUCK, CAR])
-    # The truck's near left corner is at (20, 1.25): its shadow ends at y = 1.25 / 20 x. The car's
-    # near left corner is at x = 40, where the shadow ends at 2.5.
-    lidar = sensor(context, beams=4096)
-    for tick in range(40):
-        y = 0.1 * tick
-        found = lidar.sense(scene(context, [(25.0, 0.0), (42.25, y)], tick=2 * tick))
-        count = len(returns(found, 1))
-        if y + 0.9 < 2.5:
-            assert count == 0, y
-        elif y + 0.9 > 2.5 + 40.0 * 2.0 * math.pi / 4096:
-            assert count > 0, y
-
-
 def test_layer_above_a_low_object_sees_what_is_behind_it() -> None:
-    context = scene_context([(4.0, 2.0, 1.0), (4.0, 6.0, 3.0)])
-    shown = scene(context, [(20.0, 0.0), (40.0, 0.0)])
+    context = scenes.scene_context([(4.0, 2.0, 1.0), (4.0, 6.0, 3.0)])
+    shown = scenes.scene(context, [(20.0, 0.0), (40.0, 0.0)])
     for height, things in ((0.9, {0, 1}), (1.1, {1})):
         _, hits = parts(look(context, shown, mount={"z": f"{height} m"}, beams=2000))
         assert {int(thing) for thing in hits[0] if thing >= 0} == things
     low = look(context, shown, mount={"z": "0.9 m"}, beams=2000)
     # The far one is wider, so only its edges are in view.
-    assert np.abs(returns(low, 1)[:, POINT_BEARING]).min() > math.atan(1.0 / 18.0) - 0.01
-
-
-def test_layers_see_a_low_and_a_high_object_on_one_bearing() -> None:
-    context = scene_context([(4.0, 2.0, 1.0), (4.0, 3.0, 3.0)])
-    shown = scene(context, [(20.0, 0.0), (40.0, 0.0)])
-    found = look(
-        context, shown, layers=2, vertical_field_of_view="2 deg", beams=360, mount={"z": "1 m"}
-    )
-    low, high = returns(found, 0), returns(found, 1)
-    ahead = np.abs(high[:, POINT_BEARING]) < 0.03
-    assert (low[:, POINT_ELEVATION] < 0.0).all()
-    assert (high[ahead][:, POINT_ELEVATION] > 0.0).all()
-    assert ahead.any()
+    assert np.abs(returns(low, 1)[:, signals.POINT_BEARING]).min() > math.atan(1.0 / 18.0) - 0.01
 
 
 def test_beam_that_points_down_returns_from_the_ground_within_its_range() -> None:
-    context = scene_context()
-    shown = scene(context, [(5.0, 50.0)])
+    context = scenes.scene_context()
+    shown = scenes.scene(context, [(5.0, 50.0)])
     beams: dict[str, Any] = {"field_of_view": "1 deg", "beams": 3}
     found = look(context, shown, **beams, mount={"z": "1 m", "pitch": "5 deg"})
     points, hits = parts(found)
-    assert points[0, 1, POINT_RANGE] == pytest.approx(1.0 / math.sin(5.0 * DEGREE))
-    assert points[0, 1, POINT_ELEVATION] == pytest.approx(-5.0 * DEGREE)
+    assert points[0, 1, signals.POINT_RANGE] == pytest.approx(1.0 / math.sin(5.0 * DEGREE))
+    assert points[0, 1, signals.POINT_ELEVATION] == pytest.approx(-5.0 * DEGREE)
     assert (hits == -1).all()
     flat = look(context, shown, **beams, mount={"z": "1 m", "pitch": "0.5 deg"})
     assert len(returns(flat)) == 0
 
 
 def test_pitch_of_the_mount_loses_a_low_object_far_ahead() -> None:
-    context = scene_context()
-    shown = scene(context, [(40.0, 0.0)])
+    context = scenes.scene_context()
+    shown = scenes.scene(context, [(40.0, 0.0)])
     assert len(returns(look(context, shown), 0)) > 0
     nose_up = {"z": "0.8 m", "pitch": "-2 deg"}
     assert len(returns(look(context, shown, mount=nose_up), 0)) == 0
     # 2 degrees over 17.75 m are 0.62 m: below its roof.
-    assert len(returns(look(context, scene(context, [(20.0, 0.0)]), mount=nose_up), 0)) > 0
+    assert len(returns(look(context, scenes.scene(context, [(20.0, 0.0)]), mount=nose_up), 0)) > 0
 
 
 def test_pitched_lidar_finds_the_beams_that_meet_an_object_beside_it() -> None:
     # Pitch turns bearings about the side by degrees: the interval of beams must be wide enough.
-    context = scene_context([(3.0, 3.0, 4.0)])
+    context = scenes.scene_context([(3.0, 3.0, 4.0)])
     for bearing in range(0, 360, 15):
         place = (12.0 * math.cos(bearing * DEGREE), 12.0 * math.sin(bearing * DEGREE))
         mount = {"z": "1 m", "pitch": "25 deg"}
         layers = {"layers": 8, "vertical_field_of_view": "60 deg", "beams": 180}
-        found = look(context, scene(context, [place]), mount=mount, **layers)
+        found = look(context, scenes.scene(context, [place]), mount=mount, **layers)
         rows = returns(found, 0)
         half = math.atan(1.5 / 12.0)
-        off = np.mod(rows[:, POINT_BEARING] - bearing * DEGREE + math.pi, 2.0 * math.pi) - math.pi
+        off = (
+            np.mod(rows[:, signals.POINT_BEARING] - bearing * DEGREE + math.pi, 2.0 * math.pi)
+            - math.pi
+        )
         assert off.min() < -0.5 * half, bearing
         assert off.max() > 0.5 * half, bearing
 
@@ -259,15 +222,15 @@ def test_pitched_lidar_finds_the_beams_that_meet_an_object_beside_it() -> None:
 # --- noise ----------------------------------------------------------------------------------------
 
 
-def noisy(rain: float = 0.0, **changes: Any) -> Floats:
+def noisy(rain: float = 0.0, **changes: Any) -> signals.Floats:
     """Return ranges and bearings of the middle of a wall 50 m ahead, off by what they should be."""
-    context = scene_context([WALL], runs=20, rain=rain)
+    context = scenes.scene_context([WALL], runs=20, rain=rain)
     context.object_reflectivity[:] = 1.0
     fine: dict[str, Any] = {"field_of_view": "20 deg", "beams": 400, "range": "50 km"}
-    points, _ = parts(look(context, scene(context, [(50.1, 0.0)]), **fine, **changes))
+    points, _ = parts(look(context, scenes.scene(context, [(50.1, 0.0)]), **fine, **changes))
     angles = ((np.arange(400) + 0.5) / 400 - 0.5) * 20.0 * DEGREE
-    ranges = points[:, :, POINT_RANGE] * np.cos(angles) - 50.0
-    return np.stack([ranges, points[:, :, POINT_BEARING] - angles])
+    ranges = points[:, :, signals.POINT_RANGE] * np.cos(angles) - 50.0
+    return np.stack([ranges, points[:, :, signals.POINT_BEARING] - angles])
 
 
 def test_noise_in_rain_at_fifty_metres_is_that_of_the_published_table() -> None:
@@ -299,13 +262,13 @@ def test_drop_out_loses_its_share_of_returns_and_alters_no_other() -> None:
 
 
 def test_noise_of_a_beam_is_the_same_whatever_else_is_there() -> None:
-    one = scene_context([WALL])
-    two = scene_context([CAR, WALL, TRUCK])
+    one = scenes.scene_context([WALL])
+    two = scenes.scene_context([scenes.CAR, WALL, scenes.TRUCK])
     noise = {"range_noise": "0.1 m", "bearing_noise": "0.1 deg", "drop_out": 0.1}
-    alone = returns(look(one, scene(one, [(30.0, 0.0)]), **noise), 0)
+    alone = returns(look(one, scenes.scene(one, [(30.0, 0.0)]), **noise), 0)
     with_others = returns(
-        look(two, scene(two, [(-20.0, 0.0), (30.0, 0.0), (15.0, 2.0)]), **noise), 1
+        look(two, scenes.scene(two, [(-20.0, 0.0), (30.0, 0.0), (15.0, 2.0)]), **noise), 1
     )
-    bearings = {row[POINT_RANGE] for row in alone}
+    bearings = {row[signals.POINT_RANGE] for row in alone}
     assert 50 < len(with_others) < len(alone)
-    assert {row[POINT_RANGE] for row in with_others} <= bearings
+    assert {row[signals.POINT_RANGE] for row in with_others} <= bearings

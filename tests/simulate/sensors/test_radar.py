@@ -21,15 +21,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.sensors import PhysicalRadar
 from adeye.trace import Trace
 from tests.motorway import ARCHITECTURE, make_case, make_scenario
-from tests.simulate.sensors.scenes import (
-    CAR,
-    TRUCK,
-    scene,
-    scene_context,
-    seen,
-    sensor_context,
-    sensor_spec,
-)
+from tests.simulate.sensors import scenes
 
 RUNS = 4000
 QUIET = {"clutter": 0.0, "false_alarm_rate": 1e-9}
@@ -39,25 +31,25 @@ PERSON = (0.5, 0.5, 1.8)
 
 def spec(**changes: Any) -> PhysicalRadar:
     fields = {"field_of_view": "60 deg", "range": "150 m", **QUIET, **changes}
-    made: PhysicalRadar = sensor_spec("radar/physical", **fields)
+    made: PhysicalRadar = scenes.sensor_spec("radar/physical", **fields)
     return made
 
 
 def look(context: SceneContext, shown: Scene, **changes: Any) -> Measurement:
     """Sample one scene with one new sensor."""
-    return subject.RadarSensor(sensor_context(spec(**changes), context)).sense(shown)
+    return subject.RadarSensor(scenes.sensor_context(spec(**changes), context)).sense(shown)
 
 
 def rear_at(distance: float, y: float = 0.0, speed: float = 0.0) -> tuple[float, ...]:
     """State of a car ahead whose rear is at a distance."""
-    return (distance + 0.5 * CAR[0], y, 0.0, speed)
+    return (distance + 0.5 * scenes.CAR[0], y, 0.0, speed)
 
 
-def detected(distance: float, kind: str = "car", size: Any = CAR, **changes: Any) -> float:
+def detected(distance: float, kind: str = "car", size: Any = scenes.CAR, **changes: Any) -> float:
     """Share of many runs in which an object straight ahead is detected."""
-    context = scene_context([size], runs=RUNS, kinds=[kind])
+    context = scenes.scene_context([size], runs=RUNS, kinds=[kind])
     at = (distance + 0.5 * size[0], 0.0)
-    found = look(context, scene(context, [at]), **changes)
+    found = look(context, scenes.scene(context, [at]), **changes)
     return float((found.source == 0).any(axis=1).mean())
 
 
@@ -79,42 +71,14 @@ def test_detection_follows_the_formula_of_swerling_and_the_fourth_power(distance
     assert_share(share, rate ** (1.0 / (1.0 + signal)))
 
 
-@pytest.mark.parametrize(
-    ("kind", "size"), [("pedestrian", PERSON), ("truck", TRUCK), ("motorcycle", (2.2, 0.8, 1.5))]
-)
-def test_range_goes_with_the_fourth_root_of_the_cross_section(kind: str, size: Any) -> None:
-    ratio = subject.decibels(CROSS_SECTION[kind][0]) / 10.0
-    assert_share(detected(150.0 * ratio**0.25, kind, size), 0.5)
-
-
-def test_edge_of_the_field_of_view_costs_range_by_the_edge_loss() -> None:
-    context = scene_context([(0.1, 0.1, 1.5)], runs=RUNS)
-    bearing = math.radians(29.99)
-    distance = 150.0 * 10.0 ** (-2.0 * 3.0 / 40.0)
-    # A post that turns an end to the sensor.
-    away = distance + 0.05
-    at = (away * math.cos(bearing), away * math.sin(bearing), bearing)
-    found = look(context, scene(context, [at]), edge_loss=3.0)
-    assert_share(float((found.source == 0).any(axis=1).mean()), 0.5)
-
-
-def test_nothing_is_seen_outside_of_the_field_of_view() -> None:
-    context = scene_context([CAR], runs=8)
-    for degrees, is_seen in ((28.0, True), (32.0, False), (180.0, False), (-28.0, True)):
-        bearing = math.radians(degrees)
-        at = (30.0 * math.cos(bearing), 30.0 * math.sin(bearing), bearing)
-        found = look(context, scene(context, [at]))
-        assert (found.source == 0).any(axis=1).all() == is_seen, degrees
-
-
 @pytest.mark.slow
 def test_both_fidelities_lose_a_car_at_ranges_that_agree_within_two_percent() -> None:
-    exact = sensor_spec("radar", field_of_view="60 deg", range="150 m")
-    context = scene_context([CAR])
+    exact = scenes.sensor_spec("radar", field_of_view="60 deg", range="150 m")
+    context = scenes.scene_context([scenes.CAR])
 
     def is_seen(distance: float) -> bool:
-        shown = scene(context, [rear_at(distance)])
-        return bool(seen(RangingSensor(sensor_context(exact, context)).sense(shown)))
+        shown = scenes.scene(context, [rear_at(distance)])
+        return bool(scenes.seen(RangingSensor(scenes.sensor_context(exact, context)).sense(shown)))
 
     grid = np.arange(140.0, 160.0, 0.5)
     box = max(distance for distance in grid if is_seen(distance))
@@ -141,53 +105,54 @@ def only(found: Measurement) -> Floats:
 
 
 def test_lead_is_a_point_at_its_rear_of_unknown_size_and_class() -> None:
-    context = scene_context()
-    row = only(look(context, scene(context, [rear_at(40.0, 1.0)]), **FINE))
+    context = scenes.scene_context()
+    row = only(look(context, scenes.scene(context, [rear_at(40.0, 1.0)]), **FINE))
     assert row[:2] == pytest.approx([40.0, 1.0], abs=0.01)
-    assert row[signals.DETECTION_HAS_RANGE_RATE] == 1.0
-    assert (
-        row[signals.DETECTION_LENGTH],
-        row[signals.DETECTION_WIDTH],
-        row[signals.DETECTION_CLASS],
-    ) == (0.0, 0.0, -1.0)
+    columns = [
+        signals.DETECTION_HAS_RANGE_RATE,
+        signals.DETECTION_LENGTH,
+        signals.DETECTION_WIDTH,
+        signals.DETECTION_CLASS,
+    ]
+    assert row[columns].tolist() == [1.0, 0.0, 0.0, -1.0]
 
 
 def test_crossing_car_is_a_point_at_the_middle_of_its_side() -> None:
-    context = scene_context()
-    row = only(look(context, scene(context, [(40.0, 0.0, math.pi / 2.0, 10.0)]), **FINE))
-    assert row[:2] == pytest.approx([40.0 - 0.5 * CAR[1], 0.0], abs=0.01)
+    context = scenes.scene_context()
+    row = only(look(context, scenes.scene(context, [(40.0, 0.0, math.pi / 2.0, 10.0)]), **FINE))
+    assert row[:2] == pytest.approx([40.0 - 0.5 * scenes.CAR[1], 0.0], abs=0.01)
 
 
 def test_truck_beside_the_path_stays_beside_it_as_the_ego_comes_near() -> None:
-    context = scene_context([TRUCK], kinds=["truck"])
+    context = scenes.scene_context([scenes.TRUCK], kinds=["truck"])
     for distance in (80.0, 40.0, 20.0, 10.0):
-        row = only(look(context, scene(context, [(distance + 5.0, 3.5)]), **FINE))
+        row = only(look(context, scenes.scene(context, [(distance + 5.0, 3.5)]), **FINE))
         assert 3.0 < row[1] <= 3.5, distance
 
 
 def test_oncoming_car_beyond_the_span_seems_to_drive_away() -> None:
-    context = scene_context()
-    shown = scene(context, [(60.0, 0.0, math.pi, 40.0)], ego=(0.0, 0.0, 0.0, 30.0))
+    context = scenes.scene_context()
+    shown = scenes.scene(context, [(60.0, 0.0, math.pi, 40.0)], ego=(0.0, 0.0, 0.0, 30.0))
     row = only(look(context, shown, **FINE, max_range_rate="50 m/s"))
     assert row[signals.DETECTION_RANGE_RATE] == pytest.approx(30.0, abs=0.01)
 
 
 @pytest.mark.parametrize("degrees", [20.0, -20.0])
 def test_yaw_shifts_what_is_in_view_and_leaves_the_place(degrees: float) -> None:
-    context = scene_context([(0.1, 0.1, 1.0)])
+    context = scenes.scene_context([(0.1, 0.1, 1.0)])
     bearing = math.radians(degrees)
     at = (30.0 * math.cos(bearing), 30.0 * math.sin(bearing))
     narrow: dict[str, Any] = {**FINE, "field_of_view": "10 deg"}
-    turned = look(context, scene(context, [at]), **narrow, mount={"yaw": f"{degrees} deg"})
+    turned = look(context, scenes.scene(context, [at]), **narrow, mount={"yaw": f"{degrees} deg"})
     assert only(turned)[:2] == pytest.approx(at, abs=0.06)
-    assert not look(context, scene(context, [at]), **narrow).mask.any()
+    assert not look(context, scenes.scene(context, [at]), **narrow).mask.any()
 
 
 def test_errors_shrink_with_the_signal_down_to_a_floor() -> None:
-    context = scene_context([(0.001, 0.001, 1.0)], runs=RUNS)
+    context = scenes.scene_context([(0.001, 0.001, 1.0)], runs=RUNS)
     spreads = []
     for distance in (10.0, 110.0):
-        found = look(context, scene(context, [(distance, 0.0)]), range_resolution="2 m")
+        found = look(context, scenes.scene(context, [(distance, 0.0)]), range_resolution="2 m")
         there = found.source[:, 0] == 0
         spreads.append(found.detections[there, 0, 0].std())
     assert spreads[0] == pytest.approx(0.05 * 2.0, rel=0.06)
@@ -197,28 +162,13 @@ def test_errors_shrink_with_the_signal_down_to_a_floor() -> None:
 # --- cells ----------------------------------------------------------------------------------------
 
 
-def test_posts_in_one_cell_are_one_detection() -> None:
-    # Posts too thin to hide each other.
-    context = scene_context([(1e-3, 1e-4, 1.0), (1e-3, 1e-3, 1.0)], runs=64)
-    for other, detections in (
-        ((60.3, 0.0, 0.0, 0.0), 1),
-        ((61.0, 0.0, 0.0, 0.0), 2),
-        ((60.0, 1.0, 0.0, 0.0), 1),
-        ((60.0, 2.5, 0.0, 0.0), 2),
-        ((60.3, 0.0, 0.0, 1.0), 2),
-    ):
-        shown = scene(context, [(60.0, 0.0, 0.0, 0.0), other])
-        found = look(context, shown, range="1000 m", false_alarm_rate=1e-12)
-        assert found.mask.sum() == pytest.approx(64 * detections, abs=2 * detections), other
-
-
 def test_person_beside_a_parked_truck_is_not_seen_on_its_own_until_he_moves() -> None:
-    context = scene_context([TRUCK, PERSON], kinds=["truck", "pedestrian"], runs=64)
+    context = scenes.scene_context([scenes.TRUCK, PERSON], kinds=["truck", "pedestrian"], runs=64)
     truck = (45.0, 0.0, 0.0, 0.0)
     coarse = {"bearing_resolution": "4 deg", "range_resolution": "1 m"}
     shares = []
     for speed in (0.0, 1.5):
-        shown = scene(context, [truck, (40.3, 1.8, math.pi, speed)])
+        shown = scenes.scene(context, [truck, (40.3, 1.8, math.pi, speed)])
         shares.append((look(context, shown, **coarse).source == 1).any(axis=1).mean())
     assert shares[0] == 0.0
     assert shares[1] > 0.7
@@ -227,19 +177,20 @@ def test_person_beside_a_parked_truck_is_not_seen_on_its_own_until_he_moves() ->
 # --- occlusion ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("y", "share"), [(0.0, 0.0), (2.0, 0.5), (6.0, 1.0)])
-def test_power_goes_with_the_visible_share(y: float, share: float) -> None:
+def test_power_goes_with_the_visible_share() -> None:
     # A thin wall from -1 to 1 at 50 m throws a shadow from -2 to 2 at 100 m, where the rear of the
     # car is 1.8 m wide.
-    context = scene_context([(0.01, 2.0, 2.0), CAR], runs=RUNS, kinds=["barrier", "car"])
-    shown = scene(context, [(50.0, 0.0), rear_at(100.0, y)])
-    found = look(context, shown, edge_loss=0.0, false_alarm_rate=1e-6)
-    detections = float((found.source == 1).any(axis=1).mean())
+    kinds = ["barrier", "car"]
+    context = scenes.scene_context([(0.01, 2.0, 2.0), scenes.CAR], runs=RUNS, kinds=kinds)
     half = math.log(1e-6) / math.log(0.5) - 1.0
-    signal = share * half * 1.5**4
-    expected = 1e-6 ** (1.0 / (1.0 + signal)) if share > 0.0 else 0.0
-    # The far edges of the car are seen a little past its rear.
-    assert detections == pytest.approx(expected, abs=0.03)
+    for y, share in ((0.0, 0.0), (2.0, 0.5), (6.0, 1.0)):
+        shown = scenes.scene(context, [(50.0, 0.0), rear_at(100.0, y)])
+        found = look(context, shown, edge_loss=0.0, false_alarm_rate=1e-6)
+        signal = share * half * 1.5**4
+        expected = 1e-6 ** (1.0 / (1.0 + signal)) if share > 0.0 else 0.0
+        # The far edges of the car are seen a little past its rear.
+        detections = float((found.source == 1).any(axis=1).mean())
+        assert detections == pytest.approx(expected, abs=0.03), y
 
 
 # --- what is not there ----------------------------------------------------------------------------
@@ -247,30 +198,28 @@ def test_power_goes_with_the_visible_share(y: float, share: float) -> None:
 
 def ghosts(**changes: Any) -> list[Floats]:
     """Detections of each of many samples of an empty world by an ego that drives 20 m/s."""
-    context = scene_context([CAR], runs=200)
-    sensor = subject.RadarSensor(sensor_context(spec(**changes), context))
+    context = scenes.scene_context([scenes.CAR], runs=200)
+    sensor = subject.RadarSensor(scenes.sensor_context(spec(**changes), context))
     rows: list[Floats] = []
     for tick in range(50):
-        shown = scene(context, [(-100.0, 0.0)], ego=(0.0, 0.0, 0.0, 20.0), tick=tick)
+        shown = scenes.scene(context, [(-100.0, 0.0)], ego=(0.0, 0.0, 0.0, 20.0), tick=tick)
         found = sensor.sense(shown)
         assert (found.source == -1).all()
         rows += [found.detections[run, found.mask[run]].copy() for run in range(200)]
     return rows
 
 
-@pytest.mark.parametrize(
-    ("rate", "clutter", "mean"),
-    [
-        (1e-6, 0.0, 1e-6 * 300.0 * 800.0),
-        (1e-5, 0.0, 1e-5 * 300.0 * 800.0),
+def test_number_of_ghosts_is_that_of_the_record() -> None:
+    cells = 300.0 * 800.0
+    for rate, clutter, mean in (
+        (1e-6, 0.0, 1e-6 * cells),
+        (1e-5, 0.0, 1e-5 * cells),
         (1e-12, 1.5, 1.5),
         (1e-6, 1.0, 1.24),
-    ],
-)
-def test_number_of_ghosts_is_that_of_the_record(rate: float, clutter: float, mean: float) -> None:
-    counts = np.array([len(rows) for rows in ghosts(false_alarm_rate=rate, clutter=clutter)])
-    assert counts.mean() == pytest.approx(mean, abs=4.0 * math.sqrt(mean / counts.size))
-    assert counts.var() == pytest.approx(mean, rel=0.1)
+    ):
+        counts = np.array([len(rows) for rows in ghosts(false_alarm_rate=rate, clutter=clutter)])
+        assert counts.mean() == pytest.approx(mean, abs=4.0 * math.sqrt(mean / counts.size))
+        assert counts.var() == pytest.approx(mean, rel=0.1)
 
 
 def test_clutter_stands_still_and_lies_all_over_the_area_in_view() -> None:
@@ -299,28 +248,18 @@ def test_false_alarms_have_any_range_and_any_rate() -> None:
 LEAD = {"kind": "car", "start": {"lane": 1, "s": "260 m", "speed": "25 m/s"}}
 
 
-FRONT = {
-    "kind": "radar",
-    "fidelity": "physical",
-    "mount": {"x": "2.3 m"},
-    "field_of_view": "40 deg",
-    "range": "160 m",
-    "rate": "20 Hz",
-}
+FRONT = scenes.sensor_spec(
+    "radar/physical", mount={"x": "2.3 m"}, field_of_view="40 deg", range="160 m"
+)
+TRUTH = {"kind": "ground_truth", "rate": "20 Hz"}
 
 
-def drive(
-    front: dict[str, Any], actors: dict[str, Any], runs: int, parameters: Any = None
-) -> Trace:
+def drive(front: Any, actors: dict[str, Any], runs: int, parameters: Any = None) -> Trace:
     """Drive for half a minute on one sensor that sees."""
     channel = {"kind": "nominal", "links": ["front", "pose"], "parameters": parameters or {}}
-    architecture = Architecture.model_validate(
-        {
-            **ARCHITECTURE,
-            "sensors": {"front": front, "pose": {"kind": "localisation", "rate": "20 Hz"}},
-            "channels": {"nominal": channel},
-        }
-    )
+    sensors = {"front": front, "pose": {"kind": "localisation", "rate": "20 Hz"}}
+    parts = {"sensors": sensors, "channels": {"nominal": channel}}
+    architecture = Architecture.model_validate({**ARCHITECTURE, **parts})
     scenario = make_scenario(actors=actors, horizon="28 s")
     return engine.run(
         [replace(make_case(scenario, seed=seed), architecture=architecture) for seed in range(runs)]
@@ -334,8 +273,7 @@ def hardest(trace: Trace) -> Floats:
 
 
 def test_nominal_channel_follows_a_lead_on_one_radar_as_on_the_truth() -> None:
-    trace = drive(FRONT, {"lead": LEAD}, 8)
-    truth = drive({"kind": "ground_truth", "rate": "20 Hz"}, {"lead": LEAD}, 1)
+    trace, truth = drive(FRONT, {"lead": LEAD}, 8), drive(TRUTH, {"lead": LEAD}, 1)
     assert (trace.columns["contact"] < 0).all()
     end, exact = trace.columns["ego"][:, -1], truth.columns["ego"][0, -1]
     assert end[:, signals.EGO_SPEED] == pytest.approx(exact[signals.EGO_SPEED], abs=0.2)
@@ -349,7 +287,7 @@ def test_ghosts_at_the_default_rate_brake_nobody_in_half_an_hour() -> None:
 
 @pytest.mark.slow
 def test_m_of_n_takes_most_of_the_phantom_braking_out_of_heavy_clutter() -> None:
-    heavy = {**FRONT, "clutter": 2.0}
+    heavy = FRONT.model_copy(update={"clutter": 2.0})
     braked = [
         int((hardest(drive(heavy, {}, 60, {"confirm_window": window})) < -3.0).sum())
         for window in (0, 4)
@@ -427,11 +365,6 @@ def test_strong_echo_swallows_the_weak_one_beside_it() -> None:
     rows = found([echo(50.3, signal=1e6), echo(50.0)])
     assert len(rows) == 1
     assert rows[0][subject.ECHO_RANGE] == pytest.approx(50.0, abs=0.15)
-
-
-def test_two_echoes_apart_are_two_detections_in_order_of_distance() -> None:
-    rows = found([echo(60.0), echo(50.0)])
-    assert [round(row[subject.ECHO_RANGE]) for row in rows] == [50, 60]
 
 
 @pytest.mark.slow
@@ -583,19 +516,6 @@ def test_echo_of_rain_is_that_of_spheres_with_the_drop_sizes_of_marshall_and_pal
         drops = 8000.0 * np.exp(-4.1 * rate**-0.21 * diameter)
         volume = float(np.trapezoid(drops * echo * math.pi / 4.0 * diameter**2 * 1e-6, diameter))
         assert subject.rain_echo(rate * MM_PER_HOUR) == pytest.approx(volume, rel=0.18)
-
-
-def test_more_rain_never_makes_an_echo_stronger() -> None:
-    def through(rate: float) -> float:
-        rain = rate * MM_PER_HOUR
-        in_cell = 0.5 * 0.03 * 0.17 * subject.rain_echo(rain)
-        return subject.signal_to_noise(
-            STRENGTH, 1.0, 80.0, 0.1, 0.5, radar_rain_extinction(rain), in_cell
-        )
-
-    strengths = [through(rate) for rate in (0.0, 0.5, 2.5, 7.5, 25.0, 100.0)]
-    assert strengths == sorted(strengths, reverse=True)
-    assert len(set(strengths)) == len(strengths)
 
 
 def test_in_heavy_rain_the_echo_of_the_rain_and_not_the_noise_is_the_limit() -> None:

@@ -9,7 +9,6 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from adeye.errors import PluginError, SpecError
 from adeye.signals import Measurement, Scene, SceneContext
@@ -18,27 +17,55 @@ from adeye.sweep.case import TestCase
 from adeye.testing import check_sensor
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 
-RADAR = {
-    "kind": "radar",
-    "mount": {"x": "2 m"},
-    "field_of_view": "60 deg",
-    "range": "150 m",
-    "rate": "20 Hz",
-    "range_noise": "0.3 m",
-    "bearing_noise": "0.2 deg",
-}
+VIEW = {"mount": {"x": "2 m"}, "field_of_view": "60 deg", "range": "150 m", "rate": "20 Hz"}
 POSE = {"kind": "localisation", "rate": "20 Hz", "lateral_noise": "0.1 m"}
+RADAR = {**VIEW, "kind": "radar", "range_noise": "0.3 m", "bearing_noise": "0.2 deg"}
 CAMERA = {
+    **VIEW,
     "kind": "camera",
     "mount": {"x": "1.5 m", "yaw": "5 deg"},
-    "field_of_view": "60 deg",
-    "range": "120 m",
     "rate": "10 Hz",
     "latency": "0.1 s",
     "distance_noise": 0.02,
 }
 GNSS = {"kind": "gnss", "rate": "10 Hz", "position_noise": "0.5 m", "bias": "0.5 m"}
 IMU = {"kind": "imu", "rate": "20 Hz", "yaw_rate_noise": "0.1 deg/s"}
+PHYSICAL = {**VIEW, "fidelity": "physical", "mount": {"x": "1 m", "z": "1 m"}}
+PIXELS = {name: value for name, value in PHYSICAL.items() if name != "range"}
+DIRT = {"column": 60, "row": 20, "columns": 30, "rows": 25, "transmission": 0.9}
+BEAMS = {"range_noise": "0.05 m", "bearing_noise": "0.1 deg", "drop_out": 0.1}
+
+ALL: dict[str, dict[str, Any]] = {
+    "camera": CAMERA,
+    "camera/physical": {**PIXELS, "kind": "camera", "noise": 0.02, "patches": {"dirt": DIRT}},
+    "radar": RADAR,
+    "radar/physical": {**PHYSICAL, "kind": "radar", "clutter": 3},
+    "lidar": {**VIEW, "kind": "lidar", "field_of_view": "360 deg", "range_noise": "0.05 m"},
+    "lidar/physical": {**PHYSICAL, "kind": "lidar", **BEAMS},
+    "ultrasonic": {**VIEW, "kind": "ultrasonic", "range": "60 m", "range_noise": "0.02 m"},
+    "gnss": {**GNSS, "outages": {"tunnel": {"begin": "5 s", "duration": "1 s"}}},
+    "imu": IMU,
+    "localisation": POSE,
+    "ground_truth": {"kind": "ground_truth", "rate": "20 Hz"},
+}
+"""One sensor of each model, with noise where it has any."""
+
+LAYERS = {"layers": 4, "vertical_field_of_view": "10 deg", "beams": 90}
+TURNED = {"z": "1.3 m", "yaw": "20 deg", "pitch": "2 deg"}
+UNLIKE: dict[str, dict[str, Any]] = {
+    "camera": {"range": "20 m", "mount": {"yaw": "20 deg"}},
+    "camera/physical": {"mount": TURNED, "patches": {"dirt": {**DIRT, "noise": 0.1}}},
+    "radar": {"range_noise": "0.1 m"},
+    "radar/physical": {"clutter": 0, "mount": {"yaw": "20 deg"}},
+    "lidar": {"range_noise": "0.5 m"},
+    "lidar/physical": {"mount": TURNED},
+    "ultrasonic": {"range_noise": "0.1 m"},
+    "gnss": {"bias": "2 m", "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}}},
+    "imu": {"yaw_rate_noise": "1 deg/s", "bias_time": "5 s"},
+    "localisation": {"lateral_noise": "0.3 m"},
+    "ground_truth": {},
+}
+"""Fields that may differ from run to run of a batch."""
 
 PLUGIN = """
 from adeye.delivery import no_measurement
@@ -83,9 +110,7 @@ def _copied(readings: dict[str, Measurement]) -> dict[str, Measurement]:
 
 
 def same(one: Measurement, other: Measurement) -> bool:
-    pairs = [
-        (getattr(one, field.name), getattr(other, field.name)) for field in fields(Measurement)
-    ]
+    pairs = [(getattr(one, f.name), getattr(other, f.name)) for f in fields(Measurement)]
     return all(a is b or np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs)
 
 
@@ -116,79 +141,6 @@ def test_every_sensor_delivers_under_its_name_what_its_kind_measures_and_nothing
         "ground_truth": {"detections", "estimate"},
     }
     assert {name: parts(item) for name, item in shown.items()} == expected
-
-
-PHYSICAL = {"fidelity": "physical", "field_of_view": "60 deg", "rate": "20 Hz"}
-DIRT = {"column": 60, "row": 20, "columns": 30, "rows": 25, "transmission": 0.9}
-
-ALL: dict[str, dict[str, Any]] = {
-    "camera": CAMERA,
-    "camera/physical": {
-        **PHYSICAL,
-        "kind": "camera",
-        "mount": {"x": "1.5 m", "z": "1.3 m"},
-        "noise": 0.02,
-        "patches": {"dirt": DIRT},
-    },
-    "radar": RADAR,
-    "radar/physical": {
-        **PHYSICAL,
-        "kind": "radar",
-        "mount": {"x": "2 m"},
-        "range": "150 m",
-        "clutter": 3,
-    },
-    "lidar": {
-        "kind": "lidar",
-        "mount": {"x": "1 m"},
-        "field_of_view": "360 deg",
-        "range": "100 m",
-        "rate": "10 Hz",
-        "range_noise": "0.05 m",
-    },
-    "lidar/physical": {
-        **PHYSICAL,
-        "kind": "lidar",
-        "mount": {"x": "1 m", "z": "0.8 m"},
-        "range": "100 m",
-        "range_noise": "0.05 m",
-        "bearing_noise": "0.1 deg",
-        "drop_out": 0.1,
-    },
-    "ultrasonic": {
-        "kind": "ultrasonic",
-        "mount": {"x": "2 m"},
-        "field_of_view": "60 deg",
-        "range": "60 m",
-        "rate": "20 Hz",
-        "range_noise": "0.02 m",
-    },
-    "gnss": {**GNSS, "outages": {"tunnel": {"begin": "5 s", "duration": "1 s"}}},
-    "imu": IMU,
-    "localisation": POSE,
-    "ground_truth": {"kind": "ground_truth", "rate": "20 Hz"},
-}
-"""One sensor of each model, with noise where it has any."""
-
-
-LAYERS = {"layers": 4, "vertical_field_of_view": "10 deg", "beams": 90}
-UNLIKE: dict[str, dict[str, Any]] = {
-    "camera": {"range": "20 m", "mount": {"yaw": "20 deg"}},
-    "camera/physical": {
-        "mount": {"z": "1.3 m", "yaw": "20 deg", "pitch": "2 deg"},
-        "patches": {"dirt": {**DIRT, "noise": 0.1}},
-    },
-    "radar": {"range_noise": "0.1 m"},
-    "radar/physical": {"clutter": 0, "mount": {"yaw": "20 deg"}},
-    "lidar": {"range_noise": "0.5 m"},
-    "lidar/physical": {"mount": {"z": "1.5 m", "pitch": "2 deg", "yaw": "10 deg"}},
-    "ultrasonic": {"range_noise": "0.1 m"},
-    "gnss": {"bias": "2 m", "outages": {"tunnel": {"begin": "0.5 s", "duration": "0.3 s"}}},
-    "imu": {"yaw_rate_noise": "1 deg/s", "bias_time": "5 s"},
-    "localisation": {"lateral_noise": "0.3 m"},
-    "ground_truth": {},
-}
-"""Fields that may differ from run to run of a batch."""
 
 
 def test_there_is_a_sensor_of_every_model_here() -> None:
@@ -306,43 +258,44 @@ def test_halving_the_step_leaves_every_sample_bit_identical() -> None:
         assert samples(model, 0.05, 1) == fine != [], model
 
 
-def test_rates_and_latencies_are_in_ticks_of_the_master_clock() -> None:
-    fresh = [readings["front"].fresh[0] for readings in sense({"front": CAMERA})]
+def test_rates_latencies_and_jitter_are_in_ticks_of_the_master_clock() -> None:
+    on_time = sense({"front": CAMERA}, ticks=40)
+    fresh = [readings["front"].fresh[0] for readings in on_time[:8]]
     assert fresh == [False, False, True, False, True, False, True, False]
-    with pytest.raises(SpecError, match=r"sensors\.front\.rate"):
-        sense({"front": {**RADAR, "rate": "7 Hz"}})
+    late = sense({"front": {**CAMERA, "jitter": "0.1 s"}}, ticks=40)
+    behind = [
+        float(one["front"].stamp[0] - other["front"].stamp[0])
+        for one, other in zip(on_time[4:], late[4:], strict=True)
+    ]
+    # A sample each 0.1 s, at most as much late.
+    assert [min(behind), max(behind)] == pytest.approx([0.0, 0.1])
+    for field, value in (("rate", "7 Hz"), ("jitter", "0.07 s")):
+        with pytest.raises(SpecError, match=rf"sensors\.front\.{field}"):
+            sense({"front": {**CAMERA, field: value}})
 
 
-def test_unknown_kind_is_no_sensor() -> None:
-    with pytest.raises(ValidationError, match="sonar"):
-        architecture({"front": {**RADAR, "kind": "sonar"}})
-
-
-def test_plugin_that_is_not_there_is_named() -> None:
-    with pytest.raises(SpecError, match=r"no file .*sonar\.py"):
-        sense({"front": {"kind": "./sonar.py:Sonar", "rate": "20 Hz"}}, ticks=1)
+BLIND = {"kind": "./blind.py:Blind", "rate": "20 Hz"}
 
 
 def test_plugin_sensor_comes_from_the_folder_of_its_file(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r"no file .*blind\.py"):
+        sense({"front": BLIND}, ticks=1, folder=tmp_path)
     (tmp_path / "blind.py").write_text(PLUGIN, "utf-8")
-    sensors = {"front": {"kind": "./blind.py:Blind", "rate": "20 Hz"}, "back": RADAR}
-    readings = sense(sensors, ticks=2, folder=tmp_path)
-    assert not readings[-1]["front"].mask.any()
-    assert readings[-1]["back"].mask.any()
+    last = sense({"front": BLIND, "back": RADAR}, ticks=2, folder=tmp_path)[-1]
+    assert not last["front"].mask.any()
+    assert last["back"].mask.any()
 
 
 def test_answer_below_a_mask_is_refused(tmp_path: Path) -> None:
     answer = "no_measurement(runs, count, with_estimate=False)"
     hidden = f"{answer}.map(lambda values: np.ma.masked_array(values, mask=True))"
-    text = PLUGIN.replace(answer, hidden)
-    (tmp_path / "blind.py").write_text(f"import numpy as np\n{text}", "utf-8")
-    sensors = {"front": {"kind": "./blind.py:Blind", "rate": "20 Hz"}}
+    (tmp_path / "blind.py").write_text(f"import numpy as np\n{PLUGIN.replace(answer, hidden)}")
     with pytest.raises(PluginError, match=r"blind\.py.*masked samples, not numbers"):
-        sense(sensors, ticks=1, folder=tmp_path)
+        sense({"front": BLIND}, ticks=1, folder=tmp_path)
 
 
 def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
-    found = mounts(cases({"front": CAMERA, "pose": POSE}, {"front": CAMERA, "pose": POSE}))
+    found = mounts(cases(*[{"front": CAMERA, "pose": POSE}] * 2))
     assert list(found) == ["front"]
     assert found["front"] == pytest.approx(np.array([[1.5, 0.0, 0.0, np.radians(5.0)]] * 2))
 
@@ -357,18 +310,6 @@ def test_ultrasonic_sensors_of_a_rig_hear_each_other_only_if_they_are_told_to() 
         }
         found = rig_of(context, sensors).sense(scene(context, [(4.0 + 0.5 * CAR[0], 0.0)]))["front"]
         assert float(found.detections[0, 0, 0]) == pytest.approx(distance)
-
-
-def test_jitter_is_in_ticks_of_the_master_clock() -> None:
-    late = {"front": {**CAMERA, "jitter": "0.1 s"}}
-    stamps = [float(readings["front"].stamp[0]) for readings in sense(late, ticks=40)]
-    on_time = [float(readings["front"].stamp[0]) for readings in sense({"front": CAMERA}, ticks=40)]
-    behind = np.array(on_time[4:]) - np.array(stamps[4:])
-    assert behind.min() == 0.0
-    # A sample each 0.1 s, at most as much late.
-    assert behind.max() == pytest.approx(0.1)
-    with pytest.raises(SpecError, match=r"sensors\.front\.jitter"):
-        sense({"front": {**CAMERA, "jitter": "0.07 s"}})
 
 
 def test_receiver_and_unit_know_where_the_rear_axle_is() -> None:
@@ -398,11 +339,8 @@ def test_data_sheets_tell_the_accuracy_of_every_run_and_no_outage() -> None:
 
 
 def test_data_sheet_of_a_camera_with_an_image_tells_its_height() -> None:
-    camera = {**CAMERA, "fidelity": "physical", "mount": {"z": "1.3 m"}, "columns": 300}
-    del camera["range"], camera["distance_noise"]
+    camera = {**PIXELS, "kind": "camera", "mount": {"z": "1.3 m"}, "columns": 300}
     sheet = data_sheets(cases({"front": camera}))["front"]
-    assert {field: column.tolist() for field, column in sheet.items()} == {
-        "field_of_view": [pytest.approx(np.pi / 3.0)],
-        "columns": [300.0],
-        "mount.z": [1.3],
-    }
+    told = {field: column.tolist() for field, column in sheet.items()}
+    view = [pytest.approx(np.pi / 3.0)]
+    assert told == {"field_of_view": view, "columns": [300.0], "mount.z": [1.3]}

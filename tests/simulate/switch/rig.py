@@ -6,13 +6,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from adeye.ports import SwitchContext, SwitchModel
-from adeye.signals import OK, SILENT, ControlCommand, SwitchFaults
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    OK,
+    REQUESTS_AUTHORITY,
+    SILENT,
+    ControlCommand,
+    SwitchFaults,
+)
 from adeye.simulate.switch import make_switch
 from adeye.spec.switch import Switch
 
 STEP = 0.05
 IDS = ("nominal", "safety", "third")
 NOMINAL, SAFETY, THIRD = range(3)
+
+
+STATES = {"o": OK, "d": DEGRADED, "r": REQUESTS_AUTHORITY, "f": FAULT, "-": SILENT}
+
+
+def said(text: str) -> list[tuple[int, ...]]:
+    """Return states of channels: a word for a tick, times a number of them, a letter for each."""
+    rows: list[tuple[int, ...]] = []
+    for word in text.split():
+        letters, _, count = word.partition("*")
+        rows += [tuple(STATES[letter] for letter in letters)] * int(count or 1)
+    return rows
 
 
 def spec(**changes: object) -> Switch:
@@ -62,7 +82,7 @@ class Tick:
 
 def ticks(
     made: SwitchModel,
-    statuses: Sequence[Sequence[int]],
+    statuses: str | Sequence[Sequence[int]],
     commands: Sequence[Sequence[tuple[float, float]]] | None = None,
     *,
     stuck: Sequence[bool] | None = None,
@@ -72,14 +92,14 @@ def ticks(
 
     Args:
         made: A switch of one run.
-        statuses: Of each channel at each tick. One that is silent here has never spoken; what it
-            said before it fell silent would count.
+        statuses: Of each channel at each tick, or the text of them. One that is silent here has
+            never spoken; what it said before it fell silent would count.
         commands: Acceleration and steering angle of each channel at each tick.
         stuck: Whether the switch is stuck by a fault at each tick.
         delay: How late it is by a fault at each tick.
     """
     found = []
-    for tick, row in enumerate(statuses):
+    for tick, row in enumerate(said(statuses) if isinstance(statuses, str) else statuses):
         time = tick * STEP
         numbers = [(1.0, 0.1)] * len(row) if commands is None else commands[tick]
         proposals = [
@@ -106,6 +126,6 @@ def holders(found: Sequence[Tick]) -> list[int]:
     return [tick.channel for tick in found]
 
 
-def all_ok(count: int, channels: int = 2) -> list[tuple[int, ...]]:
-    """Return sound channels for so many ticks."""
-    return [(OK,) * channels] * count
+def hands(found: Sequence[Tick]) -> str:
+    """Return who had authority at each tick, by first letters; nobody is a dot."""
+    return "".join("nst."[tick.channel] for tick in found)

@@ -58,18 +58,16 @@ S_CURVE = {"road": {"kind": "s_curve", "radius": "600 m", "length": "1200 m"}}
 
 
 def worlds() -> dict[str, dict[str, Any]]:
-    slow_ego = {"speed": "10 m/s"}
-    return {
-        "dense": {"actors": DENSE, "ego": slow_ego},
-        "many": {"actors": MANY, "ego": slow_ego},
-        "object": {"actors": DENSE, "ego": slow_ego, "world": {"objects": {"truck": PARKED}}},
-        "left": {"actors": DENSE, "ego": slow_ego, "world": S_CURVE},
-        "right": {
-            "actors": DENSE,
-            "ego": slow_ego,
-            "world": {"road": {**S_CURVE["road"], "radius": "-600 m"}},
-        },
+    right = {"road": {**S_CURVE["road"], "radius": "-600 m"}}
+    changes: dict[str, dict[str, Any]] = {
+        "dense": {},
+        "many": {"actors": MANY},
+        "object": {"world": {"objects": {"truck": PARKED}}},
+        "left": {"world": S_CURVE},
+        "right": {"world": right},
     }
+    usual = {"actors": DENSE, "ego": {"speed": "10 m/s"}}
+    return {name: usual | change for name, change in changes.items()}
 
 
 def drive(
@@ -150,16 +148,12 @@ def test_an_unknown_variant_is_refused() -> None:
 
 
 def test_a_driver_brakes_for_the_ego() -> None:
-    actors = {
-        "follower": {
-            "kind": "car",
-            "start": {"lane": 1, "s": "170 m", "speed": "25 m/s"},
-            "reactive": {"desired_speed": "25 m/s"},
-        }
-    }
+    start = {"lane": 1, "s": "170 m", "speed": "25 m/s"}
+    follower = {"kind": "car", "start": start, "reactive": {"desired_speed": "25 m/s"}}
     followed = []
     for lane in (1, 2):
-        scenario = make_scenario(actors=actors, ego={"lane": lane, "speed": "20 m/s"})
+        ego = {"lane": lane, "speed": "20 m/s"}
+        scenario = make_scenario(actors={"follower": follower}, ego=ego)
         followed.append(drive(BatchTraffic(), [make_case(scenario)], 60, (-3.0, 0.0))[0, -1, 0, 3])
     behind_the_ego, beside_it = followed
     assert beside_it == pytest.approx(25.0, abs=1e-9)

@@ -82,12 +82,6 @@ def test_one_seed_gives_one_course(env: TrafficVectorEnv) -> None:
     assert data_equivalence(courses[0], courses[1], exact=True)
 
 
-def test_another_seed_gives_other_parameters(env: TrafficVectorEnv) -> None:
-    first = env.reset(seed=1)[1]["parameters"]["gap"]
-    second = env.reset(seed=2)[1]["parameters"]["gap"]
-    assert not set(first) & set(second)
-
-
 def test_without_a_seed_the_draws_go_on(env: TrafficVectorEnv) -> None:
     drawn = [env.reset(seed=1)[1]["parameters"]["gap"].tolist()]
     drawn += [env.reset()[1]["parameters"]["gap"].tolist() for _ in range(2)]
@@ -175,18 +169,6 @@ def test_gymnasium_makes_it_by_its_id_and_files_are_read_strictly(
         TrafficVectorEnv(2, scenario=path, architecture=case.architecture)
 
 
-def test_the_episode_statistics_of_gymnasium_work_on_it(env: TrafficVectorEnv) -> None:
-    wrapped: Any = gymnasium.wrappers.vector.RecordEpisodeStatistics(env)
-    wrapped.reset(seed=2)
-    lengths = np.zeros(4)
-    for _ in range(100):
-        *_, info = wrapped.step(idle(env))
-        if "episode" in info:
-            lengths = np.maximum(lengths, info["episode"]["l"])
-    assert (lengths > 0).all()
-    assert lengths.max() <= 100
-
-
 def courses(env: TrafficVectorEnv, ticks: int) -> list[Any]:
     return [env.step(idle(env))[:4] for _ in range(ticks)]
 
@@ -246,21 +228,17 @@ def test_time_of_a_run_that_has_ended_stands_still(env: TrafficVectorEnv) -> Non
     assert ends.max() <= 5.0 + 1e-9
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
+def test_options_that_mean_nothing_are_refused(env: TrafficVectorEnv) -> None:
+    wrong: list[tuple[dict[str, Any], str]] = [
         ({"mask": [True]}, "reset has no option 'mask'"),
         ({"reset_mask": np.zeros(4, dtype=bool)}, "and names no run"),
         ({"reset_mask": np.ones(3, dtype=bool)}, r"bool of shape \(3,\)"),
         ({"reset_mask": np.ones(4)}, "reset_mask is float64"),
         ({"reset_mask": np.array([True, False, False, False])}, "have never begun"),
-    ],
-)
-def test_options_that_mean_nothing_are_refused(
-    env: TrafficVectorEnv, options: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(UsageError, match=message):
-        env.reset(options=options)
+    ]
+    for options, message in wrong:
+        with pytest.raises(UsageError, match=message):
+            env.reset(options=options)
 
 
 def test_wrappers_of_gymnasium_reset_by_the_mask_as_with_its_own_vectors(

@@ -1,30 +1,23 @@
 """Storyboards become rows of numbers and programs."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 from adeye.errors import SpecError
+from adeye.kernel import storyboard as k
 from adeye.kernel.postfix import is_satisfied
-from adeye.kernel.storyboard import (
-    ACTION_ACTOR,
-    ACTION_JERK,
-    ACTION_KIND,
-    ACTION_RATE,
-    ACTION_SHAPE,
-    ACTION_TARGET,
-    CHANGE_BY,
-    CHANGE_SPEED,
-    CHANGE_TO,
-    CROSS,
-    LINEAR,
-    SINUSOIDAL,
-    Script,
-)
-from adeye.simulate.world.compile import check_lanes, compile_script
+from adeye.signals import Scene
+from adeye.simulate.traffic.stage import locate_all
+from adeye.simulate.world import compile as subject
+from adeye.simulate.world.compile import check_lanes, compile_script, compile_world
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import TestCase
+from adeye.units import Dimension
 from tests.motorway import make_case, make_scenario
 
 ACTORS: dict[str, dict[str, Any]] = {
@@ -34,7 +27,7 @@ ACTORS: dict[str, dict[str, Any]] = {
 INDEX = {"time": 0, "gap": 1, "ego_speed": 2}
 
 
-def script(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> Script:
+def script(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> k.Script:
     cases = []
     for board in boards:
         scenario = make_scenario(actors=ACTORS, storyboard=board)
@@ -50,25 +43,25 @@ def event(when: str = "time >= 1 s", *, actor: str = "two", **action: Any) -> di
 def test_a_lane_change_aims_at_the_centre_of_its_lane() -> None:
     change = {"to_lane": 2, "lateral_speed": "1.2 m/s"}
     row = script({"cut": event(lane_change=change)}).actions[0, 0]
-    assert row[ACTION_KIND] == CHANGE_TO
-    assert row[ACTION_ACTOR] == 1
-    assert row[ACTION_TARGET] == pytest.approx(8.75)
-    assert row[ACTION_RATE] == 1.2
-    assert row[ACTION_SHAPE] == SINUSOIDAL
+    assert row[k.ACTION_KIND] == k.CHANGE_TO
+    assert row[k.ACTION_ACTOR] == 1
+    assert row[k.ACTION_TARGET] == pytest.approx(8.75)
+    assert row[k.ACTION_RATE] == 1.2
+    assert row[k.ACTION_SHAPE] == k.SINUSOIDAL
 
 
 def test_a_lane_change_by_a_distance_varies_with_the_run() -> None:
     change = {"by": "gap / 20", "lateral_speed": "1 m/s", "shape": "linear"}
     rows = script({"swerve": event(lane_change=change)}, gaps=(40.0, 20.0)).actions[:, 0]
-    assert rows[:, ACTION_TARGET].tolist() == [2.0, 1.0]
-    assert set(rows[:, ACTION_KIND]) == {CHANGE_BY}
-    assert set(rows[:, ACTION_SHAPE]) == {LINEAR}
+    assert rows[:, k.ACTION_TARGET].tolist() == [2.0, 1.0]
+    assert set(rows[:, k.ACTION_KIND]) == {k.CHANGE_BY}
+    assert set(rows[:, k.ACTION_SHAPE]) == {k.LINEAR}
 
 
 def test_a_stop_is_a_change_to_no_speed_without_jerk_limit() -> None:
     row = script({"brake": event(stop={"rate": "6 m/s^2"})}).actions[0, 0]
-    assert row[ACTION_KIND] == CHANGE_SPEED
-    assert (row[ACTION_TARGET], row[ACTION_RATE], row[ACTION_JERK]) == (0.0, 6.0, np.inf)
+    assert row[k.ACTION_KIND] == k.CHANGE_SPEED
+    assert (row[k.ACTION_TARGET], row[k.ACTION_RATE], row[k.ACTION_JERK]) == (0.0, 6.0, np.inf)
 
 
 def test_a_speed_change_and_a_crossing_keep_their_values() -> None:
@@ -77,8 +70,12 @@ def test_a_speed_change_and_a_crossing_keep_their_values() -> None:
         "walk": event(actor="walker", cross={"to": "9 m", "speed": "1.5 m/s"}),
     }
     faster, walk = script(board).actions[0]
-    assert (faster[ACTION_TARGET], faster[ACTION_RATE], faster[ACTION_JERK]) == (30.0, 2.0, 4.0)
-    assert (walk[ACTION_KIND], walk[ACTION_TARGET], walk[ACTION_RATE]) == (CROSS, 9.0, 1.5)
+    assert (faster[k.ACTION_TARGET], faster[k.ACTION_RATE], faster[k.ACTION_JERK]) == (
+        30.0,
+        2.0,
+        4.0,
+    )
+    assert (walk[k.ACTION_KIND], walk[k.ACTION_TARGET], walk[k.ACTION_RATE]) == (k.CROSS, 9.0, 1.5)
 
 
 def test_equal_conditions_share_a_program_and_overridden_ones_have_their_own() -> None:
@@ -131,3 +128,160 @@ def test_what_has_wheels_does_not_turn_on_the_spot(
     monkeypatch.setitem(ACTORS["two"], "start", start)
     with pytest.raises(SpecError, match=r"actors\.two\.start\.heading: 60 deg is across"):
         script({"go": event(lane_change={"to_lane": 2, "lateral_speed": "1 m/s"})})
+
+
+# --- Trigger variables: gaps and times to collision along the road, distances between bodies ------
+
+
+def actor(kind: str = "car", **start: Any) -> dict[str, Any]:
+    return {"kind": kind, "start": {"lane": 1, "speed": "20 m/s", **start}}
+
+
+@pytest.fixture
+def scenario() -> LogicalScenario:
+    return make_scenario(
+        parameters={"rain": {"default": "2 mm/h"}, "share": {"default": 0.5}},
+        actors={
+            "lead": actor(ahead_of="ego", gap="gap"),
+            "rear": {**actor(ahead_of="ego", gap="-10 m"), "kind": "truck"},
+            "beside": actor(s="200 m", lane=2),
+        },
+        storyboard={"brake": {"actor": "lead", "when": "time > 1 s", "stop": {"rate": "3 m/s^2"}}},
+    )
+
+
+def values_at(
+    cases: list[TestCase], begun: Any = None, ended: Any = None, tick: int = 0
+) -> dict[str, list[float]]:
+    """Return the trigger variables of test cases where they begin, by name and run."""
+    world, runs = compile_world(cases), len(cases)
+    places = np.zeros((runs, 6)), np.zeros((runs, len(world.objects[0]), 6))
+    road = world.context.road
+    whole = np.ones(runs, dtype=np.bool_)
+    lanes = road.segments, road.lane_width, road.lanes
+    locate_all(whole, world.ego, world.objects, *lanes, *places)
+    events = len(cases[0].scenario.storyboard)
+    scene = Scene(
+        tick=tick,
+        time=0.05 * tick,
+        ego=world.ego,
+        ego_place=places[0],
+        objects=world.objects,
+        object_places=places[1],
+        begun=np.zeros((runs, events)) if begun is None else np.array(begun),
+        ended=np.zeros((runs, events), dtype=np.bool_) if ended is None else np.array(ended),
+        contact=np.full(runs, -1),
+        impact_speed=np.zeros(runs),
+        foreign_contact=~whole,
+        running=whole,
+    )
+    table = subject.TriggerTable.of(cases, world.context)
+    return dict(zip(table.index, table.values(scene).T.tolist(), strict=True))
+
+
+def test_the_columns_are_the_names_that_conditions_may_use(scenario: LogicalScenario) -> None:
+    case = make_case(scenario, {"rain": 0.0, "share": 0.5})
+    index = compile_world([case]).triggers.index
+    assert list(index) == list(subject.trigger_variables(scenario))
+    assert list(index.values()) == list(range(len(index)))
+
+
+def test_dimensions_of_parameters_come_from_their_defaults(scenario: LogicalScenario) -> None:
+    dimensions = subject.parameter_dimensions(scenario)
+    assert dimensions["gap"] is Dimension.LENGTH
+    assert dimensions["share"] is Dimension.NONE
+    assert dimensions["rain"].exponents == Dimension.RAIN_RATE.exponents
+    variables = subject.trigger_variables(scenario)
+    assert variables["lead.ttc"] is Dimension.TIME
+    assert variables["brake.begun"] is Dimension.NONE
+
+
+VALUES = {
+    # The gap and the distance to a car ahead in the lane agree.
+    "lead.gap": [40.0, 20.0],
+    "lead.distance": [40.0, 20.0],
+    "lead.ttc": [4.0, 2.0],
+    "lead.speed": [20.0, 20.0],
+    "lead.d": [5.25, 5.25],
+    # What is behind has a negative gap and does not close when it is slower.
+    "rear.gap": [-10.0, -10.0],
+    "rear.ttc": [math.inf, math.inf],
+    "beside.gap": [0.0, 0.0],
+    "beside.distance": [3.5 - 0.95 - 0.9] * 2,
+    "time": [0.5, 0.5],
+    "ego.speed": [30.0, 30.0],
+    "ego.s": [200.0, 200.0],
+    "ego.d": [5.25, 5.25],
+    "brake.begun": [0.0, 1.0],
+    "brake.ended": [0.0, 1.0],
+    "brake.begun_at": [math.nan, 0.25],
+    "brake.since": [math.nan, 0.25],
+    "gap": [40.0, 20.0],
+}
+
+
+def test_values_are_those_of_the_scene(scenario: LogicalScenario) -> None:
+    cases = [make_case(scenario, {"gap": gap, "rain": 5e-7, "share": 0.5}) for gap in (40.0, 20.0)]
+    found = values_at(cases, [[np.nan], [0.25]], [[False], [True]], 10)
+    for name, expected in VALUES.items():
+        assert found[name] == pytest.approx(expected, nan_ok=True), name
+
+
+def test_a_faster_one_behind_closes() -> None:
+    assert subject.road_ttc(-10.0, 20.0, 25.0) == 2.0
+    assert subject.road_ttc(-10.0, 20.0, 20.0) == math.inf
+    assert subject.road_ttc(10.0, 0.0, 0.0) == math.inf
+    assert subject.road_ttc(10.0, 20.0, -5.0) == 0.4
+
+
+def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
+    assert subject.road_gap(10.0, 2.0, 3.0) == 5.0
+    assert subject.road_gap(-10.0, 2.0, 3.0) == -5.0
+    assert subject.road_gap(4.0, 2.0, 3.0) == 0.0
+
+
+def at_start(case: TestCase) -> dict[str, float]:
+    """Return the trigger variables of a test case as it begins."""
+    return {name: value for name, (value,) in values_at([case]).items()}
+
+
+@pytest.mark.parametrize("radius", ["60 m", "-60 m"])
+@pytest.mark.parametrize("lane", [0, 2])
+def test_a_gap_on_a_bend_is_the_one_that_the_scenario_says(radius: str, lane: int) -> None:
+    scenario = make_scenario(
+        world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},
+        ego={"lane": lane, "s": "120 m"},
+        actors={
+            "lead": actor(ahead_of="ego", gap="gap", lane=lane, speed="10 m/s"),
+            "rear": actor(ahead_of="ego", gap="-8 m", lane=lane, speed="40 m/s"),
+        },
+    )
+    values = at_start(make_case(scenario, {"gap": 40.0}))
+    # The body of the ego is turned into the bend, which takes a little more of the road.
+    assert values["lead.gap"] == pytest.approx(40.0, abs=0.03)
+    assert values["rear.gap"] == pytest.approx(-8.0, abs=0.03)
+    assert values["lead.ttc"] == pytest.approx(2.0, rel=1e-2)
+
+
+@pytest.mark.parametrize(("radius", "bend"), [("60 m", 60.0), ("-60 m", -60.0)])
+@pytest.mark.parametrize(("lane", "other"), [(0, 1), (1, 0), (0, 2), (2, 1)])
+def test_on_a_bend_a_time_to_collision_is_the_gap_over_its_rate(
+    radius: str, bend: float, lane: int, other: int
+) -> None:
+    scenario = make_scenario(
+        world={"road": {"kind": "curve", "radius": radius, "length": "250 m"}},
+        ego={"lane": lane, "s": "120 m"},
+        actors={"lead": actor(ahead_of="ego", gap="gap", lane=other, speed="20 m/s")},
+    )
+    values = at_start(make_case(scenario, {"gap": 30.0}))
+    own, beside = (bend - values[f"{who}.d"] for who in ("ego", "lead"))
+    # The other turns about the centre of the bend with its speed over its own radius.
+    closing = values["ego.speed"] - 20.0 * own / beside
+    assert values["lead.ttc"] == pytest.approx(values["lead.gap"] / closing, rel=1e-2)
+
+
+def test_a_box_across_the_road_takes_its_width_along_it() -> None:
+    size = np.array([12.0, 2.5, 3.8])
+    assert subject.road_extent(size, 0.0) == 6.0
+    assert subject.road_extent(size, math.pi / 2) == pytest.approx(1.25)
+    assert subject.road_extent(size, math.pi) == pytest.approx(6.0)

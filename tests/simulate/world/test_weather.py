@@ -44,20 +44,6 @@ def test_range_in_extinction_is_its_inverse() -> None:
         assert z * math.exp(extinction * z) == pytest.approx(120.0)
 
 
-def test_ranges_fall_as_it_gets_worse() -> None:
-    rains = [k * subject.MM_PER_HOUR for k in (0.0, 0.5, 2.0, 8.0, 40.0)]
-    fogs = [math.inf, 1000.0, 200.0, 50.0]
-    for values in (
-        [subject.camera_range(100.0, rain, math.inf, 1.0) for rain in rains],
-        [subject.camera_range(100.0, 0.0, fog, 1.0) for fog in fogs],
-        [subject.camera_range(100.0, 0.0, math.inf, night) for night in (1.0, 0.7, 0.3)],
-        [subject.lidar_range(100.0, 0.5, 0.9, rain, math.inf) for rain in rains],
-        [subject.lidar_range(100.0, 0.5, 0.9, 0.0, fog) for fog in fogs],
-    ):
-        assert values == sorted(values, reverse=True)
-        assert len(set(values)) == len(values)
-
-
 def test_camera_keeps_its_range_by_day_and_sees_nothing_without_contrast() -> None:
     assert subject.camera_range(100.0, 0.0, math.inf, 1.0) == 100.0
     assert subject.camera_range(100.0, 0.0, 1e4, 0.0) == 0.0

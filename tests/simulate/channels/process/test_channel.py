@@ -193,17 +193,13 @@ def test_other_programs_are_found_on_the_path(folder_program: Path) -> None:
         (("sh", "-c", "exit"), "names no file of the project"),
     ],
 )
-def test_what_cannot_be_executed_is_refused(
-    folder_program: Path, command: tuple[str, ...], words: str
-) -> None:
+def test_bad_program_is_refused(folder_program: Path, command: tuple[str, ...], words: str) -> None:
     with pytest.raises(SpecError, match=words) as caught:
         find_program(command, folder_program)
     assert caught.value.remedy
 
 
-def test_other_systems_are_told_what_is_needed(
-    folder_program: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_systems_are_told_need(folder_program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
     with pytest.raises(SpecError, match="needs a POSIX system"):
         find_program(("./drive",), folder_program)

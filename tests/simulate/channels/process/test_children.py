@@ -124,8 +124,8 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
         Children()
 
 
-def test_other_systems_are_told_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
+def test_other_systems_are_told_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("adeye.simulate.channels.process.children.os.name", "nt")
     with pytest.raises(PlatformError, match="POSIX"):
         Children()
 

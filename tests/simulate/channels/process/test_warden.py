@@ -32,6 +32,7 @@ time.sleep(3600)
 class Warden:
     def __init__(self, folder: Path) -> None:
         self.control, other = socket.socketpair()
+        self.outputs: list[int] = []
         with other:
             self.process = subprocess.Popen(
                 [sys.executable, "-I", "-S", "-B", subject.__file__, str(other.fileno())],
@@ -43,6 +44,7 @@ class Warden:
     def start(self, program: str, **limits: int) -> int:
         """Start a program; return where its output can be read."""
         stdout, theirs = os.pipe()
+        self.outputs.append(stdout)
         null = os.open(os.devnull, os.O_RDWR)
         message: dict[str, Any] = {
             "start": 1,
@@ -68,6 +70,8 @@ def warden(tmp_path: Path) -> Iterator[Warden]:
     yield made
     made.control.close()
     made.process.wait(10)
+    for output in made.outputs:
+        os.close(output)
 
 
 def read(fd: int) -> str:
@@ -91,7 +95,6 @@ def test_program_runs_in_a_session_and_an_empty_folder_of_its_own(warden: Warden
     )
     assert warden.says() == {"ended": 1, "code": 0, "why": ""}
     assert read(stdout) == "True [] ['HOME', 'LC_CTYPE', 'PATH', 'TMPDIR']"
-    os.close(stdout)
 
 
 def test_program_inherits_no_descriptor_and_no_blocked_or_ignored_signal(warden: Warden) -> None:
@@ -102,7 +105,6 @@ def test_program_inherits_no_descriptor_and_no_blocked_or_ignored_signal(warden:
     )
     warden.says()
     assert read(stdout) == "['0', '1', '2', '3'] [] set()"  # 3 reads the folder
-    os.close(stdout)
 
 
 def test_limits_hold(warden: Warden) -> None:
@@ -113,7 +115,6 @@ def test_limits_hold(warden: Warden) -> None:
     )
     warden.says()
     assert json.loads(read(stdout)) == [20, 2**30, 2**20, 32, 0]
-    os.close(stdout)
 
 
 def test_told_to_end_a_program_it_asks_first_and_then_kills(warden: Warden) -> None:
@@ -122,7 +123,6 @@ def test_told_to_end_a_program_it_asks_first_and_then_kills(warden: Warden) -> N
     read(stdout)
     warden.control.sendall(b'{"end": 1}\n')
     assert warden.says()["code"] == 3
-    os.close(stdout)
 
 
 def test_a_group_is_signalled_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,9 +134,7 @@ def test_a_group_is_signalled_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sent == ["group"]
 
 
-def test_a_process_without_a_group_of_its_own_is_signalled(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_process_without_a_group_of_its_own_is_signalled(monkeypatch: pytest.MonkeyPatch) -> None:
     def no_group(*_: object) -> None:
         raise ProcessLookupError
 
@@ -158,21 +156,18 @@ def test_program_that_does_not_listen_is_killed(warden: Warden) -> None:
     warden.control.sendall(b'{"end": 1}\n')
     assert warden.says()["code"] == -signal.SIGKILL
     assert subject.GRACE_S <= time.monotonic() - begin < 1.0
-    os.close(stdout)
 
 
 def test_process_that_leaves_its_session_is_killed(warden: Warden) -> None:
     stdout = warden.start(DAEMON)
     assert wait_until_gone(int(read(stdout)))
-    os.close(stdout)
 
 
 def test_too_many_processes_are_the_end(warden: Warden) -> None:
-    stdout = warden.start(
+    warden.start(
         "import os, time\nfor _ in range(20): os.fork() or time.sleep(3600)\ntime.sleep(3600)"
     )
     assert warden.says() == {"ended": 1, "code": -signal.SIGKILL, "why": "processes"}
-    os.close(stdout)
 
 
 def test_rest_of_a_program_ends_with_its_leader(warden: Warden) -> None:
@@ -182,7 +177,6 @@ def test_rest_of_a_program_ends_with_its_leader(warden: Warden) -> None:
     pid = int(read(stdout))
     warden.says()
     assert wait_until_gone(pid)
-    os.close(stdout)
 
 
 def test_everything_ends_when_the_socket_closes(warden: Warden, tmp_path: Path) -> None:
@@ -198,7 +192,6 @@ def test_everything_ends_when_the_socket_closes(warden: Warden, tmp_path: Path) 
     assert warden.process.wait(10) == 0
     assert all(wait_until_gone(pid) for pid in pids)
     assert list(tmp_path.iterdir()) == []
-    os.close(stdout)
 
 
 def test_programs_end_with_a_warden_that_is_killed(warden: Warden) -> None:
@@ -206,7 +199,6 @@ def test_programs_end_with_a_warden_that_is_killed(warden: Warden) -> None:
     pid = int(read(stdout))
     warden.process.kill()
     assert wait_until_gone(pid)
-    os.close(stdout)
 
 
 def test_descendants_are_children_and_theirs() -> None:

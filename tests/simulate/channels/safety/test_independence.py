@@ -104,9 +104,7 @@ CASES: Final = [(road, stop) for road in ("straight", "curved") for stop in STOP
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("road", "stop"), CASES)
-def test_stop_is_the_same_without_nominal_channel_and_sensors(
-    road: str, stop: str, tmp_path: Path
-) -> None:
+def test_stop_is_the_same_without_the_nominal_side(road: str, stop: str, tmp_path: Path) -> None:
     """Up to the fault the commands are played back, so the situation is the same; then nothing."""
     whole = drive(project(tmp_path / "whole", road, stop))
     made = project(tmp_path / "without", road, stop)

@@ -75,15 +75,6 @@ def test_lane_is_crossed_only_where_it_is_seen_to_be_free_from_behind() -> None:
     assert -1.6 < done.ego[-1, 1] < -0.9
 
 
-def test_blocked_shoulder_leaves_the_lane() -> None:
-    places = [(s, SHOULDER) for s in (90.0, 110.0, 130.0, 150.0, 170.0, 190.0)]
-    world = World(lane=0, objects=standing(places))
-    done = run(world, PLANNED, on_commands=silence(1.0))
-    assert done.ego[-1, 3] == 0.0
-    assert done.ego[:, 1] == pytest.approx(SLOW, abs=0.2)
-    assert done.distance.min() > 0.5
-
-
 def test_other_ratings_choose_another_place() -> None:
     rated = SafetyParameters(stop="planned", ratings=StopRatings(hard_shoulder=6))
     done = run(World(lane=0), rated, on_commands=silence(1.0))

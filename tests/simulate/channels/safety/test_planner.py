@@ -7,33 +7,17 @@ import numpy as np
 import pytest
 
 from adeye.kernel import profiles, stops
-from adeye.signals import Floats, parameter_record
+from adeye.signals import Floats
 from adeye.simulate.channels.perception.pose import POSE_ALIGN
 from adeye.simulate.channels.safety import planned_stop
 from adeye.simulate.channels.trajectory.cost import Others
+from tests.kernel.stop_limits import limits
 from tests.simulate.channels.trajectory.record import pose
 
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25
 TIMES = stops.STOP_INTERVAL * np.arange(1, stops.STOP_SAMPLES + 1)
 ROAD = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
 NONE = np.zeros((0, 5))
-LIMITS = {
-    "stop_deceleration": [4.0],
-    "emergency_deceleration": 8.0,
-    "length": 4.5,
-    "width": 1.8,
-    "lane_width": 3.5,
-    "lanes": 3.0,
-    "shoulder": 2.5,
-    "verge": 0.0,
-    "speed_limit": 36.1,
-    "max_curvature": 0.25,
-    "acceleration_lag": 0.15,
-    "lateral_margin": 0.2,
-    "uncertainty_growth": 0.1,
-    "follower_deceleration": 3.0,
-    "rear_sight": 0.0,
-}
 
 Thing = tuple[float, float, float, float]
 """Place along and across [m], speed [m/s], acceleration until it stands [m/s²]."""
@@ -65,7 +49,7 @@ def plan(
     places: int = stops.ANYWHERE,
     **changes: float,
 ) -> tuple[int, Floats]:
-    record = parameter_record(LIMITS | changes)[0]
+    record = limits(**changes)
     place = pose(d=d, speed=speed)
     place[POSE_ALIGN] = align
     found = np.zeros((stops.STOPS, planned_stop.FOUND_ROW))
@@ -134,15 +118,6 @@ def test_who_follows_does_not_forbid_to_brake() -> None:
     assert chosen == number(stops.SHOULDER, 1)
 
 
-def test_lane_to_the_right_is_entered_only_where_it_is_seen_to_be_free() -> None:
-    blind, found = plan([], d=MIDDLE)
-    assert blind == number(stops.IN_LANE, 1)
-    assert not found[number(stops.RIGHT_LANE, 0) :, planned_stop.FOUND_FEASIBLE].any()
-    assert plan([], d=MIDDLE, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.SHOULDER
-    taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, rear_sight=500.0)
-    assert taken[0] == number(stops.IN_LANE, 1)
-
-
 def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
     _, found = plan([], align=-0.2)
     assert not found[
@@ -152,7 +127,7 @@ def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
 
 @pytest.mark.slow
 def test_impact_is_the_speed_against_the_first_object() -> None:
-    record = parameter_record(LIMITS)[0]
+    record = limits()
     path, profile = (
         np.zeros(profiles.PATH_ROW),
         np.zeros((stops.STOP_SAMPLES, profiles.PROFILE_ROW)),

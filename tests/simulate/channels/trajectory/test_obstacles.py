@@ -86,18 +86,6 @@ def test_collision_dominates_and_is_worse_the_sooner_and_the_harder_it_is() -> N
     assert cost(thing(60.0, LANE, 0.0), wanted=-3.0) > cost(thing(60.0, LANE, 0.0), wanted=-8.0)
 
 
-@pytest.mark.slow
-def test_braking_to_come_is_paid_for_now() -> None:
-    """The wall is beyond the horizon, but a stop before it is no longer a gentle one."""
-    wall = thing(200.0, LANE, 0.0)
-    assert cost(wall) > cost(wall, wanted=-2.0) > cost(wall, wanted=-3.5)
-
-
-def test_dodged_wall_costs_nothing_but_a_late_dodge_does() -> None:
-    assert cost(thing(75.0, LANE, 0.0), target=LANE + 3.5) < 30.0
-    assert cost(thing(30.0, LANE, 0.0), target=LANE + 3.5) > 1000.0
-
-
 def test_lane_is_never_left_into_somebody() -> None:
     neighbour = thing(2.0, LANE + 3.5, 30.0)
     assert cost(neighbour, target=LANE + 3.5, leaving=True) == math.inf
@@ -148,13 +136,6 @@ def test_follower_is_cut_up_if_it_would_have_to_brake_too_hard() -> None:
     assert cut_up(rear_sight=30.0)
     assert not cut_up(rear_sight=0.0, is_lane=False)
     assert not cut_up(thing(-10.0, LANE + 3.5, 60.0), d=LANE + 1.5)
-
-
-def test_slow_traffic_makes_a_lane_dearer_and_fast_does_not() -> None:
-    def lane(speed: float) -> float:
-        return subject.lane_speed_cost(record(), LANE, 30.0, 30.0, others(thing(60.0, LANE, speed)))
-
-    assert lane(15.0) > lane(25.0) > lane(35.0) == 0.0
 
 
 def track(x: float, y: float, vx: float, vy: float = 0.0, **more: float) -> Floats:
@@ -262,12 +243,6 @@ def driven(target: float, length: float, wanted: float, **more: float) -> tuple[
         line,
     )
     return found, line
-
-
-def test_lane_costs_nothing_to_keep() -> None:
-    found, line = driven(LANE, 60.0, 0.0)
-    assert found == 0.0
-    assert (line[:, subject.LINE_D] == LANE).all()
 
 
 def test_quick_lane_change_costs_more_than_a_calm_one_and_beyond_the_limits_all() -> None:
