@@ -5,15 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import (
-    MODELS,
-    SCRATCH_SIZE,
-    drive_scenes,
-    named,
-    parameters_of,
-    vector,
-)
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes
+from adeye.kernel.reference_drivers.reactions import MODELS, named, parameters_of, vector
 
 
 def scenes_of(rows: Any) -> Any:

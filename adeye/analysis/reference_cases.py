@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.errors import UsageError
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes, must_be_avoided
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes
+from adeye.kernel.reference_drivers.reactions import must_be_avoided
 from adeye.spec.document import require_plain
 from adeye.units import decimal
 

@@ -19,7 +19,7 @@ from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.faults.schedule import TIME_TOLERANCE
 from adeye.simulate.world.check import Finding, check_scenario, check_worlds, parameters_used
-from adeye.simulate.world.compile import trigger_variables
+from adeye.simulate.world.storyboard import trigger_variables
 from adeye.spec.clock import ticks
 from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program

@@ -108,7 +108,7 @@ def names_in(text: str) -> tuple[str, ...]:
 
 
 def _warn(scenes: Floats, edition: str) -> None:
-    from adeye.kernel.reference_drivers.drivers import EDITIONS, S_EGO_SPEED
+    from adeye.kernel.reference_drivers.reactions import EDITIONS, S_EGO_SPEED
 
     rules = EDITIONS[edition]
     count = int((scenes[:, S_EGO_SPEED] > rules.highest_speed * (1.0 + 1e-9)).sum())

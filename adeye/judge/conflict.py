@@ -48,7 +48,7 @@ from adeye.signals import (
     Ints,
     Shorts,
 )
-from adeye.simulate.world.compile import road_gap
+from adeye.simulate.world.storyboard import road_gap
 
 
 class Scene(NamedTuple):

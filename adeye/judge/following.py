@@ -47,7 +47,7 @@ from adeye.signals import (
     Ints,
     Shorts,
 )
-from adeye.simulate.world.compile import road_gap
+from adeye.simulate.world.storyboard import road_gap
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10

@@ -7,7 +7,7 @@ import pytest
 
 from adeye.analysis.reference_cases import Question, check_question, drive, obligations, read
 from adeye.errors import UsageError
-from adeye.kernel.reference_drivers import drivers as columns
+from adeye.kernel.reference_drivers import reactions as columns
 from tests.refusals import refused
 
 HEADER = "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps"

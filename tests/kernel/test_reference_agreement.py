@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import MODELS
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.reactions import MODELS
 from tests import reference_scenes as second
 from tests.driven_scenes import driven, scenes_of
 from tests.reference_models import NO_VARIANT

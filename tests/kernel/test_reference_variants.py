@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from adeye.analysis.reference_cases import Question, drive
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import EDITIONS, GROUPS, MODELS, VARIANTS
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.reactions import EDITIONS, GROUPS, MODELS, VARIANTS
 from tests import reference_scenes as second
 from tests.driven_scenes import driven
 from tests.kernel import test_reference_agreement as agreement

@@ -11,7 +11,7 @@ import pytest
 
 from adeye.kernel import boxes as geometry
 from adeye.kernel import criticality, encounter
-from adeye.kernel.reference_drivers import drivers as reactions
+from adeye.kernel.reference_drivers import reactions as reactions
 from tests.second import evading, following, plane, rules
 from tests.second.agreement import between, disagreements
 

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from adeye import api
 from adeye.campaign.studies.preventability import reference_architecture
 from adeye.errors import SourceLocation, SpecError
-from adeye.kernel.reference_drivers import drivers as reference_parameters
+from adeye.kernel.reference_drivers import reactions as reference_parameters
 from adeye.selftest.bench import DB, DRIVING, Bench, Edit
 from adeye.simulate.channels.safety import supervisor as supervising
 from adeye.spec import channels

@@ -12,7 +12,7 @@ from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, reca
 from adeye.campaign.work import describe, evaluate, grouped
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
-from adeye.kernel.reference_drivers.drivers import EDITIONS, MODELS, parameters_of
+from adeye.kernel.reference_drivers.reactions import EDITIONS, MODELS, parameters_of
 from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
 from adeye.spec.architecture import Architecture

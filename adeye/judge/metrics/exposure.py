@@ -31,7 +31,7 @@ from adeye.signals import (
     PLACE_HEADING,
     PLACE_S,
 )
-from adeye.simulate.world.compile import road_gap
+from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

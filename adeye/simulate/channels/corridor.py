@@ -12,7 +12,7 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
 from adeye.kernel.road import lane_way, local
-from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_D,
@@ -86,35 +86,35 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
     speed = pose[POSE_SPEED] * turn_cosine
     for row in range(int(seen.notes[run, NOTE_END])):
         if (
-            tracks[row, tracking.TRACK_HITS] < confirm_hits
-            or tracks[row, tracking.TRACK_VAR_VX] > MAX_SPEED_VARIANCE
+            tracks[row, columns.TRACK_HITS] < confirm_hits
+            or tracks[row, columns.TRACK_VAR_VX] > MAX_SPEED_VARIANCE
         ):
             continue
         track = tracks[row]
-        x = ego_x + cosine * track[tracking.TRACK_X] - sine * track[tracking.TRACK_Y]
-        y = ego_y + sine * track[tracking.TRACK_X] + cosine * track[tracking.TRACK_Y]
+        x = ego_x + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
+        y = ego_y + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
         s, d, heading, _ = local(seen.segments[run], x, y)
         if s <= ego_s:
             continue
         apart = lane_way(ego_s, road, ego_d, s, heading)
-        gap = apart - 0.5 * (ego_length + track[tracking.TRACK_LENGTH])
+        gap = apart - 0.5 * (ego_length + track[columns.TRACK_LENGTH])
         # Zeros are equal although their signs may differ, so they do not count as known.
         if ego_heading - heading != turn or turn == 0.0:
             turn = ego_heading - heading
             turn_sine, turn_cosine = sin_cos(turn)
-        forward = turn_cosine * track[tracking.TRACK_VX] - turn_sine * track[tracking.TRACK_VY]
-        sideways = turn_sine * track[tracking.TRACK_VX] + turn_cosine * track[tracking.TRACK_VY]
-        half = 0.5 * (ego_width + track[tracking.TRACK_WIDTH]) + record["lateral_margin"]
+        forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
+        sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
+        half = 0.5 * (ego_width + track[columns.TRACK_WIDTH]) + record["lateral_margin"]
         offset = offset_from_corridor(d, path_d, ego_d)
-        length = ego_length + track[tracking.TRACK_LENGTH]
+        length = ego_length + track[columns.TRACK_LENGTH]
         # Towards the corridor, as far as the track is sure of it.
         inward = -sideways if offset > 0.0 else sideways
-        inward -= math.sqrt(track[tracking.TRACK_VAR_VY])
+        inward -= math.sqrt(track[columns.TRACK_VAR_VY])
         if not uses_path(abs(offset), inward, half, gap, length, speed - forward):
             continue
         # Oncoming: to stop before the place is what the ego can do about it.
         ahead = max(0.0, forward)
-        braking = max(-_MOST_BRAKING, track[tracking.TRACK_BRAKING])
+        braking = max(-_MOST_BRAKING, track[columns.TRACK_BRAKING])
         if ahead <= 0.0 or braking > -_LEAST_BRAKING:
             braking = 0.0
         path[PATH_REQUIRED] = max(

@@ -18,7 +18,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_S,
     POSE_SPEED,
 )
-from adeye.simulate.channels.perception.tracking import BEHIND
+from adeye.simulate.channels.perception.tracks import BEHIND
 from adeye.spec.channels import BESIDE_NUMBERS, NominalParameters, SafetyParameters
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from adeye.kernel.road import position
 from adeye.signals import FAULT, OK, Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_STAMP, POSE_X, POSE_Y
 from adeye.simulate.channels.perception.step import Perception, Seen
-from adeye.simulate.channels.perception.tracking import TRACK_HITS
+from adeye.simulate.channels.perception.tracks import TRACK_HITS
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext

@@ -29,7 +29,7 @@ from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observati
 from adeye.simulate.channels.driving import channel_records, lane_at, parameter_columns
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
-from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ACCELERATION,
     POSE_ALIGN,
@@ -40,7 +40,7 @@ from adeye.simulate.channels.perception.pose import (
     has_pose,
 )
 from adeye.simulate.channels.perception.step import NOTE_END, Perception
-from adeye.simulate.channels.perception.tracking import TRACKS
+from adeye.simulate.channels.perception.tracks import TRACKS
 from adeye.spec.channels import TrackingParameters
 from adeye.supervision import guest, is_asked
 
@@ -232,9 +232,9 @@ def _describe_objects(record: Any, pose: Floats, tracks: Floats, end: int, objec
     count = 0
     for row in range(end):
         track = tracks[row]
-        if track[tracking.TRACK_HITS] < record["confirm_hits"]:
+        if track[columns.TRACK_HITS] < record["confirm_hits"]:
             continue
-        x, y = track[tracking.TRACK_X], track[tracking.TRACK_Y]
+        x, y = track[columns.TRACK_X], track[columns.TRACK_Y]
         place = count
         # Eight at most: each is put where it belongs among those before it.
         while place > 0 and _is_nearer(x, y, objects[place - 1]):
@@ -243,11 +243,11 @@ def _describe_objects(record: Any, pose: Floats, tracks: Floats, end: int, objec
             place -= 1
         objects[place, 0] = 1.0
         objects[place, 1], objects[place, 2] = x, y
-        objects[place, 3] = track[tracking.TRACK_VX] - pose[POSE_SPEED]
-        objects[place, 4] = track[tracking.TRACK_VY]
+        objects[place, 3] = track[columns.TRACK_VX] - pose[POSE_SPEED]
+        objects[place, 4] = track[columns.TRACK_VY]
         objects[place, 5], objects[place, 6] = (
-            track[tracking.TRACK_LENGTH],
-            track[tracking.TRACK_WIDTH],
+            track[columns.TRACK_LENGTH],
+            track[columns.TRACK_WIDTH],
         )
         count += 1
 

@@ -17,6 +17,7 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
 from adeye.kernel.reference_drivers import drivers
+from adeye.kernel.reference_drivers import reactions as columns
 from adeye.kernel.road import lane_way, local
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels import driving
@@ -64,7 +65,7 @@ THINGS: Final = 32
     THING_LED,  # 1 if it was the vehicle ahead, until it has left the lane
 ) = range(13)
 THING_STATE: Final = 13
-THING_SIZE: Final = THING_STATE + drivers.STATE_SIZE
+THING_SIZE: Final = THING_STATE + columns.STATE_SIZE
 
 VISIBLE: Final = -1
 UNSEEN: Final = -2
@@ -221,7 +222,7 @@ def look_at(
         row: Of the object.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the centre of the ego's lane [m].
-        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.drivers``.
+        view: (VIEW_SIZE,) out, see ``kernel.reference_drivers.reactions``.
 
     Returns:
         VISIBLE, else the row of the vehicle that hides it, or UNSEEN for what is behind or not
@@ -247,23 +248,23 @@ def look_at(
     if hider >= 0:
         return hider
     _, align = sin_cos(pose[POSE_ALIGN])
-    view[drivers.EGO_SPEED] = pose[POSE_SPEED] * align
+    view[columns.EGO_SPEED] = pose[POSE_SPEED] * align
     # Oncoming: to stop before the place is what the ego can do about it.
-    view[drivers.OTHER_SPEED] = max(0.0, thing[THING_FORWARD])
-    view[drivers.OTHER_ACCELERATION] = thing[THING_ACCELERATION] if thing[THING_MEAN] > 0.0 else 0.0
-    view[drivers.GAP] = gap
-    view[drivers.LENGTHS] = lengths
-    view[drivers.LATERAL_GAP] = lateral - half
-    view[drivers.LATERAL_SPEED] = inward
+    view[columns.OTHER_SPEED] = max(0.0, thing[THING_FORWARD])
+    view[columns.OTHER_ACCELERATION] = thing[THING_ACCELERATION] if thing[THING_MEAN] > 0.0 else 0.0
+    view[columns.GAP] = gap
+    view[columns.LENGTHS] = lengths
+    view[columns.LATERAL_GAP] = lateral - half
+    view[columns.LATERAL_SPEED] = inward
     smaller = min(record["width"], thing[THING_WIDTH])
-    view[drivers.OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
+    view[columns.OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
     from_centre = abs(thing[THING_D] - path_d)
-    view[drivers.INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
-    view[drivers.CUE] = revealed
+    view[columns.INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
+    view[columns.CUE] = revealed
     if inward >= MIN_LATERAL_SPEED:
-        view[drivers.CUE] = max(revealed, record["lane_width"] - lateral)
+        view[columns.CUE] = max(revealed, record["lane_width"] - lateral)
     if is_in_path and revealed == 0.0:
-        if view[drivers.EGO_SPEED] <= view[drivers.OTHER_SPEED]:
+        if view[columns.EGO_SPEED] <= view[columns.OTHER_SPEED]:
             thing[THING_IS_NEW] = 0.0
         if lateral <= drivers.REVEALED:
             thing[THING_LED] = 1.0
@@ -327,11 +328,11 @@ class ReferenceChannel:
         self._channel_id = context.channel_id
         self._sight = Sight(context)
         specs: list[ReferenceParameters] = list(context.parameters)
-        found = [drivers.parameters_of(item.model, item.edition, item.variant) for item in specs]
+        found = [columns.parameters_of(item.model, item.edition, item.variant) for item in specs]
         self._drivers = Drivers(
             records=driving.channel_records(context, fields),
-            models=np.array([drivers.MODELS[item.model] for item in specs], dtype=np.int64),
-            parameters=np.array([drivers.vector(item) for item in found]),
+            models=np.array([columns.MODELS[item.model] for item in specs], dtype=np.int64),
+            parameters=np.array([columns.vector(item) for item in found]),
             segments=np.ascontiguousarray(context.road.segments),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
@@ -339,7 +340,7 @@ class ReferenceChannel:
             memory=np.full((runs, MEMORY_WIDTH), np.nan),
             command=np.zeros((runs, 2)),
             status=np.full(runs, signals.FAULT, dtype=np.int64),
-            scene=np.zeros(drivers.VIEW_SIZE),
+            scene=np.zeros(columns.VIEW_SIZE),
         )
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -447,7 +448,7 @@ def _longitudinal(batch: Drivers, run: int) -> float:
     speed, path_d = pose[POSE_SPEED], memory[MEMORY_PATH]
     before = memory[MEMORY_SPEED]
     memory[MEMORY_SPEED] = speed
-    view[drivers.EGO_ACCELERATION] = (
+    view[columns.EGO_ACCELERATION] = (
         0.0 if math.isnan(before) else (speed - before) / record["period"]
     )
     limit = math.inf
@@ -465,9 +466,9 @@ def _longitudinal(batch: Drivers, run: int) -> float:
         if math.isnan(wanted):
             return math.nan
         limit = min(limit, wanted)
-        if view[drivers.LATERAL_GAP] <= 0.0 and 0.0 <= view[drivers.GAP] < nearest:
-            lead, nearest = row, view[drivers.GAP]
-    room = drivers.following_distance(model, parameters, speed) - record["standstill_gap"]
+        if view[columns.LATERAL_GAP] <= 0.0 and 0.0 <= view[columns.GAP] < nearest:
+            lead, nearest = row, view[columns.GAP]
+    room = columns.following_distance(model, parameters, speed) - record["standstill_gap"]
     wanted = idm_acceleration(
         speed,
         nearest,

@@ -20,7 +20,7 @@ from adeye.simulate.faults import command_faults, sensor_faults
 from adeye.simulate.faults.command_faults import part_of
 from adeye.simulate.faults.injector import DropOut, InjectorContext, Moment, Silence
 from adeye.simulate.faults.sensor_faults import Pixels
-from adeye.simulate.world.compile import TriggerTable, compile_conditions
+from adeye.simulate.world.storyboard import TriggerTable, compile_conditions
 from adeye.spec.architecture import ACTUATORS, targets_of
 from adeye.spec.fault import Late
 from adeye.spec.sensor_faults import SensorFault

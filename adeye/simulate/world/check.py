@@ -5,14 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adeye.errors import ExpressionError, InputError, SpecError, suggest
-from adeye.simulate.world.compile import (
-    EGO,
-    compile_world,
-    gap_circle,
-    parameter_dimension,
-    trigger_variables,
-)
+from adeye.simulate.world.compile import EGO, compile_world, gap_circle
 from adeye.simulate.world.formulas import Formulas, Situation
+from adeye.simulate.world.storyboard import parameter_dimension, trigger_variables
 from adeye.spec.expression import Expression, to_program
 from adeye.spec.plausible import implausible, quantities
 from adeye.spec.quantity import require_dimension

@@ -6,13 +6,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import (
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.drivers import reference_limit
+from adeye.kernel.reference_drivers.reactions import (
     MODELS,
     cut_in_threshold,
     following_distance,
     parameters_of,
-    reference_limit,
     reg157_limit,
     vector,
 )

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.kernel.reference_drivers import drivers as reactions
-from adeye.kernel.reference_drivers.drivers import (
+from adeye.kernel.reference_drivers import reactions as reactions
+from adeye.kernel.reference_drivers.reactions import (
     MODELS,
     CarefulDriver,
     CutInRule,

@@ -8,7 +8,7 @@ from adeye.signals import Floats, parameter_record
 from adeye.simulate.channels import corridor as subject
 from adeye.simulate.channels import driving
 from adeye.simulate.channels.perception import pose as poses
-from adeye.simulate.channels.perception import tracking as kept
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
 from tests.simulate.channels.perceived import perceived

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.kernel.reference_drivers import drivers as columns
-from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes, following_distance
+from adeye.kernel.reference_drivers import reactions as columns
+from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes
+from adeye.kernel.reference_drivers.reactions import following_distance
 from adeye.kernel.road import position
 from adeye.signals import FAULT, OK, ControlCommand, Floats, RoadMap
 from adeye.simulate.channels import reference as subject

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from adeye.errors import SpecError
 from adeye.signals import SILENT, ControlCommand, Measurement, Scene, SceneContext
 from adeye.simulate.channels.links import View
-from adeye.simulate.faults import FaultPlan, catalogue
+from adeye.simulate.faults import FaultPlan, schedule
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
@@ -224,7 +224,7 @@ def test_injector_is_told_when_its_fault_began_in_each_run(monkeypatch: pytest.M
             told.append(moment)
             return thing
 
-    monkeypatch.setattr(catalogue, "INJECTORS", {("sensors", "drop_out"): Probe})
+    monkeypatch.setattr(schedule, "INJECTORS", {("sensors", "drop_out"): Probe})
     late = {**CAMERA_OUT, "onset": {"at": "0.3 s"}, "duration": None}
     plan = FaultPlan([case(CAMERA_OUT), case(late), case(late)], CONTEXT)
     for tick in range(10):

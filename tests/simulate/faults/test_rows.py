@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from adeye import signals as s
 from adeye.simulate.channels.links import no_command
 from adeye.simulate.faults import injector
-from adeye.simulate.faults import sensor_faults as subject
+from adeye.simulate.faults import rows as subject
 from adeye.simulate.faults.injector import InjectorContext
-from adeye.simulate.faults.sensor_faults import FARTHEST, bearing_of, relocate, shift_points, turned
+from adeye.simulate.faults.rows import FARTHEST, bearing_of, relocate, shift_points, turned
 from adeye.spec.fault import FAULT
 from adeye.spec.sensor_faults import SIGNALS, has_signal
 from tests.motorway import fault

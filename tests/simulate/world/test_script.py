@@ -11,10 +11,11 @@ from adeye.kernel import storyboard as k
 from adeye.kernel.postfix import is_satisfied
 from adeye.signals import Scene
 from adeye.simulate.traffic.stage import locate_all
-from adeye.simulate.world import compile as subject
-from adeye.simulate.world.compile import check_lanes, compile_script, compile_world
+from adeye.simulate.world import storyboard as subject
+from adeye.simulate.world.compile import compile_world
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
+from adeye.simulate.world.storyboard import check_lanes, compile_script
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
 from adeye.units import Dimension

@@ -28,7 +28,7 @@ from adeye import signals
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import Bools, Floats, Ints, Measurement, parameter_record, spec_columns
-from adeye.simulate.channels.perception.tracking import CAR_WIDTH
+from adeye.simulate.channels.perception.tracks import CAR_WIDTH
 from adeye.spec.sensors import LOWEST_LIDAR
 
 if TYPE_CHECKING:

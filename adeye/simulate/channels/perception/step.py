@@ -11,13 +11,15 @@ from adeye import signals
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import Bools, Floats, Ints, Measurement, Observation
 from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.localisation import Localiser
 from adeye.simulate.channels.perception.pose import (
     first_poses,
     has_pose,
     update_pose,
 )
-from adeye.simulate.channels.perception.tracking import TRACKS, Sample
+from adeye.simulate.channels.perception.tracking import Sample
+from adeye.simulate.channels.perception.tracks import TRACKS, carried_by
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -231,7 +233,7 @@ class Perception:
             segments=np.ascontiguousarray(context.road.segments),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
-            tracks=np.zeros((runs, TRACKS, tracking.TRACK_STATE)),
+            tracks=np.zeros((runs, TRACKS, columns.TRACK_STATE)),
             notes=np.zeros((runs, NOTE_WIDTH)),
             degraded=np.zeros(runs, dtype=np.bool_),
             shown=np.full((runs, TRACKS, len(signals.TRACK_COLUMNS)), np.nan),
@@ -316,11 +318,11 @@ def _predict(record: Any, time: float, pose: Floats, tracks: Floats, note: Float
     if not has_pose(pose, time):
         # Every standing object would seem to move.
         for row in range(tracks.shape[0]):
-            tracks[row, tracking.TRACK_HITS] = 0.0
+            tracks[row, columns.TRACK_HITS] = 0.0
         note[NOTE_END] = -1.0
         return
     period = record["period"]
-    motion = tracking.carried_by(pose, period)
+    motion = carried_by(pose, period)
     _note_motion(note, period, motion)
     note[NOTE_END] = tracking.predict_tracks(tracks, pose, motion, time, period, record["coast"])
 
@@ -339,7 +341,7 @@ def _update(
     """Update the tracks of one run with a new sample of one sensor."""
     # Many a sensor is as late as the one before, so the way since then is the same.
     if sample.age != note[NOTE_AGE]:
-        _note_motion(note, sample.age, tracking.carried_by(pose, sample.age))
+        _note_motion(note, sample.age, carried_by(pose, sample.age))
     note[NOTE_END] = tracking.update_tracks(
         tracks,
         int(note[NOTE_END]),
@@ -383,16 +385,16 @@ def _show_tracks(tracks: Floats, confirm_hits: float, shown: Floats) -> None:
     """
     for row in range(tracks.shape[0]):
         track, out = tracks[row], shown[row]
-        if track[tracking.TRACK_HITS] >= confirm_hits:
+        if track[columns.TRACK_HITS] >= confirm_hits:
             out[0], out[1], out[2] = (
-                track[tracking.TRACK_X],
-                track[tracking.TRACK_Y],
-                track[tracking.TRACK_VX],
+                track[columns.TRACK_X],
+                track[columns.TRACK_Y],
+                track[columns.TRACK_VX],
             )
             out[3], out[4], out[5] = (
-                track[tracking.TRACK_VY],
-                track[tracking.TRACK_LENGTH],
-                track[tracking.TRACK_WIDTH],
+                track[columns.TRACK_VY],
+                track[columns.TRACK_LENGTH],
+                track[columns.TRACK_WIDTH],
             )
         elif not np.isnan(out[0]):
             # Most rows are empty, and were so at the tick before.

@@ -29,7 +29,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_S,
     POSE_SPEED,
 )
-from adeye.simulate.channels.perception.tracking import TRACKS
+from adeye.simulate.channels.perception.tracks import TRACKS
 from adeye.simulate.channels.safety import in_lane
 from adeye.simulate.channels.safety.in_lane import Batch, SafetyChannel
 from adeye.simulate.channels.trajectory.channel import LOST, steer_along

@@ -21,7 +21,7 @@ from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
 from adeye.simulate.channels.links import linked_channels
-from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
     MAX_AGE,
     POSE_ACCELERATION,
@@ -276,14 +276,14 @@ def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
     half = 0.5 * width_factor * record["width"]
     for row in range(int(batch.seen.notes[run, NOTE_END])):
         track = tracks[row]
-        if track[tracking.TRACK_HITS] < record["confirm_hits"]:
+        if track[columns.TRACK_HITS] < record["confirm_hits"]:
             continue
-        x = pose[POSE_X] + cosine * track[tracking.TRACK_X] - sine * track[tracking.TRACK_Y]
-        y = pose[POSE_Y] + sine * track[tracking.TRACK_X] + cosine * track[tracking.TRACK_Y]
+        x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
+        y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
         s, d, heading, _ = local(batch.seen.segments[run], x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, batch.memory[run, in_lane.MEMORY_PATH], pose[POSE_D]))
-        long, wide = 0.5 * track[tracking.TRACK_LENGTH], 0.5 * track[tracking.TRACK_WIDTH]
+        long, wide = 0.5 * track[columns.TRACK_LENGTH], 0.5 * track[columns.TRACK_WIDTH]
         is_clear = way - long >= ahead or way + long <= behind or aside - wide >= half
         if not is_clear:
             return True

@@ -33,7 +33,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_SPEED,
     has_pose,
 )
-from adeye.simulate.channels.perception.tracking import BEHIND, TRACKS
+from adeye.simulate.channels.perception.tracks import BEHIND, TRACKS
 from adeye.simulate.channels.trajectory import cost
 from adeye.simulate.channels.trajectory.cost import SAMPLES, Others
 from adeye.spec.channels import TrajectoryParameters

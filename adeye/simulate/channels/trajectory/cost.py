@@ -43,7 +43,7 @@ from adeye.kernel.profiles import (
 from adeye.kernel.road import local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
-from adeye.simulate.channels.perception import tracking
+from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
 from adeye.simulate.channels.perception.step import NOTE_END
 
@@ -88,35 +88,35 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
     sine, cosine = sin_cos(pose[POSE_HEADING])
     for row in range(int(seen.notes[run, NOTE_END])):
         track = seen.tracks[run, row]
-        is_confirmed = track[tracking.TRACK_HITS] >= record["confirm_hits"]
-        if not is_confirmed or track[tracking.TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
+        is_confirmed = track[columns.TRACK_HITS] >= record["confirm_hits"]
+        if not is_confirmed or track[columns.TRACK_VAR_VX] > MAX_SPEED_VARIANCE:
             continue
-        x = pose[POSE_X] + cosine * track[tracking.TRACK_X] - sine * track[tracking.TRACK_Y]
-        y = pose[POSE_Y] + sine * track[tracking.TRACK_X] + cosine * track[tracking.TRACK_Y]
+        x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
+        y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
         s, d, heading, _ = local(seen.segments[run], x, y)
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
-        forward = turn_cosine * track[tracking.TRACK_VX] - turn_sine * track[tracking.TRACK_VY]
-        sideways = turn_sine * track[tracking.TRACK_VX] + turn_cosine * track[tracking.TRACK_VY]
+        forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
+        sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
         if not np.isfinite(s + d + forward + sideways):
             continue
         body = objects[count]
         body[OBJECT_LENGTH], body[OBJECT_WIDTH] = (
-            track[tracking.TRACK_LENGTH],
-            track[tracking.TRACK_WIDTH],
+            track[columns.TRACK_LENGTH],
+            track[columns.TRACK_WIDTH],
         )
         body[OBJECT_S], body[OBJECT_D] = s - pose[POSE_S], d
         body[OBJECT_SPEED] = forward
-        reach = 0.5 * (record["length"] + track[tracking.TRACK_LENGTH])
+        reach = 0.5 * (record["length"] + track[columns.TRACK_LENGTH])
         body[OBJECT_BEHIND] = 1.0 if body[OBJECT_S] <= -reach else 0.0
-        is_free = FIRST_FREE <= track[tracking.TRACK_CLASS] <= LAST_FREE
-        is_sure = abs(sideways) - math.sqrt(track[tracking.TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
+        is_free = FIRST_FREE <= track[columns.TRACK_CLASS] <= LAST_FREE
+        is_sure = abs(sideways) - math.sqrt(track[columns.TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
         if not is_free and not is_sure:
             sideways = 0.0
         predict_body(
             body,
             sideways,
             is_free,
-            track[tracking.TRACK_BRAKING],
+            track[columns.TRACK_BRAKING],
             record["lane_width"],
             int(record["lanes"]),
             interval,

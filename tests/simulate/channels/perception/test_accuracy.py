@@ -10,7 +10,7 @@ import pytest
 
 from adeye.signals import Bools, Floats
 from adeye.simulate.channels.perception import tracking
-from adeye.simulate.channels.perception import tracking as kept
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.simulate.channels.perception.pose import POSE_WIDTH
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.rig import BUILT_IN, DATA_SHEETS, data_sheet

@@ -13,7 +13,8 @@ from adeye.signals import Bools, Floats, Measurement, Observation
 from adeye.simulate.channels.driving import channel_records
 from adeye.simulate.channels.perception import pose as subject
 from adeye.simulate.channels.perception.step import NOTE_END, Perception, Sight
-from adeye.simulate.channels.perception.tracking import TRACK_HITS, assumed_accuracy
+from adeye.simulate.channels.perception.tracking import assumed_accuracy
+from adeye.simulate.channels.perception.tracks import TRACK_HITS
 from adeye.simulate.sensors.rig import DATA_SHEETS
 from adeye.spec.channels import NominalParameters
 from adeye.testing import channel_context

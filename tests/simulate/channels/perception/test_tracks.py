@@ -9,7 +9,7 @@ import pytest
 
 from adeye import signals
 from adeye.signals import Floats
-from adeye.simulate.channels.perception import tracking as kept
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.simulate.channels.perception.pose import POSE_REAR, POSE_SPEED, POSE_WIDTH, POSE_YAW_RATE
 from adeye.simulate.channels.perception.tracking import (
     drop_tentative,

@@ -9,7 +9,7 @@ import pytest
 from adeye.kernel import profiles
 from adeye.kernel.jit import compiled
 from adeye.signals import OBJECT_CLASSES, Floats
-from adeye.simulate.channels.perception import tracking as kept
+from adeye.simulate.channels.perception import tracks as kept
 from adeye.simulate.channels.perception.step import Seen
 from adeye.simulate.channels.trajectory import cost as subject
 from tests.simulate.channels.perceived import perceived
