@@ -286,9 +286,10 @@ def imported(module: str) -> frozenset[str]:
             continue
         seen.add(name)
         waiting += [
-            str(node.module)
+            name
             for node in ast.parse(path.read_text("utf-8")).body
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("adeye.")
+            for name in (str(node.module), *(f"{node.module}.{item.name}" for item in node.names))
         ]
     return frozenset(seen)
 

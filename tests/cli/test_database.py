@@ -159,7 +159,8 @@ def test_database_is_not_overwritten(adeye: Any, mini: Any) -> None:
 @pytest.fixture
 def campaign(folder: Path) -> str:
     with Repository.open(folder / "x.db") as repository:
-        return Example().campaign(repository, 4)
+        example = Example()
+        return repository.plan_campaign(example.record(), example.cases(4)).campaign
 
 
 @pytest.mark.slow

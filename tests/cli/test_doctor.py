@@ -106,7 +106,7 @@ def test_state_of_the_compiled_code(monkeypatch: pytest.MonkeyPatch, tmp_path: P
 
 
 def test_requirements_are_all_listed(adeye: Any) -> None:
-    document = adeye("doctor", "--requirements", "--json").document
+    document = json.loads(adeye("doctor", "--requirements", "--json").out)
     assert [item["id"] for item in document["requirements"]] == [f"R{n}" for n in range(1, 24)]
     assert "R23" in adeye("doctor", "--requirements").out
 

@@ -116,10 +116,11 @@ def test_runs_and_campaigns_come_from_the_database(monkeypatch: pytest.MonkeyPat
         return query.QueryResult(("a", "b"), (("abcd", "cut_in\x1b x"), (7, "first")), is_cut=False)
 
     monkeypatch.setattr(query, "run_query", run_query)
-    assert options.complete_runs(context(db="x.db"), "a'b' --") == [("abcd", "cut_in x")]
+    assert options.complete_runs(context(db="x.db"), "ab") == [("abcd", "cut_in x")]
+    assert options.complete_runs(context(db="x.db"), "a'b' --") == []
     assert options.complete_campaigns(context(), "7") == [("7", "first")]
     assert asked[0][0] == "x.db"
-    assert "LIKE 'ab%'" in asked[0][1]  # quotes do not reach the statement
+    assert "LIKE 'ab%'" in asked[1][1]  # quotes do not reach the statement
 
 
 @pytest.mark.parametrize("complete", [options.complete_runs, options.complete_campaigns])

@@ -29,7 +29,7 @@ def test_factors_and_total_are_printed(adeye: Any, odd: str) -> None:
     ended = adeye("plan", odd).ok
     lines = ended.out.splitlines()
     assert lines[0].split()[3:5] == ["Fault", "entries"]
-    (row,) = [line.split() for line in lines if "cut_in   " in line]
+    row = next(line.split() for line in lines if "cut_in   " in line)
     assert row[2:4] == ["2", "3"]
     assert "3 fault entries: none, front_camera_out, nominal_silent" in lines
     assert "2 x 3 x 1 x 1 + 2 x 3 x 1 x 1 = 12" in ended.out.replace("\N{MULTIPLICATION SIGN}", "x")

@@ -210,7 +210,7 @@ def test_every_parameter_changes_what_the_sensor_reads(model: str, planned: Any)
 
 def test_what_is_only_written_about_a_sensor_is_no_axis(tmp_path: Path) -> None:
     for path in PAPERS:
-        project = project_of(tmp_path, "camera", {path: PAPERS[path]})
+        project = project_of(tmp_path / path, "camera", {path: PAPERS[path]})
         caught = refused(SweepError, project.plan, says="no run differs between")
         assert caught.where is not None
 
@@ -231,6 +231,6 @@ def test_value_that_is_none_is_refused_at_its_axis(tmp_path: Path) -> None:
         ("kind", ["radar"], "cannot vary"),
         ("bemas", [900], "no architecture has this path. There are: rate"),
     ):
-        project = project_of(tmp_path, "lidar/physical", {path: values})
-        caught = refused(SweepError, list, project.plan().cases, says=said)
+        project = project_of(tmp_path / path, "lidar/physical", {path: values})
+        caught = refused(SweepError, lambda made: list(made.plan().cases), project, says=said)
         assert "tested.yaml:" in str(caught)

@@ -114,7 +114,8 @@ def _values(term: Term) -> Interval:
     if isinstance(term, syntax.Constant):
         return term.value, term.value
     if isinstance(term, syntax.Signal):
-        return (0.0, math.inf) if term.name == "time" else _ANY
+        last = term.name.rpartition(".")[2]
+        return (0.0, math.inf) if last in _NEVER_NEGATIVE else _ANY
     found = _applied(term)
     return _ANY if any(map(math.isnan, found)) else found
 

@@ -125,7 +125,7 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
 
 
 def test_other_systems_are_told_need(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.simulate.channels.process.children.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
     with pytest.raises(PlatformError, match="POSIX"):
         Children()
 
