@@ -17,6 +17,7 @@ from adeye.store.repository import Repository
 from adeye.store.write.merge import Merged
 from tests.sql import alter, rows
 from tests.store.conftest import Example
+from tests.store.rows import complete_block
 
 # --- ``db upgrade|info|verify`` on a real file
 
@@ -160,7 +161,10 @@ def test_database_is_not_overwritten(adeye: Any, mini: Any) -> None:
 def campaign(folder: Path) -> str:
     with Repository.open(folder / "x.db") as repository:
         example = Example()
-        return repository.plan_campaign(example.record(), example.cases(4)).campaign
+        plan = repository.plan_campaign(example.record(), example.cases(4))
+        while (block := repository.claim_block(campaign=plan.campaign)) is not None:
+            complete_block(repository, block, example.runs(block), example.judged(block))
+        return plan.campaign
 
 
 @pytest.mark.slow
