@@ -16,6 +16,7 @@ from adeye.ports import SensorContext, SensorModel
 from adeye.signals import Bools, Floats, Measurement, Scene, SceneContext, Surroundings
 from adeye.simulate.faults.injector import InjectorContext, Moment
 from adeye.simulate.faults.schedule import make_injector
+from adeye.simulate.sensors.rig import malformed
 from adeye.spec.fault import FAULT
 from adeye.testing.demands import demand, demand_equal
 from adeye.testing.scenes import ego_estimate, passenger_car, straight_road
@@ -150,32 +151,13 @@ def _check_late(
 
 def _check_form(scene: SceneContext, item: Measurement) -> None:
     runs = scene.runs
-    # A sensor has as many rows as it may report: one, one an object, or more with false alarms.
-    rows = item.mask.shape[1:2]
-    demand(len(rows) == 1, f"mask has shape {item.mask.shape}")
-    for name, array, tail in (
-        ("stamp", item.stamp, ()),
-        ("fresh", item.fresh, ()),
-        ("alive", item.alive, ()),
-        ("mask", item.mask, rows),
-        ("detections", item.detections, (*rows, len(columns.DETECTION_COLUMNS))),
-        ("source", item.source, rows),
-    ):
-        demand(array.shape == (runs, *tail), f"{name} has shape {array.shape}")
-    known = (item.source >= -1) & (item.source < len(scene.object_ids))
-    demand(bool(known.all()), "source names an object that is not there")
-    if item.points is not None and item.hits is not None:
-        rows = item.points.shape[1]
-        fits = item.points.shape == (runs, rows, 3) and item.hits.shape == (runs, rows)
-        demand(fits, f"points and hits have shapes {item.points.shape}, {item.hits.shape}")
+    said = malformed(item, runs, len(scene.object_ids))
+    demand(not said, said)
+    if item.points is not None:
         demand(bool(np.isfinite(item.points).all()), "a point is not finite")
     if item.estimate is not None:
-        fits = item.estimate.shape == (runs, len(columns.ESTIMATE_COLUMNS))
-        demand(fits, f"estimate has shape {item.estimate.shape}")
         demand(bool(np.isfinite(item.estimate).all()), "the estimate is not finite")
     if item.values is not None:
-        fits = item.values.ndim == 2 and item.values.shape[0] == runs
-        demand(fits, f"values have shape {item.values.shape}")
         whole = np.isfinite(item.values).all(axis=1) | np.isnan(item.values).all(axis=1)
         demand(bool(whole.all()), "a row of values is neither finite nor all NaN")
     for run in range(runs):
@@ -186,7 +168,6 @@ def _check_detections(mask: Floats, detections: Floats, source: Floats) -> None:
     found = int(np.count_nonzero(mask))
     demand(bool(mask[:found].all()), "detections are not packed to the front")
     seen = detections[:found]
-    demand(bool(np.isfinite(seen).all()), "a detection is not finite")
     distance = np.hypot(seen[:, columns.DETECTION_X], seen[:, columns.DETECTION_Y])
     nearest_first = bool((np.diff(distance) >= -TOLERANCE).all())
     demand(nearest_first, "detections are not in order of distance")

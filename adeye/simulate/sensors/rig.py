@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,9 +12,9 @@ import numpy as np
 from adeye.kernel.random import owner_id
 from adeye.plugins import Part, load_part
 from adeye.ports import SensorContext, SensorModel
-from adeye.signals import Measurement, spec_columns
+from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Measurement, spec_columns
 from adeye.simulate.sensors.camera import PhysicalCameraSensor
-from adeye.simulate.sensors.gnss_imu import GnssSensor, ImuSensor
+from adeye.simulate.sensors.gnss_imu import TOLERANCE, GnssSensor, ImuSensor
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.simulate.sensors.lidar import LidarSensor
 from adeye.simulate.sensors.radar import RadarSensor
@@ -144,15 +145,65 @@ class _Guest:
 
     def sense(self, scene: Scene) -> Measurement:
         with guest(self._name, "sensor"):
-            return Measurement.map(self._sensor.sense(scene.copy()), _as_told)
+            answer = self._sensor.sense(scene.copy())
+            named = ((item.name, getattr(answer, item.name)) for item in fields(Measurement))
+            told = Measurement(**{name: _as_told(name, v) for name, v in named if v is not None})
+            said = malformed(told, *scene.objects.shape[:2])
+            if not said and not (told.stamp <= scene.time + TOLERANCE).all():
+                said = f"stamp {told.stamp.max():g} s is after {scene.time:g} s"
+            if said:
+                raise ValueError(said)
+            return told
 
 
-def _as_told(values: Any) -> NDArray[Any]:
+def _as_told(name: str, values: Any) -> NDArray[Any]:
     """Copy what a sensor answers; what lies below a mask was not measured."""
     if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
         msg = f"its answer has {hidden} masked samples, not numbers"
         raise ValueError(msg)
-    return np.array(values)
+    kind = _KINDS.get(name, np.float64)
+    return np.array(values).astype(kind, casting="same_kind")
+
+
+_KINDS: Final = {
+    **dict.fromkeys(("fresh", "alive", "mask"), np.bool_),
+    **dict.fromkeys(("source", "hits"), np.int64),
+}
+"""Types of what is no number of a measurement."""
+
+
+def malformed(item: Measurement, runs: int, objects: int) -> str:
+    """Say what is wrong with the form of a measurement of B runs with M objects; empty if nothing.
+
+    What is read by compiled code and recorded must lie within what was agreed: a number behind the
+    last object would be that of another run.
+    """
+    # A sensor has as many rows as it may report: one, one an object, or more with false alarms.
+    rows, points, values = (
+        () if array is None else array.shape[1:2] for array in (item.mask, item.points, item.values)
+    )
+    shapes = {
+        **dict.fromkeys(("stamp", "fresh", "alive"), (runs,)),
+        **dict.fromkeys(("mask", "source"), (runs, *rows)),
+        "detections": (runs, *rows, len(DETECTION_COLUMNS)),
+        "estimate": (runs, len(ESTIMATE_COLUMNS)),
+        "points": (runs, *points, 3),
+        "hits": (runs, *points),
+        "values": (runs, *values),
+    }
+    if len(rows) != 1:
+        return f"mask has shape {item.mask.shape}"
+    for name, shape in shapes.items():
+        array = getattr(item, name)
+        if array is not None and array.shape != shape:
+            return f"{name} has shape {array.shape}, not {shape}"
+        if name in {"source", "hits"} and array is not None:
+            wrong = array[(array < -1) | (array >= objects)]
+            if wrong.size:
+                return f"{name} names object {wrong[0]}, which is not there"
+    if not (np.isfinite(item.stamp).all() and np.isfinite(item.detections[item.mask]).all()):
+        return "a stamp or a detection is not finite"
+    return ""
 
 
 def mounts(cases: Sequence[TestCase]) -> dict[str, Floats]:

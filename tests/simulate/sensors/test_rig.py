@@ -294,6 +294,27 @@ def test_answer_below_a_mask_is_refused(tmp_path: Path) -> None:
         sense({"front": BLIND}, ticks=1, folder=tmp_path)
 
 
+def test_answer_out_of_its_form_is_refused(tmp_path: Path) -> None:
+    answer = "no_measurement(runs, count, with_estimate=False)"
+    for change, said in (
+        ("source=np.full((runs, count), 10**9)", "names object 1000000000"),
+        ("source=np.full((runs, count), 2**64 - 3, dtype=np.uint64)", "names object -3"),
+        ("detections=np.zeros((runs, count, 2))", "detections has shape"),
+        ("mask=np.ones((runs, count + 1), dtype=bool)", "source has shape"),
+        ("mask=np.ones((runs, count))", "Cannot cast"),
+        ("alive=np.full(runs, np.nan)", "Cannot cast"),
+        ("stamp=np.full(runs, 5.0)", "is after 0 s"),
+        ("stamp=np.full(runs, np.nan)", "not finite"),
+        ("mask=np.ones((runs, count), dtype=bool), detections=np.full((runs, count, 7), np.nan)",
+         "not finite"),
+    ):  # fmt: skip
+        wrong = PLUGIN.replace(answer, f"replace({answer}, {change})")
+        text = f"import numpy as np\nfrom dataclasses import replace\n{wrong}"
+        (tmp_path / "blind.py").write_text(text)
+        with pytest.raises(PluginError, match=rf"blind\.py.*{said}"):
+            sense({"front": BLIND}, ticks=1, folder=tmp_path)
+
+
 def test_mounts_are_poses_of_the_sensors_that_have_one() -> None:
     found = mounts(cases(*[{"front": CAMERA, "pose": POSE}] * 2))
     assert list(found) == ["front"]
