@@ -11,7 +11,6 @@ from adeye.judge.metrics.perception import measuring_sensors
 from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS
 from adeye.store.block import EventBlock
 from adeye.store.encoding import Dictionary, Texts
-from adeye.store.records import EventRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -91,16 +90,6 @@ def happenings(trace: Trace, critical: Ints | None = None) -> EventBlock:
     if critical is not None:
         _detections(trace, found, critical)
     return found.block()
-
-
-def events_of(trace: Trace, run: int) -> tuple[EventRecord, ...]:
-    """List the events of one run of a batch."""
-    events = happenings(trace.select([run]))
-    columns = (events.kind.values(), events.subject.values(), events.text.values())
-    return tuple(
-        EventRecord(time, kind or "", subject, text or "")
-        for time, kind, subject, text in zip(events.time_s.tolist(), *columns, strict=True)
-    )
 
 
 def _storyboard(trace: Trace, found: _Found) -> None:

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.judge.conflict import (
     ACROSS,
     ALONG,
@@ -29,24 +30,7 @@ from adeye.kernel import criticality, encounter
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.road import lane_way
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_ACCELERATION,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    Floats,
-    Ints,
-    Shorts,
-)
+from adeye.signals import Floats, Ints, Shorts
 from adeye.simulate.world.storyboard import road_gap
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
@@ -156,43 +140,45 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         for quantity in (MTTC, ETTC):
             found[quantity], who[quantity] = 0.0, touched
         return
-    s, d = ego_place[run, row, PLACE_S], ego_place[run, row, PLACE_D]
+    s, d = ego_place[run, row, columns.PLACE_S], ego_place[run, row, columns.PLACE_D]
     length, width = ego_size[run, 0], ego_size[run, 1]
-    heading = ego[run, row, EGO_HEADING]
-    road = ego_place[run, row, PLACE_HEADING]
+    heading = ego[run, row, columns.EGO_HEADING]
+    road = ego_place[run, row, columns.PLACE_HEADING]
     turn(turns, 0, heading - road)
-    own = on_road(s, d, ego[run, row, EGO_SPEED], length, width, turns[0, 1], turns[0, 2])
-    acceleration = ego[run, row, EGO_ACCELERATION] * turns[0, 2]
+    own = on_road(s, d, ego[run, row, columns.EGO_SPEED], length, width, turns[0, 1], turns[0, 2])
+    acceleration = ego[run, row, columns.EGO_ACCELERATION] * turns[0, 2]
     for thing in range(objects.shape[2]):
-        os = places[run, row, thing, PLACE_S]
+        os = places[run, row, thing, columns.PLACE_S]
         if not os > s:
             continue
-        o_heading = objects[run, row, thing, OBJECT_HEADING]
-        angle = abs(o_heading - places[run, row, thing, PLACE_HEADING])
+        o_heading = objects[run, row, thing, columns.OBJECT_HEADING]
+        angle = abs(o_heading - places[run, row, thing, columns.PLACE_HEADING])
         # Who is beside the corridor and does not cross is in nobody's path; a sine is less than
         # its angle.
         half = 0.5 * (width + sizes[run, thing, 1] + sizes[run, thing, 0] * angle)
-        if angle < _NO_CROSSING and abs(places[run, row, thing, PLACE_D] - d) > 1e-6 + half:
+        if angle < _NO_CROSSING and abs(places[run, row, thing, columns.PLACE_D] - d) > 1e-6 + half:
             continue
-        turn(turns, thing + 1, o_heading - places[run, row, thing, PLACE_HEADING])
+        turn(turns, thing + 1, o_heading - places[run, row, thing, columns.PLACE_HEADING])
         sine, cosine = turns[thing + 1, 1], turns[thing + 1, 2]
         other = on_road(
-            os, places[run, row, thing, PLACE_D], objects[run, row, thing, OBJECT_SPEED],
+            os, places[run, row, thing, columns.PLACE_D],
+            objects[run, row, thing, columns.OBJECT_SPEED],
             sizes[run, thing, 0], sizes[run, thing, 1], sine, cosine,
         )  # fmt: skip
-        apart = lane_way(s, road, d, os, places[run, row, thing, PLACE_HEADING])
+        apart = lane_way(s, road, d, os, places[run, row, thing, columns.PLACE_HEADING])
         gap = road_gap(apart, own[HALF_LENGTH], other[HALF_LENGTH])
         if not is_in_path(own, 0.5 * width, other, gap):
             continue
         if gap <= 0.0:
             gap = box_distance(
-                ego[run, row, EGO_X], ego[run, row, EGO_Y], heading, length, width,
-                objects[run, row, thing, OBJECT_X], objects[run, row, thing, OBJECT_Y], o_heading,
+                ego[run, row, columns.EGO_X], ego[run, row, columns.EGO_Y], heading, length, width,
+                objects[run, row, thing, columns.OBJECT_X],
+                objects[run, row, thing, columns.OBJECT_Y], o_heading,
                 sizes[run, thing, 0], sizes[run, thing, 1],
             )  # fmt: skip
         _follow(
-            own, other, acceleration, objects[run, row, thing, OBJECT_ACCELERATION] * cosine, gap,
-            thing, found, who,
+            own, other, acceleration,
+            objects[run, row, thing, columns.OBJECT_ACCELERATION] * cosine, gap, thing, found, who,
         )  # fmt: skip
         _evade(own, other, 0.5 * width, gap, limits[run], thing, found, who)
 

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.campaign.events import events_of, happenings
+from adeye.campaign.events import happenings
 from adeye.signals import REASON_DEFAULT, REASON_HANDOVER, REASON_REQUEST, REASON_STALENESS
 from adeye.store.records import EventRecord
 from adeye.sweep.case import TestCase
 from adeye.trace import ChannelEvent, Trace
+from tests.events import events_of
 from tests.project import Executed, run_cases
 
 

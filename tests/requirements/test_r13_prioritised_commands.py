@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.campaign.events import events_of
 from adeye.errors import InputError
 from adeye.signals import EGO_SPEED, REASON_LABELS
 from adeye.trace import Trace
 from tests.conftest import MakeProject
+from tests.events import events_of
 from tests.motorway import fault
 from tests.project import CANDIDATE, Executed, run_cases
 from tests.requirements.loop import driven, scripted

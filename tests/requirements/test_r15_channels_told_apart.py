@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.campaign.events import events_of
 from adeye.judge.trace_signals import TraceSignals
 from adeye.store.read.query import run_query
 from adeye.sweep.case import AuthorityOverride
+from tests.events import events_of
 from tests.project import Executed, run_cases
 from tests.requirements.loop import driven, scripted
 from tests.stored import known

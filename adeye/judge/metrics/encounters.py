@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye import signals as columns
 from adeye.judge.conflict import (
     ACROSS,
     ALONG,
@@ -44,21 +45,7 @@ from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import closest_encounter, passing_line, worst_time_to_collision
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.road import lane_way
-from adeye.signals import (
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_X,
-    EGO_Y,
-    OBJECT_HEADING,
-    OBJECT_SPEED,
-    OBJECT_X,
-    OBJECT_Y,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-    Floats,
-)
+from adeye.signals import Floats
 
 if TYPE_CHECKING:
     from adeye.judge.conflict import Scene
@@ -144,15 +131,15 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
 ) -> None:
     _, ego, _, ego_size, objects, _, sizes, _ = scene
     values = worst.values
-    x, y = ego[run, row, EGO_X], ego[run, row, EGO_Y]
-    heading, speed = ego[run, row, EGO_HEADING], ego[run, row, EGO_SPEED]
+    x, y = ego[run, row, columns.EGO_X], ego[run, row, columns.EGO_Y]
+    heading, speed = ego[run, row, columns.EGO_HEADING], ego[run, row, columns.EGO_SPEED]
     length, width = ego_size[run, 0], ego_size[run, 1]
     is_turned = False
     for thing in range(objects.shape[2]):
-        o_heading = objects[run, row, thing, OBJECT_HEADING]
-        o_speed = objects[run, row, thing, OBJECT_SPEED]
-        dx = objects[run, row, thing, OBJECT_X] - x
-        dy = objects[run, row, thing, OBJECT_Y] - y
+        o_heading = objects[run, row, thing, columns.OBJECT_HEADING]
+        o_speed = objects[run, row, thing, columns.OBJECT_SPEED]
+        dx = objects[run, row, thing, columns.OBJECT_X] - x
+        dy = objects[run, row, thing, columns.OBJECT_Y] - y
         square = dx * dx + dy * dy
         # Each bound is a little on the safe side. The first one needs no trigonometry: one minus a
         # cosine is at most half of its angle squared.
@@ -266,8 +253,8 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0915 - a kernel over the scene
         crossing[:] = False
         for row in range(length[run]):
             for thing in range(actor_count):
-                angle = objects[run, row, thing, OBJECT_HEADING]
-                angle -= places[run, row, thing, PLACE_HEADING]
+                angle = objects[run, row, thing, columns.OBJECT_HEADING]
+                angle -= places[run, row, thing, columns.PLACE_HEADING]
                 if abs(angle) > _NO_CROSSING:
                     crossing[thing] = True
         for thing in range(actor_count):
@@ -278,17 +265,17 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0915 - a kernel over the scene
             least = math.inf
             for row in range(length[run]):
                 other = _body(objects[run, row, thing], places[run, row, thing], sizes[run, thing],
-                              OBJECT_HEADING, OBJECT_SPEED, turns, 1)  # fmt: skip
+                              columns.OBJECT_HEADING, columns.OBJECT_SPEED, turns, 1)  # fmt: skip
                 if not abs(other[ACROSS]) > abs(other[ALONG]):
                     continue
                 if not is_crossing and codes[ENCROACHMENT, run] == NOT_APPLICABLE:
                     codes[:, run] = NO_CONFLICT
                 is_crossing = True
                 own = _body(ego[run, row], ego_place[run, row], ego_size[run],
-                            EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
+                            columns.EGO_HEADING, columns.EGO_SPEED, turns, 0)  # fmt: skip
                 apart = lane_way(
-                    own[S], ego_place[run, row, PLACE_HEADING], own[D],
-                    other[S], places[run, row, thing, PLACE_HEADING],
+                    own[S], ego_place[run, row, columns.PLACE_HEADING], own[D],
+                    other[S], places[run, row, thing, columns.PLACE_HEADING],
                 )  # fmt: skip
                 predicted = _predicted(own, other, apart, 0.5 * ego_size[run, 1])
                 if predicted < values[PREDICTED_PET, run]:
@@ -301,14 +288,14 @@ def worst_crossings(  # noqa: C901, PLR0912, PLR0915 - a kernel over the scene
             if not is_crossing:
                 continue
             # Where the ego is when it gets to where the actor crosses.
-            place = places[run, nearest, thing, PLACE_S]
+            place = places[run, nearest, thing, columns.PLACE_S]
             passing, least = 0, math.inf
             for row in range(length[run]):
-                apart = abs(ego_place[run, row, PLACE_S] - place)
+                apart = abs(ego_place[run, row, columns.PLACE_S] - place)
                 if apart < least:
                     least, passing = apart, row
             own = _body(ego[run, passing], ego_place[run, passing], ego_size[run],
-                        EGO_HEADING, EGO_SPEED, turns, 0)  # fmt: skip
+                        columns.EGO_HEADING, columns.EGO_SPEED, turns, 0)  # fmt: skip
             enter, leave, low, high = _stay(
                 length[run], own[D], own[HALF_WIDTH], objects[run, :, thing],
                 places[run, :, thing], sizes[run, thing], turns,
@@ -365,15 +352,17 @@ def _body(  # noqa: PLR0913, PLR0917 - where it is read
     which: int,
 ) -> Body:
     """Read a body on the road from its columns."""
-    turn(turns, which, state[heading] - place[PLACE_HEADING])
+    turn(turns, which, state[heading] - place[columns.PLACE_HEADING])
     sine, cosine = turns[which, 1], turns[which, 2]
-    return on_road(place[PLACE_S], place[PLACE_D], state[speed], size[0], size[1], sine, cosine)
+    return on_road(
+        place[columns.PLACE_S], place[columns.PLACE_D], state[speed], size[0], size[1], sine, cosine
+    )
 
 
 @inlined
 def _reach(body: Body, place: Floats) -> float:
     """Half of what a body takes of the reference line [m]: more than its extent inside a bend."""
-    return float(body[HALF_LENGTH] / max(1e-3, 1.0 - place[PLACE_CURVATURE] * body[D]))
+    return float(body[HALF_LENGTH] / max(1e-3, 1.0 - place[columns.PLACE_CURVATURE] * body[D]))
 
 
 @inlined
@@ -432,7 +421,9 @@ def _stay(  # noqa: PLR0913, PLR0917 - a part of the kernel
         infinity for an entry before the run; least and largest place that it takes up [m].
     """
     enter, leave, low, high = math.inf, math.inf, math.inf, -math.inf
-    other = _body(states[0], places[0], size, OBJECT_HEADING, OBJECT_SPEED, turns, 1)
+    other = _body(
+        states[0], places[0], size, columns.OBJECT_HEADING, columns.OBJECT_SPEED, turns, 1
+    )
     beside, reach = other[D] - middle, corridor + other[HALF_WIDTH]
     if abs(beside) < reach:
         enter = -math.inf
@@ -443,7 +434,9 @@ def _stay(  # noqa: PLR0913, PLR0917 - a part of the kernel
         is_inside = abs(beside) < reach
         clear = side * beside - reach
         past = -side * beside - reach
-        other = _body(states[row], places[row], size, OBJECT_HEADING, OBJECT_SPEED, turns, 1)
+        other = _body(
+            states[row], places[row], size, columns.OBJECT_HEADING, columns.OBJECT_SPEED, turns, 1
+        )
         beside, reach = other[D] - middle, corridor + other[HALF_WIDTH]
         begin, end = (0.0 if is_inside else math.inf), math.inf
         if not is_inside and side * beside - reach < 0.0:
@@ -481,14 +474,16 @@ def _passage(  # noqa: PLR0913, PLR0917 - a part of the kernel
         Entry and exit in rows with their shares, infinity for what does not happen and minus
         infinity for what happened before the run.
     """
-    own = _body(states[0], places[0], size, EGO_HEADING, EGO_SPEED, turns, 0)
+    own = _body(states[0], places[0], size, columns.EGO_HEADING, columns.EGO_SPEED, turns, 0)
     reach = _reach(own, places[0])
     front, rear = own[S] + reach, own[S] - reach
     first = -math.inf if front >= low else math.inf
     gone = -math.inf if rear >= high else math.inf
     for row in range(1, rows):
         front_before, rear_before = front, rear
-        own = _body(states[row], places[row], size, EGO_HEADING, EGO_SPEED, turns, 0)
+        own = _body(
+            states[row], places[row], size, columns.EGO_HEADING, columns.EGO_SPEED, turns, 0
+        )
         reach = _reach(own, places[row])
         front, rear = own[S] + reach, own[S] - reach
         if first == math.inf and front >= low:

@@ -11,35 +11,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from adeye.judge.stl import program
 from adeye.judge.stl.measures import parted
-from adeye.judge.stl.program import (
-    ALWAYS,
-    AND,
-    CODE,
-    COMPARE,
-    FALL,
-    FIRST_PART,
-    FROM_ROW,
-    HAS_WINDOW,
-    HISTORICALLY,
-    IMPLIES,
-    IS_START,
-    KIND,
-    LOWER_CAP,
-    NOT,
-    OR,
-    PREVIOUS,
-    RISE,
-    SECOND_PART,
-    SINCE,
-    SLACK,
-    THRESHOLD,
-    TO_ROW,
-    UNTIL,
-    UPPER_CAP,
-    VALUE,
-    WORD,
-)
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
@@ -74,14 +47,14 @@ def find_binding_row(
     """
     nodes, known = tables.nodes, extent.known
     node, row, side, obligation = nodes.shape[0] - 1, 0, bound, 0
-    while row < known and nodes[node, KIND] > WORD:
-        above, kind, first = node, nodes[node, KIND], nodes[node, FIRST_PART]
-        if kind == NOT:
+    while row < known and nodes[node, program.KIND] > program.WORD:
+        above, kind, first = node, nodes[node, program.KIND], nodes[node, program.FIRST_PART]
+        if kind == program.NOT:
             node, side = first, 1 - side
-        elif kind in (AND, OR, IMPLIES):
+        elif kind in (program.AND, program.OR, program.IMPLIES):
             is_left, side = _connective(nodes[node], row, side, known, state)
-            node = first if is_left else nodes[node, SECOND_PART]
-        elif kind in (RISE, FALL):
+            node = first if is_left else nodes[node, program.SECOND_PART]
+        elif kind in (program.RISE, program.FALL):
             if row == 0:
                 break
             row, side = _edge(kind, first, row, side, state.bounds, state.truth)
@@ -91,7 +64,11 @@ def find_binding_row(
             if row < 0:
                 row = -1 - row
                 break
-            if nodes[above, IS_START] and not nodes[above, HAS_WINDOW] and kind != UNTIL:
+            if (
+                nodes[above, program.IS_START]
+                and not nodes[above, program.HAS_WINDOW]
+                and kind != program.UNTIL
+            ):
                 obligation = row
     facts[3], facts[4], facts[5] = node, row, obligation
     if row >= known:
@@ -108,20 +85,24 @@ def _through_time(
     node: int, nodes: Ints, row: int, side: int, extent: Extent, state: State
 ) -> tuple[int, int]:
     """Go to the part and row that decide a temporal operator; row is -1 - row if there is none."""
-    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    kind, first, second = (
+        nodes[node, program.KIND],
+        nodes[node, program.FIRST_PART],
+        nodes[node, program.SECOND_PART],
+    )
     known = extent.known
-    if kind < PREVIOUS:
+    if kind < program.PREVIOUS:
         begin, end = _window(nodes[node], row, extent)
-        if kind == UNTIL:
+        if kind == program.UNTIL:
             return _until(first, second, row, begin, end, side, known, state)
-        sign = 1.0 if kind == ALWAYS else -1.0
+        sign = 1.0 if kind == program.ALWAYS else -1.0
         return first, _temporal(sign, first, begin, end, side, known, state)
     oldest, newest = _look_back(nodes[node], row)
     if newest < 0:
         return node, -1 - row
-    if kind == SINCE:
+    if kind == program.SINCE:
         return _since(first, second, row, oldest, newest, side, state)
-    sign = 1.0 if kind == HISTORICALLY else -1.0
+    sign = 1.0 if kind == program.HISTORICALLY else -1.0
     return first, _temporal(sign, first, oldest, newest, side, known, state)
 
 
@@ -143,19 +124,19 @@ def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
 @compiled
 def _connective(node: Ints, row: int, side: int, known: int, state: State) -> tuple[bool, int]:
     """Tell whether the left part decides, and which of its bounds."""
-    kind, first, second = node[KIND], node[FIRST_PART], node[SECOND_PART]
+    kind, first, second = node[program.KIND], node[program.FIRST_PART], node[program.SECOND_PART]
     bounds, truth, start = state.bounds, state.truth, state.start
-    near = 1 - side if kind == IMPLIES else side
-    if node[IS_START]:
+    near = 1 - side if kind == program.IMPLIES else side
+    if node[program.IS_START]:
         left = (start[first, 2] + start[first, 3], start[first, near])
         right = (start[second, 2] + start[second, 3], start[second, side])
     else:
         left = _key(first, row, near, known, bounds, truth)
         right = _key(second, row, side, known, bounds, truth)
-    if kind == IMPLIES:
+    if kind == program.IMPLIES:
         # In a tie, what should have followed says more than what it should have followed.
         is_left = _is_less(right, (-left[0], -left[1]))
-    elif kind == AND:
+    elif kind == program.AND:
         is_left = not _is_less(right, left)
     else:
         is_left = not _is_less(left, right)
@@ -167,10 +148,10 @@ def _edge(
     kind: int, first: int, row: int, side: int, bounds: Floats, truth: Bytes
 ) -> tuple[int, int]:
     """Go to the row or the one before, whichever decides; its bound comes along."""
-    near = 1 - side if kind == FALL else side
+    near = 1 - side if kind == program.FALL else side
     now = _key(first, row, near, row + 1, bounds, truth)
     before = _key(first, row - 1, 1 - near, row + 1, bounds, truth)
-    if kind == FALL:
+    if kind == program.FALL:
         now = (-now[0], -now[1])
     else:
         before = (-before[0], -before[1])
@@ -184,9 +165,9 @@ def _window(node: Ints, row: int, extent: Extent) -> tuple[int, int]:
     """Give first and last row; the first row beyond the trace stands for all of them."""
     known = extent.known
     begin, end = 0, known
-    if node[HAS_WINDOW]:
-        begin, end = node[FROM_ROW], node[TO_ROW]
-    elif node[IS_START] and not extent.is_cut:
+    if node[program.HAS_WINDOW]:
+        begin, end = node[program.FROM_ROW], node[program.TO_ROW]
+    elif node[program.IS_START] and not extent.is_cut:
         end = extent.last
     return min(row + begin, known), min(row + end, known)
 
@@ -194,10 +175,10 @@ def _window(node: Ints, row: int, extent: Extent) -> tuple[int, int]:
 @compiled
 def _look_back(node: Ints, row: int) -> tuple[int, int]:
     """Give first and last row that an operator reads before a row; below 0 there is none."""
-    if node[KIND] == PREVIOUS:
+    if node[program.KIND] == program.PREVIOUS:
         return row - 1, row - 1
-    if node[HAS_WINDOW]:
-        return max(row - node[TO_ROW], 0), row - node[FROM_ROW]
+    if node[program.HAS_WINDOW]:
+        return max(row - node[program.TO_ROW], 0), row - node[program.FROM_ROW]
     return 0, row
 
 
@@ -282,24 +263,24 @@ def _read(
 ) -> int:
     """Write value, threshold and difference of a predicate at a row; return the status."""
     numbers[2] = numbers[3] = numbers[4] = math.nan
-    kind = node[KIND]
-    if kind > WORD:
+    kind = node[program.KIND]
+    if kind > program.WORD:
         # At row 0 an edge is false by definition, and nothing lies before: nothing is measured.
-        return _BEFORE if kind >= PREVIOUS else 0
-    first, second = node[FIRST_PART], node[SECOND_PART]
+        return _BEFORE if kind >= program.PREVIOUS else 0
+    first, second = node[program.FIRST_PART], node[program.SECOND_PART]
     if (flags[first, row] | flags[second, row]) & 1:
         return _NOT_APPLICABLE
-    value, threshold = values[node[VALUE], row], values[node[THRESHOLD], row]
-    if kind == WORD:
+    value, threshold = values[node[program.VALUE], row], values[node[program.THRESHOLD], row]
+    if kind == program.WORD:
         numbers[2] = value
-        numbers[3] = limits[CODE] if limits[CODE] >= 0.0 else threshold
+        numbers[3] = limits[program.CODE] if limits[program.CODE] >= 0.0 else threshold
         return 0
     numbers[2] = value if math.isfinite(value) else math.nan
     numbers[3] = threshold if math.isfinite(threshold) else math.nan
-    if kind != COMPARE:
+    if kind != program.COMPARE:
         # What is equal or not has no distance that anybody would keep.
         return 0
     # A conflict beyond the cap is none, however far beyond.
-    difference = parted(values[first, row] - values[second, row], limits[SLACK])
-    numbers[4] = min(max(difference, limits[LOWER_CAP]), limits[UPPER_CAP])
+    difference = parted(values[first, row] - values[second, row], limits[program.SLACK])
+    numbers[4] = min(max(difference, limits[program.LOWER_CAP]), limits[program.UPPER_CAP])
     return 0 if numbers[4] == difference else _NO_CONFLICT

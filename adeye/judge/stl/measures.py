@@ -10,31 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from adeye.judge.stl.program import (
-    ADD,
-    BOOLEAN,
-    CODE,
-    COMPARE,
-    CONSTANT,
-    DIVIDE,
-    ENUMERATION,
-    FIRST_PART,
-    FLAG,
-    GREATEST,
-    KIND,
-    LEAST,
-    LOWER_CAP,
-    MULTIPLY,
-    NEGATE,
-    NUMBER,
-    SCALE,
-    SECOND_PART,
-    SIGNAL,
-    SLACK,
-    SUBTRACT,
-    UPPER_CAP,
-    WORD,
-)
+from adeye.judge.stl import program
 from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.jit import compiled
 
@@ -67,33 +43,33 @@ def fill_term(  # noqa: C901, PLR0912 - one branch for each operation
     values, flags = state.values, state.flags
     operation, first, second = tables.terms[term, 0], tables.terms[term, 1], tables.terms[term, 2]
     out, marks = values[term], flags[term]
-    if operation == SIGNAL:
+    if operation == program.SIGNAL:
         _read_signal(samples[first], statuses[first], tables.signals[first], known, out, marks)
         return
-    if operation == CONSTANT:
+    if operation == program.CONSTANT:
         for k in range(known):
             out[k] = tables.constants[term]
             marks[k] = 0
         return
     left, right = values[first], values[second]
-    if operation == NEGATE:
+    if operation == program.NEGATE:
         for k in range(known):
             out[k] = -left[k]
             marks[k] = flags[first, k]
         return
     for k in range(known):
         one, other = left[k], right[k]
-        if operation == ADD:
+        if operation == program.ADD:
             found = one + other
-        elif operation == SUBTRACT:
+        elif operation == program.SUBTRACT:
             found = one - other
-        elif operation == LEAST:
+        elif operation == program.LEAST:
             found = min(one, other)
-        elif operation == GREATEST:
+        elif operation == program.GREATEST:
             found = max(one, other)
-        elif operation == MULTIPLY:
+        elif operation == program.MULTIPLY:
             found = one * other
-        elif operation == DIVIDE:
+        elif operation == program.DIVIDE:
             found = math.nan if other == 0.0 else one / other
         else:
             out[k] = abs(one)
@@ -127,10 +103,10 @@ def _are_plain(samples: Floats, statuses: Bytes, kind: int, labels: int, known: 
     odd = 0
     for k in range(known):
         odd |= statuses[k] != _VALUE
-    if kind == NUMBER:
+    if kind == program.NUMBER:
         for k in range(known):
             odd |= not samples[k] - samples[k] == 0.0  # noqa: SIM201 - NaN is neither
-    elif kind == BOOLEAN:
+    elif kind == program.BOOLEAN:
         for k in range(known):
             odd |= (samples[k] != 0.0) & (samples[k] != 1.0)
     else:
@@ -164,7 +140,7 @@ def _read_signal(  # noqa: C901 - one branch for each status
         for k in range(begin):
             out[k] = samples[k]
             marks[k] = 0
-    elif has_cap and kind == NUMBER and _are_plain_or_free(samples, statuses, known - 1):
+    elif has_cap and kind == program.NUMBER and _are_plain_or_free(samples, statuses, known - 1):
         begin = known - 1
         for k in range(begin):
             out[k] = math.inf if statuses[k] == _NO_CONFLICT else samples[k]
@@ -180,11 +156,14 @@ def _read_signal(  # noqa: C901 - one branch for each status
             mark = IS_UNKNOWN
         elif not is_free and not (status == _VALUE and math.isfinite(value)):
             mark = IS_ERROR
-        if is_free and (not has_cap or kind != NUMBER):
+        if is_free and (not has_cap or kind != program.NUMBER):
             mark = IS_ERROR
         if mark != IS_UNKNOWN and (
-            (kind == BOOLEAN and value not in (0.0, 1.0))
-            or (kind == ENUMERATION and not (0.0 <= value < labels and value == math.floor(value)))
+            (kind == program.BOOLEAN and value not in (0.0, 1.0))
+            or (
+                kind == program.ENUMERATION
+                and not (0.0 <= value < labels and value == math.floor(value))
+            )
         ):
             mark = IS_ERROR
         marks[k] = mark
@@ -194,7 +173,7 @@ def _read_signal(  # noqa: C901 - one branch for each status
 @compiled
 def fill_predicate(node: int, tables: Tables, known: int, state: State) -> bool:
     """Measure a predicate at the known rows; tell whether one of them is an error."""
-    if tables.nodes[node, KIND] == WORD:
+    if tables.nodes[node, program.KIND] == program.WORD:
         begin, marks = _fill_words(node, tables, known, state)
         state.exact[node] = SIGN if begin == known - 1 else OPEN
     else:
@@ -210,8 +189,12 @@ def _fill_words(node: int, tables: Tables, known: int, state: State) -> tuple[in
     Returns:
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
-    what, code, flags = tables.nodes[node], tables.limits[node, CODE], state.flags
-    first, second, flag = what[FIRST_PART], what[SECOND_PART], what[FLAG] != 0
+    what, code, flags = tables.nodes[node], tables.limits[node, program.CODE], state.flags
+    first, second, flag = (
+        what[program.FIRST_PART],
+        what[program.SECOND_PART],
+        what[program.FLAG] != 0,
+    )
     left, right = state.values[first], state.values[second]
     bounds, truth = state.bounds[node], state.truth[node]
     marks = 0
@@ -240,12 +223,20 @@ def _fill_differences(node: int, tables: Tables, known: int, state: State) -> tu
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
     what, limits, flags = tables.nodes[node], tables.limits[node], state.flags
-    first, second, flag = what[FIRST_PART], what[SECOND_PART], what[FLAG] != 0
+    first, second, flag = (
+        what[program.FIRST_PART],
+        what[program.SECOND_PART],
+        what[program.FLAG] != 0,
+    )
     left, right = state.values[first], state.values[second]
     bounds, truth = state.bounds[node], state.truth[node]
-    is_comparison = what[KIND] == COMPARE
-    lowest, highest, scale = limits[LOWER_CAP], limits[UPPER_CAP], limits[SCALE]
-    slack = limits[SLACK]
+    is_comparison = what[program.KIND] == program.COMPARE
+    lowest, highest, scale = (
+        limits[program.LOWER_CAP],
+        limits[program.UPPER_CAP],
+        limits[program.SCALE],
+    )
+    slack = limits[program.SLACK]
     marks = 0
     begin = 0
     if is_comparison and _are_comparable(
@@ -285,7 +276,7 @@ def _are_comparable(
 ) -> bool:
     """Tell whether every difference is a number, or "no conflict" with a cap."""
     odd = 0
-    lowest, highest = limits[LOWER_CAP], limits[UPPER_CAP]
+    lowest, highest = limits[program.LOWER_CAP], limits[program.UPPER_CAP]
     for k in range(known):
         odd |= left_marks[k] | right_marks[k]
     for k in range(known):

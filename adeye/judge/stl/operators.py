@@ -32,29 +32,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from adeye.judge.stl import program
 from adeye.judge.stl.measures import EXACT, OPEN, SIGN
-from adeye.judge.stl.program import (
-    ALWAYS,
-    AND,
-    EVENTUALLY,
-    FALL,
-    FIRST_PART,
-    FROM_ROW,
-    HAS_WINDOW,
-    HISTORICALLY,
-    IMPLIES,
-    IS_START,
-    KIND,
-    NOT,
-    OR,
-    PREVIOUS,
-    RISE,
-    SECOND_PART,
-    SINCE,
-    TO_ROW,
-    UNTIL,
-    WORD,
-)
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
@@ -109,7 +88,7 @@ def sliding_maximum(  # noqa: PLR0913, PLR0917 - a kernel
 @compiled
 def fill_previous(node: int, nodes: Ints, known: int, state: State) -> None:
     """Write the state of ``previous``: that of the row before; false at row 0."""
-    part = nodes[node, FIRST_PART]
+    part = nodes[node, program.FIRST_PART]
     out, sign = state.bounds[node], state.truth[node]
     before, truth = state.bounds[part], state.truth[part]
     for plane in range(2):
@@ -121,15 +100,15 @@ def fill_previous(node: int, nodes: Ints, known: int, state: State) -> None:
 @compiled
 def fill_once(node: int, nodes: Ints, known: int, state: State) -> None:
     """Write the state of ``once``, or of ``historically`` as its dual, at the known rows."""
-    what, part, queue = nodes[node], nodes[node, FIRST_PART], state.queue
+    what, part, queue = nodes[node], nodes[node, program.FIRST_PART], state.queue
     out, sign = state.bounds[node], state.truth[node]
     bounds, truth = state.bounds[part], state.truth[part]
     turned, found = state.scratch[0], state.scratch[1]
     # Without a window it reaches as far back as the arrays do.
     first, last = 0, queue.shape[0]
-    if what[HAS_WINDOW]:
-        first, last = what[FROM_ROW], what[TO_ROW]
-    factor = -1.0 if what[KIND] == HISTORICALLY else 1.0
+    if what[program.HAS_WINDOW]:
+        first, last = what[program.FROM_ROW], what[program.TO_ROW]
+    factor = -1.0 if what[program.KIND] == program.HISTORICALLY else 1.0
     for plane in range(4):
         half = plane % 2
         for k in range(known):
@@ -156,7 +135,7 @@ def restrict(what: Ints, known: int, beyond: float, state: State) -> None:
         state: In its scratch, row by row: what has to hold before, negated; what has to hold in the
             window; and the ``until`` without end, in and out.
     """
-    first, last = what[FROM_ROW], what[TO_ROW]
+    first, last = what[program.FROM_ROW], what[program.TO_ROW]
     before, after, endless = state.scratch[0], state.scratch[1], state.scratch[2]
     queue = state.queue
     found = np.empty(before.shape[0])
@@ -310,10 +289,10 @@ def _slide_signs(window: Sliding, sign: Bytes, reach: int, out: Floats) -> None:
 @compiled
 def needs_rows(node: Ints) -> bool:
     """Tell whether a condition is read row by row, not only as part of the whole formula."""
-    if not node[IS_START]:
+    if not node[program.IS_START]:
         return True
-    kind = node[KIND]
-    if kind in (NOT, AND, OR, IMPLIES):
+    kind = node[program.KIND]
+    if kind in (program.NOT, program.AND, program.OR, program.IMPLIES):
         return False
     return not is_open_ended(node)
 
@@ -321,9 +300,9 @@ def needs_rows(node: Ints) -> bool:
 @compiled
 def is_open_ended(node: Ints) -> bool:
     """Tell whether a condition ranges over the rows to the horizon: outermost, without window."""
-    kind = node[KIND]
-    is_temporal = kind == EVENTUALLY or kind == ALWAYS or kind == UNTIL  # noqa: PLR1714
-    return bool(node[IS_START]) and is_temporal and not node[HAS_WINDOW]
+    kind = node[program.KIND]
+    is_temporal = kind == program.EVENTUALLY or kind == program.ALWAYS or kind == program.UNTIL  # noqa: PLR1714
+    return bool(node[program.IS_START]) and is_temporal and not node[program.HAS_WINDOW]
 
 
 @compiled
@@ -331,26 +310,30 @@ def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
     node: int, nodes: Ints, known: int, state: State
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
-    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    kind, first, second = (
+        nodes[node, program.KIND],
+        nodes[node, program.FIRST_PART],
+        nodes[node, program.SECOND_PART],
+    )
     bounds, truth, exact = state.bounds, state.truth, state.exact
     exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
     a, b, p, q = bounds[first], bounds[second], truth[first], truth[second]
-    if kind in (EVENTUALLY, ALWAYS):
+    if kind in (program.EVENTUALLY, program.ALWAYS):
         from_row, to_row = 0, state.queue.shape[0]
-        if nodes[node, HAS_WINDOW]:
-            from_row, to_row = nodes[node, FROM_ROW], nodes[node, TO_ROW]
-        slide(node, first, Sliding(kind == ALWAYS, known, from_row, to_row), state)
+        if nodes[node, program.HAS_WINDOW]:
+            from_row, to_row = nodes[node, program.FROM_ROW], nodes[node, program.TO_ROW]
+        slide(node, first, Sliding(kind == program.ALWAYS, known, from_row, to_row), state)
         exact[node] = OPEN
         return
-    if kind == UNTIL:
+    if kind == program.UNTIL:
         _until(node, nodes, known, state)
         exact[node] = OPEN
         return
-    if kind >= PREVIOUS:
-        if kind == SINCE:
+    if kind >= program.PREVIOUS:
+        if kind == program.SINCE:
             _until(node, nodes, known, state)
-        elif kind == PREVIOUS:
+        elif kind == program.PREVIOUS:
             fill_previous(node, nodes, known, state)
         else:
             fill_once(node, nodes, known, state)
@@ -359,30 +342,30 @@ def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
         return
     for plane in range(2):
         other = 1 - plane
-        if kind == NOT:
+        if kind == program.NOT:
             for k in range(known):
                 out[plane, k], sign[plane, k] = -a[other, k], -p[other, k]
-        elif kind == AND:
+        elif kind == program.AND:
             for k in range(known):
                 out[plane, k] = min(a[plane, k], b[plane, k])
                 sign[plane, k] = min(p[plane, k], q[plane, k])
-        elif kind == OR:
+        elif kind == program.OR:
             for k in range(known):
                 out[plane, k] = max(a[plane, k], b[plane, k])
                 sign[plane, k] = max(p[plane, k], q[plane, k])
-        elif kind == IMPLIES:
+        elif kind == program.IMPLIES:
             for k in range(known):
                 out[plane, k] = max(-a[other, k], b[plane, k])
                 sign[plane, k] = max(-p[other, k], q[plane, k])
-        elif kind == RISE:
+        elif kind == program.RISE:
             for k in range(1, known):
                 out[plane, k] = min(a[plane, k], -a[other, k - 1])
                 sign[plane, k] = min(p[plane, k], -p[other, k - 1])
-        elif kind == FALL:
+        elif kind == program.FALL:
             for k in range(1, known):
                 out[plane, k] = min(-a[other, k], a[plane, k - 1])
                 sign[plane, k] = min(-p[other, k], p[plane, k - 1])
-        if kind in (RISE, FALL):
+        if kind in (program.RISE, program.FALL):
             out[plane, 0], sign[plane, 0] = -1.0, -1
 
 
@@ -392,11 +375,15 @@ def _until(node: int, nodes: Ints, known: int, state: State) -> None:
 
     ``since`` is the same on the rows in reverse order; before row 0 there is nothing.
     """
-    what, first, second = nodes[node], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    what, first, second = (
+        nodes[node],
+        nodes[node, program.FIRST_PART],
+        nodes[node, program.SECOND_PART],
+    )
     left, left_truth = state.bounds[first], state.truth[first]
     right, right_truth = state.bounds[second], state.truth[second]
     out, sign = state.bounds[node], state.truth[node]
-    is_past = what[KIND] == SINCE
+    is_past = what[program.KIND] == program.SINCE
     before, after, endless = state.scratch[0], state.scratch[1], state.scratch[2]
     for plane in range(4):
         half = plane % 2
@@ -410,7 +397,7 @@ def _until(node: int, nodes: Ints, known: int, state: State) -> None:
             after[k] = right[half, row] if plane < 2 else float(right_truth[half, row])
             later = max(after[k], min(-before[k], later))
             endless[k] = later
-        if what[HAS_WINDOW]:
+        if what[program.HAS_WINDOW]:
             restrict(what, known, beyond, state)
         for k in range(known):
             row = known - 1 - k if is_past else k
@@ -427,26 +414,30 @@ def fill_start(node: int, nodes: Ints, extent: Extent, state: State) -> None:
     Operators without a window that no temporal operator encloses range over the rows 0 to ``last``
     and, if the trace was cut short, over unknown ones; everything else is that of row 0.
     """
-    kind, first, second = nodes[node, KIND], nodes[node, FIRST_PART], nodes[node, SECOND_PART]
+    kind, first, second = (
+        nodes[node, program.KIND],
+        nodes[node, program.FIRST_PART],
+        nodes[node, program.SECOND_PART],
+    )
     bounds, truth, start = state.bounds, state.truth, state.start
     out = start[node]
     if needs_rows(nodes[node]):
         out[0], out[1] = bounds[node, 0, 0], bounds[node, 1, 0]
         out[2], out[3] = truth[node, 0, 0], truth[node, 1, 0]
         return
-    if kind in (EVENTUALLY, ALWAYS):
+    if kind in (program.EVENTUALLY, program.ALWAYS):
         _start_over_rows(kind, bounds[first], truth[first], extent, out)
         return
     for plane in range(4):
         half = plane % 2
         other = plane + 1 - 2 * half
-        if kind == NOT:
+        if kind == program.NOT:
             out[plane] = -start[first, other]
-        elif kind == AND:
+        elif kind == program.AND:
             out[plane] = min(start[first, plane], start[second, plane])
-        elif kind == OR:
+        elif kind == program.OR:
             out[plane] = max(start[first, plane], start[second, plane])
-        elif kind == IMPLIES:
+        elif kind == program.IMPLIES:
             out[plane] = max(-start[first, other], start[second, plane])
         else:
             most = -math.inf if plane < 2 else -1.0
@@ -465,7 +456,7 @@ def _start_over_rows(kind: int, state: Floats, truth: Bytes, extent: Extent, out
     # One loop for all four: each alone would wait for its last comparison.
     low, high = state[0, 0], state[1, 0]
     no, yes = truth[0, 0], truth[1, 0]
-    if kind == ALWAYS:
+    if kind == program.ALWAYS:
         for k in range(1, extent.last + 1):
             low, high = min(low, state[0, k]), min(high, state[1, k])
             no, yes = min(no, truth[0, k]), min(yes, truth[1, k])
@@ -500,13 +491,16 @@ def fill_decided(tables: Tables, extent: Extent, state: State, is_changed: Bools
         if start[node, 2] == start[node, 3]:
             start[node, 0] = start[node, 1] = math.inf * start[node, 2]
     for node in range(nodes.shape[0]):
-        if nodes[node, KIND] <= WORD or is_changed[node]:
+        if nodes[node, program.KIND] <= program.WORD or is_changed[node]:
             continue
-        if is_changed[nodes[node, FIRST_PART]] or is_changed[nodes[node, SECOND_PART]]:
+        if (
+            is_changed[nodes[node, program.FIRST_PART]]
+            or is_changed[nodes[node, program.SECOND_PART]]
+        ):
             is_changed[node] = True
             if needs_rows(nodes[node]):
                 fill_operator(node, nodes, extent.known, state)
-            if nodes[node, IS_START]:
+            if nodes[node, program.IS_START]:
                 fill_start(node, nodes, extent, state)
 
 
@@ -563,28 +557,28 @@ def find_held(  # noqa: PLR0912, C901 - one branch for each operator
     scope[:] = 0
     scope[nodes.shape[0] - 1, 0] = 1
     for node in range(nodes.shape[0] - 1, -1, -1):
-        kind = nodes[node, KIND]
-        if kind <= WORD:
+        kind = nodes[node, program.KIND]
+        if kind <= program.WORD:
             continue
-        first, second = nodes[node, FIRST_PART], nodes[node, SECOND_PART]
-        if kind in (NOT, AND, OR, IMPLIES):
+        first, second = nodes[node, program.FIRST_PART], nodes[node, program.SECOND_PART]
+        if kind in (program.NOT, program.AND, program.OR, program.IMPLIES):
             for k in range(known):
                 if scope[node, k]:
                     scope[first, k] = 1
-                    if kind != IMPLIES or _part_holds(first, k, nodes[node], truth, start):
+                    if kind != program.IMPLIES or _part_holds(first, k, nodes[node], truth, start):
                         scope[second, k] = 1
-        elif kind in (RISE, FALL, PREVIOUS):
+        elif kind in (program.RISE, program.FALL, program.PREVIOUS):
             for k in range(1, known):
                 if scope[node, k]:
                     scope[first, k - 1] = 1
-                    if kind != PREVIOUS:
+                    if kind != program.PREVIOUS:
                         scope[first, k] = 1
         else:
             _ask_over_time(node, nodes[node], extent, truth, scope)
     for place in range(nested.shape[0]):
         node, held[place] = nested[place], 0
         for k in range(known):
-            antecedent = nodes[node, FIRST_PART]
+            antecedent = nodes[node, program.FIRST_PART]
             if scope[node, k] and _part_holds(antecedent, k, nodes[node], truth, start):
                 held[place] = 1
                 break
@@ -593,7 +587,7 @@ def find_held(  # noqa: PLR0912, C901 - one branch for each operator
 @compiled
 def _part_holds(part: int, row: int, above: Ints, truth: Bytes, start: Floats) -> bool:
     """Tell whether a part of a connective holds, which at the top has no rows."""
-    if above[IS_START]:
+    if above[program.IS_START]:
         return bool(start[part, 2] > 0.0)
     return bool(truth[part, 0, row] > 0)
 
@@ -603,29 +597,29 @@ def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
     node: int, what: Ints, extent: Extent, truth: Bytes, scope: Bytes
 ) -> None:
     """Mark the rows that the parts of a temporal operator are asked for at."""
-    kind, first, second = what[KIND], what[FIRST_PART], what[SECOND_PART]
+    kind, first, second = what[program.KIND], what[program.FIRST_PART], what[program.SECOND_PART]
     known = extent.known
     done = 0
     for k in range(known):
         if not scope[node, k]:
             continue
         near, far = 0, known
-        if what[HAS_WINDOW]:
-            near, far = what[FROM_ROW], what[TO_ROW]
-        if kind in (EVENTUALLY, ALWAYS, UNTIL):
+        if what[program.HAS_WINDOW]:
+            near, far = what[program.FROM_ROW], what[program.TO_ROW]
+        if kind in (program.EVENTUALLY, program.ALWAYS, program.UNTIL):
             begin, end = k + near, min(k + far, known - 1)
             if is_open_ended(what):
                 end = extent.last
         else:
             begin, end = max(k - far, 0), k - near
-        if kind == UNTIL:
+        if kind == program.UNTIL:
             for j in range(k, end + 1):
                 if j >= begin:
                     scope[second, j] = 1
                     if truth[second, 0, j] > 0:
                         break
                 scope[first, j] = 1
-        elif kind == SINCE:
+        elif kind == program.SINCE:
             for j in range(k, begin - 1, -1):
                 if j <= end:
                     scope[second, j] = 1

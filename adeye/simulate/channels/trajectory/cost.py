@@ -14,32 +14,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.kernel import profiles as profiles
 from adeye.kernel.boxes import placed_box_distance
 from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.profiles import (
-    MIN_LATERAL_SPEED,
-    OBJECT_BEHIND,
-    OBJECT_BRAKING,
-    OBJECT_COSINE,
-    OBJECT_D,
-    OBJECT_GROWTH,
-    OBJECT_LENGTH,
-    OBJECT_S,
-    OBJECT_SINE,
-    OBJECT_SPEED,
-    OBJECT_WIDTH,
-    PROFILE_ACCELERATION,
-    PROFILE_S,
-    PROFILE_SPEED,
-    WAY_D,
-    WAY_S,
-    WAY_SPEED,
-    at_path,
-    margin_at,
-    predict_body,
-)
+from adeye.kernel.profiles import at_path, margin_at, predict_body
 from adeye.kernel.road import local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
@@ -100,16 +80,18 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
         if not np.isfinite(s + d + forward + sideways):
             continue
         body = objects[count]
-        body[OBJECT_LENGTH], body[OBJECT_WIDTH] = (
+        body[profiles.OBJECT_LENGTH], body[profiles.OBJECT_WIDTH] = (
             track[columns.TRACK_LENGTH],
             track[columns.TRACK_WIDTH],
         )
-        body[OBJECT_S], body[OBJECT_D] = s - pose[POSE_S], d
-        body[OBJECT_SPEED] = forward
+        body[profiles.OBJECT_S], body[profiles.OBJECT_D] = s - pose[POSE_S], d
+        body[profiles.OBJECT_SPEED] = forward
         reach = 0.5 * (record["length"] + track[columns.TRACK_LENGTH])
-        body[OBJECT_BEHIND] = 1.0 if body[OBJECT_S] <= -reach else 0.0
+        body[profiles.OBJECT_BEHIND] = 1.0 if body[profiles.OBJECT_S] <= -reach else 0.0
         is_free = FIRST_FREE <= track[columns.TRACK_CLASS] <= LAST_FREE
-        is_sure = abs(sideways) - math.sqrt(track[columns.TRACK_VAR_VY]) >= MIN_LATERAL_SPEED
+        is_sure = (
+            abs(sideways) - math.sqrt(track[columns.TRACK_VAR_VY]) >= profiles.MIN_LATERAL_SPEED
+        )
         if not is_free and not is_sure:
             sideways = 0.0
         predict_body(
@@ -171,11 +153,11 @@ def profile_cost(
     """
     progress = 0.0
     for sample in range(SAMPLES):
-        missing = allowed - profile[sample, PROFILE_SPEED]
+        missing = allowed - profile[sample, profiles.PROFILE_SPEED]
         cost = rounded_square(missing, PROGRESS_KNEE)
         progress += cost if missing > 0.0 else 2.0 * cost
         # To escape by speeding up is for no one to rely on.
-        faster = profile[sample, PROFILE_SPEED] - max(allowed, speed) - _SPEEDING_FROM
+        faster = profile[sample, profiles.PROFILE_SPEED] - max(allowed, speed) - _SPEEDING_FROM
         progress += _SPEEDING * rounded_square(max(0.0, faster), PROGRESS_KNEE)
     share = wanted / record["comfort_deceleration"]
     change = wanted - previous
@@ -213,12 +195,12 @@ def drive_line(  # noqa: PLR0913, PLR0917 - a kernel
     across = 1.0 / (record["max_lateral_acceleration"] * record["max_lateral_acceleration"])
     comfort = 0.0
     for sample in range(SAMPLES):
-        d, slope, bend = at_path(path, begun + profile[sample, PROFILE_S])
+        d, slope, bend = at_path(path, begun + profile[sample, profiles.PROFILE_S])
         line[sample, LINE_D], line[sample, LINE_SLOPE] = d, slope
-        square = profile[sample, PROFILE_SPEED] * profile[sample, PROFILE_SPEED]
+        square = profile[sample, profiles.PROFILE_SPEED] * profile[sample, profiles.PROFILE_SPEED]
         aside = square * bend
         lateral = square * curvature + aside
-        braking = profile[sample, PROFILE_ACCELERATION]
+        braking = profile[sample, profiles.PROFILE_ACCELERATION]
         # The ellipse of what the tyres are taken to hold.
         used = along * braking * braking + across * lateral * lateral
         if not is_last_resort and (used > 1.0 or d < lowest or d > highest):
@@ -278,25 +260,28 @@ def mark_interest(record: Any, profile: Floats, others: Others, window: Ints) ->
     interval = record["horizon"] / SAMPLES
     for row in range(objects.shape[0]):
         first, last = SAMPLES, 0
-        if objects[row, OBJECT_BEHIND] == 0.0:
-            reach = 0.5 * (record["length"] + objects[row, OBJECT_LENGTH])
-            faster = objects[row, OBJECT_GROWTH]
+        if objects[row, profiles.OBJECT_BEHIND] == 0.0:
+            reach = 0.5 * (record["length"] + objects[row, profiles.OBJECT_LENGTH])
+            faster = objects[row, profiles.OBJECT_GROWTH]
             for sample in range(SAMPLES):
-                ahead = ways[row, sample, WAY_S] - profile[sample, PROFILE_S]
-                speed = profile[sample, PROFILE_SPEED]
+                ahead = ways[row, sample, profiles.WAY_S] - profile[sample, profiles.PROFILE_S]
+                speed = profile[sample, profiles.PROFILE_SPEED]
                 margin = margin_at(
                     record["lateral_margin"],
                     record["uncertainty_growth"],
                     faster,
                     (sample + 1) * interval,
                 )
-                swept = 0.5 * abs(speed - ways[row, sample, WAY_SPEED]) * interval
+                swept = 0.5 * abs(speed - ways[row, sample, profiles.WAY_SPEED]) * interval
                 near = reach + margin + swept + _TURN_SLACK
                 if -near < ahead < max(near, reach + desired_gap(record, speed)):
                     first, last = min(first, sample), sample + 1
-            ends = ways[row, SAMPLES - 1, WAY_S] - profile[SAMPLES - 1, PROFILE_S]
-            closes = profile[SAMPLES - 1, PROFILE_SPEED] > ways[row, SAMPLES - 1, WAY_SPEED]
-            if ends > 0.0 and (closes or objects[row, OBJECT_BRAKING] < 0.0):
+            ends = ways[row, SAMPLES - 1, profiles.WAY_S] - profile[SAMPLES - 1, profiles.PROFILE_S]
+            closes = (
+                profile[SAMPLES - 1, profiles.PROFILE_SPEED]
+                > ways[row, SAMPLES - 1, profiles.WAY_SPEED]
+            )
+            if ends > 0.0 and (closes or objects[row, profiles.OBJECT_BRAKING] < 0.0):
                 first, last = min(first, SAMPLES - 1), SAMPLES
         window[row, 0], window[row, 1] = first, last
 
@@ -328,20 +313,28 @@ def object_cost(  # noqa: PLR0913, PLR0917 - a kernel
     interval = record["horizon"] / SAMPLES
     for sample in range(window[0], window[1]):
         time = (sample + 1) * interval
-        speed = profile[sample, PROFILE_SPEED]
-        ahead = way[sample, WAY_S] - profile[sample, PROFILE_S]
-        across = way[sample, WAY_D] - line[sample, LINE_D]
+        speed = profile[sample, profiles.PROFILE_SPEED]
+        ahead = way[sample, profiles.WAY_S] - profile[sample, profiles.PROFILE_S]
+        across = way[sample, profiles.WAY_D] - line[sample, LINE_D]
         margin = margin_at(
-            record["lateral_margin"], record["uncertainty_growth"], body[OBJECT_GROWTH], time
+            record["lateral_margin"],
+            record["uncertainty_growth"],
+            body[profiles.OBJECT_GROWTH],
+            time,
         )
-        if ahead > 0.0 and abs(across) < 0.5 * (record["width"] + body[OBJECT_WIDTH]) + margin:
-            gap = ahead - 0.5 * (record["length"] + body[OBJECT_LENGTH])
+        if (
+            ahead > 0.0
+            and abs(across) < 0.5 * (record["width"] + body[profiles.OBJECT_WIDTH]) + margin
+        ):
+            gap = ahead - 0.5 * (record["length"] + body[profiles.OBJECT_LENGTH])
             wanted = desired_gap(record, speed)
             headway += rounded_square(max(0.0, wanted - gap) / wanted, HEADWAY_KNEE)
             if sample == SAMPLES - 1:
-                headway_end = _required_at_end(record, gap, speed, way[sample, WAY_SPEED], body)
+                headway_end = _required_at_end(
+                    record, gap, speed, way[sample, profiles.WAY_SPEED], body
+                )
                 worst = max(worst, headway_end)
-        closing = abs(speed - way[sample, WAY_SPEED])
+        closing = abs(speed - way[sample, profiles.WAY_SPEED])
         depth = overlap(
             record, ahead, across, line[sample, LINE_SLOPE], body, closing * interval, margin
         )
@@ -363,7 +356,7 @@ def _required_at_end(
     Up to the emergency deceleration like braking now, beyond it like a collision at the end.
     """
     room = gap - 0.5 * record["standstill_gap"]
-    braking = body[OBJECT_BRAKING] if front_speed > 0.0 else 0.0
+    braking = body[profiles.OBJECT_BRAKING] if front_speed > 0.0 else 0.0
     required = required_deceleration(room, speed, max(0.0, front_speed), braking)
     required = min(required, _MOST_REQUIRED)
     share = required / record["comfort_deceleration"]
@@ -396,22 +389,24 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
         margin: Distance from which it counts [m].
     """
     length, width = record["length"] + swept, record["width"]
-    side = 0.5 * (width + body[OBJECT_WIDTH])
-    lean = 0.5 * (length * abs(slope) + body[OBJECT_LENGTH] * abs(body[OBJECT_SINE]))
+    side = 0.5 * (width + body[profiles.OBJECT_WIDTH])
+    lean = 0.5 * (
+        length * abs(slope) + body[profiles.OBJECT_LENGTH] * abs(body[profiles.OBJECT_SINE])
+    )
     # A turned body reaches less far than this to each side, and most are not near.
     if abs(across) >= side + lean + margin:
         return 0.0
-    if abs(ahead) >= 0.5 * (length + body[OBJECT_LENGTH]) + _TURN_SLACK + margin:
+    if abs(ahead) >= 0.5 * (length + body[profiles.OBJECT_LENGTH]) + _TURN_SLACK + margin:
         return 0.0
     cosine = 1.0 / math.sqrt(1.0 + slope * slope)
     sine = slope * cosine
     placed = (
         cosine * ahead + sine * across,
         cosine * across - sine * ahead,
-        body[OBJECT_SINE] * cosine - body[OBJECT_COSINE] * sine,
-        body[OBJECT_COSINE] * cosine + body[OBJECT_SINE] * sine,
+        body[profiles.OBJECT_SINE] * cosine - body[profiles.OBJECT_COSINE] * sine,
+        body[profiles.OBJECT_COSINE] * cosine + body[profiles.OBJECT_SINE] * sine,
     )
-    size = (body[OBJECT_LENGTH], body[OBJECT_WIDTH])
+    size = (body[profiles.OBJECT_LENGTH], body[profiles.OBJECT_WIDTH])
     apart = placed_box_distance(placed, (length, width), size, 0.0)
     if apart <= 0.0:
         return 1.0
@@ -451,14 +446,14 @@ def is_cut_up(
         return True
     for row in range(others.objects.shape[0]):
         body = others.objects[row]
-        side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
-        last = others.ways[row, others.ways.shape[1] - 1, WAY_D]
-        if body[OBJECT_BEHIND] == 0.0 or (
-            abs(body[OBJECT_D] - target) > side and abs(last - target) > side
+        side = 0.5 * (record["width"] + body[profiles.OBJECT_WIDTH]) + record["lateral_margin"]
+        last = others.ways[row, others.ways.shape[1] - 1, profiles.WAY_D]
+        if body[profiles.OBJECT_BEHIND] == 0.0 or (
+            abs(body[profiles.OBJECT_D] - target) > side and abs(last - target) > side
         ):
             continue
-        gap = -body[OBJECT_S] - 0.5 * (record["length"] + body[OBJECT_LENGTH])
-        if gap < critical_distance(record, body[OBJECT_SPEED], ego_speed):
+        gap = -body[profiles.OBJECT_S] - 0.5 * (record["length"] + body[profiles.OBJECT_LENGTH])
+        if gap < critical_distance(record, body[profiles.OBJECT_SPEED], ego_speed):
             return True
     return False
 
@@ -496,10 +491,10 @@ def lane_speed_cost(
     slowest = allowed
     for row in range(others.objects.shape[0]):
         body = others.objects[row]
-        side = 0.5 * (record["width"] + body[OBJECT_WIDTH]) + record["lateral_margin"]
-        ahead = body[OBJECT_S]
+        side = 0.5 * (record["width"] + body[profiles.OBJECT_WIDTH]) + record["lateral_margin"]
+        ahead = body[profiles.OBJECT_S]
         is_near = 0.0 < ahead < _LONG_RUN * desired_gap(record, speed)
-        if is_near and abs(others.ways[row, SAMPLES - 1, WAY_D] - target) < side:
-            slowest = min(slowest, max(0.0, body[OBJECT_SPEED]))
+        if is_near and abs(others.ways[row, SAMPLES - 1, profiles.WAY_D] - target) < side:
+            slowest = min(slowest, max(0.0, body[profiles.OBJECT_SPEED]))
     missing = rounded_square(allowed - slowest, PROGRESS_KNEE)
     return float(_LONG_RUN * record["weight_progress"] * missing)
