@@ -37,11 +37,13 @@ _WRITTEN: Final = frozenset(
 )
 """Endings of what verbs write; what is there and ends otherwise is something else."""
 _PEM: Final = b"-----BEGIN"
-_COMMITTED: Final = re.compile(
-    rb'\s*\{.*"(?:schema":\s*"adeye/(?:baseline|manifest)@|payloadType":\s*"application/vnd\.adeye)',
-    re.DOTALL,
+Pattern = re.Pattern[bytes]
+_BASELINE: Final = re.compile(rb'\s*\{.*"schema":\s*"adeye/baseline@', re.DOTALL)
+_SIGNED: Final = re.compile(
+    rb'\s*\{.*"(?:schema":\s*"adeye/manifest@|payloadType":\s*"application/vnd\.adeye)', re.DOTALL
 )
-"""Evidence that is kept and signed: only the verb that writes it may write it anew."""
+"""Evidence that is kept and signed: only the verb that writes it may write it anew, as it may a
+baseline only that reads it first."""
 _HEAD_BYTES: Final = 1_000_000
 _SQLITE: Final = b"SQLite format 3\0"
 _DESCRIPTOR: Final = re.compile(
@@ -59,7 +61,8 @@ class _Guard:
         self, files: Mapping[str, Path], taken: Iterable[Path], also_read: str, renewed: str
     ) -> None:
         self.files = files
-        self.renewed = [files[name] for name in (also_read, renewed) if name in files]
+        self.renewed = [files[renewed]] if renewed in files else []
+        self.updated = [files[also_read]] if also_read in files else []
         self.refusal: UsageError | None = None
         self._read: dict[tuple[int, int], str] = {}
         taken = tuple(taken)
@@ -67,7 +70,7 @@ class _Guard:
         for name, path in files.items():
             if any(is_same(path, other) for other in taken):
                 raise _refused(name, path, "belongs to the database")
-            require_replaceable(path, name, is_renewed=path in self.renewed)
+            require_replaceable(path, name, known=self.known(path))
             found = _stat(path)
             key: object = descriptor_of(path) or _spelling(path)
             if found is not None and not stat.S_ISCHR(found.st_mode):
@@ -79,6 +82,11 @@ class _Guard:
                     f"{seen[key]} and {name} are one file, {str(path)!r}",
                     remedy="Give each a file of its own.",
                 )
+
+    def known(self, path: Path) -> list[Pattern]:
+        """List the kinds of evidence that may be written anew there."""
+        kinds = (_BASELINE, self.updated), (_SIGNED, self.renewed)
+        return [kind for kind, paths in kinds if any(is_same(path, item) for item in paths)]
 
     def reads(self, path: Path) -> None:
         """Compare a file that is read with those that are about to be written."""
@@ -156,13 +164,13 @@ def is_same(one: Path, other: Path) -> bool:
     return _spelling(one) == _spelling(other)
 
 
-def require_replaceable(path: Path, name: str = "", *, is_renewed: bool = False) -> None:
+def require_replaceable(path: Path, name: str = "", *, known: Collection[Pattern] = ()) -> None:
     """Refuse to put a file where something is that must not be lost.
 
     Args:
         path: Of the file.
         name: Of its option, for the message.
-        is_renewed: Whether it may be evidence that the same verb wrote before.
+        known: Evidence that the same verb wrote before, by its beginning.
 
     Raises:
         UsageError: A database, a kept trace, a source of a plan, evidence, a key, a device, or what
@@ -184,18 +192,18 @@ def require_replaceable(path: Path, name: str = "", *, is_renewed: bool = False)
         return
     if not stat.S_ISREG(found.st_mode):
         raise UsageError(f"{name or 'file'} {str(path)!r} is no regular file", remedy=_OTHER)
-    if why := _worth(real.suffix.lower(), _head(path), is_renewed=is_renewed):
+    if why := _worth(real.suffix.lower(), _head(path), known):
         raise _refused(name, path, why)
 
 
-def _worth(ending: str, head: bytes, *, is_renewed: bool) -> str:
+def _worth(ending: str, head: bytes, known: Collection[Pattern]) -> str:
     """Tell why a file must not be lost, by its ending and its beginning; nothing if it may be."""
     kinds = (
         (head.startswith(_SQLITE), "is a database"),
         (ending in _SOURCES, "is a source of plans or plug-ins"),
         (head.startswith(_PEM), "is a key or a certificate"),
         (
-            not is_renewed and _COMMITTED.match(head) is not None,
+            any(item not in known and item.match(head) for item in (_BASELINE, _SIGNED)),
             "is a baseline, a manifest or a signature",
         ),
         (ending not in _WRITTEN, "is there and has an ending that adeye never writes"),
@@ -335,8 +343,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 def _require_free(path: Path) -> None:
     require_unread()
-    renewed = any(is_same(path, item) for guard in _guards.get() for item in guard.renewed)
-    require_replaceable(path, is_renewed=renewed)
+    require_replaceable(path, known=[item for guard in _guards.get() for item in guard.known(path)])
 
 
 @contextlib.contextmanager

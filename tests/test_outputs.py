@@ -2,6 +2,7 @@ import os
 import socket
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -144,9 +145,16 @@ def test_evidence_and_what_was_never_written_are_not_replaced(tmp_path: Path) ->
         path.write_text(content, "utf-8")
         refused(UsageError, write_atomically, b"a,b\n", path, says="would be overwritten")
         assert path.read_text("utf-8") == content
-        with guarded({"-o": path} if name[0] in "bm" else {}, renewed="-o"):
-            if name[0] in "bm":
-                write_atomically(b"new", path)
+        for kind, also_read, renewed in (("b", "-o", ""), ("m", "", "-o")):
+            with guarded(
+                {"-o": path} if kind == name[0] else {}, also_read=also_read, renewed=renewed
+            ):
+                if kind == name[0]:
+                    write_atomically(b"new", path)
+            path.write_text(content, "utf-8")
+            if kind != name[0]:
+                given: Any = {"also_read": also_read, "renewed": renewed}
+                refused(UsageError, guarded({"-o": path}, **given).__enter__, says="overwritten")
         path.write_text("", "utf-8")
         write_atomically(b"a,b\n1,2\n", path)
 

@@ -30,6 +30,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -164,16 +165,19 @@ class Elsewhere:
 
     def _accepted(self, done: Done[DemandingTask, BatchResult]) -> Done[BatchTask, BatchResult]:
         """Take a block back if it was given and its result has the seal of its worker."""
-        task = self._given.pop(getattr(done.task, "packed", b""), None)
+        # Whatever its type says: it comes from somebody else.
+        told: Any = done
+        given: Any = getattr(told, "task", None)
+        task = self._given.pop(getattr(given, "packed", b""), None)
         if task is None:
             raise self._refused("a block that it was not given, or one twice")
-        # Whatever its type says: it comes from somebody else.
-        result: Any = done.result
+        # A copy is sealed and kept: who has the original may go on writing into it.
+        result = deepcopy(getattr(told, "result", None))
         if result is not None and (
-            not isinstance(result, BatchResult) or result.seal != seal_of(done.task, result)
+            type(result) is not BatchResult or result.seal != seal_of(given, result)
         ):
             raise self._refused(f"a result of block {task.block} that is not what its worker made")
-        return Done(task, result, done.lost)
+        return Done(task, result, told.lost)
 
     def _refused(self, what: str) -> IntegrityError:
         return IntegrityError(

@@ -448,8 +448,8 @@ class Miscalibration(SensorFault):
     needs = ("bearings",)
     neutral = ({"yaw": 0.0, "x": 0.0, "y": 0.0},)
     model: Literal["miscalibration"]
-    yaw: Angle = 0.0
-    """How far it is turned to the left [rad]."""
+    yaw: Annotated[Angle, Field(ge=-math.pi, le=math.pi)] = 0.0
+    """How far it is turned to the left [rad]; a whole turn is none."""
     x: Length = 0.0
     """How far ahead of its known place it is [m]."""
     y: Length = 0.0

@@ -32,8 +32,9 @@ from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
 from adeye.store.ledger import insert_rows, key_text
 from adeye.store.records import Finding
+from adeye.store.sql import filled
 from adeye.sweep.groups import NO_FAULT
-from adeye.trace import LINK_LENGTH
+from adeye.trace import LINK_LENGTH, split_links
 from adeye.units import read_quantity
 
 # --- Which cases of a plan are pairs: several architectures, one situation, the same faults -------
@@ -126,98 +127,7 @@ def _matched(keys: Sequence[bytes], architectures: Ints) -> tuple[Ints, Ints]:
 
 _CHUNK: Final = 1_024
 
-_PLANNED: Final = """
-    SELECT c.scenario, c.architecture, t.fault_entry, t.situation_digest
-    FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest
-    WHERE c.campaign_id = ? ORDER BY c.ordinal
-"""
-
-_DONE: Final = f"""
-    SELECT c.campaign_id, c.ordinal, r.number, c.scenario, c.architecture, t.fault_entry,
-        CASE WHEN EXISTS (
-            SELECT 1 FROM campaign_fsr f
-            JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
-            WHERE {JUDGED} AND v.exercised = 1) THEN 1 ELSE 0 END
-    FROM work w
-    JOIN campaign_case c ON c.campaign_id = w.campaign_id
-        AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal
-    JOIN test_case t ON t.digest = c.test_case_digest
-    JOIN run r ON r.result_digest = c.result_digest
-    WHERE w.id = ? ORDER BY c.ordinal
-"""  # noqa: S608 - JUDGED is a constant of this package
-
-# Behind the links of parts stands that of all but the presence of faults, in newer databases.
-# Most campaigns have no two equal results, which one sort tells; no verdict is read then.
-_HAPPENED: Final = f"""CASE WHEN LENGTH(h.links) > {LINK_LENGTH} * (r.trace_rows / h.every_rows)
-                THEN SUBSTR(h.links, {LINK_LENGTH} * (r.trace_rows / h.every_rows) + 1)
-                ELSE r.trace_digest END"""
-"""What happened in a run, whatever faults were present meanwhile."""
-
-_REPEATED: Final = f"""
-    WITH done AS (
-        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
-            {_HAPPENED} AS happened
-        FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
-        LEFT JOIN chain h ON h.run_number = r.number
-        WHERE c.campaign_id = ?),
-    same AS (
-        SELECT architecture, happened FROM done
-        GROUP BY architecture, happened HAVING COUNT(*) > 1 {{or_contained}})
-    SELECT f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin,
-        SUM(CASE v.verdict WHEN 'PASS' THEN 1 ELSE 0 END), SUM(v.exercised)
-    FROM same s
-    JOIN done c ON c.architecture = s.architecture AND c.happened = s.happened
-    JOIN campaign_fsr f ON {JUDGED}
-    JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
-    GROUP BY f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin
-"""  # noqa: S608 - JUDGED is a constant of this package
-
-_LENGTHS: Final = """
-    SELECT DISTINCT s.digest, s.content FROM campaign_case c
-    JOIN test_case t ON t.digest = c.test_case_digest
-    JOIN scenario s ON s.digest = t.scenario_digest WHERE c.campaign_id = ?
-"""
-
-_OF_SCENARIOS: Final = f"""
-    SELECT r.trace_rows, COALESCE(h.links, ''), COALESCE(h.every_rows, 0),
-        {_HAPPENED}, c.architecture, t.fault_entry, t.faults, t.parameters, t.replicate, t.step_s
-    FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
-    JOIN test_case t ON t.digest = c.test_case_digest
-    LEFT JOIN chain h ON h.run_number = r.number
-    WHERE c.campaign_id = ? AND t.scenario_digest IN ({{}})
-    ORDER BY r.trace_rows DESC, c.ordinal
-"""  # noqa: S608 - what stands in it are constants of this module
-
-_PASSED: Final = f"""
-    SELECT DISTINCT c.architecture, v.detail FROM {JUDGED_CASES}
-    WHERE c.campaign_id = ? AND f.fsr_id = ? AND v.verdict = 'PASS'
-"""  # noqa: S608 - own names
-
-_ABOUT_FAULTS: Final = f"""
-    WITH done AS (
-        SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
-            {{has_fault}} AS has_fault,
-            {_HAPPENED} AS happened
-        FROM campaign_case c JOIN run r ON r.result_digest = c.result_digest
-        JOIN test_case t ON t.digest = c.test_case_digest
-        LEFT JOIN chain h ON h.run_number = r.number
-        WHERE c.campaign_id = ?),
-    same AS (
-        SELECT architecture, scenario, happened, MIN(has_fault) AS is_new FROM done
-        GROUP BY architecture, scenario, happened),
-    told AS (
-        SELECT c.architecture, c.scenario, c.happened,
-            CASE WHEN MIN(c.has_fault) = 1 AND MAX(s.is_new) = 0 THEN 1 ELSE 0 END AS is_idle
-        FROM done c
-        JOIN same s ON s.architecture = c.architecture AND s.scenario = c.scenario
-            AND s.happened = c.happened
-        JOIN campaign_fsr f ON {JUDGED}
-        JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
-        WHERE f.fsr_id = ? AND v.exercised = 1
-        GROUP BY c.architecture, c.scenario, c.happened)
-    SELECT architecture, scenario, SUM(is_idle), COUNT(*) FROM told
-    GROUP BY architecture, scenario ORDER BY architecture, scenario
-"""  # noqa: S608 - JUDGED is a constant of this package
+_HAPPENED: Final = filled("happened", length=LINK_LENGTH)
 
 Done = tuple[str, int, int, str, str, str, int]
 """A case with a run: campaign, ordinal, number of the run, scenario, architecture, fault entry,
@@ -235,7 +145,7 @@ def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
     """Count the cases of a campaign from its plan."""
     groups = CaseGroups()
     found = connection.exec_driver_sql(
-        _PLANNED, (campaign_id,), execution_options={"yield_per": _CHUNK}
+        filled("case_planned"), (campaign_id,), execution_options={"yield_per": _CHUNK}
     )
     for (scenario, architecture, fault), items in groupby(found, key=itemgetter(0, 1, 2)):
         groups.add(scenario, architecture, fault, [item[3] for item in items])
@@ -244,7 +154,7 @@ def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
 
 def done_cases(connection: Connection, work_id: int) -> list[Done]:
     """List the cases of a block that have a run, in the order of their ordinals."""
-    found = connection.exec_driver_sql(_DONE, (work_id,))
+    found = connection.exec_driver_sql(filled("case_done", judged=JUDGED), (work_id,))
     return [(*item[:6], int(item[6])) for item in map(tuple, found)]
 
 
@@ -317,11 +227,12 @@ def _repeat_rows(
     was present that changed nothing. For an FSR about that fault the run without it is none.
     """
     runs: Counter[tuple[Any, ...]] = Counter()
-    contained = _contained(connection, campaign_id)
+    contained = _beginnings(connection, campaign_id)
     shorter = sorted({happened for _, happened in contained})
     marks = f"OR happened IN ({', '.join('?' * len(shorter))})" if shorter else ""
+    query = filled("case_repeated", judged=JUDGED, happened=_HAPPENED, or_contained=marks)
     for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
-        _REPEATED.format(or_contained=marks), (campaign_id, *shorter)
+        query, (campaign_id, *shorter)
     ):
         for where in (scenario, ""):
             runs[fsr, architecture, where, 0, *result] += int(passed)
@@ -347,40 +258,27 @@ def _repeat_rows(
     ]
 
 
-_DRIVEN: Final = ("world", "environment", "ego", "actors", "storyboard", "order")
-"""What a scenario says about a drive, but for its length."""
+def _beginnings(connection: Connection, campaign_id: str) -> set[tuple[str, str]]:
+    """Find the results that are the beginning of a longer one: they show what that shows.
 
-
-def _contained(connection: Connection, campaign_id: str) -> set[tuple[str, str]]:
-    """Find the results that are the beginning of a longer one.
-
-    Of scenarios that differ in nothing but how long they are driven, the shorter show what the
-    longest shows, whatever they are called.
+    What differs behind the last link of the shorter, in its last moments, is not looked at.
 
     Returns:
         Architecture and what happened, of the shorter runs.
     """
-    alike: dict[str, list[str]] = {}
-    for digest, content in connection.exec_driver_sql(_LENGTHS, (campaign_id,)):
-        try:
-            told = json.loads(content)
-            drive = json.dumps([told.get(key) for key in _DRIVEN], sort_keys=True)
-        except (ValueError, AttributeError):
-            # What was altered is named by itself.
-            continue
-        alike.setdefault(drive, []).append(digest)
     found: set[tuple[str, str]] = set()
-    for digests in alike.values():
-        if len(digests) > 1:
-            query = _OF_SCENARIOS.format(", ".join("?" * len(digests)))
-            longest: dict[tuple[Any, ...], tuple[int, str]] = {}
-            for rows, links, every, happened, *situation in connection.exec_driver_sql(
-                query, (campaign_id, *digests)
-            ):
-                most, begin = longest.setdefault(tuple(situation), (rows, links))
-                same = LINK_LENGTH * (rows // every) if every else 0
-                if rows < most and links[:same] == begin[:same]:
-                    found.add((situation[0], happened))
+    longer: set[tuple[str, str]] = set()
+    rows = connection.exec_driver_sql(
+        filled("case_beginnings", length=LINK_LENGTH, happened=_HAPPENED), (campaign_id,)
+    )
+    for _, runs in groupby(rows.all(), itemgetter(1)):
+        links: set[tuple[str, str]] = set()
+        for architecture, _, text, parts, happened in runs:
+            own = [(architecture, link) for link in split_links(text)[:parts]]
+            if own[-1] in longer:
+                found.add((architecture, happened))
+            links.update(own)
+        longer |= links
     return found
 
 
@@ -415,7 +313,12 @@ def _without_effect(
     if ANY_FAULT in faults:
         has_fault, given = "t.fault_entry <> ?", (NO_FAULT,)
     found = connection.exec_driver_sql(
-        _ABOUT_FAULTS.format(has_fault=f"CASE WHEN {has_fault} THEN 1 ELSE 0 END"),
+        filled(
+            "case_about_faults",
+            judged=JUDGED,
+            happened=_HAPPENED,
+            has_fault=f"CASE WHEN {has_fault} THEN 1 ELSE 0 END",
+        ),
         (*given, campaign_id, fsr),
     )
     for architecture, rows in groupby(found.all(), itemgetter(0)):
@@ -434,15 +337,21 @@ def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
     return row(tables.never_held, (campaign_id, found.fsr, found.architecture, 0, told, 1))
 
 
+_SINCE_A_FAULT: Final = ("fault_", "distance_to_safe_state", "emergency_operation_time")
+"""Beginnings of metrics that are counted from a fault on."""
+
+
 def _read(
     what: Callable[[str | None, Parameters], tuple[str, ...]], content: str
 ) -> tuple[str, ...]:
-    """Read something off the formula of an FSR."""
+    """Read something off the formula of an FSR, or what stands for a bound from a fault on."""
     try:
         told = json.loads(content)
+        metric = str((told.get("bound") or {}).get("metric"))
+        since = "faulted" if metric.startswith(_SINCE_A_FAULT) else None
         values = told.get("parameters", {}).items()
         named = {name: read_quantity(str(value)) for name, value in values}
-        return what(told.get("formula"), named)
+        return what(told.get("formula") or since, named)
     except (ValueError, LookupError, TypeError, AttributeError, InputError):
         # What is no formula is refused where a plan is made; what was altered is named by itself.
         return ()
@@ -454,7 +363,9 @@ def _never_held(
     if not antecedents:
         return
     told: dict[str, set[tuple[int, ...]]] = {}
-    for architecture, detail in connection.exec_driver_sql(_PASSED, (campaign_id, fsr)):
+    for architecture, detail in connection.exec_driver_sql(
+        filled("case_passed", judged_cases=JUDGED_CASES), (campaign_id, fsr)
+    ):
         kinds = read_never_held(detail, len(antecedents))
         told.setdefault(architecture, set()).add(kinds)
     for architecture, runs in sorted(told.items()):

@@ -558,3 +558,17 @@ def size_of(connection: Connection, table: Table) -> int:
     counted = "count(*)" if is_server(connection) else "max(rowid)"
     found = connection.exec_driver_sql(f"SELECT {counted} FROM {table.name}")  # noqa: S608 - own names
     return int(found.scalar() or 0)
+
+
+def bulk_hashes(table: Table, rows: Sequence[Row]) -> list[str] | None:
+    """Hash stored rows of results; None where a value has a type that is never written.
+
+    Args:
+        table: A table of results.
+        rows: Each: number of the run, the values of ``hashed_names``, and the hash that is stored.
+    """
+    hashed = [values[1:-1] for values in rows]
+    try:
+        return row_hashes(table, stored_words(table, hashed_names(table), hashed))
+    except (TypeError, ValueError, OverflowError):
+        return None

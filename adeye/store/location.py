@@ -37,6 +37,11 @@ _NO_NAMES: Final = tuple(
             "{0}… is neither a URL with :// nor a path",
             _FORMS,
         ),
+        (
+            r"/{0,2}[^/\s:@]+:[^@]*@.*",
+            "it looks like the address of a server, with a password and without its scheme",
+            _FORMS,
+        ),
         (r"([^?]*)\?\w+=.*", "'{0}' is followed by ? and options, which are not read", _FORMS),
         (
             r"(~[^/]*).*",
@@ -77,6 +82,7 @@ _SECRETS: Final = ("password", "sslpassword")
 _LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=", re.I | re.S)
 _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
+    r"((?:\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]+@[^\s'\"]*|"
     r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
     re.I,
 )
@@ -204,7 +210,8 @@ def _server(rest: str) -> Location:
     except (ArgumentError, ValueError):
         # Neither what was raised nor what raised it may show the password.
         raise _unreadable() from None
-    if "@" in rest and url.username is None:
+    # A colon that is written as %3A makes one name of a user and a password, which is shown.
+    if ("@" in rest and url.username is None) or ":" in (url.username or ""):
         raise _unreadable()
     if not url.database:
         raise InputError("database: postgresql://… names no database", remedy=_FORMS)
@@ -264,4 +271,4 @@ def masked(text: str) -> str:
     >>> masked("postgresql://me:a@b@host/db: no such file; password=a")
     'postgresql://me:*** no such file; password=***'
     """
-    return _TYPED.sub(lambda match: (match[1] or match[2]) + _MASK, text)
+    return _TYPED.sub(lambda match: (match[1] or match[2] or match[3]) + _MASK, text)

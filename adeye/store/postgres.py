@@ -141,7 +141,14 @@ def make_engine(location: Location, writes_option: str) -> Engine:
         connection.adapters.register_loader("numeric", _number_loader(psycopg))
         with connection.cursor() as cursor:
             cursor.execute(f"SET search_path TO {SCHEMA}")
-            cursor.execute("SET timezone TO 'UTC'")
+            # Whatever the server is set to, numbers and times arrive as they are stored.
+            for setting in (
+                "timezone TO 'UTC'",
+                "datestyle TO 'ISO'",
+                "client_encoding TO 'UTF8'",
+                "extra_float_digits TO 1",
+            ):
+                cursor.execute(f"SET {setting}")
             # A writer that was stopped, or a machine that is gone, must not stop everybody.
             cursor.execute(f"SET idle_in_transaction_session_timeout TO '{STALL_S}s'")
         connection.commit()

@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
-from string import Template
 from typing import Final
 
 from sqlalchemy import Connection
@@ -21,7 +20,7 @@ from adeye.identity import digest
 from adeye.store import catalogue as catalog
 from adeye.store.cases import JUDGED
 from adeye.store.rules import check_view_ddl
-from adeye.store.sql import statement
+from adeye.store.sql import filled
 from adeye.store.tables import METRIC_IDS, MOMENTS, TABLES
 
 # --- The SQL views: the documented, stable interface for people who know SQL ----------------------
@@ -97,11 +96,6 @@ def _judged_count(table: str) -> str:
     return "n.judged" if table == "f" else "s.planned - s.n_not_run"
 
 
-def _filled(name: str, **words: object) -> str:
-    """Read a statement and put words in the places of ``$``."""
-    return Template(statement(name)).substitute(words)
-
-
 def _lines(parts: list[str]) -> str:
     return ",\n    ".join(parts)
 
@@ -122,14 +116,14 @@ def view_ddl() -> dict[str, str]:
         for name in names
     ]
     return {
-        "v_verdicts": _filled("v_verdicts", judged=JUDGED),
-        "v_runs": _filled(
+        "v_verdicts": filled("v_verdicts", judged=JUDGED),
+        "v_runs": filled(
             "v_runs",
             metrics=_lines(metrics),
-            verdicts=_filled("own_verdicts", case="c"),
-            number=_filled("run_number", case="c", own="o"),
+            verdicts=filled("own_verdicts", case="c"),
+            number=filled("run_number", case="c", own="o"),
         ),
-        "v_fsr_status": _filled(
+        "v_fsr_status": filled(
             "v_fsr_status",
             judged=JUDGED,
             counts=_lines(counted),
@@ -139,27 +133,27 @@ def view_ddl() -> dict[str, str]:
             fold=_fold("f", "1"),
             exercised=_distinct("COALESCE(n.exercised, 0)", "COALESCE(o.exercised, 0)"),
         ),
-        "v_gate": _filled(
+        "v_gate": filled(
             "v_gate",
             sums=_lines([f"SUM({name}) AS {name}" for name in COUNTED.values()]),
             fold=_fold("s", "s.min_exercised"),
             exercised=_distinct("runs_exercised", "repeated", held=_ALL_HELD),
             waived_fold=_fold("s", "s.min_exercised", waived=True),
         ),
-        "v_architecture_pairs": _filled(
+        "v_architecture_pairs": filled(
             "v_architecture_pairs",
             differences=_lines(pairs),
-            **{f"verdicts_{x}": _filled("own_verdicts", case=f"c{x}") for x in "ab"},
-            **{f"number_{x}": _filled("run_number", case=f"c{x}", own=f"o{x}") for x in "ab"},
+            **{f"verdicts_{x}": filled("own_verdicts", case=f"c{x}") for x in "ab"},
+            **{f"number_{x}": filled("run_number", case=f"c{x}", own=f"o{x}") for x in "ab"},
         ),
-        "v_coverage": _filled("v_coverage", judged=JUDGED),
-        "v_timeline": _filled("v_timeline"),
-        "v_faults": _filled("v_faults", moments=", ".join(f"i.{name}_s" for name in MOMENTS)),
-        "v_forks": _filled("v_forks"),
+        "v_coverage": filled("v_coverage", judged=JUDGED),
+        "v_timeline": filled("v_timeline"),
+        "v_faults": filled("v_faults", moments=", ".join(f"i.{name}_s" for name in MOMENTS)),
+        "v_forks": filled("v_forks"),
         **check_view_ddl(),
-        "v_campaigns": _filled("v_campaigns"),
-        "v_uncertainty": _filled("v_uncertainty"),
-        "v_preventability": _filled("v_preventability"),
+        "v_campaigns": filled("v_campaigns"),
+        "v_uncertainty": filled("v_uncertainty"),
+        "v_preventability": filled("v_preventability"),
     }
 
 
@@ -259,7 +253,7 @@ def _ddl(connection: Connection, view: str, scenario: str) -> str:
         columns.append(f'{typed} AS "{name}"')
     columns += [f"{name}, {name}_status" for name in METRIC_IDS]
     columns.append("verdicts")
-    return _filled("v_runs_scenario", view=view, columns=_lines(columns), scenario=scenario)
+    return filled("v_runs_scenario", view=view, columns=_lines(columns), scenario=scenario)
 
 
 def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:

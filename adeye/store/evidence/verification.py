@@ -27,10 +27,10 @@ from adeye.store import tables
 from adeye.store.accounts import wrong_block, wrong_plans
 from adeye.store.cases import missing_of_block
 from adeye.store.encoding import (
+    bulk_hashes,
     chunked,
     hashed_names,
     row_hash,
-    row_hashes,
     stored_rows,
     stored_words,
 )
@@ -186,10 +186,10 @@ def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
     key = [column.name for column in table.primary_key.columns][1:]
     names = hashed_names(table)
     for rows in chunked(_result_stream(connection, table)):
-        if _bulk_hashes(table, rows) == [values[-1] for values in rows]:
+        if bulk_hashes(table, rows) == [values[-1] for values in rows]:
             continue
         for number, *values in rows:
-            if _bulk_hashes(table, [(number, *values)]) != [values[-1]]:
+            if bulk_hashes(table, [(number, *values)]) != [values[-1]]:
                 run = values[0] or f"number {number}"
                 row = " ".join(
                     str(value) for value in (run, *(values[names.index(k)] for k in key))
@@ -218,14 +218,6 @@ def _hash(table: Table, values: Sequence[Any]) -> str | None:
         return row_hash(table, values[:-1])
     except TypeError:
         # A value of a type that was never written, such as a blob.
-        return None
-
-
-def _bulk_hashes(table: Table, rows: Sequence[tuple[Any, ...]]) -> list[str] | None:
-    hashed = [values[1:-1] for values in rows]
-    try:
-        return row_hashes(table, stored_words(table, hashed_names(table), hashed))
-    except (TypeError, ValueError, OverflowError):
         return None
 
 

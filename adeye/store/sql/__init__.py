@@ -1,8 +1,8 @@
-"""The SQL of the views, each in a file of its name; other files are what several views share.
+"""The SQL of views, each in a file of its name, and of accounts; others are what several share.
 
-``views`` fills in what begins with ``$``, and ``rules`` its words in capital letters, such as RANK.
-Above that of a rule stand what is wrong and what to do about it.
-No statement of anything else is here. Begin with ``v_verdicts.sql``.
+Who reads a statement fills in what begins with ``$``, and ``rules`` its words in capital letters,
+such as RANK. Above that of a rule stand what is wrong and what to do about it.
+No statement that changes anything is here. Begin with ``v_verdicts.sql``.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import cache
 from importlib import resources
 from itertools import dropwhile
+from string import Template
 
 
 @cache
@@ -20,6 +21,11 @@ def statement(name: str) -> str:
     'CREATE VIEW v_goal_events AS'
     """
     return "\n".join(dropwhile(_is_comment, _lines(name)))
+
+
+def filled(name: str, **words: object) -> str:
+    """Read a statement and put words in the places of ``$``."""
+    return Template(statement(name)).substitute(words)
 
 
 def heading(name: str) -> tuple[str, str]:

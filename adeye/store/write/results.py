@@ -37,6 +37,7 @@ from adeye.store.encoding import (
     Row,
     Texts,
     Words,
+    bulk_hashes,
     hash_words,
     hashed_names,
     json_text,
@@ -117,10 +118,29 @@ def _insert(
     insert_rows(connection, table, rows, ignore_existing=ignore_existing)
 
 
+def require_unaltered(connection: Connection, table: Table, numbers: Sequence[int]) -> None:
+    """Refuse rows of runs that are not as they were written: judging anew hangs on them.
+
+    Raises:
+        IntegrityError: One does not have its hash.
+    """
+    own = rows_among(connection, tables.run, "number, result_digest", "number", numbers)
+    digests = dict(map(tuple, own))
+    columns = ", ".join((*hashed_names(table)[1:], "row_hash"))
+    found = rows_of_runs(connection, table, columns, numbers)
+    rows = [(number, digests[number], *values) for number, *values in found]
+    if rows and bulk_hashes(table, rows) != [values[-1] for values in rows]:
+        raise IntegrityError(
+            f"table {table.name}: rows are not as they were written, so that nothing is judged by "
+            "them. 'adeye db verify' names them; restore the database from a copy."
+        )
+
+
 def read_bases(
     connection: Connection, numbers: Sequence[int], version: int
 ) -> dict[int, tuple[bool, str | None, Mapping[str, str]]]:
     """Read whether contact ended runs, why they are invalid, and the uids of their metrics."""
+    require_unaltered(connection, basis, numbers)
     found = connection.execute(uid_set.select())
     uids = {item.digest: json.loads(item.uids) for item in found}
     columns = "version, by_contact, invalid, uid_set_digest"
@@ -142,6 +162,7 @@ def read_metric(
     found: dict[int, tuple[Any, ...]] = {}
     twice: set[int] = set()
     for table in (item for item in everywhere if f"{name}_status" in item.columns):
+        require_unaltered(connection, table, numbers)
         for number, *values in rows_of_runs(connection, table, columns, numbers):
             if number in found:
                 twice.add(number)
@@ -154,6 +175,7 @@ def read_extremes(
     connection: Connection, numbers: Sequence[int], measure: str, version: int
 ) -> dict[int, Any]:
     """Read the samples that decide, as ``samples_text`` wrote them, by number of the run."""
+    require_unaltered(connection, extreme, numbers)
     found = connection.exec_driver_sql(
         "SELECT run_number, samples FROM extreme WHERE measure = ? AND version = ? "
         "AND run_number IN (SELECT CAST(value AS INTEGER) FROM json_each(?))",
