@@ -428,6 +428,22 @@ def test_faults_that_change_nothing_do_not_count(project: Project) -> None:
         odd["scenarios"][0]["faults"] = ["far"]
     summary = project.run()
     assert "(a fault changes the run) never held" in summary.message
+    # A bound on what is counted from a fault on is about faults, too.
+    with project.edited(CONCEPT) as concept:
+        del concept["requirements"][0]["formula"]
+        concept["requirements"][0]["bound"] = {"metric": "fault_to_safe_state_s", "at_most": 60}
+    assert "(a fault changes the run) never held" in project.run().message
+
+
+@pytest.mark.slow
+def test_nothing_is_judged_by_rows_that_are_not_as_they_were_written(project: Project) -> None:
+    assert project.run().exit_code is ExitCode.OK
+    with project.edited(CONCEPT) as concept:
+        del concept["requirements"][0]["formula"]
+        concept["requirements"][0]["bound"] = {"metric": "min_distance_m", "at_least": 1000}
+    alter(project.db, "UPDATE metric SET min_distance_m = 2000")
+    with pytest.raises(IntegrityError, match="table metric: rows are not as they were written"):
+        project.run()
 
 
 @pytest.mark.slow

@@ -228,6 +228,23 @@ def carry(mini: Executed, change: Change, *tasks: BatchTask) -> None:
     list(executor.run(iter(tasks or (a_task(mini.plan),))))
 
 
+def test_what_an_executor_writes_after_the_seal_reaches_nobody(mini: Executed) -> None:
+    kept: list[Any] = []
+
+    class Pool(InProcess[Any, Any]):
+        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
+            for done in super().run(tasks):
+                kept.append(done.result)
+                yield done
+
+    context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
+    executor = remote.Elsewhere(mini.plan, lambda it: Pool(it.work), context, name="own:Pool")
+    (done,) = executor.run(iter((a_task(mini.plan),)))
+    before = done.result.runs.verdicts.verdict.copy()
+    kept[0].runs.verdicts.verdict[...] = -1
+    assert done.result.runs.verdicts.verdict.tolist() == before.tolist()
+
+
 def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
     with pytest.raises(IntegrityError, match="executor own:Pool ended without taking its tasks"):
         carry(mini, lambda _: ())
