@@ -240,9 +240,10 @@ def test_what_an_executor_writes_after_the_seal_reaches_nobody(mini: Executed) -
     context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
     executor = remote.Elsewhere(mini.plan, lambda it: Pool(it.work), context, name="own:Pool")
     (done,) = executor.run(iter((a_task(mini.plan),)))
-    before = done.result.runs.verdicts.verdict.copy()
+    result: Any = done.result
+    before = result.runs.verdicts.verdict.tolist()
     kept[0].runs.verdicts.verdict[...] = -1
-    assert done.result.runs.verdicts.verdict.tolist() == before.tolist()
+    assert result.runs.verdicts.verdict.tolist() == before
 
 
 def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:

@@ -85,7 +85,9 @@ def test_rows_of_plugins_are_protected_and_verified(store: Store) -> None:
         store.raw.execute(change)
     store.raw.execute(f"DROP TRIGGER {table}_no_update")
     store.raw.execute(change)
-    assert {item.table for item in store.repository.verify()} == {table}
+    found = {(item.table, item.row) for item in store.repository.verify()}
+    assert {name for name, _ in found} == {table, "schema"}
+    assert ("schema", f"{table}_no_update") in found
 
 
 @pytest.mark.parametrize("name", ["Sway", "sway m", "1st", "a;b", "", "x" * 65])

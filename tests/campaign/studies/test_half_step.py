@@ -491,7 +491,9 @@ def improved(now: Any, part: Any, at: int, gain: float) -> Any:
         margins[at] = None if margins[at] is None else margins[at] + gain
         better.append(row.model_copy(update={"margins": tuple(margins)}))
     changed = part.model_copy(update={"rows": tuple(better)})
-    return now.model_copy(update={"cases": [changed if it is part else it for it in now.cases]})
+    return now.model_copy(
+        update={"cases": tuple(changed if it is part else it for it in now.cases)}
+    )
 
 
 @pytest.mark.slow
