@@ -171,8 +171,10 @@ class Elsewhere:
         task = self._given.pop(getattr(given, "packed", b""), None)
         if task is None:
             raise self._refused("a block that it was not given, or one twice")
-        # A copy is sealed and kept: who has the original may go on writing into it.
-        result = deepcopy(getattr(told, "result", None))
+        result = getattr(told, "result", None)
+        if type(result) is BatchResult:
+            # The copy is compared and kept: who has the original may go on writing into it.
+            result = deepcopy(result)
         if result is not None and (
             type(result) is not BatchResult or result.seal != seal_of(given, result)
         ):

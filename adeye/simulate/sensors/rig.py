@@ -156,6 +156,13 @@ class _Guest:
             return told
 
 
+_KINDS: Final = {
+    **dict.fromkeys(("fresh", "alive", "mask"), np.bool_),
+    **dict.fromkeys(("source", "hits"), np.int64),
+}
+"""Types of what is no number of a measurement."""
+
+
 def _as_told(name: str, values: Any) -> NDArray[Any]:
     """Copy what a sensor answers; what lies below a mask was not measured."""
     if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
@@ -163,13 +170,6 @@ def _as_told(name: str, values: Any) -> NDArray[Any]:
         raise ValueError(msg)
     kind = _KINDS.get(name, np.float64)
     return np.array(values).astype(kind, casting="same_kind")
-
-
-_KINDS: Final = {
-    **dict.fromkeys(("fresh", "alive", "mask"), np.bool_),
-    **dict.fromkeys(("source", "hits"), np.int64),
-}
-"""Types of what is no number of a measurement."""
 
 
 def malformed(item: Measurement, runs: int, objects: int) -> str:
