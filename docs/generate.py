@@ -1,4 +1,4 @@
-"""Write ``docs/reference``, the report's schema and the README's status table.
+"""Write ``docs/reference``, the list of files, the report's schema and the README's status table.
 
 python docs/generate.py            write
 python docs/generate.py --check    compare; fails when one is stale
@@ -6,6 +6,7 @@ python docs/generate.py --check    compare; fails when one is stale
 
 from __future__ import annotations
 
+import ast
 import json
 import sqlite3
 import sys
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 REFERENCE: Final = Path(__file__).resolve().parent / "reference"
 ROOT: Final = REFERENCE.parent.parent
+FILES: Final = ROOT / "docs" / "design" / "files.md"
 BASELINE: Final = ROOT / "docs" / "schema" / "baseline.schema.json"
 NOTE: Final = "<!-- Made by docs/generate.py; do not edit. -->"
 
@@ -37,6 +39,30 @@ def _cell(text: str) -> str:
 
 def _page(title: str, lead: str, *parts: str) -> str:
     return "\n\n".join([NOTE, f"# {title}", lead, *parts]) + "\n"
+
+
+# --- files ----------------------------------------------------------------------------------------
+
+
+def files_page() -> str:
+    """Write what each module of the package holds, as the first line of its docstring says it."""
+    package = ROOT / "adeye"
+    folders: dict[str, list[list[str]]] = {}
+    for path in sorted(package.rglob("*.py")):
+        text = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split("\n\n")[0]
+        if path.name != "__init__.py" and text:
+            folder = path.parent.relative_to(package).as_posix()
+            folders.setdefault(folder, []).append([f"`{path.name}`", text])
+    return _page(
+        "Files",
+        "What each module of `adeye/` holds, in the words of its first line. What the folders are "
+        "for, and the way of a test case through them, is in "
+        "[Where things are](0010-where-things-are.md).",
+        *(
+            f"## `{folder.strip('.')}/`\n\n{table(['File', 'In it'], rows)}"
+            for folder, rows in sorted(folders.items())
+        ),
+    )
 
 
 # --- command line ---------------------------------------------------------------------------------
@@ -344,7 +370,7 @@ def pages() -> dict[Path, str]:
     """Make every generated page, by file."""
     own = {REFERENCE / name: page() for name, page in PAGES.items()}
     schemas = {BASELINE: baseline_schema(), REPORT_SCHEMA: report_schema()}
-    return own | {README: readme()} | schemas
+    return own | {README: readme(), FILES: files_page()} | schemas
 
 
 def stale() -> list[str]:
