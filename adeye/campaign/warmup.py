@@ -13,6 +13,7 @@ from adeye.campaign.executors import Processes
 from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
+from adeye.judge.stl.table import Reading, judge_table, table_of
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.spec.clock import ticks
@@ -63,19 +64,22 @@ def warm_up(
 def compile_aside(plan: CampaignPlan) -> bool:
     """Compile most of what a plan needs in two processes, each on a processor of its own.
 
-    The compiler uses one processor, and memory that it never gives back. One process executes test
-    cases, the other judges one in which nothing moves. What this process needs it loads
+    The compiler uses one processor, and memory that it never gives back. One process executes a
+    test case, the other evaluates a formula and then judges a test case in which nothing moves;
+    the first to be free executes and judges the others. What this process needs it loads
     afterwards; if something fails aside, it fails here again, where it is reported.
 
     Args:
         plan: A checked plan.
 
     Returns:
-        Whether both came to their end.
+        Whether all came to their end.
     """
-    task = BatchTask(0, tuple(_covering(plan)), (), plan.work)
+    first, *others = (BatchTask(0, (case,), (), plan.work) for case in _covering(plan))
     processes = Processes(_compile_part, 2)
-    parts = ((_drive, task), (_judge, task))
+    parts: list[tuple[Callable[[BatchTask], object], BatchTask]]
+    parts = [(_drive, first), (_evaluate, first), (_judge, first)]
+    parts += [(execute, other) for other in others]
     ended = [done.result is True for done in processes.run(iter(parts))]
     if all(ended):
         mark_cache_warm(*plan.compiled_parts)
@@ -83,19 +87,21 @@ def compile_aside(plan: CampaignPlan) -> bool:
 
 
 def _covering(plan: CampaignPlan) -> list[TestCase]:
-    """Choose test cases in which every compiled part is used, those with the most parts first."""
-    parts = {case.architecture.architecture: case for case in reversed(plan.examples())}
-    used = [(compiled_parts(case.architecture, plan.work), case) for case in parts.values()]
-    used.sort(key=lambda item: (-len(item[0]), item[1].architecture.architecture))
-    chosen, known = [], frozenset[str]()
-    for names, case in used:
-        if not names <= known:
+    """Choose test cases of every compiled part, with faults and without, most parts first."""
+    used = [
+        ({*compiled_parts(case.architecture, plan.work), bool(case.faults)}, case)
+        for case in plan.examples()
+    ]
+    used.sort(key=lambda item: -len(item[0]))
+    chosen, known = [], set[object]()
+    for needed, case in used:
+        if not needed <= known:
             chosen.append(case)
-            known |= names
+            known |= needed
     return chosen
 
 
-def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
+def _compile_part(part: tuple[Callable[[BatchTask], object], BatchTask]) -> bool:
     # Collecting the compiler's cyclic rubbish takes longer than its memory is worth here.
     gc.disable()
     function, task = part
@@ -107,13 +113,17 @@ def _compile_part(part: tuple[Callable[[BatchTask], None], BatchTask]) -> bool:
 
 
 def _drive(task: BatchTask) -> None:
-    """Execute the test cases of a task."""
-    for case in task.execute:
-        task.context.drive((case,))
+    """Execute the test case of a task."""
+    task.context.drive(task.execute)
+
+
+def _evaluate(_task: BatchTask) -> None:
+    """Evaluate a formula."""
+    judge_table("always(v > 0)", table_of({"time": [0, 1], "v": [1, 1]}), Reading())
 
 
 def _judge(task: BatchTask) -> None:
-    """Judge the first scene of the first test case of a task as if it lasted until the horizon."""
+    """Judge the first scene of the test case of a task as if it lasted until the horizon."""
     work, case = task.context, task.execute[0]
     first = work.drive((case,), most_ticks=0)
     rows = ticks(case.scenario.horizon, case.step, "horizon") + 1

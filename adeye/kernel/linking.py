@@ -20,8 +20,12 @@ except ImportError:  # pragma: no cover - there is none on Windows
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags, compile_extra
+from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
+from numba.core.targetconfig import ConfigStack
+from numba.core.transforms import canonicalize_cfg
+from numba.core.types.functions import Function
 from numba.core.types.misc import unliteral
 from numba.core.typing import make_concrete_template
 
@@ -42,13 +46,65 @@ class _Options(Flags):  # type: ignore[misc]
 
         Numba changes it, so it is a new object each time.
         """
-        plain = Flags(self)
+        plain = _Inherited(self)
         for name in ("forceinline", "no_compile", "no_cpython_wrapper"):
             setattr(plain, name, False)
         return plain
 
 
 _options = cache(_Options)
+
+
+class _Inherited(Flags):  # type: ignore[misc]
+    """Options of what numba compiles for a kernel, compared by what is set and not by all."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Inherited) and self._values == other._values
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._values))
+
+
+def _remembered(plain: Any) -> Any:
+    """Look what a built-in function returns for some types up once.
+
+    Numba tries all that ``+`` may mean at each place where it stands.
+    """
+
+    def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        known = self.__dict__.setdefault("_adeye_known", {})
+        key = (context, tuple(args), tuple(kws.items()), ConfigStack.top_or_none())
+        found = known.get(key)
+        if found is None:
+            found = known[key] = plain(self, context, args, kws)
+        return found
+
+    return get_call_type
+
+
+def _without_entries(plain: Any) -> Any:
+    """Leave out which variables live where a block begins; generators and Python code ask for it.
+
+    Numba works it out anew after each of its passes.
+    """
+
+    def run(self: Any, emit_dels: Any = None, **options: Any) -> None:
+        function = self.func_ir
+        is_ours = isinstance(ConfigStack.top_or_none(), _Options | _Inherited)
+        if emit_dels or function.is_generator or not is_ours:
+            plain(self, bool(emit_dels), **options)
+            return
+        function.blocks = canonicalize_cfg(function.blocks)
+        function.variable_lifetime = VariableLifetime(function.blocks)
+        function.generator_info = None
+
+    return run
+
+
+Function.get_call_type = _remembered(Function.get_call_type)  # type: ignore[method-assign]
+PostProcessor.run = _without_entries(PostProcessor.run)
 
 
 class _Library(JITCodeLibrary):  # type: ignore[misc]
@@ -67,7 +123,10 @@ class _Library(JITCodeLibrary):  # type: ignore[misc]
 
 
 class _LinkedLibrary(_Library):
-    """Code that is linked into its callers and translated for the processor there."""
+    """Code that is linked into its callers, and optimised and translated there."""
+
+    def _optimize_final_module(self) -> None:
+        pass
 
     def _finalize_final_module(self) -> None:
         self._finalized = True

@@ -215,7 +215,7 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
         return trace
 
     monkeypatch.setattr(warmup, "evaluate", judged)
-    monkeypatch.setattr(warmup, "run_batch", driven)
+    monkeypatch.setattr(work, "run_batch", driven)
     assert _compile_part((_drive, task))
     assert _compile_part((_judge, task))
     # One goes to its end and one only begins, yet its formulas are evaluated.
@@ -236,8 +236,10 @@ def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
 def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakeProject) -> None:
     plan = make_project().plan()
     chosen = _covering(plan)
-    parts = [compiled_parts(case.architecture, plan.work) for case in chosen]
-    assert frozenset().union(*parts) == plan.compiled_parts
+    parts = [
+        compiled_parts(case.architecture, plan.work) | {str(bool(case.faults))} for case in chosen
+    ]
+    assert frozenset().union(*parts) - {"True", "False"} == plan.compiled_parts
     assert {"sensor-camera", "channel-nominal", "traffic-batch-reference-1"} <= plan.compiled_parts
     for number in range(len(parts)):
         assert not parts[number] <= frozenset().union(*parts[:number])

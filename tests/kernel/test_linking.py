@@ -2,15 +2,16 @@
 
 import os
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from numba.core.compiler import Flags
+from numba.core.targetconfig import ConfigStack
 
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.linking import Kernel, _options
+from adeye.kernel.linking import Kernel, _options, _remembered
 from adeye.signals import Floats
 
 pytestmark = pytest.mark.skipif(
@@ -160,6 +161,48 @@ def test_arrays_can_be_computed_with_as_a_whole() -> None:
         assert moved(np.array([4.0, 9.0])).tolist() == [3.0, 4.0]
     assert moved_twice(np.array([9.0])) == 3.0
     assert total_of(np.array([1.0])) == total_of.py_func(np.array([1.0]))  # type: ignore[attr-defined]
+
+
+@compiled
+def thirds(length: int) -> Iterator[float]:
+    for place in range(length):
+        yield place / 3.0
+
+
+@compiled
+def sum_of_thirds(length: int) -> float:
+    total = 0.0
+    for value in thirds(length):
+        total += value
+    return total
+
+
+def test_a_generator_keeps_what_lives_between_its_values() -> None:
+    assert sum_of_thirds(4) == 0.0 + 1 / 3.0 + 2 / 3.0 + 3 / 3.0
+
+
+def test_what_an_operator_returns_is_looked_up_once_for_some_types_and_options() -> None:
+    asked: list[object] = []
+
+    def looked_up(_self: object, _context: object, args: object, _kws: object) -> object:
+        asked.append(args)
+        return object()
+
+    class Operator:
+        pass
+
+    call_type, operator = _remembered(looked_up), Operator()
+    first = call_type(operator, None, ("int64",), {})
+    assert call_type(operator, None, ["int64"], {}) is first
+    options = _options(Flags())
+    with ConfigStack().enter(options):
+        assert call_type(operator, None, ("int64",), {}) is not first
+        inner = call_type(operator, None, ("int64",), {"by": 1})
+    with ConfigStack().enter(options.copy()):
+        other = call_type(operator, None, ("int64",), {"by": 1})
+    with ConfigStack().enter(options.copy()):
+        assert call_type(operator, None, ("int64",), {"by": 1}) is other is not inner
+    assert len(asked) == 4
 
 
 @compiled
