@@ -268,6 +268,21 @@ def test_status_that_does_not_exist_is_an_error(hand_made: Any) -> None:
     assert np.isnan(column.value[0])
 
 
+@pytest.mark.parametrize("number", [1000, -2])
+def test_object_that_is_not_there_is_an_error_at_its_metric(
+    hand_made: Any, caplog: pytest.LogCaptureFixture, number: int
+) -> None:
+    class Lost(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            actor = np.full(trace.runs, number)
+            return MetricColumn(column.value, column.status, column.time, actor)
+
+    assert computed(Lost, hand_made(runs=2)).status == ("error", "error")
+    told = rf"names object {number}, which is not there \({re.escape(__file__)}:\d+\)"
+    assert re.search(told, caplog.text)
+
+
 def test_wrong_number_of_values_is_an_error(hand_made: Any) -> None:
     class Short(Mean):
         def compute(self, trace: Any) -> MetricColumn:
