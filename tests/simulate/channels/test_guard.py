@@ -107,8 +107,8 @@ def test_exception_silences_all_runs_that_have_not_ended() -> None:
 class Lying(np.ndarray[Any, Any]):
     """Says that it is of another form than it is."""
 
-    @property
-    def shape(self) -> Any:  # type: ignore[misc]  # what it is for
+    @property  # type: ignore[misc]  # what it is for
+    def shape(self) -> Any:
         return (RUNS,)
 
 
