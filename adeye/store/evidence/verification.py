@@ -40,8 +40,8 @@ from adeye.store.ledger import key_text
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import progress
 from adeye.store.records import EngineKey, Finding, of_row
-from adeye.store.schema import insert_only_ddl, trigger_ddl
-from adeye.store.views import scenario_views, view_ddl
+from adeye.store.schema import created, insert_only_ddl, made
+from adeye.store.views import scenario_views
 from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
 
@@ -122,7 +122,14 @@ def verify(connection: Connection) -> Iterator[Finding]:
         # What they are made from may be altered, which is named below.
         with suppress(DBAPIError, *UNFORESEEN), connection.begin_nested():
             views = scenario_views(connection)
-        yield from altered_definitions(connection, views)
+        definitions = tuple(altered_definitions(connection, views))
+        yield from definitions
+        if any(item.row in tables.metadata.tables for item in definitions):
+            # Nothing can be said of the rows of a table that is gone, or is another one.
+            return
+        everything = (*tables.metadata.sorted_tables, *plugin_tables(connection))
+        for name, row, problem in catalog.misplaced(connection, everything):
+            yield Finding(name, row, problem)
         for table in tables.INSERT_ONLY:
             if table not in {*tables.RESULTS, tables.seal}:
                 yield from altered_rows(table, stored_rows(connection, table))
@@ -153,19 +160,20 @@ def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Fin
 def altered_definitions(
     connection: Connection, others: Mapping[str, str] | None = None
 ) -> Iterator[Finding]:
-    """Name triggers and views that are gone or say something else, and triggers of nobody here.
+    """Name what is gone or is made in another way, and triggers of nobody here.
 
     Args:
         connection: In a transaction.
         others: Statements of views that not every database has, by name.
     """
-    dialect = connection.dialect.name
-    made = [*trigger_ddl(dialect), *view_ddl().values()]
+    dialect = connection.dialect
+    expected = {**made(dialect), **(others or {})}
     for table in plugin_tables(connection):
-        made += insert_only_ddl(table.name, dialect)
-    # The third word of CREATE VIEW name …
-    expected = {ddl.split(maxsplit=3)[2]: ddl for ddl in made}
-    for name, problem in catalog.altered(connection, {**expected, **(others or {})}):
+        expected[table.name] = created(table, dialect)
+        for ddl in insert_only_ddl(table.name, dialect.name):
+            # The third word of CREATE TRIGGER name …
+            expected[ddl.split(maxsplit=3)[2]] = ddl
+    for name, problem in catalog.altered(connection, expected):
         yield Finding("schema", name, problem)
 
 
