@@ -223,9 +223,11 @@ def register_metric(metric: M) -> M:
             f"metric {metric.__name__} cannot be made: {told(error)}",
             remedy="It takes no arguments; scale, cap, least and most are numbers.",
         ) from error
+    # Read once: what is used is what was looked at.
+    said = {name: getattr(built, name) for name in _ALLOWED}
     for name, (is_allowed, allowed) in _ALLOWED.items():
-        value = getattr(built, name)
-        if not (isinstance(value, str) and is_allowed(value)):
+        value = said[name]
+        if not (type(value) is str and is_allowed(value)):
             raise UsageError(
                 f"metric {metric.__name__}: {name} is {shown(value)}",
                 remedy=f"Allowed: {allowed}.",
@@ -238,11 +240,7 @@ def register_metric(metric: M) -> M:
 
     _add(
         MetricDefinition(
-            uid=built.uid,
-            column=built.column,
-            unit=built.unit,
-            worse=built.worse,
-            source=built.source,
+            **said,
             text=(metric.__doc__ or "").partition("\n")[0],
             scale=1.0 if scale is None else scale,
             measure=measure,

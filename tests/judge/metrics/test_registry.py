@@ -164,6 +164,20 @@ def test_metric_lacks_a_part() -> None:
     refused(UsageError, register_metric, Nothing, says="no column, unit, worse, source, compute")
 
 
+def test_attribute_is_the_one_that_was_looked_at() -> None:
+    class Changing(Mean):
+        asked = 0
+
+        @property
+        def column(self) -> str:  # type: ignore[override]
+            self.asked += 1
+            return "mean_speed_mps" if self.asked == 1 else "x; DROP TABLE run"
+
+    register_metric(Changing)
+    assert METRICS["mean_speed_mps"].column == "mean_speed_mps"
+    refused(UsageError, register_metric, type("Own", (Mean,), {"unit": type("T", (str,), {})("m")}))
+
+
 def test_direction_of_danger_is_one_of_two() -> None:
     refused(UsageError, register_metric, type("Up", (Mean,), {"worse": "up"}), says="'up'")
 
