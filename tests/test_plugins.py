@@ -266,10 +266,6 @@ class Silent(Exception):
     def __str__(self):
         raise self
 
-class Parameters(Raising):
-    monitor_ids = hooks = ()
-    sense = property(None)
-
 def __getattr__(name):
     raise Silent if name == "Missing" else AttributeError
 """
@@ -280,23 +276,14 @@ def __getattr__(name):
     [
         ("Raising", r"the channel \./bad\.py:Raising raised ValueError: monitor_ids \(.*bad\.py:4"),
         ("Listing", r"\./bad\.py:Listing\.hooks is no tuple of names"),
-        (
-            "Parameters",
-            r"the parameter model of \./bad\.py:Parameters raised ValueError: Parameters",
-        ),
-        (
-            "Missing",
-            r"the module of \./bad\.py:Missing raised Silent: it cannot say .*bad\.py:22\)",
-        ),
+        ("Missing", r"module of \./bad\.py:Missing raised Silent: it cannot say .*bad\.py:18\)"),
     ],
 )
 def test_attribute_that_raises_is_blamed_on_its_part(folder: Path, name: str, told: str) -> None:
     (folder / "bad.py").write_text(RAISING)
 
     def use() -> None:
-        part = load_part(f"./bad.py:{name}", folder)
-        plugin_channel(part)
-        validate_parameters(part, {})
+        plugin_channel(load_part(f"./bad.py:{name}", folder))
 
     with pytest.raises((PluginError, SpecError), match=told):
         use()

@@ -204,7 +204,6 @@ TAMPERING: dict[str, tuple[Change, str]] = {
     "verdicts": (lambda found: map(altered, found), MADE),
     "words": (lambda found: (replace(done, result="all is well") for done in found), MADE),
     "no seal": (lambda found: (replace(done, result=done.result[32:]) for done in found), MADE),
-    "no bytes": (lambda found: (replace(done, result=opened(done.result)) for done in found), MADE),
     "own bytes": (lambda found: (replace(done, result=Sly(done.result)) for done in found), MADE),
     "text": (lambda found: ("all is well" for _ in found), GIVEN),
     "task": (lambda found: map(another_task, found), GIVEN),

@@ -80,9 +80,8 @@ def test_what_cannot_be_is_refused_of_sensor_bodies() -> None:
         refused(ValidationError, FAULT.validate_python, {**FIXED, **wrong})
 
 
-@pytest.mark.parametrize("yaw", ["360 deg", "-360 deg", "181 deg"])
-def test_whole_turn_is_no_miscalibration(yaw: str) -> None:
-    wrong = {**FIXED, "model": "miscalibration", "yaw": yaw}
+def test_whole_turn_is_no_miscalibration() -> None:
+    wrong = {**FIXED, "model": "miscalibration", "yaw": "360 deg"}
     refused(ValidationError, FAULT.validate_python, wrong, says="yaw")
 
 

@@ -100,9 +100,8 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
     assert not [(text, part) for text in said for part in PARTS if part in text]
 
 
-@pytest.mark.parametrize("colon", ["%3A", "%3a"])
-def test_password_behind_a_colon_that_is_spelt_is_masked(colon: str) -> None:
-    address = f"postgresql://me{colon}canary@host/evidence"
+def test_password_behind_a_colon_that_is_spelt_is_masked() -> None:
+    address = "postgresql://me%3Acanary@host/evidence"
     with pytest.raises(InputError, match="cannot be read as a URL") as caught:
         locate(address)
     assert "canary" not in f"{caught.value} {masked(address)}"
