@@ -27,7 +27,7 @@ from adeye.plugin_code import (
     require_executed,
     with_imports,
 )
-from adeye.supervision import guest, is_asked
+from adeye.supervision import guest, is_asked, said
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -207,13 +207,36 @@ def require(part: Part, kind: str, methods: Sequence[str]) -> None:
         raise SpecError(
             f"{part.name} is {type(part.obj).__name__}, not a class", remedy=f"Name a {kind} class."
         )
-    missing = [name for name in methods if not callable(getattr(part.obj, name, None))]
+    with guest(part.name, kind):
+        missing = [name for name in methods if not callable(getattr(part.obj, name, None))]
     if missing:
         needed = ", ".join(f"{method}()" for method in missing)
         raise SpecError(
             f"{part.name} has no {needed}, so it is no {kind}",
             remedy=f"A {kind} has {', '.join(f'{method}()' for method in methods)}.",
         )
+
+
+def names_in(part: Part, kind: str, attribute: str) -> tuple[str, ...]:
+    """Read the names that a class lists in an attribute; none if it has no such attribute.
+
+    Args:
+        part: What was loaded.
+        kind: What it is used as, for the message.
+        attribute: A tuple or list of names.
+
+    Raises:
+        SpecError: It is something else.
+        PluginError: It raises.
+    """
+    with guest(part.name, kind):
+        told = getattr(part.obj, attribute, ())
+        names = tuple(told) if isinstance(told, tuple | list) else (told,)
+    if any(type(name) is not str for name in names):
+        raise SpecError(
+            f"{part.name}.{attribute} is no tuple of names", remedy=f"Write {attribute} = ()."
+        )
+    return names
 
 
 def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
@@ -226,7 +249,8 @@ def validate_parameters(part: Part, values: Mapping[str, Any]) -> Validated:
     Raises:
         SpecError: ``Parameters`` is no pydantic model.
     """
-    model = getattr(part.obj, "Parameters", None)
+    with guest(part.name, "parameter model of"):
+        model = getattr(part.obj, "Parameters", None)
     if model is None:
         errors = tuple(((key,), f"{part.name} declares no Parameters") for key in values)
         return Validated(None, errors)
@@ -376,16 +400,17 @@ def _remember(
     key: tuple[str, str, str], name: str, module: ModuleType, is_nameable: Nameable
 ) -> Part:
     _, attribute, digest = key
-    if not hasattr(module, attribute):
-        known = sorted(
-            label
-            for label, value in vars(module).items()
-            if is_nameable(value) and _is_own(label, value, module)
-        )
-        raise SpecError(f"{key[0]} has no {attribute!r}", remedy=suggest(attribute, known))
-    top = sys.modules.get(module.__name__.partition(".")[0], module)
-    version = getattr(module, "__version__", getattr(top, "__version__", ""))
-    part = Part(getattr(module, attribute), name, digest, str(version))
+    with guest(name, "module of"):
+        if not hasattr(module, attribute):
+            known = sorted(
+                label
+                for label, value in vars(module).items()
+                if is_nameable(value) and _is_own(label, value, module)
+            )
+            raise SpecError(f"{key[0]} has no {attribute!r}", remedy=suggest(attribute, known))
+        top = sys.modules.get(module.__name__.partition(".")[0], module)
+        version = getattr(module, "__version__", getattr(top, "__version__", ""))
+        part = Part(getattr(module, attribute), name, digest, str(version))
     _CACHE[key] = part
     return part
 
@@ -412,4 +437,4 @@ def _import_error(name: str, path: str, error: BaseException) -> SpecError:
     remedy = f"Correct the plug-in {name}."
     if isinstance(error, ImportError) and (error.name or "").startswith("adeye."):
         remedy = f"Let {name} import what it needs from adeye.ports, and its tests adeye.testing."
-    return SpecError(f"{type(error).__name__}: {error}", where=where, remedy=remedy)
+    return SpecError(f"{type(error).__name__}: {said(error)}", where=where, remedy=remedy)

@@ -18,6 +18,8 @@ import threading
 import time
 import traceback
 from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import ASKED_TO_END, AdeyeError, Interrupted, PluginError, Terminated
@@ -39,6 +41,7 @@ _ASKING: Final = (signal.SIGINT, signal.SIGTERM)
 _SETTLE_S: Final = 0.05
 """After which a signal to the whole group has reached every process of it [s]."""
 
+_HOME: Final = f"{Path(__file__).parent}{os.sep}"
 _notes: memoryview = memoryview(bytearray(NOTES_BYTES))
 _names: Final[dict[str, int]] = {}
 _slots: Final[dict[int, int]] = {}
@@ -68,16 +71,17 @@ class guest:  # noqa: N801 - read as `with guest(name):`
     turned into ``PluginError``.
     """
 
-    __slots__ = ("_former", "_kind", "_name", "_pid", "_slot")
+    __slots__ = ("_asked", "_former", "_kind", "_name", "_pid", "_slot")
 
-    def __init__(self, name: str, kind: str = "") -> None:
+    def __init__(self, name: str, kind: str = "", asked: Any = None) -> None:
         """Say who comes.
 
         Args:
             name: The plug-in, as the user wrote it.
             kind: What it is, where nothing else contains what it raises; else empty.
+            asked: Its function whose answer is looked at.
         """
-        self._name, self._kind = name, kind
+        self._name, self._kind, self._asked = name, kind, asked
 
     def __enter__(self) -> None:
         self._pid = os.getpid()
@@ -101,7 +105,9 @@ class guest:  # noqa: N801 - read as `with guest(name):`
             _return_to_folder(self._name)
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
-        raise PluginError(f"the {self._kind} {self._name} raised {told(error)}") from error
+        raise PluginError(
+            f"the {self._kind} {self._name} raised {told(error, self._asked)}"
+        ) from error
 
 
 def _remember_folder() -> None:
@@ -175,11 +181,46 @@ def at_work(memory: Any) -> str:
     return f"with the plug-ins {', '.join(names)}" if names != [""] else ""
 
 
-def told(error: BaseException) -> str:
-    """Say what an exception is and which line raised it."""
+def told(error: BaseException, asked: Any = None) -> str:
+    """Say what an exception is and which line raised it.
+
+    Args:
+        error: What was raised.
+        asked: The function whose answer was refused, if nothing of somebody else raised.
+    """
+    frame, code = own_frame(error), getattr(asked, "__code__", None)
+    place = "" if frame is None else f" ({frame.filename}:{frame.lineno})"
+    if isinstance(code, CodeType) and (frame is None or frame.filename.startswith(_HOME)):
+        place = f" ({code.co_filename}:{code.co_firstlineno})"
+    return f"{type(error).__name__}: {said(error)}{place}"
+
+
+def said(error: BaseException) -> str:
+    """Give the text of an exception, whose code may be somebody else's."""
+    try:
+        return str(error)
+    except Exception:  # noqa: BLE001 - it is described, not obeyed
+        return "it cannot say what it is"
+
+
+def own_frame(error: BaseException) -> traceback.FrameSummary | None:
+    """Find the innermost frame of the guest's own files, not of a library that it calls."""
     frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"
+    guests = [frame for frame in frames if not frame.filename.startswith(_HOME)]
+    home = folder_and_name(guests[0])[0] if guests else ""
+    own = [
+        frame
+        for frame in guests
+        if folder_and_name(frame)[0].startswith(home)
+        and "site-packages/" not in folder_and_name(frame)[0][len(home) :]
+    ]
+    return own[-1] if own else frames[-1] if frames else None
+
+
+def folder_and_name(frame: traceback.FrameSummary) -> tuple[str, str]:
+    """Split the file of a frame."""
+    folder, slash, name = frame.filename.replace("\\", "/").rpartition("/")
+    return folder + slash, name
 
 
 def is_asked(error: BaseException) -> bool:

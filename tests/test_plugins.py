@@ -12,8 +12,9 @@ import pytest
 
 from adeye import plugin_code
 from adeye import plugins as registry
-from adeye.errors import SpecError
+from adeye.errors import PluginError, SpecError
 from adeye.plugins import load_part, plugins_digest, read_file, require, validate_parameters
+from adeye.simulate.channels.factory import plugin_channel
 from tests.refusals import refused
 from tests.stored import known
 
@@ -247,6 +248,45 @@ def test_missing_method_is_named(folder: Path) -> None:
         require(load_part("./mine.py:Bare", folder), "channel", ("act",))
     with pytest.raises(SpecError, match="not a class"):
         require(load_part("./mine.py:NUMBER", folder), "channel", ("act",))
+
+
+RAISING = """
+class Kind(type):
+    def __getattr__(cls, name):
+        raise ValueError(name)
+
+class Raising(metaclass=Kind):
+    def act(self): pass
+    def reset(self): pass
+
+class Listing(Raising):
+    monitor_ids, hooks = (), property(len)
+
+class Silent(Exception):
+    def __str__(self):
+        raise self
+
+def __getattr__(name):
+    raise Silent if name == "Missing" else AttributeError
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("Raising", r"the channel \./bad\.py:Raising raised ValueError: monitor_ids \(.*bad\.py:4"),
+        ("Listing", r"\./bad\.py:Listing\.hooks is no tuple of names"),
+        ("Missing", r"module of \./bad\.py:Missing raised Silent: it cannot say .*bad\.py:18\)"),
+    ],
+)
+def test_attribute_that_raises_is_blamed_on_its_part(folder: Path, name: str, told: str) -> None:
+    (folder / "bad.py").write_text(RAISING)
+
+    def use() -> None:
+        plugin_channel(load_part(f"./bad.py:{name}", folder))
+
+    with pytest.raises((PluginError, SpecError), match=told):
+        use()
 
 
 def test_parameters_are_validated_by_the_declared_model(folder: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -102,9 +102,12 @@ class _PluginExecutor:
             found = iter(self._executor.run(tasks))
         while True:
             with guest(self._name, "executor"):
-                done = next(found, None)
-            if done is None:
-                return
+                done: Any = next(found, None)
+                if done is None:
+                    return
+                # Read here, once: an attribute may have code of its own.
+                task, result, lost = (getattr(done, item.name, None) for item in fields(Done))
+                done = Done(task, result, str(lost or ""))
             yield done
 
     def close(self) -> None:

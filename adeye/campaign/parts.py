@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -118,7 +119,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(loaded.locate(("channels", name, "kind"))):
                 made = plugin_channel(part)
         for monitor in made.monitor_ids:
-            if re.fullmatch(IDENTIFIER, str(monitor)) is None:
+            if re.fullmatch(IDENTIFIER, monitor) is None:
                 raise SpecError(
                     f"channel {name}: {shown(monitor)} cannot name a monitor",
                     where=loaded.locate(("channels", name, "kind")),
@@ -347,6 +348,7 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
 def _visiting(name: str, measure: Measure) -> Measure:
     """Say who works while a metric is computed."""
 
+    @wraps(measure)
     def visit(series: TraceSeries) -> MetricColumn:
         with guest(name):
             return measure(series)

@@ -4,8 +4,9 @@ A result names the code behind it by hashes that the plan took on this machine. 
 what a worker must have, and a worker compares: the release and source of adeye, the libraries that
 compute, every plug-in and every file that one reads, before the block and after it.
 
-What carries blocks and results may be foreign, too. It is given bytes, so that it shares no object
-with the plan, and what it brings back must have the seal that was set where the block was executed.
+What carries blocks and results may be foreign, too. It carries bytes, so that it shares no object
+with the plan or with what is judged, and what it brings back must have the seal that was set where
+the block was executed.
 
 The only module that imports Dask. What the cluster holds is lost with it and costs only time: this
 process alone writes to the database, and whatever has not come back is executed again.
@@ -27,17 +28,14 @@ import secrets
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from copy import deepcopy
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic
-
-import numpy as np
 
 from adeye.campaign.executors import allow_children
 from adeye.campaign.parts import Source, Unchanged, sources
@@ -46,12 +44,9 @@ from adeye.errors import IntegrityError, PlatformError, SpecError, UnfitWorker, 
 from adeye.notices import notice, waiting_for
 from adeye.plugins import load_part, source_digest
 from adeye.ports import Done, Executor, ExecutorContext, Result, Task
-from adeye.store.encoding import Dictionary
 from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:
-    from hashlib import _Hash
-
     from adeye.campaign.plan import CampaignPlan
 
 # --- Blocks on workers that may lack what is here: they refuse to execute other code than was
@@ -62,6 +57,7 @@ COMPUTING: Final = ("highway-env", "llvmlite", "numba", "numpy", "scipy")
 
 PROTOCOL: Final = 4
 """Of pickles, which every release of Python reads that adeye may meet."""
+_SEAL_BYTES: Final = 32
 _OWN: Final = "adeye:run"
 """Any name in the package; its digest is that of all files of the package."""
 
@@ -121,10 +117,8 @@ class Elsewhere:
     def __init__(
         self,
         plan: CampaignPlan,
-        make: Callable[
-            [ExecutorContext[DemandingTask, BatchResult]], Executor[DemandingTask, BatchResult]
-        ],
-        context: ExecutorContext[DemandingTask, BatchResult],
+        make: Callable[[ExecutorContext[DemandingTask, bytes]], Executor[DemandingTask, bytes]],
+        context: ExecutorContext[DemandingTask, bytes],
         traces: Path | None = None,
         name: str = "",
     ) -> None:
@@ -163,22 +157,22 @@ class Elsewhere:
                 "run() takes tasks until there are no more; or run with another one to go on."
             )
 
-    def _accepted(self, done: Done[DemandingTask, BatchResult]) -> Done[BatchTask, BatchResult]:
+    def _accepted(self, done: Done[DemandingTask, bytes]) -> Done[BatchTask, BatchResult]:
         """Take a block back if it was given and its result has the seal of its worker."""
         # Whatever its type says: it comes from somebody else.
         told: Any = done
-        given: Any = getattr(told, "task", None)
-        task = self._given.pop(getattr(given, "packed", b""), None)
-        if task is None:
+        block = getattr(getattr(told, "task", None), "packed", None)
+        task = self._given.pop(block, None) if type(block) is bytes else None
+        if block is None or task is None:
             raise self._refused("a block that it was not given, or one twice")
-        result = getattr(told, "result", None)
-        if type(result) is BatchResult:
-            # The copy is compared and kept: who has the original may go on writing into it.
-            result = deepcopy(result)
-        if result is not None and (
-            type(result) is not BatchResult or result.seal != seal_of(given, result)
-        ):
-            raise self._refused(f"a result of block {task.block} that is not what its worker made")
+        found, result = told.result, None
+        if found is not None:
+            # Bytes proper have no code of their own that could tell another thing each time.
+            if type(found) is not bytes or found[:_SEAL_BYTES] != _seal(block, found[_SEAL_BYTES:]):
+                raise self._refused(
+                    f"a result of block {task.block} that is not what its worker made"
+                )
+            result = pickle.loads(found[_SEAL_BYTES:])  # noqa: S301 - packed by a worker of ours
         return Done(task, result, told.lost)
 
     def _refused(self, what: str) -> IntegrityError:
@@ -227,14 +221,14 @@ def demand_of(plan: CampaignPlan, marked: tuple[Path, str] | None = None) -> Dem
     return Demand(_releases(), _own_digest(), tuple(map(_absolute_source, sources(plan))), marked)
 
 
-def execute_as_demanded(item: DemandingTask) -> BatchResult:
+def execute_as_demanded(item: DemandingTask) -> bytes:
     """Execute a block if this worker has what it must have.
 
     Args:
         item: The block.
 
     Returns:
-        The results under a seal.
+        The results under a seal, see ``sealed``.
 
     Raises:
         UnfitWorker: It has not; the message names what is missing or another one.
@@ -246,37 +240,21 @@ def execute_as_demanded(item: DemandingTask) -> BatchResult:
     unchanged.check()
     result = execute(task)
     unchanged.check()
-    return replace(result, seal=seal_of(item, result))
+    return sealed(item, result)
 
 
-def seal_of(item: DemandingTask, result: BatchResult) -> str:
-    """Hash a block and everything that came out of it, in hex.
+def sealed(item: DemandingTask, result: BatchResult) -> bytes:
+    """Pack what came out of a block, behind a hash of both.
 
     It tells what was altered or exchanged on the way. It is no secret: who wants to forge a result
     can make a seal for it.
     """
-    digest = hashlib.sha256(item.packed)
-    _absorb(replace(result, seal=""), digest)
-    return digest.hexdigest()
+    content = pickle.dumps(result, protocol=PROTOCOL)
+    return _seal(item.packed, content) + content
 
 
-def _absorb(value: Any, digest: _Hash) -> None:
-    """Take a value into a hash: by what it says, not by how it lies in memory."""
-    if isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype.str} {value.shape} ".encode() + value.tobytes())
-        return
-    if isinstance(value, Dictionary):
-        value = value.words
-    if is_dataclass(value):
-        value = [getattr(value, item.name) for item in fields(value)]
-    if isinstance(value, Mapping):
-        value = list(value.items())
-    if isinstance(value, tuple | list):
-        digest.update(f"{len(value)} of ".encode())
-        for item in value:
-            _absorb(item, digest)
-        return
-    digest.update(f"{value!r} ".encode("utf-8", "surrogatepass"))
+def _seal(block: bytes, result: bytes) -> bytes:
+    return hashlib.sha256(hashlib.sha256(block).digest() + result).digest()
 
 
 @cache

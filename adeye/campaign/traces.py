@@ -6,7 +6,6 @@ its arrays still have the digest that the result was stored with.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -285,7 +284,8 @@ def judge_kept(
     for number, name, where in again.files(list(by_number)):
         files.setdefault(name, []).append((by_number[number], where))
     done: set[int] = set()
-    for name, kept in _read_ahead(roots.folders_of(database), list(files)):
+    folders = roots.folders_of(database)
+    for name, kept in _read_ahead(folders, list(files)):
         wanted = [(place, where) for place, where in files[name] if place not in done]
         if kept is None or not wanted:
             continue
@@ -296,8 +296,11 @@ def judge_kept(
         if not bool(((at >= 0) & (at < len(kept.meta["cases"]))).all()):
             raise IntegrityError(f"{name[:12]}{SUFFIX} has fewer runs than results refer to")
         trace = trace_of(kept, at, cases, plan)
+        path = roots.find_kept(folders, name)
+        # The names of faults and monitors are in no digest of a trace, but in that of the file.
+        is_altered = path is None or bool(_problem(path, name))
         for place, digest in zip(places, trace.digests(), strict=True):
-            if digest != gaps[place].trace_digest:
+            if is_altered or digest != gaps[place].trace_digest:
                 raise IntegrityError(
                     f"the kept trace of run {gaps[place].result[:12]} in {name[:12]}{SUFFIX} is "
                     "not the one that was recorded. Restore the file from a copy; without it the "
@@ -367,10 +370,7 @@ def altered_files(repository: Repository) -> Iterator[Finding]:
     missing = f"is missing (bring it to {folders[0]} from where the database was, or from a copy)"
     for name, runs in known.items():
         path = present.pop(f"{name}{SUFFIX}", None) or roots.find_kept(folders[1:], name)
-        problem = missing if path is None else _problem(path, name)
-        if path is not None and problem and _is_named_after_traces(path, runs):
-            problem = ""
-        if problem:
+        if problem := missing if path is None else _problem(path, name):
             more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
             of_runs = f"which has the traces of run {runs[0][0][:12]}{more}"
             yield Finding(_PLACE, f"{name}{SUFFIX}", f"{problem}, {of_runs}")
@@ -450,16 +450,6 @@ def _problem(path: Path, name: str) -> str:
         )
     except OSError as error:
         return f"cannot be read ({error.strerror})"
-
-
-def _is_named_after_traces(path: Path, runs: Sequence[tuple[str, str]]) -> bool:
-    """Tell whether a file has the name that the first releases gave, and can be read.
-
-    Its traces are compared with their digests when they are judged.
-    """
-    traces = " ".join(trace for _, trace in runs)
-    is_named_so = hashlib.sha256(traces.encode()).hexdigest() == path.stem
-    return is_named_so and read_kept(path.parent, path.stem) is not None
 
 
 def _is_left(path: Path) -> bool:

@@ -231,14 +231,11 @@ class BatchResult:
         runs: Results of what was executed; None if nothing was.
         judged: Missing verdicts, with the traces of the runs that were executed only for them.
         failure: Why adeye itself could not execute it; empty if it could.
-        seal: Hash of the block and of what came out of it, made where it was executed; empty where
-            nothing foreign stands between there and here.
     """
 
     runs: RunBlock | None = None
     judged: JudgedBlock | None = None
     failure: str = ""
-    seal: str = ""
 
     @property
     def done(self) -> int:

@@ -478,12 +478,12 @@ def parse_document(text: str, path: str) -> Document:
     return Document(path, value, builder.values, builder.keys)
 
 
-def require_plain(path: Path, most: int) -> None:
+def require_plain(path: Path, most: float = math.inf) -> None:
     """Refuse what should not be read whole: devices and pipes may never end.
 
     Args:
         path: What somebody named.
-        most: Largest size that is read [bytes].
+        most: Largest size that is read [bytes]; that of what is not read whole has no limit.
 
     Raises:
         SpecError: It is no regular file, or larger.

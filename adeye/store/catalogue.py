@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
-from sqlalchemy import Connection, Integer, Table, exists, select
+from sqlalchemy import Boolean, Column, Connection, Float, Integer, Table, exists, select
 from sqlalchemy.exc import DBAPIError
 
 from adeye.store.postgres import FUNCTIONS, SCHEMA
@@ -41,6 +41,12 @@ _TRIGGERS: Final = {
     "ORDER BY 1",
 }
 """What acts when somebody writes or reads: of PostgreSQL rules, policies and functions, too."""
+_BUILT: Final = (
+    "SELECT relname FROM pg_class WHERE relkind IN ('r', 'i') "  # noqa: S608 - own names
+    f"AND relnamespace = '{SCHEMA}'::regnamespace "
+    f"UNION SELECT conname FROM pg_constraint WHERE connamespace = '{SCHEMA}'::regnamespace"
+)
+MISSING: Final = "is missing"
 _OBJECTS: Final = {
     "sqlite": "SELECT 1 FROM sqlite_master",
     "postgresql": f"SELECT 1 FROM pg_class WHERE relnamespace = to_regnamespace('{SCHEMA}')",  # noqa: S608 - own names
@@ -143,27 +149,26 @@ def _as_kept(connection: Connection, view: str) -> str:
 
 
 def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Name triggers, views and functions that are gone or say something else, and what is wrong.
+    """Name what is gone or says something else, and what is wrong.
 
-    Views of other people may stand beside ours; their triggers may not.
+    Views, tables and indexes of other people may stand beside ours; their triggers may not. Of
+    tables, indexes and constraints of a server only their names are compared.
 
     Args:
         connection: In a transaction.
-        expected: Statement that made each trigger and view, by name.
+        expected: Statement that made each table, index, trigger and view, by name.
     """
     given = dict(expected)
     if is_server(connection):
         given.update(FUNCTIONS)
         present = _server_definitions(connection, given)
     else:
-        found = connection.exec_driver_sql(
-            "SELECT name, sql FROM sqlite_master WHERE type IN ('trigger', 'view')"
-        )
+        found = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master WHERE sql > ''")
         present = {item.name: item.sql for item in found}
     for name, statement in given.items():
         if name not in present:
-            yield name, "is missing"
-        elif present[name] != statement:
+            yield name, MISSING
+        elif present[name].split() != statement.split():
             yield name, "is not as this release makes it"
     for name in connection.exec_driver_sql(_TRIGGERS[connection.dialect.name]).scalars():
         if name not in given:
@@ -179,7 +184,7 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         f"WHERE NOT t.tgisinternal AND c.relnamespace = '{SCHEMA}'::regnamespace"
     ).all():
         same = text == " ".join(given.get(name, "").split()) and enabled in ("O", "A")
-        found[name] = given[name] if same else text
+        found[name] = given[name] if same else ""
     for name, body in connection.exec_driver_sql(
         f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"  # noqa: S608 - own names
     ).all():
@@ -189,6 +194,8 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         else:
             # One of the same name for other types would be called in its place.
             found.setdefault(name, statement)
+    for name in connection.exec_driver_sql(_BUILT).scalars():
+        found.setdefault(name, given.get(name, ""))
     made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
     may_make = connection.exec_driver_sql(
         "SELECT has_database_privilege(current_database(), 'TEMPORARY')"
@@ -261,6 +268,30 @@ def damaged_pages(connection: Connection) -> Iterator[str]:
     for line in connection.exec_driver_sql("PRAGMA integrity_check").scalars().all():
         if line != "ok":
             yield str(line)
+
+
+def misplaced(connection: Connection, tables: Iterable[Table]) -> Iterator[tuple[str, str, str]]:
+    """Name values of a type that their column never has: table, which row, and what is there.
+
+    SQLite keeps any value in any column; a server looks after its own.
+    """
+    for table in () if is_server(connection) else tables:
+        key = " || ' ' || ".join(table.primary_key.columns.keys())
+        wrong = " ".join(
+            f"WHEN typeof({column.name}) NOT IN ('null', '{_type_of(column)}') "
+            f"THEN '{column.name} is ' || typeof({column.name})"
+            for column in table.columns
+        )
+        for row, said in connection.exec_driver_sql(
+            f"SELECT {key}, CASE {wrong} END AS wrong FROM {table.name} WHERE wrong <> ''"  # noqa: S608 - own names
+        ):
+            yield table.name, str(row), f"{said}, which its column never has"
+
+
+def _type_of(column: Column[Any]) -> str:
+    if isinstance(column.type, Float):
+        return "real"
+    return "integer" if isinstance(column.type, Integer | Boolean) else "text"
 
 
 def dangling(connection: Connection, tables: Iterable[Table]) -> Iterator[tuple[str, str, str]]:

@@ -16,6 +16,7 @@ from sqlalchemy import BigInteger, Boolean, Float, Integer, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
 from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError
+from adeye.store.sql import statement
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -45,37 +46,7 @@ _WORDS: Final = (
     ("json_each(?)", "json_each(CAST(? AS TEXT))"),
 )
 
-_JSON_EACH: Final = """CREATE FUNCTION json_each(document text, path text DEFAULT '$')
-RETURNS TABLE (key text, value text, type text) LANGUAGE sql IMMUTABLE PARALLEL SAFE AS $body$
-WITH part AS (
-    SELECT p.j, json_typeof(p.j) AS kind FROM (
-        SELECT CASE path WHEN '$' THEN document::json
-            ELSE document::json -> substr(path, 3) END AS j) p),
-member AS (
-    SELECT m.key, m.value FROM part,
-        json_each(CASE part.kind WHEN 'object' THEN part.j ELSE '{}' END) m
-    UNION ALL
-    SELECT (a.place - 1)::text, a.value FROM part,
-        json_array_elements(CASE part.kind WHEN 'array' THEN part.j ELSE '[]' END)
-            WITH ORDINALITY AS a(value, place)
-    UNION ALL
-    SELECT NULL, part.j FROM part WHERE part.kind NOT IN ('object', 'array'))
-SELECT member.key,
-    CASE WHEN json_typeof(member.value) <> 'boolean' THEN member.value #>> '{}'
-        WHEN member.value::text = 'true' THEN '1' ELSE '0' END,
-    CASE json_typeof(member.value) WHEN 'string' THEN 'text' WHEN 'boolean' THEN member.value::text
-        WHEN 'number' THEN CASE WHEN member.value::text ~ '[.eE]' THEN 'real' ELSE 'integer' END
-        ELSE json_typeof(member.value) END
-FROM member
-$body$"""
-
-_INSERT_ONLY: Final = """CREATE FUNCTION insert_only() RETURNS trigger LANGUAGE plpgsql AS $body$
-BEGIN
-    RAISE EXCEPTION '% is insert-only', TG_TABLE_NAME;
-END
-$body$"""
-
-FUNCTIONS: Final = {"json_each": _JSON_EACH, "insert_only": _INSERT_ONLY}
+FUNCTIONS: Final = {name: statement(name) for name in ("json_each", "insert_only")}
 """Statements that create what views and triggers call."""
 
 _LOST: Final = ("08", "57P01", "57P02", "57P03", "57P05", "25P03", "40P01")

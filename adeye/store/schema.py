@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
-from sqlalchemy import Connection, Dialect
+from sqlalchemy import Connection, Dialect, Table
 
 from adeye.errors import InputError, PlatformError
 from adeye.store import catalogue as catalog
@@ -193,18 +193,33 @@ def known_versions() -> frozenset[str]:
 
 def statements(dialect: Dialect) -> Iterator[tuple[str, str]]:
     """Give name and statement of all that a database has, in the order of dependencies."""
-    from sqlalchemy.schema import CreateIndex, CreateTable
+    from sqlalchemy.schema import CreateIndex
 
     is_server = dialect.name == "postgresql"
     if is_server:
         yield from postgres.FUNCTIONS.items()
     for table in metadata.sorted_tables:
-        yield table.name, str(CreateTable(table).compile(dialect=dialect)).strip()
+        yield table.name, created(table, dialect)
         for index in sorted(table.indexes, key=lambda item: str(item.name)):
             yield str(index.name), str(CreateIndex(index).compile(dialect=dialect)).strip()
     for statement in trigger_ddl(dialect.name):
         yield statement.split(maxsplit=3)[2], statement
     yield from view_ddl().items()
+
+
+def created(table: Table, dialect: Dialect) -> str:
+    """Write the statement that creates a table."""
+    from sqlalchemy.schema import CreateTable
+
+    return str(CreateTable(table).compile(dialect=dialect)).strip()
+
+
+def made(dialect: Dialect) -> dict[str, str]:
+    """Give all of ``statements`` by name, and of a server its constraints, which are in them."""
+    rules = (rule for table in metadata.tables.values() for rule in table.constraints)
+    written = dialect.identifier_preparer.format_constraint
+    names = {str(written(rule)): "" for rule in rules if dialect.name == "postgresql"}
+    return {**names, **dict(statements(dialect))}
 
 
 def _create(connection: Connection) -> None:

@@ -19,7 +19,8 @@ from adeye.campaign.executor_names import NamedExecutor, asked_executor, find_ex
 from adeye.campaign.executors import Done, InProcess, Processes, Threads
 from adeye.campaign.remote import DaskExecutor
 from adeye.campaign.run import run_campaign
-from adeye.errors import PlatformError, SpecError, UsageError
+from adeye.errors import PlatformError, PluginError, SpecError, UsageError
+from adeye.ports import ExecutorContext
 from tests.campaign.work import DIE, Again, perform
 from tests.project import Executed, table_hash
 from tests.stored import stored
@@ -302,6 +303,12 @@ def test_class_without_run_is_no_executor(here: Path) -> None:
     assert here.is_dir()
     with pytest.raises(SpecError, match=r"Deaf has no run\(\), so it is no executor"):
         find_executor("./own.py:Deaf")
+
+
+def test_executor_whose_answer_raises_is_named(here: Path) -> None:
+    make = find_executor(f"{here / 'own.py'}:Raising")
+    with pytest.raises(PluginError, match=r"own\.py:Raising raised ValueError: no \(.*own\.py:\d+"):
+        list(make(ExecutorContext(str)).run(iter(())))
 
 
 @pytest.mark.slow

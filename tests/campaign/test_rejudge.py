@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 
 from adeye.campaign import work
@@ -152,18 +154,21 @@ def both_above(made: Project, distance: str) -> None:
 
 
 @pytest.mark.slow
-def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path) -> None:
-    import numpy as np
-
+@pytest.mark.parametrize("what", ["ego", "meta"])
+def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path, what: str) -> None:
     db = tmp_path / "a.db"
     run_campaign(made.plan(), db=db, traces="all")
     for path in folder_of(db).iterdir():
         with np.load(path) as kept:
             arrays = {name: kept[name] for name in kept.files}
-        arrays["ego"] = arrays["ego"].copy()
-        arrays["ego"][:, 0, 0] += 1.0
+        if what == "ego":
+            arrays["ego"][:, 0, 0] += 1.0
+        else:
+            meta = json.loads(arrays[what].tobytes())
+            meta["monitors"] = [f"no_{name}" for name in meta["monitors"]]
+            arrays[what] = np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8)
         np.savez(path, **arrays)
-    both_above(made, "8 m")
+    both_above(made, "8 m" if what == "ego" else "7 m")
     with pytest.raises(IntegrityError, match="is not the one that was recorded"):
         judge_campaign(made.plan(), db=db)
     # Without the files the runs are replayed instead.

@@ -50,7 +50,7 @@ def a_task(plan: CampaignPlan) -> BatchTask:
 def test_worker_that_has_everything_executes_as_here(mini: Executed) -> None:
     task = a_task(mini.plan)
     made = remote.DemandingTask.of(remote.demand_of(mini.plan), task)
-    there, here = remote.execute_as_demanded(made).runs, execute(task).runs
+    there, here = opened(remote.execute_as_demanded(made)).runs, execute(task).runs
     assert there is not None
     assert here is not None
     assert there.trace_digests == here.trace_digests
@@ -121,8 +121,7 @@ def make_elsewhere(
 ) -> remote.Elsewhere:
     def work(item: remote.DemandingTask) -> Any:
         seen.append(item)
-        made = BatchResult(failure=f"block {item.open()[1].block}")
-        return replace(made, seal=remote.seal_of(item, made))
+        return remote.sealed(item, BatchResult(failure=f"block {item.open()[1].block}"))
 
     context: ExecutorContext[Any, Any] = ExecutorContext(work)
     return remote.Elsewhere(plan, lambda context: InProcess(context.work), context, traces)
@@ -179,13 +178,19 @@ Change = Callable[[Any], Iterable[Any]]
 """What becomes of what an executor brings, one after the other."""
 
 
-def altered(done: Any, **result: Any) -> Any:
-    return replace(done, result=replace(done.result, **result))
+def altered(done: Any) -> Any:
+    """A verdict that is another one, below the seal of the true one."""
+    result = opened(done.result)
+    result.runs.verdicts.verdict[:] = 0
+    return replace(done, result=done.result[:32] + pickle.dumps(result))
 
 
-def without_verdicts(done: Any) -> Any:
-    done.result.runs.verdicts.verdict[:] = 0
-    return done
+def opened(found: bytes) -> Any:
+    return pickle.loads(found[32:])  # noqa: S301 - made here
+
+
+class Sly(bytes):
+    """May have code of its own, which shows the true bytes only to who compares."""
 
 
 def another_task(done: Any) -> Any:
@@ -193,17 +198,14 @@ def another_task(done: Any) -> Any:
     return replace(done, task=remote.DemandingTask.of(demand, replace(task, block=7)))
 
 
-def another_trace(done: Any) -> Any:
-    return altered(done, runs=replace(done.result.runs, trace_digests=("0" * 32,)))
-
-
 MADE = "a result of block 1 that is not what its worker made"
 GIVEN = "a block that it was not given, or one twice"
 TAMPERING: dict[str, tuple[Change, str]] = {
-    "verdicts": (lambda found: map(without_verdicts, found), MADE),
-    "trace": (lambda found: map(another_trace, found), MADE),
+    "verdicts": (lambda found: map(altered, found), MADE),
     "words": (lambda found: (replace(done, result="all is well") for done in found), MADE),
-    "no seal": (lambda found: (altered(done, seal="") for done in found), MADE),
+    "no seal": (lambda found: (replace(done, result=done.result[32:]) for done in found), MADE),
+    "own bytes": (lambda found: (replace(done, result=Sly(done.result)) for done in found), MADE),
+    "text": (lambda found: ("all is well" for _ in found), GIVEN),
     "task": (lambda found: map(another_task, found), GIVEN),
     "twice": (lambda found: (again for done in found for again in (done, done)), GIVEN),
 }
@@ -226,24 +228,6 @@ def carry(mini: Executed, change: Change, *tasks: BatchTask) -> None:
     context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
     executor = remote.Elsewhere(mini.plan, lambda it: Pool(it.work), context, name="own:Pool")
     list(executor.run(iter(tasks or (a_task(mini.plan),))))
-
-
-def test_what_an_executor_writes_after_the_seal_reaches_nobody(mini: Executed) -> None:
-    kept: list[Any] = []
-
-    class Pool(InProcess[Any, Any]):
-        def run(self, tasks: Iterator[Any]) -> Iterator[Done[Any, Any]]:
-            for done in super().run(tasks):
-                kept.append(done.result)
-                yield done
-
-    context: ExecutorContext[Any, Any] = ExecutorContext(remote.execute_as_demanded)
-    executor = remote.Elsewhere(mini.plan, lambda it: Pool(it.work), context, name="own:Pool")
-    (done,) = executor.run(iter((a_task(mini.plan),)))
-    result: Any = done.result
-    before = result.runs.verdicts.verdict.tolist()
-    kept[0].runs.verdicts.verdict[...] = -1
-    assert result.runs.verdicts.verdict.tolist() == before
 
 
 def test_executor_that_asks_for_no_task_is_named(mini: Executed) -> None:
@@ -271,10 +255,3 @@ def test_what_an_executor_carries_shares_nothing_with_the_plan(mini: Executed) -
     task.execute[0].architecture.sensors.clear()
     assert mini.plan.work.requirements[0].id
     assert mini.plan.cases[0].architecture.sensors
-
-
-@pytest.mark.slow
-def test_seal_stays_on_its_way_through_a_pipe(mini: Executed) -> None:
-    item = remote.DemandingTask.of(remote.demand_of(mini.plan), a_task(mini.plan))
-    sent = pickle.loads(pickle.dumps(remote.execute_as_demanded(item)))  # noqa: S301 - made here
-    assert sent.seal == remote.seal_of(item, sent) != ""

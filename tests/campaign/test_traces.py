@@ -116,18 +116,6 @@ def test_what_an_interrupted_block_leaves_is_no_finding(repository: Repository) 
     assert left_files(repository) == tuple(sorted((whole, "part.tmp")))
 
 
-def test_file_has_to_be_readable(repository: Repository, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = files(repository)[0]
-    runs = repository.evidence.kept_files()[path.stem]
-    name = hashlib.sha256(" ".join(trace for _, trace in runs).encode()).hexdigest()
-    known: dict[str, Any] = {name: runs}
-    monkeypatch.setattr(type(repository.evidence), "kept_files", lambda *_: known)
-    other = path.rename(path.with_name(name + SUFFIX))
-    assert found(repository) == []
-    other.write_bytes(b"no traces")
-    assert [row for row, _ in found(repository)] == [other.name]
-
-
 # --- what is not a file of traces any more is not read as one; see ``test_rejudging``
 
 

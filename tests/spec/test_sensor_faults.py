@@ -80,6 +80,11 @@ def test_what_cannot_be_is_refused_of_sensor_bodies() -> None:
         refused(ValidationError, FAULT.validate_python, {**FIXED, **wrong})
 
 
+def test_whole_turn_is_no_miscalibration() -> None:
+    wrong = {**FIXED, "model": "miscalibration", "yaw": "360 deg"}
+    refused(ValidationError, FAULT.validate_python, wrong, says="yaw")
+
+
 def test_lens_is_dark_and_sensor_straight_unless_given() -> None:
     dark: Any = FAULT.validate_python({**FIXED, "model": "blackout"})
     straight: Any = FAULT.validate_python({**FIXED, "model": "miscalibration"})

@@ -60,6 +60,7 @@ class _Server:
         dsn = url.render_as_string(hide_password=False)
         self._connection = psycopg.connect(dsn, autocommit=True, row_factory=_named)
         self._connection.execute(f"SET search_path TO {SCHEMA}")
+        self._rules: list[str] = []
 
     def execute(self, statement: str, values: Sequence[Any] = (), /) -> Any:
         import psycopg
@@ -81,11 +82,18 @@ class _Server:
     def unguarded(self) -> None:
         """Let rows be changed in any way that the types of columns allow."""
         self.execute("SET session_replication_role = replica")
-        for table, name in self.execute(
-            "SELECT conrelid::regclass::text, conname FROM pg_constraint WHERE contype = 'c' "  # noqa: S608 - own names
-            f"AND connamespace = '{SCHEMA}'::regnamespace"
+        for table, name, rule in self.execute(
+            "SELECT conrelid::regclass::text, conname, pg_get_constraintdef(oid, true) "  # noqa: S608 - own names
+            f"FROM pg_constraint WHERE contype = 'c' AND connamespace = '{SCHEMA}'::regnamespace"
         ).fetchall():
             self.execute(f"ALTER TABLE {table} DROP CONSTRAINT {name}")
+            self._rules.append(f"ALTER TABLE {table} ADD CONSTRAINT {name} {rule} NOT VALID")
+
+    def guarded(self) -> None:
+        """Put back what ``unguarded`` took away; what is there by now is not checked."""
+        self.execute("SET session_replication_role = origin")
+        while self._rules:
+            self._connection.execute(self._rules.pop().encode())
 
 
 def unguarded(raw: Any) -> None:
@@ -99,7 +107,7 @@ def unguarded(raw: Any) -> None:
 def guarded(raw: Any) -> None:
     """Put back what ``unguarded`` took away."""
     if isinstance(raw, _Server):
-        raw.execute("SET session_replication_role = origin")
+        raw.guarded()
         return
     for statement in trigger_ddl():
         raw.execute(statement)

@@ -100,6 +100,13 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
     assert not [(text, part) for text in said for part in PARTS if part in text]
 
 
+def test_password_behind_a_colon_that_is_spelt_is_masked() -> None:
+    address = "postgresql://me%3Acanary@host/evidence"
+    with pytest.raises(InputError, match="cannot be read as a URL") as caught:
+        locate(address)
+    assert "canary" not in f"{caught.value} {masked(address)}"
+
+
 def test_command_names_the_variable_or_a_masked_address(monkeypatch: pytest.MonkeyPatch) -> None:
     address = f"postgresql://me:{SPELT}@host/evidence?sslmode=require"
     shown = " --db 'postgresql://me:***@host/evidence?sslmode=require'"

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -65,6 +66,19 @@ def test_few_rows_and_many_go_in_as_they_are(database: Database, count: int) -> 
     with database.write() as connection:
         postgres.insert_rows(connection, tables.CONTENT["odd"], rows)
         assert stored(connection) == rows
+
+
+@on_server
+def test_each_session_says_how_numbers_times_and_texts_arrive(
+    repository: Repository, raw: Any
+) -> None:
+    name = repository.location.url.database
+    for setting in ("extra_float_digits = -15", "datestyle = 'SQL'", "client_encoding = 'LATIN1'"):
+        raw.execute(f"ALTER DATABASE {name} SET {setting}")
+    with closing(Database(repository.location)) as database, database.read() as connection:
+        names = ("extra_float_digits", "datestyle", "client_encoding")
+        shown = [connection.exec_driver_sql(f"SHOW {item}").scalar_one() for item in names]
+    assert shown == ["1", "ISO, MDY", "UTF8"]
 
 
 @on_server

@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import wraps
+from inspect import unwrap
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, overload
 
 import numpy as np
@@ -221,24 +223,27 @@ def register_metric(metric: M) -> M:
             f"metric {metric.__name__} cannot be made: {told(error)}",
             remedy="It takes no arguments; scale, cap, least and most are numbers.",
         ) from error
+    # Read once: what is used is what was looked at.
+    said = {name: getattr(built, name) for name in _ALLOWED}
     for name, (is_allowed, allowed) in _ALLOWED.items():
-        value = getattr(built, name)
-        if not (isinstance(value, str) and is_allowed(value)):
+        value = said[name]
+        if not (type(value) is str and is_allowed(value)):
             raise UsageError(
                 f"metric {metric.__name__}: {name} is {shown(value)}",
                 remedy=f"Allowed: {allowed}.",
             )
+
+    @wraps(built.compute)
+    def measure(series: TraceSeries) -> MetricColumn:
+        # It may write into the copy that it is shown, and into nobody else's.
+        return built.compute(deepcopy(series.trace))  # type: ignore[no-any-return]  # looked at
+
     _add(
         MetricDefinition(
-            uid=built.uid,
-            column=built.column,
-            unit=built.unit,
-            worse=built.worse,
-            source=built.source,
+            **said,
             text=(metric.__doc__ or "").partition("\n")[0],
             scale=1.0 if scale is None else scale,
-            # It may write into the copy that it is shown, and into nobody else's.
-            measure=lambda series: built.compute(deepcopy(series.trace)),
+            measure=measure,
             cap=cap,
             settles=bool(getattr(built, "settles", False)),
             plugin=f"{metric.__module__}:{metric.__qualname__}",
@@ -323,11 +328,12 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         times = _numbers("time", column.time, runs, np.float64)
         codes = _numbers("status", status_codes(column.status), runs, np.int8)
         actor = _numbers("actor", column.actor, runs, np.int64)
+        _require_known(actor, len(series.trace.layout.context.object_ids))
         is_formed = True
     except BaseException as error:
         if is_asked(error):
             raise
-        _LOG.error("metric %s raised %s", metric.uid, told(error))
+        _LOG.error("metric %s raised %s", metric.uid, told(error, unwrap(metric.measure)))
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)
@@ -354,6 +360,14 @@ def _numbers(
         # Below a mask lies anything; what the metric does not tell is no value.
         numbers[hidden] = np.nan
     return numbers
+
+
+def _require_known(actor: Ints, objects: int) -> None:
+    """Refuse numbers of objects that are not there: they would be looked up."""
+    unknown = actor[(actor < -1) | (actor >= objects)]
+    if unknown.size:
+        msg = f"actor names object {unknown[0]}, which is not there"
+        raise ValueError(msg)
 
 
 def _one_by_one(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:

@@ -22,7 +22,6 @@ from adeye.judge.stl.series import Series
 from adeye.judge.stl.syntax import ROW_SLACK, last_row, nested_implications
 from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_time
-from adeye.outputs import reads
 from adeye.spec.document import require_plain
 from adeye.units import (
     UNITS,
@@ -170,8 +169,8 @@ def _rows_of(path: Path, reader: Any) -> Table:
 def _read_parquet(path: Path) -> Table:
     import pandas as pd
 
-    reads(path)
     try:
+        require_plain(path)
         frame = pd.read_parquet(path)
     except ImportError as error:
         raise InputError(

@@ -21,7 +21,7 @@ from typing import Any, Final
 
 from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
 from adeye.identity import digest_bytes, file_digest, unique_keys
-from adeye.outputs import reads
+from adeye.spec.document import require_plain
 from adeye.store.evidence.roots import SUFFIX, find_kept, folders_of
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
@@ -97,19 +97,21 @@ def _tables(repository: Repository, campaign: str) -> dict[str, dict[str, Any]]:
 
 
 def _file(path: Path, folder: Path) -> dict[str, Any]:
-    try:
-        name = path.resolve().relative_to(folder.resolve()).as_posix()
-    except ValueError as error:
+    found, root = _sha256(path), folder.resolve()
+    # A link is named as such: whoever verifies looks at what it leads to then.
+    named = path.parent.resolve() / path.name
+    if not (named.is_relative_to(root) and path.resolve().is_relative_to(root)):
         raise InputError(
             f"{path} is not in or below {folder}, where the manifest is written",
             remedy="Write the manifest beside the files that it names.",
-        ) from error
-    return {"name": name, "sha256": _sha256(path), "bytes": path.stat().st_size}
+        )
+    name = named.relative_to(root).as_posix()
+    return {"name": name, "sha256": found, "bytes": path.stat().st_size}
 
 
 def _sha256(path: Path) -> str:
-    reads(path)
     try:
+        require_plain(path)
         return file_digest(path)
     except OSError as error:
         raise InputError(
@@ -136,8 +138,7 @@ def read_manifest(path: Path) -> tuple[bytes, dict[str, Any]]:
         InputError: It cannot be read or is no manifest.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: more than {MAX_BYTES:,} bytes", remedy="Name a manifest.")
+        require_plain(path, MAX_BYTES)
         content = path.read_bytes()
         document = json.loads(content, object_pairs_hook=unique_keys)
     except OSError as error:
@@ -382,17 +383,13 @@ def _loaded(path: Path, load: Any) -> Any:
 
 
 def _read(path: Path) -> bytes:
-    reads(path)
     try:
-        with path.open("rb") as stream:
-            content = stream.read(_MAX_BYTES + 1)
+        require_plain(path, _MAX_BYTES)
+        return path.read_bytes()
     except OSError as error:
         raise InputError(
             f"{path} cannot be read: {error.strerror}", remedy="Name another file."
         ) from error
-    if len(content) > _MAX_BYTES:
-        raise InputError(f"{path}: more than {_MAX_BYTES:,} bytes", remedy="Name another file.")
-    return content
 
 
 def _library() -> tuple[Any, Any, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import BaseModel
 
 from adeye.errors import SpecError
-from adeye.plugins import Part, load_part, require, validate_parameters
+from adeye.plugins import Part, load_part, names_in, require, validate_parameters
 from adeye.ports import HookedChannel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.nominal import NominalChannel
@@ -87,13 +87,10 @@ def plugin_channel(part: Part) -> ControlChannel:
         SpecError: The class has no ``act``.
     """
     require(part, "channel", ("act",))
-    if not isinstance(getattr(part.obj, "monitor_ids", ()), tuple | list):
-        raise SpecError(
-            f"{part.name}.monitor_ids is no tuple of names", remedy="Write monitor_ids = ()."
-        )
-    if hasattr(part.obj, "reset"):
-        return PluginChannel(part, GuardedChannel(_LateChannel(part)))
-    return PluginChannel(part, ScalarChannel(part.obj))
+    late = _LateChannel(part)
+    with guest(part.name, "channel"):
+        is_on_batch = hasattr(part.obj, "reset")
+    return PluginChannel(part, GuardedChannel(late) if is_on_batch else ScalarChannel(part.obj))
 
 
 class PluginChannel:
@@ -165,8 +162,8 @@ class _LateChannel:
 
     def __init__(self, part: Part) -> None:
         self._part = part
-        self.monitor_ids: tuple[str, ...] = tuple(getattr(part.obj, "monitor_ids", ()))
-        self.hooks: tuple[str, ...] = tuple(getattr(part.obj, "hooks", ()))
+        self.monitor_ids = names_in(part, "channel", "monitor_ids")
+        self.hooks = names_in(part, "channel", "hooks")
         self._channel: Any = None
 
     def reset(self, context: ChannelContext) -> None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import os
-import traceback
-from pathlib import Path
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,7 +13,7 @@ from adeye.errors import SpecError
 from adeye.kernel.jit import compiled
 from adeye.signals import STATUS_LABELS, Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels.links import no_command
-from adeye.supervision import is_asked
+from adeye.supervision import folder_and_name, is_asked, own_frame, said
 from adeye.trace import ChannelEvent
 
 if TYPE_CHECKING:
@@ -34,7 +32,6 @@ TIMEOUT: Final = "channel_timeout"
 MAX_DETAIL: Final = 500
 """Longest detail that is kept [characters]."""
 _LONGEST_NAME: Final = 100
-_ADEYE: Final = f"{Path(__file__).parents[2]}{os.sep}"
 
 
 class Failures:
@@ -116,35 +113,14 @@ def describe(error: BaseException) -> str:
 
     Paths are left out because the text is stored with results that must not depend on a machine.
     """
-    frame = _own_frame(traceback.extract_tb(error.__traceback__))
-    place = "" if frame is None else f" ({_folder_and_name(frame)[1]}:{frame.lineno})"
+    frame = own_frame(error)
+    place = "" if frame is None else f" ({folder_and_name(frame)[1]}:{frame.lineno})"
     kind = type(error).__name__[:_LONGEST_NAME]
-    try:
-        said = str(error)[:MAX_DETAIL]
-    except Exception:  # noqa: BLE001 - it is described, not obeyed
-        said = "it cannot say what it is"
     # A text that no encoding takes, or that ends early in the database, is shown escaped.
-    said = said.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+    text = said(error)[:MAX_DETAIL].encode("utf-8", "backslashreplace").decode()
     # However much it says, the place is told.
-    return f"{kind}: {said[: MAX_DETAIL - len(kind) - len(place) - 2]}{place}"
-
-
-def _own_frame(frames: traceback.StackSummary) -> traceback.FrameSummary | None:
-    """Find the innermost frame of the guest's own files, not of a library that it calls."""
-    guest = [frame for frame in frames if not frame.filename.startswith(_ADEYE)]
-    home = _folder_and_name(guest[0])[0] if guest else ""
-    own = [
-        frame
-        for frame in guest
-        if _folder_and_name(frame)[0].startswith(home)
-        and "site-packages/" not in _folder_and_name(frame)[0][len(home) :]
-    ]
-    return own[-1] if own else frames[-1] if frames else None
-
-
-def _folder_and_name(frame: traceback.FrameSummary) -> tuple[str, str]:
-    folder, slash, name = frame.filename.replace("\\", "/").rpartition("/")
-    return folder + slash, name
+    text = text.replace("\0", "\\0")[: MAX_DETAIL - len(kind) - len(place) - 2]
+    return f"{kind}: {text}{place}"
 
 
 # --- A guard around a channel on the batch: what fails or answers nonsense is silent from then on -
@@ -222,9 +198,9 @@ class GuardedChannel:
         # Whoever is shown an observation may alter it; when and where it counts is noted before.
         running = observation.running if self._trusted else observation.running.copy()
         self._running, self._time = running, observation.time
-        answer = None
+        answer: Any = None
         if not self._dead:
-            answer = self._call(self._channel.act, observation, self._time, running)
+            answer = self._call(self._asked, observation, self._time, running)
         command = self._previous if self._dead else self._checked(answer)
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
@@ -243,14 +219,24 @@ class GuardedChannel:
             self._dead = True
             return None
 
-    def _checked(self, answer: Any) -> ControlCommand:
-        wrong = "" if self._trusted else self._form(answer)
-        if wrong:
-            self._failures.add(self._running, INVALID_OUTPUT, self._time, wrong)
+    def _asked(self, observation: Observation) -> Any:
+        """Give the answer of the channel, or what is wrong with it."""
+        answer: Any = self._channel.act(observation)
+        # What a built-in channel answers is its own and well formed.
+        if self._trusted:
+            return answer
+        if not isinstance(answer, ControlCommand):
+            return f"act() returned {type(answer).__name__}, not ControlCommand"
+        # Each part is read once, as it may have code of its own; what is checked has none.
+        told = {item.name: _plain(getattr(answer, item.name)) for item in fields(ControlCommand)}
+        command = ControlCommand(**told)
+        return self._form(command) or self._copied(command)
+
+    def _checked(self, command: ControlCommand | str) -> ControlCommand:
+        if isinstance(command, str):
+            self._failures.add(self._running, INVALID_OUTPUT, self._time, command)
             self._dead = True
             return self._previous
-        # What a built-in channel answers is its own and well formed.
-        command: ControlCommand = answer if self._trusted else self._copied(answer)
         previous, wrongs = self._previous, np.zeros(len(command.status), dtype=np.int8)
         found = _settle(
             self._running.copy(),
@@ -269,10 +255,8 @@ class GuardedChannel:
             self._failures.add(bad, INVALID_OUTPUT, self._time, detail)
         return command
 
-    def _form(self, answer: Any) -> str:
+    def _form(self, answer: ControlCommand) -> str:
         """Say what is wrong with the form of an answer; empty if nothing is."""
-        if not isinstance(answer, ControlCommand):
-            return f"act() returned {type(answer).__name__}, not ControlCommand"
         runs = self._failures.silent.shape[0]
         wanted: Mapping[str, tuple[int | None, ...]] = {
             "acceleration": (runs,),
@@ -303,16 +287,16 @@ class GuardedChannel:
         monitors = answer.monitors
         return ControlCommand(
             self._failures.channel,
-            np.array(answer.acceleration, dtype=np.float64),
-            np.array(answer.steering_angle, dtype=np.float64),
-            np.array(answer.stamp, dtype=np.float64),
-            np.array(answer.status, dtype=np.int64),
-            None if answer.plan is None else np.array(answer.plan, dtype=np.float64),
-            None if monitors is None else np.array(monitors, dtype=np.bool_),
+            np.asarray(answer.acceleration, dtype=np.float64),
+            np.asarray(answer.steering_angle, dtype=np.float64),
+            np.asarray(answer.stamp, dtype=np.float64),
+            np.asarray(answer.status, dtype=np.int64),
+            None if answer.plan is None else np.asarray(answer.plan, dtype=np.float64),
+            None if monitors is None else np.asarray(monitors, dtype=np.bool_),
             None if answer.tracks is None else _padded(answer.tracks),
             _numbers(answer.candidates),
             _numbers(answer.candidate_costs),
-            None if answer.chosen is None else np.array(answer.chosen, dtype=np.int64),
+            None if answer.chosen is None else np.asarray(answer.chosen, dtype=np.int64),
         )
 
 
@@ -385,14 +369,21 @@ _WHOLE: Final = frozenset({"status", "chosen"})
 """Fields that hold whole numbers."""
 
 
+def _plain(values: Any) -> Any:
+    """Copy an array into one without code of its own, or say what is wrong with it."""
+    if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
+        # Below a mask lies anything; what the channel does not tell is no command.
+        return f"an array with {hidden} masked samples"
+    return np.array(values) if isinstance(values, np.ndarray) else values
+
+
 def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:
     if values is None and name in _OPTIONAL:
         return ""
+    if isinstance(values, str):
+        return f"{name} is {values[:MAX_DETAIL]}, not numbers"
     if not isinstance(values, np.ndarray):
         return f"{name} is {type(values).__name__}, not an array"
-    if isinstance(values, np.ma.MaskedArray) and (hidden := np.ma.getmaskarray(values).sum()):
-        # Below a mask lies anything; what the channel does not tell is no command.
-        return f"{name} is an array with {hidden} masked samples, not numbers"
     numeric = values.dtype.kind in "fiub"
     is_whole = name not in _WHOLE or values.dtype.kind in "iu"
     fits = len(values.shape) == len(shape) and all(
@@ -405,7 +396,7 @@ def _misfit(name: str, values: Any, shape: tuple[int | None, ...]) -> str:
 
 
 def _numbers(values: NDArray[Any] | None) -> Floats | None:
-    return None if values is None else np.array(values, dtype=np.float64)
+    return None if values is None else np.asarray(values, dtype=np.float64)
 
 
 def _padded(tracks: NDArray[Any]) -> Floats:

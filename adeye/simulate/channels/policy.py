@@ -271,8 +271,9 @@ def load_policy(name: str, base_dir: Path) -> Part:
         SpecError: There is no such thing, or it is no policy.
     """
     part = load_part(name, base_dir, is_nameable=_is_policy)
-    if _is_policy(part.obj):
-        return part
+    with guest(part.name, "policy"):
+        if _is_policy(part.obj):
+            return part
     raise SpecError(
         f"{part.name} is no policy",
         remedy="Name a function of the observation, or something with predict().",
@@ -434,6 +435,9 @@ def _actions(answer: Any, shape: tuple[int, ...]) -> Floats:
     except (TypeError, ValueError) as error:
         msg = f"the policy returned {type(answer).__name__}, not numbers"
         raise _WrongAnswerError(msg) from error
+    if np.ma.is_masked(answer):
+        msg = "the policy returned masked numbers"
+        raise _WrongAnswerError(msg)
     if actions.shape != shape:
         msg = f"the policy returned an action of shape {actions.shape}, not {shape}"
         raise _WrongAnswerError(msg)

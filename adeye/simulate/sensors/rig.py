@@ -141,11 +141,11 @@ class _Guest:
     def __init__(self, part: Part, context: SensorContext) -> None:
         self._name = part.name
         with guest(self._name, "sensor"):
-            self._sensor: SensorModel = part.build(deepcopy(context))
+            self._sense = part.build(deepcopy(context)).sense
 
     def sense(self, scene: Scene) -> Measurement:
-        with guest(self._name, "sensor"):
-            answer = self._sensor.sense(scene.copy())
+        with guest(self._name, "sensor", self._sense):
+            answer = self._sense(scene.copy())
             named = ((item.name, getattr(answer, item.name)) for item in fields(Measurement))
             told = Measurement(**{name: _as_told(name, v) for name, v in named if v is not None})
             said = malformed(told, *scene.objects.shape[:2])

@@ -40,8 +40,9 @@ from adeye.store.ledger import key_text
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import progress
 from adeye.store.records import EngineKey, Finding, of_row
-from adeye.store.schema import insert_only_ddl, trigger_ddl
-from adeye.store.views import scenario_views, view_ddl
+from adeye.store.schema import created, insert_only_ddl, made
+from adeye.store.sql import statement
+from adeye.store.views import scenario_views
 from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
 
@@ -105,12 +106,6 @@ def close(repository: Repository, raised: object) -> None:
 # --- Check that the database still holds what was written to it -----------------------------------
 
 _CHUNK = 1000
-_UNPLANNED: Final = """SELECT result_digest FROM run r
-WHERE NOT EXISTS (SELECT 1 FROM campaign_case c WHERE c.result_digest = r.result_digest)
-    AND NOT EXISTS (SELECT 1 FROM fork f WHERE f.result_digest = r.result_digest)
-    AND NOT EXISTS (SELECT 1 FROM half_step h WHERE h.result_digest = r.result_digest)
-    AND NOT EXISTS (SELECT 1 FROM benchmark b WHERE b.drive_digest = r.result_digest)
-ORDER BY result_digest"""
 
 
 def verify(connection: Connection) -> Iterator[Finding]:
@@ -122,7 +117,14 @@ def verify(connection: Connection) -> Iterator[Finding]:
         # What they are made from may be altered, which is named below.
         with suppress(DBAPIError, *UNFORESEEN), connection.begin_nested():
             views = scenario_views(connection)
-        yield from altered_definitions(connection, views)
+        definitions = tuple(altered_definitions(connection, views))
+        yield from definitions
+        if any(item.row in tables.metadata.tables for item in definitions):
+            # Nothing can be said of the rows of a table that is gone, or is another one.
+            return
+        everything = (*tables.metadata.sorted_tables, *plugin_tables(connection))
+        for name, row, problem in catalog.misplaced(connection, everything):
+            yield Finding(name, row, problem)
         for table in tables.INSERT_ONLY:
             if table not in {*tables.RESULTS, tables.seal}:
                 yield from altered_rows(table, stored_rows(connection, table))
@@ -153,19 +155,20 @@ def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Fin
 def altered_definitions(
     connection: Connection, others: Mapping[str, str] | None = None
 ) -> Iterator[Finding]:
-    """Name triggers and views that are gone or say something else, and triggers of nobody here.
+    """Name what is gone or is made in another way, and triggers of nobody here.
 
     Args:
         connection: In a transaction.
         others: Statements of views that not every database has, by name.
     """
-    dialect = connection.dialect.name
-    made = [*trigger_ddl(dialect), *view_ddl().values()]
+    dialect = connection.dialect
+    expected = {**made(dialect), **(others or {})}
     for table in plugin_tables(connection):
-        made += insert_only_ddl(table.name, dialect)
-    # The third word of CREATE VIEW name …
-    expected = {ddl.split(maxsplit=3)[2]: ddl for ddl in made}
-    for name, problem in catalog.altered(connection, {**expected, **(others or {})}):
+        expected[table.name] = created(table, dialect)
+        for ddl in insert_only_ddl(table.name, dialect.name):
+            # The third word of CREATE TRIGGER name …
+            expected[ddl.split(maxsplit=3)[2]] = ddl
+    for name, problem in catalog.altered(connection, expected):
         yield Finding("schema", name, problem)
 
 
@@ -258,7 +261,7 @@ def _results(connection: Connection) -> Iterator[Finding]:
             if _result_digest(engine, item["test_case_digest"]) != item["result_digest"]:
                 yield Finding("run", digest, "is not the result of its test case and engine")
     problem = "belongs to no campaign and is no fork, twin or reference drive"
-    for digest in connection.exec_driver_sql(_UNPLANNED).scalars().all():
+    for digest in connection.exec_driver_sql(statement("unplanned")).scalars().all():
         yield Finding("run", digest, problem)
 
 
@@ -370,18 +373,6 @@ _TOO_MANY = text(
     "WHERE campaign = :campaign AND n_not_run < 0"
 )
 
-_UNCOUNTED = text("""
-    SELECT DISTINCT f.fsr_id, f.architecture FROM campaign_fsr f
-    LEFT JOIN case_repeat a ON a.campaign_id = f.campaign_id AND a.fsr_id = f.fsr_id
-        AND a.architecture = f.architecture AND a.scenario = ''
-    WHERE f.campaign_id = :campaign AND f.applicable = 1
-        AND NOT EXISTS (
-            SELECT 1 FROM work w WHERE w.campaign_id = f.campaign_id AND w.state <> 'done')
-        AND COALESCE(a.unheld, -1) <> (
-            SELECT COUNT(*) FROM never_held h WHERE h.campaign_id = f.campaign_id
-                AND h.fsr_id = f.fsr_id AND h.architecture = f.architecture)
-    ORDER BY f.fsr_id, f.architecture""")
-
 
 def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     """Name what is not as it was written among all that the summaries of a campaign rest on.
@@ -399,7 +390,7 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
         judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"
         yield Finding("tally", f"{item.fsr} {item.architecture} {item.scenario}", judged)
-    for item in connection.execute(_UNCOUNTED, {"campaign": campaign}):
+    for item in connection.execute(text(statement("uncounted")), {"campaign": campaign}):
         problem = "what counts once, or never held, is missing"
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 

@@ -39,6 +39,7 @@ from adeye.store.records import (
     of_row,
     verdict_record,
 )
+from adeye.store.sql import filled
 from adeye.store.tables import FIRST_METRIC_IDS, work
 from adeye.store.views import COUNTED, MEASURED, WORST_FIRST
 from adeye.trace import split_links
@@ -523,24 +524,6 @@ def failed_among(
     return frozenset(found.scalars())
 
 
-_FAILURES: Final = """SELECT architecture, channel, told, mastered, COUNT(*) FROM (
-    SELECT c.architecture AS architecture, r.outcome_channel AS channel,
-        r.outcome || ': ' || COALESCE(r.outcome_detail, '') AS told, {first} AS mastered
-    FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest
-    WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ?
-    UNION ALL
-    SELECT c.architecture, e.subject, e.text, {later}
-    FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest
-    JOIN event e ON e.run_number = r.number
-    WHERE r.outcome_channel IS NOT NULL AND c.campaign_id = ? AND e.kind = 'channel'
-        AND e.subject <> r.outcome_channel AND SUBSTR(e.text, 1, 8) = 'channel_'
-) AS failed GROUP BY 1, 2, 3, 4 ORDER BY 1, 2, 3, 4"""
-_MASTERED: Final = """CASE WHEN EXISTS (
-    SELECT 1 FROM campaign_fsr f
-    JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
-    WHERE {judged} AND v.verdict = 'PASS' AND v.exercised = 1 AND ({about})) THEN 1 ELSE 0 END"""
-
-
 def failed_channels(
     connection: Connection, campaign_id: str, about: Sequence[tuple[str, str]] = ()
 ) -> tuple[tuple[str, str, str, bool, int], ...]:
@@ -559,16 +542,16 @@ def failed_channels(
     """
     named = [value for pair in about for value in pair]
     sides = {
-        name: _MASTERED.format(
-            judged=JUDGED, about=" OR ".join([f"(f.fsr_id = ? AND {column} = ?)"] * len(about))
-        )
+        name: filled("mastered", judged=JUDGED, about=" OR ".join([pair] * len(about)))
         if about
         else "0"
-        for name, column in (("first", "r.outcome_channel"), ("later", "e.subject"))
+        for name, pair in (
+            ("first", "(f.fsr_id = ? AND r.outcome_channel = ?)"),
+            ("later", "(f.fsr_id = ? AND e.subject = ?)"),
+        )
     }
-    found = connection.exec_driver_sql(
-        _FAILURES.format(**sides), (*named, campaign_id, *named, campaign_id)
-    )
+    asked = filled("failed_channels", **sides)
+    found = connection.exec_driver_sql(asked, (*named, campaign_id, *named, campaign_id))
     return tuple((item[0], item[1], item[2], bool(item[3]), int(item[4])) for item in found)
 
 

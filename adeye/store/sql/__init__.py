@@ -1,4 +1,6 @@
-"""The SQL of views, each in a file of its name, and of accounts; others are what several share.
+"""The SQL of views, each in a file of its name, of accounts and long questions, and of a server.
+
+Others are what several share.
 
 Who reads a statement fills in what begins with ``$``, and ``rules`` its words in capital letters,
 such as RANK. Above that of a rule stand what is wrong and what to do about it.

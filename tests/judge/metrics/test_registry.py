@@ -164,6 +164,19 @@ def test_metric_lacks_a_part() -> None:
     refused(UsageError, register_metric, Nothing, says="no column, unit, worse, source, compute")
 
 
+def test_attribute_is_the_one_that_was_looked_at() -> None:
+    class Changing(Mean):
+        asked = 0
+
+        @property
+        def column(self) -> str:  # type: ignore[override]
+            self.asked += 1
+            return "mean_speed_mps" if self.asked == 1 else "x; DROP TABLE run"
+
+    register_metric(Changing)
+    assert METRICS["mean_speed_mps"].column == "mean_speed_mps"
+
+
 def test_direction_of_danger_is_one_of_two() -> None:
     refused(UsageError, register_metric, type("Up", (Mean,), {"worse": "up"}), says="'up'")
 
@@ -266,6 +279,21 @@ def test_status_that_does_not_exist_is_an_error(hand_made: Any) -> None:
     column = computed(Fine, hand_made())
     assert column.status == ("error",)
     assert np.isnan(column.value[0])
+
+
+@pytest.mark.parametrize("number", [1000, -2])
+def test_object_that_is_not_there_is_an_error_at_its_metric(
+    hand_made: Any, caplog: pytest.LogCaptureFixture, number: int
+) -> None:
+    class Lost(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            actor = np.full(trace.runs, number)
+            return MetricColumn(column.value, column.status, column.time, actor)
+
+    assert computed(Lost, hand_made(runs=2)).status == ("error", "error")
+    told = rf"names object {number}, which is not there \({re.escape(__file__)}:\d+\)"
+    assert re.search(told, caplog.text)
 
 
 def test_wrong_number_of_values_is_an_error(hand_made: Any) -> None:

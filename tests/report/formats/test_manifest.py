@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -144,6 +145,27 @@ def test_file_elsewhere_or_missing_is_refused(repository: Repository, folder: Pa
         manifest.make_manifest(repository, campaign, [folder / "report.html"], folder / "deeper")
     with pytest.raises(InputError, match="cannot be read"):
         manifest.make_manifest(repository, campaign, [folder / "none.html"], folder)
+
+
+def test_link_is_named_as_it_is_given_and_a_pipe_is_refused(
+    repository: Repository, folder: Path
+) -> None:
+    (folder / "given.txt").symlink_to("report.html")
+    (folder / "report.html").write_text("as it was")
+    (folder / "out.html").symlink_to("/etc/hostname")
+    os.mkfifo(folder / "pipe")
+    (campaign,) = repository.campaigns()
+
+    def write(name: str) -> Any:
+        return manifest.make_manifest(repository, campaign, [folder / name], folder)
+
+    made = json.loads(write("given.txt"))
+    assert [item["name"] for item in made["files"]] == ["given.txt"]
+    (folder / "report.html").write_text("altered")
+    assert list(manifest.differing(made, folder, None)) == ["file given.txt: is altered"]
+    refused(InputError, write, "out.html", says="not in or below")
+    for read in (write, lambda name: manifest.read_manifest(folder / name)):
+        refused(InputError, read, "pipe", says="not a regular file")
 
 
 def test_what_is_no_manifest_is_an_input_error(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """What a channel does wrong is contained in its run and told by its outcome."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -104,7 +104,27 @@ def test_exception_silences_all_runs_that_have_not_ended() -> None:
     assert "planner lost" in failure(channel).detail
 
 
+class Lying(np.ndarray[Any, Any]):
+    """Says that it is of another form than it is."""
+
+    @property  # type: ignore[misc]  # what it is for
+    def shape(self) -> Any:
+        return (RUNS,)
+
+
+class Raising(ControlCommand):
+    def __getattribute__(self, name: str) -> Any:
+        raise ValueError(name)
+
+
+def test_part_of_an_answer_that_raises_is_the_failure_of_the_channel() -> None:
+    channel = guarded(repeat(Raising(*[cast("Any", 0)] * 5)))
+    assert act(channel, 0).status.tolist() == [SILENT] * RUNS
+    assert outcomes(channel) == ["channel_error"] * RUNS
+
+
 WRONG = [
+    (good(acceleration=np.zeros(RUNS + 1).view(Lying)), "(4,)"),
     (None, "NoneType"),
     (good(acceleration=np.zeros(RUNS + 1)), "acceleration"),
     (good(acceleration=[0.0] * RUNS), "list"),

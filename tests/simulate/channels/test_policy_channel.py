@@ -58,6 +58,9 @@ def words(observation):
 def not_finite(observation):
     return np.nan, 0.0
 
+def hidden(observation):
+    return np.ma.masked_array([1.0, 0.0], mask=[True, False])
+
 
 def beyond(observation):
     return 99.0, -99.0
@@ -144,6 +147,7 @@ def test_exception_silences_the_run_that_it_is_raised_in_and_no_other(folder: Pa
 
 def test_answer_that_is_no_action_is_an_invalid_output(folder: Path) -> None:
     wrong = {"three": "shape (3,)", "words": "not numbers", "not_finite": "no finite number"}
+    wrong["hidden"] = "masked numbers"
     for name, detail in wrong.items():
         channel = made(folder, name)
         assert ask(channel, [20.0]).status.tolist() == [SILENT]

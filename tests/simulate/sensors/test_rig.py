@@ -311,7 +311,7 @@ def test_answer_out_of_its_form_is_refused(tmp_path: Path) -> None:
         wrong = PLUGIN.replace(answer, f"replace({answer}, {change})")
         text = f"import numpy as np\nfrom dataclasses import replace\n{wrong}"
         (tmp_path / "blind.py").write_text(text)
-        with pytest.raises(PluginError, match=rf"blind\.py.*{said}"):
+        with pytest.raises(PluginError, match=rf"blind\.py.*{said}.*\.py:\d+\)"):
             sense({"front": BLIND}, ticks=1, folder=tmp_path)
 
 

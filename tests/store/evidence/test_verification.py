@@ -76,6 +76,30 @@ def test_every_altered_value_is_named(full: Store, part: int) -> None:
     assert rows_found(full.repository) == []
 
 
+@on_sqlite
+def test_value_of_another_type_is_named(full: Store) -> None:
+    unguarded(full.raw)
+    for table, column, value in (("run", "duration_s", "4.0\xa0"), ("work", "attempt", "1_0")):
+        full.raw.execute(f"UPDATE {table} SET {column} = ?", (value,))  # noqa: S608
+        problem = f"{column} is text, which its column never has"
+        assert (table, problem) in {(item.table, item.problem) for item in full.repository.verify()}
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ("DROP INDEX ix_fork_origin_digest", "ix_fork_origin_digest is missing"),
+        ("ALTER TABLE work ADD COLUMN note TEXT", "work is not as this release makes it"),
+        ("DROP TABLE artifact", "artifact is missing"),
+    ],
+)
+@on_sqlite
+def test_schema_of_another_make_is_named(full: Store, change: str, name: str) -> None:
+    full.raw.execute(change)
+    found = full.repository.verify()
+    assert name in [f"{item.row} {item.problem}" for item in found]
+
+
 DELETABLE = (
     *("run", "metric", "verdict", "event", "tally", "campaign_case", "campaign_fsr"),
     *("case_count", "case_match", "case_run", "case_tally"),
