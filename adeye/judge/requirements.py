@@ -441,7 +441,7 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
-        self._check_truth(compiled.formula)
+        self._check_truth(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
@@ -489,8 +489,14 @@ class _Check:
         for dictionary in known.values():
             formula.check(dictionary)
 
-    def _check_truth(self, formula: Formula) -> None:
-        found = first_constant(formula.root)
+    def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        labels = {
+            name: entry.labels or TRUTH_LABELS
+            for scenario in scenarios
+            for name, entry in self._union(scenario).items()
+            if name in formula.names and entry.kind != "number"
+        }
+        found = first_constant(formula.root, labels)
         if found is not None:
             part, is_held = found
             raise self._refuse(
