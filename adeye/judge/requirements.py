@@ -141,6 +141,12 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
+    @property
+    def is_about_objects(self) -> bool:
+        """Whether a run without any object tests nothing of it."""
+        families = ("adeye:criticality.", "adeye:severity.", "adeye:at_fault.")
+        return self.metric.uid.startswith(families)
+
     def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
