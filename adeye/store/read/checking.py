@@ -218,10 +218,10 @@ def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tu
 def injected_faults(connection: Connection, campaign: str) -> list[Injected]:
     """Read the faults of a campaign with what they are injected into, values of sweeps applied."""
     found = connection.exec_driver_sql(
-        "SELECT DISTINCT t.faults, a.content FROM campaign_case c "
-        "JOIN test_case t ON t.digest = c.test_case_digest "
-        "JOIN architecture a ON a.digest = t.architecture_digest "
-        "WHERE c.campaign_id = ? AND t.faults <> '[]'",
+        "SELECT d.faults, a.content FROM (SELECT DISTINCT t.faults, t.architecture_digest "
+        "FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest "
+        "WHERE c.campaign_id = ? AND t.faults <> '[]') d "
+        "JOIN architecture a ON a.digest = d.architecture_digest",
         (campaign,),
     )
     injected: list[Injected] = []
