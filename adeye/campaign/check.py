@@ -20,6 +20,7 @@ from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.faults.schedule import TIME_TOLERANCE
 from adeye.simulate.world.check import Finding, check_scenario, check_worlds, parameters_used
 from adeye.simulate.world.storyboard import trigger_variables
+from adeye.spec.architecture import HEALTH
 from adeye.spec.clock import ticks
 from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
@@ -399,7 +400,8 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
         names = used.setdefault(shared.scenario_id, set())
         names |= parameters_used(shared.scenario)
         names |= {name for when in onsets if when is not None for name in when.names}
-        records = (content_digest(shared.scenario), content_digest(shared.architecture))
+        heeded = _heeded(shared.architecture, expansion.files)
+        records = (content_digest(shared.scenario), content_digest(heeded))
         faults = digest([fault.executable() for fault in shared.faults])
         other = alike.setdefault((id(group), *records, faults), section)
         for axis in group.axes if other is not section else ():
@@ -409,7 +411,8 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
                 raise SweepError(
                     f"{axis.name}: no run differs between {pair[0]} and {pair[1]}",
                     where=axis.where,
-                    remedy="Vary what runs depend on; texts, tags and costs are no part of them.",
+                    remedy="Vary what runs depend on; texts, tags, costs and sensors that nothing "
+                    "is linked to are no part of them.",
                 )
     notices: dict[str, None] = {}
     for section in expansion.sections:
@@ -429,6 +432,25 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
                 )
             notices[f"{said}; it only chooses points, and its values are replicates"] = None
     return tuple(notices)
+
+
+def _heeded(architecture: Architecture, files: OddFiles) -> Architecture:
+    """Leave out the sensors that no channel is linked to and no FSR reads."""
+    if files.odd.spec.plugins:
+        # A metric of one's own may read any.
+        return architecture
+    channels = architecture.channels.values()
+    linked = {link.removeprefix(HEALTH) for channel in channels for link in channel.links}
+    kept = {
+        name: sensor
+        for name, sensor in architecture.sensors.items()
+        if name in linked
+        or any(
+            f"sensor.{name}." in (item.formula or "") for item in files.concept.spec.requirements
+        )
+    }
+    is_whole = len(kept) == len(architecture.sensors)
+    return architecture if is_whole else architecture.model_copy(update={"sensors": kept})
 
 
 def _is_new(key: object, seen: set[object]) -> bool:

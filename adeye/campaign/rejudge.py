@@ -220,6 +220,7 @@ class _Judging:
             objects=self.objects,
             by_contact=np.array([item[0] for item in bases], dtype=np.bool_),
             invalid=tuple(item[1] for item in bases),
+            is_empty=not any(name.startswith("actor.") for name in self._dictionary),
         )
         own: Ints = np.arange(len(runs))
         if item.bound is not None and not metrics:

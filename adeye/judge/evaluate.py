@@ -221,12 +221,14 @@ class Frame:
         by_contact: (B,) whether a contact ended the run.
         invalid: B reasons why FSRs cannot be judged, None where they can; see
             ``outcome.invalid_reasons`` for those that spare what fails.
+        is_empty: Whether there is no object in the runs: what is measured of objects tests nothing.
     """
 
     step_s: float
     objects: tuple[str, ...]
     by_contact: Bools
     invalid: tuple[str | None, ...]
+    is_empty: bool = False
 
     @property
     def is_invalid(self) -> Bools:
@@ -390,6 +392,9 @@ class Frame:
     def _by_bound(self, bound: Bound, column: MetricColumn, runs: Ints) -> _Ruling:
         metric = bound.metric
         status = status_codes(column.status)[runs]
+        if self.is_empty and bound.is_about_objects:
+            error = _CODES[statuses.ERROR]
+            status = np.where(status == error, error, _CODES[statuses.NOT_APPLICABLE])
         is_free = status == _CODES[statuses.NO_CONFLICT]
         has_value = is_free | (status == _CODES[statuses.VALUE])
         value = np.asarray(column.value, dtype=np.float64)[runs]
@@ -661,6 +666,7 @@ def _frame(signals: TraceSignals) -> Frame:
         objects=context.object_ids,
         by_contact=ended_by_contact(trace),
         invalid=invalid_reasons(trace),
+        is_empty=not context.object_ids,
     )
 
 

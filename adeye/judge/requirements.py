@@ -141,6 +141,12 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
+    @property
+    def is_about_objects(self) -> bool:
+        """Whether a run without any object tests nothing of it."""
+        families = ("adeye:criticality.", "adeye:severity.", "adeye:at_fault.")
+        return self.metric.uid.startswith(families)
+
     def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
@@ -441,7 +447,7 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
-        self._check_truth(compiled.formula)
+        self._check_truth(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
@@ -489,8 +495,14 @@ class _Check:
         for dictionary in known.values():
             formula.check(dictionary)
 
-    def _check_truth(self, formula: Formula) -> None:
-        found = first_constant(formula.root)
+    def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
+        labels = {
+            name: entry.labels or TRUTH_LABELS
+            for scenario in scenarios
+            for name, entry in self._union(scenario).items()
+            if name in formula.names and entry.kind != "number"
+        }
+        found = first_constant(formula.root, labels)
         if found is not None:
             part, is_held = found
             raise self._refuse(

@@ -300,26 +300,22 @@ class _Idle(NamedTuple):
 def _without_effect(
     connection: Connection, campaign_id: str, fsr: str, faults: Sequence[str]
 ) -> Iterator[_Idle]:
-    """Find, of an FSR that names faults, the results in which these changed nothing.
+    """Find, of an FSR that names faults, the results in which one of these changed nothing.
 
-    Each is, but for the presence of the faults, one of the same scenario without any of them: what
-    the FSR says about a vehicle with the fault was not asked.
+    Each is, but for the presence of that fault, one of the same scenario without it: what the FSR
+    says about a vehicle with the fault was not asked. So none hides behind another of its entry.
     """
     if not faults:
         return
-    entry = "'+' || t.fault_entry || '+'"
-    has_fault = " OR ".join([f"REPLACE({entry}, ?, '') <> {entry}"] * len(faults))
-    given = tuple(f"+{name}+" for name in faults)
-    if ANY_FAULT in faults:
-        has_fault, given = "t.fault_entry <> ?", (NO_FAULT,)
     found = connection.exec_driver_sql(
         filled(
             "case_about_faults",
             judged=JUDGED,
             happened=_HAPPENED,
-            has_fault=f"CASE WHEN {has_fault} THEN 1 ELSE 0 END",
+            named=" UNION ALL ".join(["SELECT CAST(? AS TEXT) AS fault"] * len(faults)),
+            no_fault=NO_FAULT,
         ),
-        (*given, campaign_id, fsr),
+        (*(f"+{name}+" for name in faults), campaign_id, fsr),
     )
     for architecture, rows in groupby(found.all(), itemgetter(0)):
         counts = [(scenario, int(idle), int(every)) for _, scenario, idle, every in rows]

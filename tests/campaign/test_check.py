@@ -353,6 +353,21 @@ def test_axis_that_changes_no_run_is_refused(load: Load) -> None:
             check(load(faults=[drop()], scenarios=scenarios))
 
 
+def test_sensor_that_nothing_is_linked_to_tells_no_runs_apart(project: Path, load: Load) -> None:
+    path = project / "odd" / "architectures" / "camera_radar.yaml"
+    spare = "  spare: {kind: ground_truth, rate: 20 Hz, latency: 0.05 s}\n"
+    replace(path, "sensors:\n", f"sensors:\n{spare}")
+    swept = load({"parameters": {"architecture.sensors.spare.latency": ["0 s", "0.1 s"]}})
+    with pytest.raises(SweepError, match=r"spare.latency: no run differs between 0 s and 0.1 s"):
+        check(swept)
+    concept = project / "odd" / "concepts" / "motorway_chauffeur.yaml"
+    replace(concept, "always(not contact)", "always(not contact or sensor.spare.age < 1 s)")
+    check(load({"parameters": {"architecture.sensors.spare.latency": ["0 s", "0.1 s"]}}))
+    replace(concept, "sensor.spare.age < 1 s", "ego.speed < 1 m/s")
+    replace(path, "links: [localisation, front_", "links: [spare, localisation, front_")
+    check(load({"parameters": {"architecture.sensors.spare.latency": ["0 s", "0.1 s"]}}))
+
+
 # --- what a sweep writes into a scenario is wrong in the ODD, not in the scenario's file
 
 

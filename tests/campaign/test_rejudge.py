@@ -429,6 +429,17 @@ def test_faults_that_change_nothing_do_not_count(project: Project) -> None:
         project.run()
         found = total(project)
         assert (found.exercised, found.never_held) == (2, ())
+    # Beside another of its entry, what changes nothing does not count either.
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["faults"] = ["near", ["far", "near"]]
+    both = "always((fault.far.active and fault.near.active) implies ego.speed < 99 m/s)"
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["formula"] = both
+    project.run()
+    (never,) = total(project).never_held
+    assert never.antecedent == "(fault.far or fault.near changes the run)"
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["formula"] = "always(rise(faulted) implies not standstill)"
     with project.edited_odd() as odd:
         odd["scenarios"][0]["faults"] = ["far"]
     summary = project.run()

@@ -162,6 +162,18 @@ def test_missing_evidence_is_told(adeye: Any, mini: Any, monkeypatch: pytest.Mon
     assert "no run of this campaign has a result" in adeye("query", "contacts", *db).err
 
 
+def test_slack_in_a_scenario_stands_beside_the_verdict_of_the_requirement(
+    adeye: Any, mini: Any
+) -> None:
+    rows = adeye("query", "least-slack", "--db", str(mini.db), "--json").document["rows"]
+    gate = adeye("query", "gate", "--db", str(mini.db), "--json").document["rows"]
+    verdicts = {(row["fsr"], row["architecture"]): row["verdict"] for row in gate}
+    assert {(row["fsr"], row["architecture"], row["verdict"]) for row in rows} <= {
+        (*key, verdict) for key, verdict in verdicts.items()
+    }
+    assert any(row["verdict"] != row["in_scenario"] for row in rows)
+
+
 # --- saved queries: names, and that each is one statement about one campaign
 
 

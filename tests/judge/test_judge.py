@@ -73,12 +73,17 @@ def test_truth_values_and_labels_are_reported_in_words(hand_made: Any) -> None:
 def test_no_conflict_passes_with_the_cap_as_margin(hand_made: Any) -> None:
     ttc = {"metric": "min_ttc_s", "at_least": 1.5}
     for item in (fsr(formula="always(ttc >= 1.5 s)"), fsr(bound=ttc)):
-        found = judged(hand_made(objects=()), item)
+        found = judged(hand_made(), item)
         assert (found.verdict, found.margin, found.value) == (PASS, 10.0, None)
         assert (found.detail, found.actor, found.is_exercised) == ("no conflict", None, True)
     # Under an upper bound it is no demand.
-    found = judged(hand_made(objects=()), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
+    found = judged(hand_made(), fsr(bound={"metric": "max_drac_mps2", "at_most": 3.0}))
     assert (found.verdict, found.margin) == (PASS, 3.0)
+    # Where there is nothing at all, nothing is tested.
+    exposed = {"metric": "tet_s", "at_most": 1.0}
+    for bound in (ttc, exposed):
+        found = judged(hand_made(objects=()), fsr(bound=bound))
+        assert (found.verdict, found.is_exercised, found.margin) == (VACUOUS, False, None)
 
 
 def test_formula_is_vacuous_open_or_broken_by_what_a_run_shows(hand_made: Any) -> None:
@@ -192,7 +197,7 @@ def test_bound_names_time_actor_value_and_threshold(hand_made: Any) -> None:
     [{"bound": {"metric": "min_ttc_s", "at_least": 1.5}}, {"formula": "always(ttc >= 1.5 s)"}],
 )
 def test_a_conflict_beyond_the_cap_is_judged_as_none(hand_made: Any, item: dict[str, Any]) -> None:
-    free = judged(hand_made(objects=()), fsr(**item))
+    free = judged(hand_made(), fsr(**item))
     # Three millimetres a second slower, 40 m ahead: more than three hours.
     slow = hand_made().object("lead", speed=19.997)
     far = judged(slow, fsr(**item))

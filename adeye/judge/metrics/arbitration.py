@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     "adeye:arbitration.acceleration_disagreement@1",
     "m/s²",
     "higher",
-    "own definition: difference of commands",
     column="max_acceleration_disagreement_mps2",
 )
 def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
@@ -36,7 +35,6 @@ def acceleration_disagreement(series: TraceSeries) -> MetricColumn:
     "adeye:arbitration.steering_disagreement@1",
     "rad",
     "higher",
-    "own definition: difference of commands",
     column="max_steering_disagreement_rad",
     scale=0.1,
 )

@@ -28,10 +28,6 @@ if TYPE_CHECKING:
 
 # --- Metrics of comfort, from the recorded state and not from commands ----------------------------
 
-_SOURCE: Final = (
-    "Caesar et al. (2021), nuPlan: A closed-loop ML-based planning benchmark, comfort; changes are "
-    "averaged over 1 s as in ISO 15622:2018, where nuPlan smooths over 1.5 s"
-)
 
 LEAST_ACCELERATION: Final = -4.05
 MOST_ACCELERATION: Final = 2.40
@@ -102,37 +98,37 @@ def worst_comfort(
     return values, rows, codes
 
 
-@metric_entry("adeye:comfort.max_acceleration@1", "m/s²", "higher", _SOURCE)
+@metric_entry("adeye:comfort.max_acceleration@1", "m/s²", "higher")
 def max_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal acceleration; 0 if the ego never speeds up."""
     return _column(series, _ACCELERATION)
 
 
-@metric_entry("adeye:comfort.max_lateral_acceleration@1", "m/s²", "higher", _SOURCE)
+@metric_entry("adeye:comfort.max_lateral_acceleration@1", "m/s²", "higher")
 def max_lateral_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the lateral acceleration, speed times yaw rate."""
     return _column(series, _LATERAL)
 
 
-@metric_entry("adeye:comfort.max_total_jerk@2", "m/s³", "higher", _SOURCE, scale=10.0)
+@metric_entry("adeye:comfort.max_total_jerk@2", "m/s³", "higher", scale=10.0)
 def max_total_jerk(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the acceleration, along and across, averaged over 1 s."""
     return _column(series, _JERK)
 
 
-@metric_entry("adeye:comfort.max_yaw_rate@1", "rad/s", "higher", _SOURCE, scale=0.1)
+@metric_entry("adeye:comfort.max_yaw_rate@1", "rad/s", "higher", scale=0.1)
 def max_yaw_rate(series: TraceSeries) -> MetricColumn:
     """Largest size of the yaw rate."""
     return _column(series, _YAW_RATE)
 
 
-@metric_entry("adeye:comfort.max_yaw_acceleration@2", "rad/s²", "higher", _SOURCE)
+@metric_entry("adeye:comfort.max_yaw_acceleration@2", "rad/s²", "higher")
 def max_yaw_acceleration(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the yaw rate, averaged over 1 s."""
     return _column(series, _YAW_ACCELERATION)
 
 
-@metric_entry("adeye:comfort.uncomfortable_time@2", "s", "higher", _SOURCE)
+@metric_entry("adeye:comfort.uncomfortable_time@2", "s", "higher")
 def uncomfortable_time(series: TraceSeries) -> MetricColumn:
     """Time with any of the motions beyond the limits of comfort, each row counting one step."""
     return _column(series, _TIME)
@@ -165,13 +161,13 @@ def max_jerk(series: TraceSeries) -> MetricColumn:
     return _largest(series, jerk, CHANGE)
 
 
-@metric_entry("adeye:motion.max_deceleration@1", "m/s²", "higher", "recorded state")
+@metric_entry("adeye:motion.max_deceleration@1", "m/s²", "higher")
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
     return _largest(series, series.column("ego")[..., EGO_ACCELERATION], DECELERATION)
 
 
-@metric_entry("adeye:motion.max_lane_offset@1", "m", "higher", "recorded state")
+@metric_entry("adeye:motion.max_lane_offset@1", "m", "higher")
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""
     return _largest(series, series.column("ego_place")[..., PLACE_OFFSET], SIZE)

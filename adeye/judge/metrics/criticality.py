@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -64,9 +64,7 @@ if TYPE_CHECKING:
 # --- Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS --
 
 
-@metric_entry(
-    "adeye:criticality.contact@1", "1", "higher", "geometry of swept boxes", least=0.0, most=1.0
-)
+@metric_entry("adeye:criticality.contact@1", "1", "higher", least=0.0, most=1.0)
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
     row, has_contact, touched = contacts_of(series)
@@ -75,13 +73,7 @@ def contact(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, touched, is_found=has_contact)
 
 
-@metric_entry(
-    "adeye:criticality.impact_speed@1",
-    "m/s",
-    "higher",
-    "size of the relative velocity at contact",
-    scale=10.0,
-)
+@metric_entry("adeye:criticality.impact_speed@1", "m/s", "higher", scale=10.0)
 def impact_speed(series: TraceSeries) -> MetricColumn:
     """Relative speed at the first contact; no conflict without contact."""
     row, has_contact, touched = contacts_of(series)
@@ -305,36 +297,20 @@ def worst_followers(  # noqa: C901 - a kernel over the whole scene
 
 # --- Metrics of what is left against objects in the path: times, decelerations, moments to evade --
 
-_HILLENBRAND: Final = (
-    "Hillenbrand et al. (2006), A multilevel collision mitigation approach; "
-    "Tamke et al. (2011), A flexible method for criticality assessment"
-)
-_BRANNSTROM: Final = "Brännström et al. (2008), A situation and threat assessment algorithm"
 
-
-@metric_entry(
-    "adeye:criticality.min_mttc@1", "s", "lower",
-    "Ozbay et al. (2008), Derivation and validation of new simulation-based surrogate safety"
-    " measure", cap=10.0, least=0.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_mttc@1", "s", "lower", cap=10.0, least=0.0)
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
     return _column(series, following.MTTC)
 
 
-@metric_entry(
-    "adeye:criticality.min_ettc@1", "s", "lower", "ISO 15623, enhanced time to collision",
-    cap=10.0, least=0.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_ettc@1", "s", "lower", cap=10.0, least=0.0)
 def min_ettc(series: TraceSeries) -> MetricColumn:
     """Least time to collision while the relative acceleration stays; nobody stops."""
     return _column(series, following.ETTC)
 
 
-@metric_entry(
-    "adeye:criticality.max_mdrac@1", "m/s²", "higher",
-    "Fu and Sayed (2021), Comparison of threshold determination methods for the DRAC",
-)  # fmt: skip
+@metric_entry("adeye:criticality.max_mdrac@1", "m/s²", "higher")
 def max_mdrac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash that begins 1 s late; 100 m/s² where that is too late.
 
@@ -343,26 +319,19 @@ def max_mdrac(series: TraceSeries) -> MetricColumn:
     return _column(series, following.MDRAC)
 
 
-@metric_entry(
-    "adeye:criticality.max_dst@1", "m/s²", "higher",
-    "Hupfer (1997), Deceleration to safety time (DST)",
-)  # fmt: skip
+@metric_entry("adeye:criticality.max_dst@1", "m/s²", "higher")
 def max_dst(series: TraceSeries) -> MetricColumn:
     """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
     return _column(series, following.DST)
 
 
-@metric_entry(
-    "adeye:criticality.min_mtc@1", "1", "lower",
-    "Kitajima et al. (2009), Comparison of evaluation indices concerning estimation of driver's "
-    "risk perception", cap=10.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_mtc@1", "1", "lower", cap=10.0)
 def min_mtc(series: TraceSeries) -> MetricColumn:
     """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
     return _column(series, following.MTC)
 
 
-@metric_entry("adeye:criticality.max_btn@1", "1", "higher", _BRANNSTROM, scale=0.1)
+@metric_entry("adeye:criticality.max_btn@1", "1", "higher", scale=0.1)
 def max_btn(series: TraceSeries) -> MetricColumn:
     """Largest required deceleration over what vehicle and friction allow; from 1 on too late."""
     needed = max_required_deceleration(series)
@@ -370,49 +339,43 @@ def max_btn(series: TraceSeries) -> MetricColumn:
     return MetricColumn(number, needed.status, needed.time, needed.actor)
 
 
-@metric_entry("adeye:criticality.max_stn@1", "1", "higher", _BRANNSTROM, scale=0.1)
+@metric_entry("adeye:criticality.max_stn@1", "1", "higher", scale=0.1)
 def max_stn(series: TraceSeries) -> MetricColumn:
     """Largest lateral acceleration to pass an object in the path over friction; from 1 too late."""
     return _column(series, following.STN)
 
 
-@metric_entry("adeye:criticality.min_ttb@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
+@metric_entry("adeye:criticality.min_ttb@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttb(series: TraceSeries) -> MetricColumn:
     """Least time to brake: how long full braking may wait; negative when late, at least -10 s."""
     return _column(series, following.TTB)
 
 
-@metric_entry("adeye:criticality.min_tts@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
+@metric_entry("adeye:criticality.min_tts@1", "s", "lower", cap=10.0, least=-10.0)
 def min_tts(series: TraceSeries) -> MetricColumn:
     """Least time to steer: how long passing at the limit of friction may wait; at least -10 s."""
     return _column(series, following.TTS)
 
 
-@metric_entry("adeye:criticality.min_ttk@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
+@metric_entry("adeye:criticality.min_ttk@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttk(series: TraceSeries) -> MetricColumn:
     """Least time to kickdown: how long full acceleration may wait; -10 s where it never helps."""
     return _column(series, following.TTK)
 
 
-@metric_entry("adeye:criticality.min_ttr@1", "s", "lower", _HILLENBRAND, cap=10.0, least=-10.0)
+@metric_entry("adeye:criticality.min_ttr@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttr(series: TraceSeries) -> MetricColumn:
     """Least time to react: how long the best of braking, steering and kickdown may wait."""
     return _column(series, following.TTR)
 
 
-@metric_entry(
-    "adeye:criticality.min_rear_ttc@1", "s", "lower",
-    "Hayward (1972), Near-miss determination through use of a scale of danger", cap=10.0, least=0.0,
-)  # fmt: skip
+@metric_entry("adeye:criticality.min_rear_ttc@1", "s", "lower", cap=10.0, least=0.0)
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision of somebody who follows the ego in its path."""
     return _of_followers(series, REAR_TTC)
 
 
-@metric_entry(
-    "adeye:criticality.max_follower_deceleration@1", "m/s²", "higher",
-    "Jansson (2005), Collision avoidance theory, 4.2",
-)  # fmt: skip
+@metric_entry("adeye:criticality.max_follower_deceleration@1", "m/s²", "higher")
 def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration that the ego's braking demands of who follows it."""
     return _of_followers(series, REAR_DEMAND)

@@ -120,13 +120,7 @@ def default_channel(trace: Trace) -> int:
 # --- Metrics of how a fault is handled, and of how often another channel acts ---------------------
 
 
-@metric_entry(
-    "adeye:handling.fault_to_safe_state@1",
-    "s",
-    "higher",
-    "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    settles=True,
-)
+@metric_entry("adeye:handling.fault_to_safe_state@1", "s", "higher", settles=True)
 def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until the ego is in a safe state and stays there to the end.
 
@@ -144,14 +138,7 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     return _since_fault(series, _onset(series), row, row < trace.length, row < 0)
 
 
-@metric_entry(
-    "adeye:handling.distance_to_safe_state@1",
-    "m",
-    "higher",
-    "own definition: way driven meanwhile",
-    scale=10.0,
-    settles=True,
-)
+@metric_entry("adeye:handling.distance_to_safe_state@1", "m", "higher", scale=10.0, settles=True)
 def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     """Way that the ego drives from the first fault until it is in a safe state to the end.
 
@@ -169,13 +156,7 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, way, found.safe, is_unknown=is_unknown)
 
 
-@metric_entry(
-    "adeye:handling.takeover_time@1",
-    "s",
-    "higher",
-    "own definition: latency of the arbitration",
-    settles=True,
-)
+@metric_entry("adeye:handling.takeover_time@1", "s", "higher", settles=True)
 def takeover_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until authority first passes to another channel.
 
@@ -188,13 +169,7 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     return _since_fault(series, onset, row, row >= 0, np.zeros(trace.runs, dtype=np.bool_))
 
 
-@metric_entry(
-    "adeye:handling.fault_detection_time@1",
-    "s",
-    "higher",
-    "ISO 26262-1:2018, 3.55 (fault detection time interval), measured",
-    settles=True,
-)
+@metric_entry("adeye:handling.fault_detection_time@1", "s", "higher", settles=True)
 def fault_detection_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until a monitor is confirmed or the acting channel is unusable.
 
@@ -204,13 +179,7 @@ def fault_detection_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, found.intervals.fdti, found.detect)
 
 
-@metric_entry(
-    "adeye:handling.fault_reaction_time@1",
-    "s",
-    "higher",
-    "ISO 26262-1:2018, 3.59 (fault reaction time interval), measured",
-    settles=True,
-)
+@metric_entry("adeye:handling.fault_reaction_time@1", "s", "higher", settles=True)
 def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     """Time from the detection of the first fault to the safe state or to emergency operation."""
     found = _handled(series)
@@ -219,13 +188,7 @@ def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, frti, row, is_unknown=found.is_unknown)
 
 
-@metric_entry(
-    "adeye:handling.fault_handling_time@1",
-    "s",
-    "higher",
-    "ISO 26262-1:2018, 3.56 (fault handling time interval), measured",
-    settles=True,
-)
+@metric_entry("adeye:handling.fault_handling_time@1", "s", "higher", settles=True)
 def fault_handling_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault to the safe state or to emergency operation, if it is detected."""
     found = _handled(series)
@@ -234,13 +197,7 @@ def fault_handling_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, fhti, row, is_unknown=found.is_unknown)
 
 
-@metric_entry(
-    "adeye:handling.emergency_operation_time@1",
-    "s",
-    "higher",
-    "ISO 26262-1:2018, 3.44 (emergency operation time interval), measured",
-    settles=True,
-)
+@metric_entry("adeye:handling.emergency_operation_time@1", "s", "higher", settles=True)
 def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     """Time from emergency operation after the first fault to the safe state.
 
@@ -252,15 +209,7 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, fault, found.intervals.eoti, found.safe, is_unknown=found.is_unknown)
 
 
-@metric_entry(
-    "adeye:handling.nominal_availability@1",
-    "1",
-    "lower",
-    "own definition: share of time",
-    cap=1.0,
-    least=0.0,
-    most=1.0,
-)
+@metric_entry("adeye:handling.nominal_availability@1", "1", "lower", cap=1.0, least=0.0, most=1.0)
 def nominal_availability(series: TraceSeries) -> MetricColumn:
     """Share of the time of the run at which the default channel acts."""
     trace = series.trace
@@ -272,15 +221,13 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, away.argmax(axis=1), share)
 
 
-@metric_entry("adeye:handling.takeovers@1", "1", "higher", "own definition: count of handovers")
+@metric_entry("adeye:handling.takeovers@1", "1", "higher")
 def takeovers(series: TraceSeries) -> MetricColumn:
     """How often authority passes from the default channel to another."""
     return _counted(series, series.once("away", lambda: _away(series)))
 
 
-@metric_entry(
-    "adeye:handling.trips@1", "1", "higher", "own definition: count of alarms and handovers"
-)
+@metric_entry("adeye:handling.trips@1", "1", "higher")
 def trips(series: TraceSeries) -> MetricColumn:
     """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
 
@@ -372,14 +319,7 @@ def _since_fault(
 # --- Metrics of where the ego stands at the end of a run, against what was reachable at the fault -
 
 
-@metric_entry(
-    "adeye:stopping.stop_rating@1",
-    "1",
-    "higher",
-    "own definition: rating of the place, kernel.stop_rating",
-    least=0.0,
-    most=8.0,
-)
+@metric_entry("adeye:stopping.stop_rating@1", "1", "higher", least=0.0, most=8.0)
 def stop_rating(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands at the end, from 0 for a refuge to 8 for contact.
 
@@ -389,12 +329,7 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, series.trace.length - 1, values, _touched(series.trace))
 
 
-@metric_entry(
-    "adeye:stopping.stop_regret@1",
-    "1",
-    "higher",
-    "own definition: achieved rating minus the best that was reachable",
-)
+@metric_entry("adeye:stopping.stop_regret@1", "1", "higher")
 def stop_regret(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands, minus the best reachable when the fault began.
 

@@ -449,13 +449,7 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
 
 
 @metric_entry(
-    "adeye:perception.first_detection_distance@1",
-    "m",
-    "lower",
-    "own definition: distance between the bodies at the first detection",
-    scale=10.0,
-    settles=True,
-    least=0.0,
+    "adeye:perception.first_detection_distance@1", "m", "lower", scale=10.0, settles=True, least=0.0
 )
 def first_detection_distance(series: TraceSeries) -> MetricColumn:
     """Distance at which a sensor first has the object in the path that is found last.
@@ -474,12 +468,7 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     return MetricColumn(column.value, column.status, time, found)
 
 
-@metric_entry(
-    "adeye:perception.detection_latency@1",
-    "s",
-    "higher",
-    "own definition over the stopping sight distance",
-)
+@metric_entry("adeye:perception.detection_latency@1", "s", "higher")
 def detection_latency(series: TraceSeries) -> MetricColumn:
     """Time from when an object first matters until a sensor has it; 0 if one has it before.
 
@@ -493,12 +482,7 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, tick_times(late, series.step), thing)
 
 
-@metric_entry(
-    "adeye:perception.missed_time@1",
-    "s",
-    "higher",
-    "own definition over the stopping sight distance",
-)
+@metric_entry("adeye:perception.missed_time@1", "s", "higher")
 def missed_time(series: TraceSeries) -> MetricColumn:
     """Time for which an object that matters is in no confirmed track, each row counting one step.
 
@@ -515,12 +499,7 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, tick_times(missed, series.step), thing)
 
 
-@metric_entry(
-    "adeye:perception.false_track_time@1",
-    "s",
-    "higher",
-    "own definition over the stopping sight distance",
-)
+@metric_entry("adeye:perception.false_track_time@1", "s", "higher")
 def false_track_time(series: TraceSeries) -> MetricColumn:
     """Time with a confirmed track of nothing in the corridor, no farther than the ego's reach.
 
@@ -533,12 +512,7 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, tick_times(wrong, series.step))
 
 
-@metric_entry(
-    "adeye:perception.range_error_rms@1",
-    "m",
-    "higher",
-    "root mean square over the rows with a track",
-)
+@metric_entry("adeye:perception.range_error_rms@1", "m", "higher")
 def range_error_rms(series: TraceSeries) -> MetricColumn:
     """Error along the line of sight of the tracks of what is nearest in the path, within reach.
 
@@ -548,12 +522,7 @@ def range_error_rms(series: TraceSeries) -> MetricColumn:
     return _pooled(series, RANGE)
 
 
-@metric_entry(
-    "adeye:perception.position_error_p95@1",
-    "m",
-    "higher",
-    "95th percentile over the rows with a track",
-)
+@metric_entry("adeye:perception.position_error_p95@1", "m", "higher")
 def position_error_p95(series: TraceSeries) -> MetricColumn:
     """Distance of the tracks of what is nearest in the path, within reach, from its true place.
 
@@ -562,14 +531,7 @@ def position_error_p95(series: TraceSeries) -> MetricColumn:
     return _pooled(series, POSITION)
 
 
-@metric_entry(
-    "adeye:perception.rear_detection_margin@1",
-    "m",
-    "lower",
-    "UN R79, 5.6.4.7: critical situation of a lane change",
-    scale=10.0,
-    settles=True,
-)
+@metric_entry("adeye:perception.rear_detection_margin@1", "m", "lower", scale=10.0, settles=True)
 def rear_detection_margin(series: TraceSeries) -> MetricColumn:
     """Distance at which a sensor has who comes from behind, beyond what a lane change needs.
 

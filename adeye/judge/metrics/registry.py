@@ -8,10 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import wraps
+from importlib import resources
 from inspect import unwrap
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, overload
 
 import numpy as np
+import yaml
 
 from adeye.errors import UsageError
 from adeye.judge.series import TraceSeries
@@ -146,6 +148,9 @@ class MetricDefinition:
 
 LONGEST_COLUMN: Final = 56
 """Characters of a column: with the endings of those beside it, as many as PostgreSQL keeps."""
+_SOURCES: Final[dict[str, str]] = yaml.safe_load(
+    (resources.files("adeye.judge.metrics") / "sources.yaml").read_text("utf-8")
+)
 METRICS: Final[dict[str, MetricDefinition]] = {}
 """Registered metrics by column."""
 
@@ -154,7 +159,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     uid: str,
     unit: str,
     worse: Worse,
-    source: str | SeriesDefinition,
+    series: SeriesDefinition | None = None,
     *,
     column: str | None = None,
     scale: float = 1.0,
@@ -169,7 +174,8 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         uid: See ``MetricDefinition``, as all that is not said here.
         unit: SI unit.
         worse: Direction of danger.
-        source: Publication or standard; or the series whose worst it is, with its source and cap.
+        series: The series whose worst it is, with its source and cap; without, ``sources.yaml`` has
+            the source.
         column: By default the name in the uid with the unit: ``min_ttc_s``.
         scale: Size of one unit of robustness.
         cap: Of "no conflict".
@@ -177,13 +183,14 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         least: No value is below it.
         most: No value is above it.
     """
+    key = uid.partition(":")[2].partition("@")[0]
     if column is None:
-        name = uid.partition(".")[2].partition("@")[0]
+        name = key.partition(".")[2]
         ending = unit.replace("/", "p").replace("²", "2").replace("³", "3")
         column = name if unit == "1" else f"{name}_{ending}"
-    publication = source if isinstance(source, str) else source.source
-    if not isinstance(source, str):
-        cap = source.type.cap
+    publication = _SOURCES[key] if series is None else series.source
+    if series is not None:
+        cap = series.type.cap
 
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]

@@ -40,26 +40,23 @@ MASSES: Final = {
 end. The ego's is that of its vehicle."""
 
 _MASS_OF_CLASS: Final = np.array([MASSES[name] for name in columns.OBJECT_CLASSES])
-_SHELBY: Final = "Shelby (2011), Delta-V as a measure of traffic conflict severity"
 
 
-@metric_entry("adeye:severity.delta_v@1", "m/s", "higher", _SHELBY, scale=10.0)
+@metric_entry("adeye:severity.delta_v@1", "m/s", "higher", scale=10.0)
 def delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the ego's speed by its collision, both going on as one; masses by kind."""
     return _reported(series, 0)
 
 
-@metric_entry("adeye:severity.other_delta_v@1", "m/s", "higher", _SHELBY, scale=10.0)
+@metric_entry("adeye:severity.other_delta_v@1", "m/s", "higher", scale=10.0)
 def other_delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the speed of what the ego collides with; masses by kind, 0 of what stands fast."""
     return _reported(series, 1)
 
 
 @metric_entry(
-    "adeye:severity.fatality_probability@1", "1", "higher",
-    "Joksch (1993), Velocity change and fatality risk in a crash: a rule of thumb",
-    scale=0.1, least=0.0, most=1.0,
-)  # fmt: skip
+    "adeye:severity.fatality_probability@1", "1", "higher", scale=0.1, least=0.0, most=1.0
+)
 def fatality(series: TraceSeries) -> MetricColumn:
     """Probability that somebody dies of the larger change of speed, by the rule for car occupants.
 
@@ -100,13 +97,7 @@ BEHIND: Final = math.radians(150.0)
 
 
 @metric_entry(
-    "adeye:at_fault.contact@1",
-    "1",
-    "higher",
-    "after the classes of collisions of nuPlan (Karnchanachari et al. 2024), own geometry",
-    column="contact_at_fault",
-    least=0.0,
-    most=1.0,
+    "adeye:at_fault.contact@1", "1", "higher", column="contact_at_fault", least=0.0, most=1.0
 )
 def contact_at_fault(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object and is at fault, else 0.

@@ -1,26 +1,44 @@
-"""Parts of a formula whose truth does not depend on their signals: they ask for nothing."""
+"""Parts of a formula whose truth does not depend on their signals: they ask for nothing.
+
+A row of a trace is in a *state*: which cell of its line every number lies in, the line being cut
+where it is compared; which word every other signal is; and whether each operator holds that reads
+other rows. All states are listed, and those taken out that no row can be in: by the ranges of the
+numbers, by what an operator says about its own row, and because the rows that it speaks of are in a
+state, too. What comes out alike in all that are left does so on every trace.
+
+Fewer are taken out than could be, and nothing is said where there are too many: so a part is never
+called constant on doubt. Every sum of signals has a line of its own, whatever the others are.
+"""
 
 from __future__ import annotations
 
 import math
-from itertools import product
-from typing import TYPE_CHECKING, Final, TypeAlias
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
 
 from adeye.judge.stl import syntax
 from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from adeye.judge.stl.syntax import Condition, Node, Term, Window
+    from numpy.typing import NDArray
 
+    from adeye.judge.stl.syntax import Condition, Node, Term
+    from adeye.signals import Bools, Ints
 
 # --- Parts of a formula whose truth does not depend on their signals: they ask for nothing --------
 
-Interval: TypeAlias = tuple[float, float]
+Sum: TypeAlias = dict[str, Fraction]
+"""What each signal is multiplied by, and a number that is added, by an empty name."""
+Line: TypeAlias = tuple[tuple[str, Fraction], ...]
+"""A sum of signals by itself, of which the first, by name, counts once."""
+Range: TypeAlias = tuple[Fraction, Fraction]
 
-_ANY: Final = (-math.inf, math.inf)
-_UNKNOWN: Final = (0, 0, 0)
 _NEVER_NEGATIVE: Final = frozenset(
     [
         "time",
@@ -35,204 +53,301 @@ _NEVER_NEGATIVE: Final = frozenset(
     ]
 )
 """Last words of the names of signals that are 0 or more, whatever happens."""
-_MOST_PARTS: Final = 8
-"""Different parts of a condition up to which all ways in which they hold are tried."""
+_MOST_STATES, _MOST_STEPS = 2**14, 2**20
+"""Up to which all are listed; and what is done at most to take some out by what other rows are."""
+_FAR, _BEYOND, _END = Fraction(10**1000), Fraction(10**2000), Fraction(10**3000)
+"""Signals lie before the first; what nothing plausible reaches counts as the second."""
+_ZERO, _ONE = Fraction(0), Fraction(1)
+_TIME: Final[Line] = (("time", _ONE),)
 
 
-def first_constant(node: Node) -> tuple[Node, bool] | None:
-    """Find a part that always or never holds, whatever numbers and truth values its signals have.
+def first_constant(node: Node, labels: Mapping[str, Sequence[str]]) -> tuple[Node, bool] | None:
+    """Find a part that always or never holds, whatever numbers and words its signals have.
 
-    Signals range over all numbers, times and distances over those from 0 on. What depends on a
-    value is never found; of what does not, comparisons by the ranges of their terms, equal parts,
-    and an answer that its question contains, are.
+    Signals range over all numbers, times and distances over those from 0 on, where ``time`` begins.
+    What depends on a value is never found.
 
     Args:
         node: The formula's root.
+        labels: What the signals can be that are no numbers.
 
     Returns:
         The first such part, innermost, and whether it always holds; None if there is none.
     """
     for child in syntax.children(node):
-        if (found := first_constant(child)) is not None:
+        if (found := first_constant(child, labels)) is not None:
             return found
-    held: bool | None = None
-    if isinstance(node, syntax.Comparison):
-        held = _ordered(node)
-    elif isinstance(node, syntax.Equality) and syntax.label_of(node) is None:
-        held = _equal(node)
-    elif isinstance(node, syntax.Connective):
-        held = _joined(node)
-    return None if held is None else (node, held)
-
-
-def _ordered(node: syntax.Comparison) -> bool | None:
-    """Tell how a comparison comes out for all numbers, None if that depends on them."""
-    low, high = node.left, node.right
-    if node.operator in {">", ">="}:
-        low, high = high, low
-    is_strict = node.operator in {"<", ">"}
-    if syntax.canonical(low) == syntax.canonical(high):
-        return not is_strict
-    is_chosen = _is_among(high, low, "min") or _is_among(low, high, "max")
-    (least, below), (above, most) = _limit(low), _limit(high)
-    if above == most and math.isinf(above):
-        return above > 0.0
-    if least == below and math.isinf(below):
-        return below < 0.0
-    if below < above or (not is_strict and (is_chosen or below == above)):
-        return True
-    if most < least or (most == least and is_strict):
-        return False
-    return None
-
-
-def _is_among(part: syntax.Term, whole: syntax.Term, operator: str) -> bool:
-    """Tell whether a term is one of those of which another takes the least or the largest."""
-    is_choice = isinstance(whole, syntax.Arithmetic) and whole.operator == operator
-    return is_choice and syntax.canonical(part) in map(syntax.canonical, syntax.children(whole))
-
-
-def _equal(node: syntax.Equality) -> bool | None:
-    """Tell how an equality of two terms comes out, None if that depends on them."""
-    if syntax.canonical(node.left) == syntax.canonical(node.right):
-        return not node.is_negated
-    (least, below), (above, most) = _limit(node.left), _limit(node.right)
-    return node.is_negated if below < above or most < least else None
-
-
-def _limit(term: Term) -> Interval:
-    """Give the values of a term; a limit that nothing plausible reaches counts as infinite."""
-    low, high = _values(term)
-    exponents = term.exponents if isinstance(term, syntax.Constant) else _UNKNOWN
-    if low == high and abs(low) > farthest(exponents):
-        low = high = math.copysign(math.inf, low)
-    return low, high
-
-
-def _values(term: Term) -> Interval:
-    """Give the least and the largest value of a term."""
-    if isinstance(term, syntax.Constant):
-        return term.value, term.value
-    if isinstance(term, syntax.Signal):
-        last = term.name.rpartition(".")[2]
-        return (0.0, math.inf) if last in _NEVER_NEGATIVE else _ANY
-    found = _applied(term)
-    return _ANY if any(map(math.isnan, found)) else found
-
-
-def _applied(term: syntax.Arithmetic) -> Interval:
-    first, second = term.operands[0], term.operands[-1]
-    (low, high), (least, most) = _values(first), _values(second)
-    is_same = syntax.canonical(first) == syntax.canonical(second)
-    found = {
-        "negate": (-high, -low),
-        "abs": (max(low, -high, 0.0), max(-low, high)),
-        "min": (min(low, least), min(high, most)),
-        "max": (max(low, least), max(high, most)),
-        "+": (low + least, high + most),
-        "-": (0.0, 0.0) if is_same else (low - most, high - least),
-    }.get(term.operator)
-    if found is not None:
-        return found
-    is_product = term.operator == "*"
-    if not is_product and least <= 0.0 <= most:
-        return _ANY
-    pairs = [(a, b) for a in (low, high) for b in (least, most)]
-    ends = [_times(a, b) if is_product else a / b for a, b in pairs]
-    if any(map(math.isnan, ends)):
-        return _ANY
-    # A square is never negative.
-    return max(min(ends), 0.0) if is_same and is_product else min(ends), max(ends)
-
-
-def _times(left: float, right: float) -> float:
-    """Multiply ends of ranges; nothing times what has no end is nothing."""
-    return 0.0 if 0.0 in {left, right} else left * right
-
-
-def _joined(node: syntax.Connective) -> bool | None:
-    """Tell how a condition comes out however its parts hold, None if that depends on them."""
-    if node.operator == "implies" and _entails(node.left, node.right):
-        return True
-    parts = sorted(_parts(node))
-    if len(parts) > _MOST_PARTS:
+    is_word = isinstance(node, syntax.Equality) and syntax.label_of(node) is not None
+    if is_word or isinstance(node, syntax.Constant | syntax.Signal | syntax.Arithmetic):
         return None
-    ways = product((False, True), repeat=len(parts))
-    held = {_holds(node, dict(zip(parts, way, strict=True))) for way in ways}
-    return held.pop() if len(held) == 1 else None
+    states = _states(node, labels)
+    held = set() if states is None else set(states.truth(node)[states.are_left()].tolist())
+    return (node, held.pop()) if len(held) == 1 else None
 
 
-def _entails(given: Condition, asked: Condition) -> bool:
-    """Tell whether a condition holds at each row at which another does, by their form alone.
+# --- The cells of lines ---------------------------------------------------------------------------
 
-    What has just begun to hold does so within any time from now: such an answer is never late.
+
+def _plus(one: Sum, other: Sum, factor: Fraction | int = 1) -> Sum:
+    names = {*one, *other}
+    found = {name: one.get(name, _ZERO) + factor * other.get(name, _ZERO) for name in names}
+    return {name: weight for name, weight in found.items() if weight}
+
+
+def _place(found: Sum) -> tuple[Line, Fraction, int]:
+    """Give the line of a sum, where on it the sum is 0, and its sign beyond."""
+    lead = next((found[name] for name in sorted(found) if name), _ONE)
+    line = tuple(sorted((name, weight / lead) for name, weight in found.items() if name))
+    return line, -found.get("", _ZERO) / lead, 1 if lead > 0 else -1
+
+
+@dataclass
+class _Lines:
+    """The lines of a part of a formula.
+
+    Attributes:
+        cuts: Where they are cut.
+        known: The ranges of some, for what their terms are.
     """
-    return (
-        syntax.canonical(given) == syntax.canonical(asked)
-        or _is_answered(given, asked)
-        or any(_entails(part, asked) for part in _parts_that_hold(given))
-    )
+
+    cuts: dict[Line, set[Fraction]] = field(default_factory=dict)
+    known: dict[Line, Range] = field(default_factory=dict)
+
+    def difference(self, node: syntax.Comparison | syntax.Equality) -> Sum:
+        """Give the left side without the right one."""
+        left, right = (
+            {"": _BEYOND if side.value > 0.0 else -_BEYOND}
+            if isinstance(side, syntax.Constant) and abs(side.value) > farthest(side.exponents)
+            else self._sum(side)
+            for side in (node.left, node.right)
+        )
+        return _plus(left, right, -1)
+
+    def cells(self, line: Line) -> list[int]:
+        """List the cells of a line that its range leaves; 1 is the first place where it is cut."""
+        (low, high), (least, most) = self._range(dict(line)), self.known.get(line, (-_END, _END))
+        low, high = max(low, least), min(high, most)
+        places = sorted([-_END, *self.cuts[line], *self.cuts[line], _END])
+        return [
+            cell
+            for cell, (begin, end) in enumerate(pairwise(places))
+            if (begin < high and low < end) or low <= begin == end <= high
+        ]
+
+    def _range(self, found: Sum) -> Range:
+        """Give the least and the largest value of a sum."""
+        ends = [found.get("", _ZERO)] * 2
+        for name, weight in found.items():
+            if name:
+                own = self.known.get(((name, _ONE),), (-_FAR, _FAR))
+                low, high = sorted(weight * end for end in own)
+                ends = [ends[0] + low, ends[1] + high]
+        return ends[0], ends[1]
+
+    def _sum(self, term: Term) -> Sum:
+        if isinstance(term, syntax.Constant):
+            return {"": Fraction(repr(term.value))}
+        own = {syntax.canonical(term): _ONE}
+        if isinstance(term, syntax.Signal):
+            if term.name.rpartition(".")[2] in _NEVER_NEGATIVE:
+                self.known[_place(own)[0]] = _ZERO, _FAR
+            return own
+        parts = [self._sum(part) for part in term.operands]
+        first, last = parts[0], parts[-1]
+        match term.operator:
+            case "+" | "-" | "negate":
+                first = {} if term.operator == "negate" else first
+                return _plus(first, last, 1 if term.operator == "+" else -1)
+            case "*" if last.keys() <= {""} or first.keys() <= {""}:
+                factor, other = (last, first) if last.keys() <= {""} else (first, last)
+                return _plus({}, other, factor.get("", _ZERO))
+            case "/" if last.keys() == {""}:
+                return _plus({}, first, 1 / last[""])
+        self.known[_place(own)[0]] = self._known_of(term.operator, own, parts)
+        return own
+
+    def _known_of(self, operator: str, own: Sum, parts: list[Sum]) -> Range:
+        """Give the range of a term that is no sum; say how far it is from those it is one of."""
+        if operator in {"*", "/"}:
+            low, high = map(self._range, (parts[0], parts[-1]))
+            signs = [(ends[0] >= 0) - (ends[1] <= 0) for ends in (low, high)]
+            sign = 1 if operator == "*" and parts[0] == parts[-1] else signs[0] * signs[1]
+            return -_FAR if sign < 1 else _ZERO, _FAR if sign > -1 else _ZERO
+        parts = [*parts, _plus({}, parts[0], -1), {}] if operator == "abs" else parts
+        choose = min if operator == "min" else max
+        for part in parts:
+            line, place, sign = _place(_plus(own, part, -1))
+            is_above = (choose is max) is (sign > 0)
+            self.known[line] = (place, _END) if is_above else (-_END, place)
+        low, high = zip(*map(self._range, parts), strict=True)
+        return choose(low), choose(high)
 
 
-def _is_answered(given: Condition, asked: Condition) -> bool:
-    match asked:
-        case syntax.Temporal(operator="eventually") | syntax.Past(operator="once"):
-            return _has_now(asked.window) and _entails(given, asked.operand)
-        case syntax.Connective(operator="or"):
-            return _entails(given, asked.left) or _entails(given, asked.right)
-        case syntax.Connective(operator="and"):
-            return _entails(given, asked.left) and _entails(given, asked.right)
-        case syntax.Connective(operator="implies"):
-            return _entails(given, asked.right)
-    return False
+# --- The states of a row, and those that the rows around it leave ---------------------------------
+
+_ENDLESS: Final = (0.0, math.inf)
+_NOW: Final = (0.0, 0.0)
+_ROW_BEFORE: Final = (math.inf, math.inf)
+"""Windows: the row before is within no window for sure but that without end."""
+_ONE_ROW, _EVERY_ROW = False, True
+_OF_ALL: Final = {"always", "historically"}
+_ORDERS: Final = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal}
 
 
-def _parts_that_hold(given: Condition) -> tuple[Condition, ...]:
-    """List what holds at a row at which a condition does."""
-    match given:
-        case syntax.Edge(operator="rise"):
-            return (given.operand,)
-        case syntax.Temporal(operator="always") | syntax.Past(operator="historically"):
-            return (given.operand,) if _has_now(given.window) else ()
-        case syntax.Connective(operator="and"):
-            return given.left, given.right
-    return ()
+class _Said(NamedTuple):
+    """What an operator says about rows.
+
+    Attributes:
+        meant: (S,) states of which it says that they are in one.
+        is_of_all: Whether it says so of all rows of a window, else of one.
+        window: Where they lie [s].
+        is_back: Whether they lie before.
+    """
+
+    meant: Bools
+    is_of_all: bool
+    window: tuple[float, float]
+    is_back: bool = True
 
 
-def _has_now(window: Window | None) -> bool:
-    return window is None or window.first_s == 0.0
+@dataclass
+class _States:
+    """The states of the rows that a part of a formula reads, S of them.
+
+    Attributes:
+        lines: On which its numbers lie.
+        of: (S,) by line its cell, by signal its word, by operator whether it holds.
+        others: The operators that read other rows.
+    """
+
+    lines: _Lines
+    of: Mapping[str | Line, NDArray[Any]]
+    others: Sequence[Condition]
+
+    def truth(self, node: Node) -> Bools:
+        """Tell in which states (S,) a condition holds."""
+        match node:
+            case syntax.Comparison():
+                held = _ORDERS[node.operator](self._beyond(node), 0)
+            case syntax.Equality():
+                left, right = syntax.canonical(node.left), syntax.canonical(node.right)
+                if left in self.of:
+                    held = self.of[left] == (syntax.label_of(node) or self.of[right])
+                else:
+                    held = self._beyond(node) == 0
+                held = held != node.is_negated
+            case syntax.Assertion():
+                held = self.of[node.name] == "true"
+            case syntax.Not():
+                held = ~self.truth(node.operand)
+            case syntax.Connective():
+                left_held, held = self.truth(node.left), self.truth(node.right)
+                left_held = ~left_held if node.operator == "implies" else left_held
+                held = left_held & held if node.operator == "and" else left_held | held
+            case _:
+                held = self.of[syntax.canonical(node)]
+        return np.asarray(held)
+
+    def _beyond(self, node: syntax.Comparison | syntax.Equality) -> Ints:
+        """Give the sign (S,) of the difference between two sides."""
+        line, place, sign = _place(self.lines.difference(node))
+        at = 2 * sorted(self.lines.cuts[line]).index(place) + 1
+        return np.asarray(np.sign(self.of[line] - at) * sign)
+
+    def are_left(self) -> Bools:
+        """Tell which states (S,) a row can be in, as far as is looked at."""
+        left = np.ones(len(next(iter(self.of.values()))), dtype=np.bool_)
+        held = [self.truth(node) for node in self.others]
+        said = [[self._said(node, is_held=way) for way in (False, True)] for node in self.others]
+        for truth, ways in zip(held, said, strict=True):
+            for is_held, items in enumerate(ways):
+                for item in items:
+                    if item.is_of_all and item.window[0] == 0.0:
+                        left &= (truth != is_held) | item.meant
+        # Of a state, this much decides what is said of other rows.
+        time: Ints = self.of.get(_TIME, np.zeros(left.shape, dtype=np.int64))
+        kinds, kind = np.unique(np.stack([time, *held]), axis=1, return_inverse=True)
+        if not self.others or kinds.shape[1] * left.size > _MOST_STEPS:
+            return left
+        # Every run has begun.
+        start = _Said(time == time.min(), _ONE_ROW, _ENDLESS)
+        before = -1
+        while before != (before := int(left.sum())):
+            for number in np.unique(kind[left]).tolist():
+                now, *truths = kinds[:, number].tolist()
+                own = [ways[is_held] for ways, is_held in zip(said, truths, strict=True)]
+                if not _is_answered([start, *chain.from_iterable(own)], left, time, now):
+                    left &= kind != number
+        return left
+
+    def _said(self, node: Condition, *, is_held: bool) -> list[_Said]:
+        """List what an operator says about rows where it holds, or does not."""
+        window, parts = syntax.window_of(node), [*map(self.truth, syntax.children(node))]
+        ends = _ENDLESS if window is None else (window.first_s, window.last_s)
+        is_back, meant = isinstance(node, syntax.LOOKING_BACK), parts[-1]
+        match node:
+            case syntax.Temporal() | syntax.Past():
+                is_of_all = (node.operator in _OF_ALL) is is_held
+                return [_Said(meant == is_held, is_of_all, ends, is_back)]
+            case syntax.Previous():
+                # There is a row before for sure where it held there.
+                there = [_Said(meant, _ONE_ROW, _ROW_BEFORE)] * is_held
+                return [_Said(meant == is_held, _EVERY_ROW, _ROW_BEFORE), *there]
+            case syntax.Edge() if is_held:
+                now = meant == (node.operator == "rise")
+                return [_Said(now, _EVERY_ROW, _NOW), _Said(~now, _ONE_ROW, _ROW_BEFORE)]
+            case syntax.Until() | syntax.Since() if is_held:
+                there = [_Said(meant, _ONE_ROW, ends, is_back)]
+                return [_Said(parts[0] | meant, _EVERY_ROW, _NOW), *there]
+            case syntax.Until() | syntax.Since() if ends[0] == 0.0:
+                return [_Said(~meant, _EVERY_ROW, _NOW)]
+        return []
 
 
-def _parts(node: Condition) -> set[str]:
-    if isinstance(node, syntax.Connective):
-        return _parts(node.left) | _parts(node.right)
-    return _parts(node.operand) if isinstance(node, syntax.Not) else {_part(node)[0]}
+def _is_answered(items: Sequence[_Said], left: Bools, time: Ints, now: int) -> bool:
+    """Tell whether each row that is spoken of can be in a state.
+
+    Args:
+        items: What is said about them.
+        left: (S,) states that a row can be in.
+        time: (S,) their cell of time.
+        now: That of the row.
+    """
+    for item in items:
+        # Time never stands still: no two rows lie at one place of its line.
+        latest = now - now % 2 if item.window == _ROW_BEFORE else now
+        found = left & item.meant & ((time <= latest) if item.is_back else (time >= now))
+        for other in items:
+            is_around = other.window[0] <= item.window[0] and item.window[1] <= other.window[1]
+            if other.is_of_all and other.is_back is item.is_back and is_around:
+                found = found & other.meant
+        if not (item.is_of_all or found.any()):
+            return False
+    return True
 
 
-def _holds(node: Condition, parts: Mapping[str, bool]) -> bool:
-    if isinstance(node, syntax.Not):
-        return not _holds(node.operand, parts)
-    if not isinstance(node, syntax.Connective):
-        name, is_plain = _part(node)
-        return parts[name] is is_plain
-    left, right = _holds(node.left, parts), _holds(node.right, parts)
-    if node.operator == "implies":
-        return right or not left
-    return left and right if node.operator == "and" else left or right
-
-
-def _part(node: Condition) -> tuple[str, bool]:
-    """Name a part without connectives, and tell whether it is what is named or its opposite."""
-    if isinstance(node, syntax.Comparison):
-        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
-        # a <= b is the opposite of b < a.
-        is_less = node.operator in {"<", ">="}
-        name = f"(< {left} {right})" if is_less else f"(< {right} {left})"
-        return name, node.operator in {"<", ">"}
-    if isinstance(node, syntax.Equality):
-        label = syntax.label_of(node)
-        left, right = syntax.canonical(node.left), syntax.canonical(node.right)
-        if label in {"true", "false"}:
-            return left, (label == "true") is not node.is_negated
-        return f"(== {left} {right})", not node.is_negated
-    return (node.name if isinstance(node, syntax.Assertion) else syntax.canonical(node)), True
+def _states(node: Node, labels: Mapping[str, Sequence[str]]) -> _States | None:
+    """List the states of the rows that a part of a formula reads; None if they are too many."""
+    lines, parts = _Lines(), list(syntax.walk(node))
+    for part in parts:
+        are_words = all(name in labels for name in syntax.names_in(part))
+        if isinstance(part, syntax.Comparison) or (
+            isinstance(part, syntax.Equality) and not are_words
+        ):
+            line, place, _ = _place(lines.difference(part))
+            lines.cuts.setdefault(line, {_ZERO} if line == _TIME else set()).add(place)
+    simple = (syntax.Comparison, syntax.Equality, syntax.Assertion, syntax.Not, syntax.Connective)
+    others = {
+        syntax.canonical(part): part
+        for part in parts
+        if isinstance(part, syntax.Condition) and not isinstance(part, simple)
+    }
+    axes: dict[str | Line, Sequence[Any]] = {line: lines.cells(line) for line in lines.cuts}
+    axes |= {name: labels[name] for name in syntax.names_in(node) if name in labels}
+    axes |= dict.fromkeys(others, (False, True))
+    sizes = [len(axis) for axis in axes.values()]
+    if not 0 < math.prod(sizes) <= _MOST_STATES:
+        return None
+    picked = np.indices(sizes).reshape(len(sizes), -1)
+    of = {key: np.array(axis)[at] for (key, axis), at in zip(axes.items(), picked, strict=True)}
+    return _States(lines, of, tuple(others.values()))

@@ -477,17 +477,18 @@ def nested_implications(root: Condition) -> list[Connective]:
     outer = {id(part) for parts, _ in find_implications(root) for part in parts}
     return [
         node
-        for node in _walk(root)
+        for node in walk(root)
         if isinstance(node, Connective)
         and node.operator == "implies"
         and id(node.left) not in outer
     ]
 
 
-def _walk(node: Node) -> Iterator[Node]:
+def walk(node: Node) -> Iterator[Node]:
+    """List a node and all parts of it, in the order of the text."""
     yield node
     for child in children(node):
-        yield from _walk(child)
+        yield from walk(child)
 
 
 def without(node: Condition, implications: Collection[int]) -> Condition:

@@ -150,7 +150,10 @@ def check_campaign(
             return None
         found = _ask(connection, rules, campaign.id)
         if IDLE_FAULT in rules:
-            found += _idle_faults(connection, campaign)
+            odd = _odd_content(connection, campaign.id).get("odd")
+            declared = odd["faults"] if isinstance(odd, dict) else ()
+            injected = injected_faults(connection, campaign.id)
+            found += idle_violations([item["id"] for item in declared], injected)
         if UNBEGUN_EVENT in rules:
             found += tuple(
                 Violation(UNBEGUN_EVENT.name, "scenario", scenario, f"{event} began in no run")
@@ -212,25 +215,23 @@ def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tu
     )
 
 
-def _idle_faults(connection: Connection, campaign: CampaignInfo) -> tuple[Violation, ...]:
+def injected_faults(connection: Connection, campaign: str) -> list[Injected]:
     """Read the faults of a campaign with what they are injected into, values of sweeps applied."""
     found = connection.exec_driver_sql(
-        "SELECT DISTINCT t.faults, a.content FROM campaign_case c "
-        "JOIN test_case t ON t.digest = c.test_case_digest "
-        "JOIN architecture a ON a.digest = t.architecture_digest "
-        "WHERE c.campaign_id = ? AND t.faults <> '[]'",
-        (campaign.id,),
+        "SELECT d.faults, a.content FROM (SELECT DISTINCT t.faults, t.architecture_digest "
+        "FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest "
+        "WHERE c.campaign_id = ? AND t.faults <> '[]') d "
+        "JOIN architecture a ON a.digest = d.architecture_digest",
+        (campaign,),
     )
-    injected = []
+    injected: list[Injected] = []
     for faults, content in found:
         known = json.loads(content)
         # Beside its own keys there is the folder of its plug-ins.
         fields = {name: known[name] for name in Architecture.model_fields if name in known}
         planned = (FAULT.validate_python(fault, context=SI) for fault in json.loads(faults))
         injected.append((tuple(planned), Architecture.model_validate(fields, context=SI)))
-    odd = _odd_content(connection, campaign.id).get("odd")
-    declared = odd["faults"] if isinstance(odd, dict) else ()
-    return idle_violations([item["id"] for item in declared], injected)
+    return injected
 
 
 def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, str, bool], ...]:

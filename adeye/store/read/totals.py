@@ -20,6 +20,7 @@ from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import silence_of
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of, exit_code, fold_runs, gate_exit
 from adeye.spec.concept import Concept
+from adeye.spec.fault import idle_faults
 from adeye.spec.quantity import SI
 from adeye.store.evidence.roots import Withdrawal
 from adeye.store.records import of_fields
@@ -437,6 +438,8 @@ def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode,
         return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
     # A contact that no FSR forbids and a failure that is mastered are green, and are said.
     beside += [_repeats(count, name) for name, count in repeated.items() if count]
+    injected = repository.injected_faults(campaign.id)
+    beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 

@@ -1,32 +1,86 @@
 """Parts of a formula that no signal decides, and implications that were never asked."""
 
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 
-from adeye.judge.stl.batch import HELD, NEEDED, SATISFIED, SPARE
+from adeye.judge.stl.batch import HELD, NEEDED, SATISFIED, SPARE, VIOLATED
 from adeye.judge.stl.constancy import first_constant
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import nested_implications
-from tests.judge.stl.batch import judge, truths
+from tests.judge.stl.batch import judge, numbers, truths
 from tests.judge.stl.random_formulas import Random, text_of, traces
 from tests.stored import known, stored
 
 TABLES = stored("formulas")
+STATUS = ("ok", "degraded", "silent", "fault")
+WORDS = {"s": STATUS, "r.s": STATUS, **dict.fromkeys(("p", "q"), ("false", "true"))}
 
 
 @pytest.mark.parametrize(("text", "part", "held"), TABLES["what no signal decides is found"])
 def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) -> None:
     formula = parse_formula(text)
-    found = known(first_constant(formula.root))
+    found = known(first_constant(formula.root, WORDS))
     assert formula.quote(found[0]).strip("()") == part.strip("()")
     assert found[1] is held
 
 
 @pytest.mark.parametrize("text", TABLES["what some value decides is not found"])
 def test_what_some_value_decides_is_not_found(text: str) -> None:
-    assert first_constant(parse_formula(text).root) is None
+    assert first_constant(parse_formula(text).root, WORDS) is None
+
+
+ATOMS = ("p", "v < 1", "2 * v <= 2", "v - 1 >= 1", "time < 2 s")
+PLAIN = ("and", "or", "implies")
+ONE = ("rise", "fall", "previous", "once", "always[0 s, 1 s]", "eventually[1 s, 2 s]")
+TWO = (*PLAIN, "until[0 s, 1 s]", "since", "since[1 s, 2 s]")
+
+
+def made(random: Random, depth: int, ones: tuple[str, ...], twos: tuple[str, ...]) -> str:
+    """Write a random condition."""
+    if depth == 0:
+        return f"({random.pick(*ATOMS)})"
+    kind, parts = random.pick(*ones, *twos), [made(random, depth - 1, ones, twos) for _ in "ab"]
+    return f"({parts[0]} {kind} {parts[1]})" if kind in twos else f"({kind}({parts[0]}))"
+
+
+def verdicts(text: str, rows: list[Any]) -> list[set[int]]:
+    """Judge a condition, and its contrary, at every row of traces of p and v."""
+    p, v = np.moveaxis(np.array(rows), -1, 0)
+    time = numbers(np.tile(np.arange(p.shape[1], dtype=float), (len(p), 1)), unit="s")
+    signals = {"p": truths(p > 0), "v": numbers(v), "time": time}
+    return [set(judge(f"always({no}({text}))", signals).verdict.tolist()) for no in ("", "not ")]
+
+
+def test_what_is_called_constant_is_so_on_every_trace() -> None:
+    random, told = Random(7), {True: 0, False: 0}
+    values = np.array(list(product((0, 1), (0.0, 0.5, 1.0, 1.5, 2.0, 3.0))))
+    rows = [values[random.bits.integers(len(values), size=5)] for _ in range(400)]
+    for _ in range(900):
+        text = made(random, 2, ONE, TWO)
+        root = parse_formula(f"always({text})").root.operand  # type: ignore[union-attr]
+        found = first_constant(root, WORDS)
+        if found is not None and found[0] is root:
+            told[found[1]] += 1
+            assert VIOLATED not in verdicts(text, rows)[not found[1]], text
+    assert min(told.values()) > 5
+
+
+def test_what_is_constant_at_every_row_is_found_where_none_speaks_of_another() -> None:
+    random, told = Random(8), {True: 0, False: 0}
+    values = list(product((0, 1), (-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5)))
+    rows = [[value, value, value] for value in values]
+    for _ in range(400):
+        text = made(random, 2, ("not",), PLAIN)
+        root = parse_formula(f"always({text})").root.operand  # type: ignore[union-attr]
+        found = first_constant(root, WORDS)
+        if found is None or found[0] is root:
+            is_constant = any(VIOLATED not in item for item in verdicts(text, rows))
+            assert (found is not None) is is_constant, text
+            told[is_constant] += 1
+    assert min(told.values()) > 15
 
 
 NEVER = ("<", ("signal", "a"), ("number", -999.0))

@@ -370,3 +370,13 @@ def test_models_are_those_of_the_gate(odd: Any, models: tuple[str, ...]) -> None
 def test_notes(failures: Any, verdict: Verdict, note: str) -> None:
     found = without_unpreventable(repository({}, failures), CAMPAIGN, "FSR-01", "a", ["cc"])
     assert found == (verdict, note)
+
+
+def test_fault_that_does_nothing_is_said_beside_what_passes(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def idle(declared: Any, _injected: Any) -> list[tuple[str, str]]:
+        return [*declared, ("quiet", "acts on a sensor that nothing is linked to")]
+
+    monkeypatch.setattr("adeye.store.read.totals.idle_faults", idle)
+    assert_gate(store, ExitCode.OK, "fault quiet acts on a sensor that nothing is linked to")
