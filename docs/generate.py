@@ -49,8 +49,10 @@ def files_page() -> str:
     package = ROOT / "adeye"
     folders: dict[str, list[list[str]]] = {}
     for path in sorted(package.rglob("*.py")):
-        text = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split("\n\n")[0]
-        if path.name != "__init__.py" and text:
+        tree = ast.parse(path.read_text("utf-8"))
+        text = (ast.get_docstring(tree) or "").split("\n\n")[0]
+        has_code = any(isinstance(part, ast.FunctionDef | ast.ClassDef) for part in tree.body)
+        if text and (has_code or path.name != "__init__.py"):
             folder = path.parent.relative_to(package).as_posix()
             folders.setdefault(folder, []).append([f"`{path.name}`", text])
     return _page(

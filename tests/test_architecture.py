@@ -35,6 +35,8 @@ ONE_PLACE = {
 }
 # Released together with, and pinned by, a declared dependency.
 COMPANIONS = {"llvmlite": "numba", "pydantic_core": "pydantic"}
+# Known to type checkers alone.
+STUBS = {"_typeshed"}
 
 
 def dotted(module: Path) -> str:
@@ -52,7 +54,10 @@ def imports(module: Path) -> Iterator[str]:
 
 
 def third_parties(module: Path) -> set[str]:
-    return {name for name in imports(module) if name not in sys.stdlib_module_names} - {"adeye"}
+    return {name for name in imports(module) if name not in sys.stdlib_module_names} - {
+        "adeye",
+        *STUBS,
+    }
 
 
 def stored_files() -> list[Path]:
