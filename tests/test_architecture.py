@@ -34,7 +34,7 @@ ONE_PLACE = {
     "typer": ("adeye.cli",),
 }
 # Released together with, and pinned by, a declared dependency.
-COMPANIONS = {"llvmlite": "numba", "pydantic_core": "pydantic"}
+COMPANIONS = {"llvmlite": "numba", "markupsafe": "jinja2", "pydantic_core": "pydantic"}
 # Known to type checkers alone.
 STUBS = {"_typeshed"}
 
