@@ -143,6 +143,10 @@ class Processes(Generic[Task, Result]):
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[Connection, _Worker] = {}
 
+    def begin(self, task: Task) -> None:
+        """Execute a task already; its result is among the first that ``run`` hands over."""
+        self._free().give(task)
+
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
         """Execute tasks as they come; results arrive in the order in which they end."""
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from adeye.campaign.executors import Processes
 from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
+from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.judge.stl.table import Reading, judge_table, table_of
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
 
     from adeye.campaign.plan import CampaignPlan
     from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
+
+Part: TypeAlias = "tuple[Callable[[Any], object], BatchTask | None]"
+"""A function and what it is called with, in a process that compiles."""
 
 
 def warm_up(
@@ -49,7 +54,7 @@ def warm_up(
     if aside and not is_cache_warm(*plan.compiled_parts):
         if progress is not None:
             progress(Progress("compile", 0, len(examples), 0))
-        compile_aside(plan)
+        compile_aside(plan, begin_aside())
     for number, case in enumerate(examples):
         if progress is not None:
             progress(Progress("compile", number, len(examples), 0))
@@ -61,24 +66,31 @@ def warm_up(
     return time.monotonic() - began
 
 
-def compile_aside(plan: CampaignPlan) -> bool:
+def begin_aside() -> Processes[Part, bool]:
+    """Begin to compile what every plan needs, in one of two processes; the other one gets ready."""
+    processes = Processes(_compile_part, 2)
+    processes.begin((_evaluate, None))
+    processes.begin((_get_ready, None))
+    return processes
+
+
+def compile_aside(plan: CampaignPlan, processes: Processes[Part, bool]) -> bool:
     """Compile most of what a plan needs in two processes, each on a processor of its own.
 
     The compiler uses one processor, and memory that it never gives back. One process executes a
-    test case, the other evaluates a formula and then judges a test case in which nothing moves;
-    the first to be free executes and judges the others. What this process needs it loads
-    afterwards; if something fails aside, it fails here again, where it is reported.
+    test case, the other judges one in which nothing moves; metrics are compiled from both ends.
+    Who is free executes and judges the others. What this process needs it loads afterwards; if
+    something fails aside, it fails here again, where it is reported.
 
     Args:
         plan: A checked plan.
+        processes: Those that have begun.
 
     Returns:
         Whether all came to their end.
     """
     first, *others = (BatchTask(0, (case,), (), plan.work) for case in _covering(plan))
-    processes = Processes(_compile_part, 2)
-    parts: list[tuple[Callable[[BatchTask], object], BatchTask]]
-    parts = [(_drive, first), (_evaluate, first), (_judge, first)]
+    parts: list[Part] = [(_drive, first), (_judge, first), (_measure, first)]
     parts += [(execute, other) for other in others]
     ended = [done.result is True for done in processes.run(iter(parts))]
     if all(ended):
@@ -101,7 +113,7 @@ def _covering(plan: CampaignPlan) -> list[TestCase]:
     return chosen
 
 
-def _compile_part(part: tuple[Callable[[BatchTask], object], BatchTask]) -> bool:
+def _compile_part(part: Part) -> bool:
     # Collecting the compiler's cyclic rubbish takes longer than its memory is worth here.
     gc.disable()
     function, task = part
@@ -112,20 +124,34 @@ def _compile_part(part: tuple[Callable[[BatchTask], object], BatchTask]) -> bool
     return True
 
 
+def _get_ready(_nothing: None) -> None:
+    """Do nothing; what is imported for it is what takes time."""
+
+
+def _evaluate(_nothing: None) -> None:
+    """Evaluate a formula."""
+    judge_table("always(v > 0)", table_of({"time": [0, 1], "v": [1, 1]}), Reading())
+
+
 def _drive(task: BatchTask) -> None:
     """Execute the test case of a task."""
     task.context.drive(task.execute)
 
 
-def _evaluate(_task: BatchTask) -> None:
-    """Evaluate a formula."""
-    judge_table("always(v > 0)", table_of({"time": [0, 1], "v": [1, 1]}), Reading())
-
-
 def _judge(task: BatchTask) -> None:
-    """Judge the first scene of the test case of a task as if it lasted until the horizon."""
-    work, case = task.context, task.execute[0]
-    first = work.drive((case,), most_ticks=0)
+    """Judge the test case of a task by its first scene."""
+    evaluate(_standing(task), task.execute, task.context.requirements, task.context.faults)
+
+
+def _measure(task: BatchTask) -> None:
+    """Compute the built-in metrics of the first scene, the last one first."""
+    compute_metrics(_standing(task), metrics=dict(reversed(METRICS.items())))
+
+
+def _standing(task: BatchTask) -> Trace:
+    """Return the first scene of the test case of a task as if it lasted until the horizon."""
+    (case,) = task.execute
+    first = task.context.drive((case,), most_ticks=0)
     rows = ticks(case.scenario.horizon, case.step, "horizon") + 1
     columns: dict[str, Any] = {
         name: np.repeat(column, rows, axis=1) for name, column in first.columns.items()
@@ -141,4 +167,4 @@ def _judge(task: BatchTask) -> None:
         columns=columns,
     )
     trace.digests()
-    evaluate(trace, (case,), work.requirements, work.faults)
+    return trace

@@ -22,10 +22,12 @@ from adeye.report.words import quantity
 
 if TYPE_CHECKING:
     from adeye.campaign.executor_names import NamedExecutor
+    from adeye.campaign.executors import Processes
     from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.run import Session
     from adeye.campaign.summary import CampaignSummary, VerdictLine
     from adeye.campaign.traces import Wanted
+    from adeye.campaign.warmup import Part
 
 # --- The table of verdicts that a campaign ends with, the worst first -----------------------------
 
@@ -221,7 +223,7 @@ def run(
         adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml
     """
     from adeye.campaign.executor_names import asked_executor
-    from adeye.campaign.plan import make_plan
+    from adeye.campaign.warmup import compile_aside
     from adeye.kernel.jit import is_cache_warm
 
     asked = asked_executor(executor, threads, workers, scheduler)
@@ -260,7 +262,8 @@ def run(
         deadline=deadline,
     )
     wanted = _wanted(traces)
-    plan = make_plan(odd, backend=backend, variant=variant)
+    is_near = asked is None or not asked.address
+    plan, aside = _plan(odd, backend, variant, is_near=is_near)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, threads, workers, executor)
@@ -269,6 +272,8 @@ def run(
             out.talk(out.clean(f"note: {notice}", lines=True))
     try:
         with asking(session.stop, hint):
+            if aside is not None:
+                compile_aside(plan, aside)
             summary = _execute(plan, db, asked or lanes, wanted, session, quiet=quiet)
     except ASKED_TO_END:
         out.talk(hint)
@@ -388,6 +393,30 @@ def _wanted(traces: str) -> Wanted:
     raise UsageError(f"--traces is {traces!r}", remedy=suggest(traces, ("none", "failures", "all")))
 
 
+def _plan(
+    odd: Path, backend: str, variant: str | None, *, is_near: bool
+) -> tuple[CampaignPlan, Processes[Part, bool] | None]:
+    """Make the plan; tell which processes compile for it, unless this is done or one processor's.
+
+    On a first start they begin before the plan is read.
+    """
+    from adeye.campaign.plan import make_plan
+    from adeye.campaign.warmup import begin_aside
+    from adeye.kernel.jit import is_cache_warm
+
+    may_begin = is_near and usable_processors() > 1
+    aside = begin_aside() if may_begin and not is_cache_warm() else None
+    try:
+        plan = make_plan(odd, backend=backend, variant=variant)
+    except BaseException:
+        if aside is not None:
+            aside.abandon()
+        raise
+    if may_begin and aside is None and not is_cache_warm(*plan.compiled_parts):
+        aside = begin_aside()
+    return plan, aside
+
+
 def _execute(
     plan: CampaignPlan,
     db: str | None,
@@ -398,14 +427,9 @@ def _execute(
     quiet: bool,
 ) -> CampaignSummary:
     from adeye.campaign.run import run_campaign
-    from adeye.campaign.warmup import compile_aside
-    from adeye.kernel.jit import is_cache_warm
 
     here = lanes if isinstance(lanes, Parallel) else None
     executor = lanes if not isinstance(lanes, Parallel) else None
-    is_near = executor is None or not executor.address
-    if is_near and not is_cache_warm(*plan.compiled_parts) and usable_processors() > 1:
-        compile_aside(plan)
     where = lanes.text if isinstance(lanes, Parallel) else out.clean(lanes.text)
     with reporting(f"{plan.expansion.count:,} test cases, {where}", quiet=quiet) as progress:
         return run_campaign(

@@ -13,7 +13,17 @@ import pytest
 
 from adeye.campaign import warmup, work
 from adeye.campaign.run import Progress
-from adeye.campaign.warmup import _compile_part, _covering, _drive, _judge, compile_aside, warm_up
+from adeye.campaign.warmup import (
+    _compile_part,
+    _covering,
+    _drive,
+    _evaluate,
+    _judge,
+    _measure,
+    begin_aside,
+    compile_aside,
+    warm_up,
+)
 from adeye.campaign.work import BatchTask, compiled_parts
 from adeye.errors import PlatformError, SpecError
 from adeye.judge.evaluate import VERDICTS, Evaluation
@@ -218,9 +228,11 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(work, "run_batch", driven)
     assert _compile_part((_drive, task))
     assert _compile_part((_judge, task))
+    assert _compile_part((_measure, task))
+    assert _compile_part((_evaluate, None))
     # One goes to its end and one only begins, yet its formulas are evaluated.
     assert lengths[0] > 10
-    assert lengths[1] == 1
+    assert lengths[1:] == [1, 1]
     codes = {code for item in found[0].judged for code in item.verdict}
     assert VERDICTS.index(Verdict.PASS) in codes
 
@@ -228,7 +240,7 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
     plan = make_project().plan()
-    assert compile_aside(plan)
+    assert compile_aside(plan, begin_aside())
     task = BatchTask(0, (), (), plan.work)
     assert not _compile_part((_judge, task))
 
@@ -250,7 +262,8 @@ def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.Mon
     plan = make_project().plan()
     asked: list[object] = []
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
-    monkeypatch.setattr(warmup, "compile_aside", asked.append)
+    monkeypatch.setattr(warmup, "begin_aside", lambda: None)
+    monkeypatch.setattr(warmup, "compile_aside", lambda plan, _: asked.append(plan))
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
     warm_up(plan)
     assert asked == []
