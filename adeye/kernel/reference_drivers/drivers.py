@@ -26,9 +26,10 @@ Source:
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from adeye.kernel.criticality import (
+    required_deceleration,
     rss_lateral_distance,
     rss_longitudinal_distance,
     time_gap,
@@ -39,6 +40,7 @@ from adeye.kernel.reference_drivers import reactions as columns
 from adeye.kernel.reference_drivers.reactions import (
     Floats,
     critical_fuzzy_safety,
+    cut_in_threshold,
     following_distance,
     is_ahead,
     is_lead_at_once,
@@ -46,12 +48,8 @@ from adeye.kernel.reference_drivers.reactions import (
     note_side,
     proactive_fuzzy_safety,
     react,
-    reg157_limit,
     respond,
 )
-
-if TYPE_CHECKING:
-    pass
 
 # --- Reference drivers of UN R157, tick by tick: how much each of them brakes for what it sees ----
 
@@ -261,6 +259,76 @@ def rss_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> f
             parameters[columns.RSS_LEAST_BRAKING],
             parameters[columns.RSS_MOST_BRAKING],
         )
+    return react(parameters, state, is_dangerous, parameters[columns.MOST], step)
+
+
+@compiled
+def _brakes_too_hard(view: Floats, parameters: Floats, step: float) -> bool:
+    """Tell whether a lead that brakes on would ask the cut-in rule for all of its braking."""
+    braking = -view[columns.OTHER_ACCELERATION]
+    if braking <= 0.0:
+        return False
+    if braking >= parameters[columns.REG157_LEAD_BRAKING] - columns.ROUNDING:
+        return True
+    time = (
+        parameters[columns.DELAY]
+        + parameters[columns.REG157_GUARD]
+        + parameters[columns.REG157_LOOKS_AHEAD] * step
+    )
+    speed = view[columns.OTHER_SPEED]
+    rolling = min(time, speed / braking)
+    room = (
+        view[columns.GAP]
+        + rolling * (speed - 0.5 * braking * rolling)
+        - view[columns.EGO_SPEED] * time
+    )
+    required = required_deceleration(
+        room, view[columns.EGO_SPEED], max(speed - braking * time, 0.0), -braking
+    )
+    return required >= parameters[columns.MOST]
+
+
+@compiled
+def reg157_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> float:
+    """Return the acceleration that the cut-in rule of paragraph 5.2.5.2 allows [m/s^2].
+
+    The rule is made a driver who brakes as late as it allows: in the last tick whose TTC is above
+    the threshold, for a vehicle that has intruded into the lane. Of a lead that brakes, it is
+    counted that it brakes on; one that brakes hard is answered at once.
+
+    Args:
+        view: What it sees, shape (VIEW_SIZE,).
+        parameters: ``CutInRule.vector()``.
+        state: What it remembers, shape (STATE_SIZE,); changed in place.
+        step: Length of the tick [s].
+
+    Returns:
+        Infinity where it asks for nothing, NaN if something in the view is.
+    """
+    if is_unknown(view):
+        return math.nan
+    closing = view[columns.EGO_SPEED] - view[columns.OTHER_SPEED]
+    is_in = (
+        view[columns.LATERAL_GAP] <= parameters[columns.REG157_LATERAL_GAP]
+        or view[columns.INTRUSION] >= parameters[columns.REG157_INTRUSION]
+    )
+    is_dangerous = False
+    if is_in and is_ahead(view, parameters) and closing > 0.0:
+        threshold = cut_in_threshold(
+            closing, parameters[columns.REG157_RESERVE], parameters[columns.MOST]
+        )
+        # A TTC at constant speeds is one step shorter in the next tick, which would be too late.
+        late = (
+            time_to_collision(view[columns.GAP], closing)
+            - parameters[columns.REG157_LOOKS_AHEAD] * step
+        )
+        keeps = state[columns.REACTING] > 0.0 and parameters[columns.REG157_RELEASES] == 0.0
+        is_dangerous = late <= threshold + parameters[columns.REG157_GUARD] or keeps
+    if view[columns.LATERAL_GAP] <= 0.0 and is_ahead(view, parameters):
+        is_dangerous = is_dangerous or _brakes_too_hard(view, parameters, step)
+    if parameters[columns.REG157_LEAD_AT_ONCE] > 0.0:
+        note_side(view, state)
+        is_dangerous = is_dangerous or is_lead_at_once(view, parameters, state)
     return react(parameters, state, is_dangerous, parameters[columns.MOST], step)
 
 

@@ -540,13 +540,7 @@ class Arbiter:
         proposals: Sequence[ControlCommand],
         faults: SwitchFaults | None = None,
     ) -> tuple[Floats, Authority]:
-        """Return the acting command (B, 2) and who has authority, why.
-
-        Args:
-            time: Of this tick [s].
-            proposals: Newest command of every channel, in the architecture's order.
-            faults: What is wrong with the switch itself at this tick; None for nothing.
-        """
+        """Return the acting command (B, 2) and who has authority, why; as the port says."""
         bench = self._bench
         for index, proposal in enumerate(proposals):
             bench.numbers[:, index, 0] = proposal.acceleration
@@ -658,12 +652,9 @@ class OverriddenSwitch:
         proposals: Sequence[ControlCommand],
         faults: SwitchFaults | None = None,
     ) -> tuple[Floats, Authority]:
-        """Return the acting command (B, 2) and who has authority, why.
+        """Return the acting command (B, 2) and who has authority, why; as the port says.
 
-        Args:
-            time: Of this tick [s].
-            proposals: Newest command of every channel, in the architecture's order.
-            faults: What is wrong with the switch; an override is obeyed all the same.
+        Where the authority is overridden, nothing that is wrong with the switch matters.
         """
         command, authority = self._switch.arbitrate(time, proposals, faults)
         forced, own = self._forced.arbitrate(time, proposals)

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from adeye.kernel.reference_drivers import reactions as columns
-from adeye.kernel.reference_drivers.drivers import reference_limit
+from adeye.kernel.reference_drivers.drivers import reference_limit, reg157_limit
 from adeye.kernel.reference_drivers.reactions import (
     MODELS,
     cut_in_threshold,
     following_distance,
     parameters_of,
-    reg157_limit,
     vector,
 )
 from tests.kernel.reference_drivers.test_reference_reactions import row_of
