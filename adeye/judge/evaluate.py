@@ -11,20 +11,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.errors import IntegrityError
+from adeye.judge import outcome
 from adeye.judge.extremes import Extremes, find_extremes, measure_of
 from adeye.judge.metrics import METRICS, MetricDefinition, compute_metrics
 from adeye.judge.metrics import registry as statuses
 from adeye.judge.metrics.registry import CODES as _CODES
 from adeye.judge.metrics.registry import STATUSES, joined, status_codes
-from adeye.judge.outcome import (
-    OutcomeColumns,
-    RunOutcome,
-    bars,
-    ended_by_contact,
-    invalid_reasons,
-    obligation_rows,
-    outcomes,
-)
 from adeye.judge.stl.batch import (
     HELD,
     NEEDED,
@@ -233,7 +225,7 @@ class Frame:
     @property
     def is_invalid(self) -> Bools:
         """(B,) whether no FSR can be judged."""
-        return np.array([bars(reason) for reason in self.invalid], dtype=np.bool_)
+        return np.array([outcome.bars(reason) for reason in self.invalid], dtype=np.bool_)
 
     def judge(
         self,
@@ -553,7 +545,7 @@ class Evaluation:
             which an FSR can be judged.
     """
 
-    happened: OutcomeColumns
+    happened: outcome.OutcomeColumns
     metrics: Mapping[str, MetricColumn]
     judged: tuple[JudgementColumns, ...]
     not_applicable: Mapping[str, str]
@@ -561,7 +553,7 @@ class Evaluation:
     extremes: Mapping[str, Extremes]
 
     @cached_property
-    def outcomes(self) -> tuple[RunOutcome, ...]:
+    def outcomes(self) -> tuple[outcome.RunOutcome, ...]:
         """What happened to each run, as records."""
         return tuple(self.happened.run(run) for run in range(len(self.happened.code)))
 
@@ -611,7 +603,7 @@ def evaluate_trace(
     outside = {name: metric for name, metric in metrics.items() if metric.plugin}
     own = {name: metric for name, metric in metrics.items() if not metric.plugin}
     measured, evaluated, extremes = _measured(signals, formulas, ~frame.is_invalid, own)
-    happened = outcomes(trace)
+    happened = outcome.outcomes(trace)
     judged: dict[int, JudgementColumns] = {}
 
     def judge_all_but(unmeasured: Collection[str]) -> None:
@@ -664,8 +656,8 @@ def _frame(signals: TraceSignals) -> Frame:
     return Frame(
         step_s=context.step,
         objects=context.object_ids,
-        by_contact=ended_by_contact(trace),
-        invalid=invalid_reasons(trace),
+        by_contact=outcome.ended_by_contact(trace),
+        invalid=outcome.invalid_reasons(trace),
         is_empty=not context.object_ids,
     )
 
@@ -688,7 +680,7 @@ def _measured(
     evaluated: dict[str, list[StlColumns]] = {item.requirement.id: [] for item, _ in formulas}
     measures = {measure_of(item.formula) for item, _ in formulas} - {None}
     extremes: dict[str, list[Extremes]] = {}
-    horizon = obligation_rows(signals.trace)
+    horizon = outcome.obligation_rows(signals.trace)
     for chosen, part in _parts(signals):
         trace = part.trace
         metrics.append(compute_metrics(trace, part.measured, definitions))

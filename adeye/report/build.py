@@ -13,6 +13,7 @@ import numpy as np
 
 from adeye.judge.verdict import Outcome, Verdict
 from adeye.report import concept as sections
+from adeye.report import verification
 from adeye.report.assessment import assessment_of
 from adeye.report.claims import REPORTED_GRID, REPORTED_SAMPLE, designs_of, spoken_of
 from adeye.report.comparison.compare import overview
@@ -24,13 +25,6 @@ from adeye.report.model.assessment import FaultEvidence
 from adeye.report.model.part import Label
 from adeye.report.model.report import Cell, Report, WorstCase
 from adeye.report.page.replay import Replay
-from adeye.report.verification import (
-    binding_of,
-    margin_of,
-    open_points_of,
-    realisations_of,
-    verification_of,
-)
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.load import odd_of
 from adeye.spec.quantity import SI
@@ -183,15 +177,17 @@ class ReportBuilder:
             integrity_rules=len(rules),
             findings=tuple(sections.findings_of(checked.violations)),
             odd_attributes=tuple(sections.attributes_of(content)),
-            realisations=tuple(realisations_of(factors, designs_of(self.odd), self.figures)),
+            realisations=tuple(
+                verification.realisations_of(factors, designs_of(self.odd), self.figures)
+            ),
             dependencies=tuple(sections.dependencies_of(content)),
             suites=tuple(sections.suites_of(content)),
             self_test=read_result(self.repository.location.beside.parent, provenance),
             replays=draw(self._requests(worst)[:replays]) if replays else (),
             **evidence_of(self.repository, self.campaign, self.odd, self._command),
         )
-        rows = verification_of(report, self.requirements, designs_of(self.odd))
-        told = {"verification": tuple(rows), "open_points": open_points_of(report)}
+        rows = verification.verification_of(report, self.requirements, designs_of(self.odd))
+        told = {"verification": tuple(rows), "open_points": verification.open_points_of(report)}
         return report.model_copy(update=told)
 
     @property
@@ -276,8 +272,8 @@ class ReportBuilder:
             command = self._command("adeye query failing-fsrs")
             return {"margin": None, "binding": None, "worst_run": None, "command": command}
         return {
-            "margin": margin_of(record),
-            "binding": binding_of(record),
+            "margin": verification.margin_of(record),
+            "binding": verification.binding_of(record),
             "worst_run": run.result_digest,
             "command": self.replay_command(run.result_digest),
         }
@@ -302,8 +298,8 @@ class ReportBuilder:
                         outcome=Outcome(figures.outcome[place]),
                         fault=figures.fault_entry[place],
                         parameters=tuple(map(Label.of, values)),
-                        margin=margin_of(record),
-                        binding=binding_of(record),
+                        margin=verification.margin_of(record),
+                        binding=verification.binding_of(record),
                         command=self.replay_command(run.result_digest),
                     )
                     rank = 0.0 if record.verdict is Verdict.FAIL else 1e6

@@ -12,14 +12,7 @@ from adeye.campaign import replay
 from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
-from adeye.judge.preventability import (
-    TAKEOVER_CLASSES,
-    Takeover,
-    TakeoverClass,
-    classify_takeover,
-    precision_of,
-    recall_of,
-)
+from adeye.judge import preventability
 from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
@@ -282,7 +275,7 @@ class TakeoverMatrix:
     executed: int
     looked_at: int
     without_choice: int
-    counts: Mapping[TakeoverClass, int]
+    counts: Mapping[preventability.TakeoverClass, int]
     avoidable: int
     harmful: int
     lines: tuple[TakeoverLine, ...]
@@ -290,12 +283,12 @@ class TakeoverMatrix:
     @property
     def precision(self) -> tuple[int, int]:
         """See ``judge.preventability.precision_of``."""
-        return precision_of(self.counts)
+        return preventability.precision_of(self.counts)
 
     @property
     def recall(self) -> tuple[int, int]:
         """See ``judge.preventability.recall_of``."""
-        return recall_of(self.counts, self.avoidable)
+        return preventability.recall_of(self.counts, self.avoidable)
 
 
 def look_back(
@@ -347,7 +340,7 @@ def look_back(
         executed=executed,
         looked_at=len(lines),
         without_choice=without_choice,
-        counts={name: counted[name] for name in TAKEOVER_CLASSES},
+        counts={name: counted[name] for name in preventability.TAKEOVER_CLASSES},
         avoidable=sum(line.class_ == "missed" and line.fork_violation_s is None for line in lines),
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         lines=tuple(sorted(lines, key=lambda line: line.run)),
@@ -385,14 +378,16 @@ def _other(recalled: Recalled) -> AuthorityOverride | None:
 def _line(recalled: Recalled, forked: Forked) -> TakeoverLine:
     tick = takeover_tick(recalled)
     violation, fork_violation = forked.origin.violation_s, forked.fork.violation_s
-    found = Takeover(tick is not None, violation is not None, fork_violation is not None)
+    found = preventability.Takeover(
+        tick is not None, violation is not None, fork_violation is not None
+    )
     return TakeoverLine(
         run=forked.origin.run,
         fork=forked.fork.run,
         scenario=recalled.run.scenario,
         architecture=recalled.run.architecture,
         fault_entry=recalled.case.fault_entry,
-        class_=classify_takeover(found),
+        class_=preventability.classify_takeover(found),
         takeover_s=None if tick is None else tick_time(tick, recalled.case.step),
         violation_s=violation,
         fork_violation_s=fork_violation,

@@ -7,16 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.judge.metrics import scans
 from adeye.judge.metrics.registry import column_of, metric_entry
-from adeye.judge.metrics.scans import (
-    CHANGE,
-    DECELERATION,
-    ERROR,
-    SIZE,
-    UNDEFINED,
-    VALUE,
-    worst_motion,
-)
 from adeye.judge.series import SERIES, TraceSeries, mean_change
 from adeye.kernel.jit import allocating
 from adeye.ports import MetricColumn
@@ -61,7 +53,7 @@ def worst_comfort(
     runs = length.shape[0]
     values = np.full((6, runs), -math.inf)
     rows = np.zeros((6, runs), dtype=np.int64)
-    codes = np.full((6, runs), UNDEFINED, dtype=np.int8)
+    codes = np.full((6, runs), scans.UNDEFINED, dtype=np.int8)
     found = np.zeros(6)
     for run in range(runs):
         total = 0.0
@@ -71,7 +63,7 @@ def worst_comfort(
             rate = ego[run, row, EGO_YAW_RATE]
             across = ego[run, row, EGO_SPEED] * rate
             if not math.isfinite(along + across + rate):
-                codes[:, run] = ERROR
+                codes[:, run] = scans.ERROR
                 break
             jerk, sideways = changes[0, run, row], changes[1, run, row]
             found[_ACCELERATION] = max(0.0, along)
@@ -92,9 +84,10 @@ def worst_comfort(
             for what in range(_TIME):
                 is_change = what in (_JERK, _YAW_ACCELERATION)
                 if found[what] > values[what, run] and not (is_change and row == 0):
-                    values[what, run], rows[what, run], codes[what, run] = found[what], row, VALUE
-        if length[run] and codes[_TIME, run] != ERROR:
-            values[_TIME, run], rows[_TIME, run], codes[_TIME, run] = total, first, VALUE
+                    values[what, run], rows[what, run] = found[what], row
+                    codes[what, run] = scans.VALUE
+        if length[run] and codes[_TIME, run] != scans.ERROR:
+            values[_TIME, run], rows[_TIME, run], codes[_TIME, run] = total, first, scans.VALUE
     return values, rows, codes
 
 
@@ -158,22 +151,22 @@ def _worst(series: TraceSeries) -> tuple[Floats, Ints, Bytes]:
 def max_jerk(series: TraceSeries) -> MetricColumn:
     """Largest size of the change of the longitudinal acceleration, averaged over 1 s."""
     jerk = mean_change(series.column("ego")[..., EGO_ACCELERATION], series.step)
-    return _largest(series, jerk, CHANGE)
+    return _largest(series, jerk, scans.CHANGE)
 
 
 @metric_entry("adeye:motion.max_deceleration@1", "m/s²", "higher")
 def max_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest longitudinal deceleration; 0 if the ego never brakes."""
-    return _largest(series, series.column("ego")[..., EGO_ACCELERATION], DECELERATION)
+    return _largest(series, series.column("ego")[..., EGO_ACCELERATION], scans.DECELERATION)
 
 
 @metric_entry("adeye:motion.max_lane_offset@1", "m", "higher")
 def max_lane_offset(series: TraceSeries) -> MetricColumn:
     """Largest distance of the ego's centre from the centre of the nearest lane."""
-    return _largest(series, series.column("ego_place")[..., PLACE_OFFSET], SIZE)
+    return _largest(series, series.column("ego_place")[..., PLACE_OFFSET], scans.SIZE)
 
 
 def _largest(series: TraceSeries, numbers: Floats, what: int) -> MetricColumn:
     """Reduce what is made of a number (B, T) of the ego to the largest of each run."""
-    row, value, codes = worst_motion(series.trace.length, numbers, what)
+    row, value, codes = scans.worst_motion(series.trace.length, numbers, what)
     return column_of(series, codes, row, value)

@@ -21,17 +21,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
+from adeye.judge.stl import operators
 from adeye.judge.stl.descent import find_binding_row
 from adeye.judge.stl.measures import NO_STATUS, OPEN, fill_predicate, fill_term
-from adeye.judge.stl.operators import (
-    fill_decided,
-    fill_operator,
-    fill_start,
-    find_held,
-    is_open_ended,
-    is_vacuous,
-    needs_rows,
-)
 from adeye.judge.stl.program import (
     ALWAYS,
     FIRST_PART,
@@ -114,10 +106,10 @@ def evaluate_runs(  # noqa: C901 - a kernel over a whole program
             kind = nodes[node, KIND]
             if kind <= WORD:
                 is_error |= fill_predicate(node, tables, extent.known, state)
-            elif needs_rows(nodes[node]):
-                fill_operator(node, nodes, extent.known, state)
+            elif operators.needs_rows(nodes[node]):
+                operators.fill_operator(node, nodes, extent.known, state)
             if nodes[node, IS_START]:
-                fill_start(node, nodes, extent, state)
+                operators.fill_start(node, nodes, extent, state)
         facts[run, 0] = is_error
         if is_error:
             facts[run, 1] = 0
@@ -130,13 +122,13 @@ def evaluate_runs(  # noqa: C901 - a kernel over a whole program
         elif start[root, 3] < 0.0:
             verdict = -1
         facts[run, 1] = verdict
-        facts[run, 2] = is_vacuous(tables, extent, state)
+        facts[run, 2] = operators.is_vacuous(tables, extent, state)
         if nested.shape[0]:
-            find_held(tables, extent, state, scope, held[run])
+            operators.find_held(tables, extent, state, scope, held[run])
         numbers[run, 0] = start[root, 0]
         numbers[run, 1] = start[root, 1]
         if tables.decided.shape[0] and not (facts[run, 2] and verdict > 0):
-            fill_decided(tables, extent, state, is_changed)
+            operators.fill_decided(tables, extent, state, is_changed)
         bound = 1 if verdict < 0 else 0
         find_binding_row(bound, tables, extent, state, numbers[run], facts[run])
 
@@ -437,11 +429,11 @@ def _fill_rows(runs: Runs, tables: Tables, out: Floats) -> None:
         for node in range(nodes.shape[0]):
             if nodes[node, KIND] <= WORD:
                 is_error |= fill_predicate(node, tables, extent.known, state)
-            elif is_open_ended(nodes[node]):
+            elif operators.is_open_ended(nodes[node]):
                 _fill_to_horizon(nodes[node], extent, bounds, bounds[node])
                 state.exact[node] = OPEN
             else:
-                fill_operator(node, nodes, extent.known, state)
+                operators.fill_operator(node, nodes, extent.known, state)
         if not is_error:
             for k in range(extent.last + 1):
                 out[0, run, k], out[1, run, k] = bounds[root, 0, k], bounds[root, 1, k]
