@@ -13,17 +13,6 @@ import pytest
 
 from adeye.campaign import warmup, work
 from adeye.campaign.run import Progress
-from adeye.campaign.warmup import (
-    _compile_part,
-    _covering,
-    _drive,
-    _evaluate,
-    _judge,
-    _measure,
-    begin_aside,
-    compile_aside,
-    warm_up,
-)
 from adeye.campaign.work import BatchTask, compiled_parts
 from adeye.errors import PlatformError, SpecError
 from adeye.judge.evaluate import VERDICTS, Evaluation
@@ -197,7 +186,7 @@ def test_one_of_each_structure(make_project: MakeProject, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(warmup, "execute", execute)
     seen: list[Progress] = []
-    assert warm_up(plan, seen.append) >= 0.0
+    assert warmup.warm_up(plan, seen.append) >= 0.0
     examples = [case.digest for case in plan.examples()]
     assert [[case.digest for case in task.execute] for task in tasks] == [[it] for it in examples]
     told = [(state.done, state.phase) for state in seen]
@@ -205,7 +194,7 @@ def test_one_of_each_structure(make_project: MakeProject, monkeypatch: pytest.Mo
     assert not project.db.exists()
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult(failure="OSError: no room"))
     with pytest.raises(PlatformError, match=r"with .*: OSError: no room"):
-        warm_up(plan)
+        warmup.warm_up(plan)
 
 
 @pytest.mark.slow
@@ -226,10 +215,10 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(warmup, "evaluate", judged)
     monkeypatch.setattr(work, "run_batch", driven)
-    assert _compile_part((_drive, task))
-    assert _compile_part((_judge, task))
-    assert _compile_part((_measure, task))
-    assert _compile_part((_evaluate, None))
+    assert warmup._compile_part((warmup._drive, task))
+    assert warmup._compile_part((warmup._judge, task))
+    assert warmup._compile_part((warmup._measure, task))
+    assert warmup._compile_part((warmup._evaluate, None))
     # One goes to its end and one only begins, yet its formulas are evaluated.
     assert lengths[0] > 10
     assert lengths[1:] == [1, 1]
@@ -240,14 +229,14 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
     plan = make_project().plan()
-    assert compile_aside(plan, begin_aside())
+    assert warmup.compile_aside(plan, warmup.begin_aside())
     task = BatchTask(0, (), (), plan.work)
-    assert not _compile_part((_judge, task))
+    assert not warmup._compile_part((warmup._judge, task))
 
 
 def test_every_part_is_compiled_aside_and_none_for_nothing(make_project: MakeProject) -> None:
     plan = make_project().plan()
-    chosen = _covering(plan)
+    chosen = warmup._covering(plan)
     parts = [
         compiled_parts(case.architecture, plan.work) | {str(bool(case.faults))} for case in chosen
     ]
@@ -262,13 +251,13 @@ def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.Mon
     plan = make_project().plan()
     asked: list[object] = []
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
-    monkeypatch.setattr(warmup, "begin_aside", lambda: None)
-    monkeypatch.setattr(warmup, "compile_aside", lambda plan, _: asked.append(plan))
+    monkeypatch.setattr(warmup, "warmup.begin_aside", lambda: None)
+    monkeypatch.setattr(warmup, "warmup.compile_aside", lambda plan, _: asked.append(plan))
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
-    warm_up(plan)
+    warmup.warm_up(plan)
     assert asked == []
-    warm_up(plan, aside=True)
+    warmup.warm_up(plan, aside=True)
     assert asked == [plan]
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: True)
-    warm_up(plan, aside=True)
+    warmup.warm_up(plan, aside=True)
     assert asked == [plan]

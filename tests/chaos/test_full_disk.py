@@ -13,33 +13,25 @@ from typing import Final
 import numpy as np
 import pytest
 
-from tests.chaos.runners import (
-    SEED,
-    Undisturbed,
-    assert_one_message,
-    assert_whole_blocks,
-    record,
-    run_of,
-    size,
-)
+from tests.chaos import runners
 
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
-POINTS: Final = size(6, 50)
+POINTS: Final = runners.size(6, 50)
 
 
-def test_file_that_may_not_grow_leaves_whole_blocks(little: Undisturbed) -> None:
-    random = np.random.default_rng(SEED)
+def test_file_that_may_not_grow_leaves_whole_blocks(little: runners.Undisturbed) -> None:
+    random = np.random.default_rng(runners.SEED)
     bounds = written(little)
     kept = 0
     for number in range(POINTS):
         db = f"limited-{number}.db"
-        said = little.adeye(*run_of(db), fsize=int(random.uniform(*bounds)))
-        assert_one_message(said, 5, db, "Check free space")
-        kept += assert_whole_blocks(little.folder / db)
+        said = little.adeye(*runners.run_of(db), fsize=int(random.uniform(*bounds)))
+        runners.assert_one_message(said, 5, db, "Check free space")
+        kept += runners.assert_whole_blocks(little.folder / db)
         little.resume(db)
     assert kept > 0
-    record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
+    runners.record("file that may not grow", points=POINTS, runs_kept=kept, partial_rows=0)
 
 
 @pytest.fixture
@@ -47,15 +39,15 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     """Mount a file system in memory, smaller than the campaign needs."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=16m", "none", str(disk)]
+    mount = ["mount", "-t", "tmpfs", "-o", "runners.size=16m", "none", str(disk)]
     if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("mounting a small file system is not allowed here")
     yield disk
     subprocess.run(["umount", str(disk)], check=True)
 
 
-def test_full_disk_leaves_whole_blocks(little: Undisturbed, small_disk: Path) -> None:
-    random = np.random.default_rng(SEED + 1)
+def test_full_disk_leaves_whole_blocks(little: runners.Undisturbed, small_disk: Path) -> None:
+    random = np.random.default_rng(runners.SEED + 1)
     bounds = written(little)
     kept, slowest = 0, 0.0
     for number in range(POINTS):
@@ -67,17 +59,19 @@ def test_full_disk_leaves_whole_blocks(little: Undisturbed, small_disk: Path) ->
             # Database and log have to go into what is left.
             os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(*bounds)))
         before = time.monotonic()
-        said = little.adeye(*run_of(str(db)))
+        said = little.adeye(*runners.run_of(str(db)))
         slowest = max(slowest, time.monotonic() - before)
-        assert_one_message(said, 5, db.name, "Free some space")
+        runners.assert_one_message(said, 5, db.name, "Free some space")
         ballast.unlink()
-        kept += assert_whole_blocks(db)
+        kept += runners.assert_whole_blocks(db)
         little.resume(db)
     assert kept > 0
-    record("full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1))
+    runners.record(
+        "full disk", points=POINTS, runs_kept=kept, partial_rows=0, slowest_s=round(slowest, 1)
+    )
 
 
-def written(whole: Undisturbed) -> tuple[int, int]:
+def written(whole: runners.Undisturbed) -> tuple[int, int]:
     """Find how large the log is [bytes] halfway in the schema and with the last block."""
     fresh, again = whole.calls
     sizes = []
