@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
@@ -28,20 +28,21 @@ if TYPE_CHECKING:
 
 Part: TypeAlias = "tuple[Callable[[Any], object], BatchTask | None]"
 """A function and what it is called with, in a process that compiles."""
+_MOST_ASIDE: Final = 4
 
 
 def warm_up(
     plan: CampaignPlan,
     progress: Callable[[Progress], None] | None = None,
     *,
-    aside: bool = False,
+    aside: int = 1,
 ) -> float:
     """Execute and judge one test case of each structure of a plan, and throw the results away.
 
     Args:
         plan: A checked plan.
         progress: Called before each structure.
-        aside: Whether to compile most of it in processes of their own first.
+        aside: In how many processes to compile most of it first; 1 for here.
 
     Returns:
         How long it took [s].
@@ -51,10 +52,10 @@ def warm_up(
     """
     began = time.monotonic()
     examples = plan.examples()
-    if aside and not is_cache_warm(*plan.compiled_parts):
+    if aside > 1 and not is_cache_warm(*plan.compiled_parts):
         if progress is not None:
             progress(Progress("compile", 0, len(examples), 0))
-        compile_aside(plan, begin_aside())
+        compile_aside(plan, begin_aside(aside))
     for number, case in enumerate(examples):
         if progress is not None:
             progress(Progress("compile", number, len(examples), 0))
@@ -66,19 +67,24 @@ def warm_up(
     return time.monotonic() - began
 
 
-def begin_aside() -> Processes[Part, bool]:
-    """Begin to compile what every plan needs, in one of two processes; the other one gets ready."""
-    processes = Processes(_compile_part, 2)
-    processes.begin((_evaluate, None))
-    processes.begin((_get_ready, None))
+def begin_aside(processors: int) -> Processes[Part, bool]:
+    """Begin to compile what every plan needs, in one process; others get ready.
+
+    Args:
+        processors: For how many processes there are processors; of more than four, some would wait.
+    """
+    count = min(processors, _MOST_ASIDE)
+    processes = Processes(_compile_part, count)
+    for part in (_evaluate, *[_get_ready] * (count - 1)):
+        processes.begin((part, None))
     return processes
 
 
 def compile_aside(plan: CampaignPlan, processes: Processes[Part, bool]) -> bool:
-    """Compile most of what a plan needs in two processes, each on a processor of its own.
+    """Compile most of what a plan needs in processes that have a processor each.
 
     The compiler uses one processor, and memory that it never gives back. One process executes a
-    test case, the other judges one in which nothing moves; metrics are compiled from both ends.
+    test case, another judges one in which nothing moves; metrics are compiled from both ends.
     Who is free executes and judges the others. What this process needs it loads afterwards; if
     something fails aside, it fails here again, where it is reported.
 

@@ -404,16 +404,16 @@ def _plan(
     from adeye.campaign.warmup import begin_aside
     from adeye.kernel.jit import is_cache_warm
 
-    may_begin = is_near and usable_processors() > 1
-    aside = begin_aside() if may_begin and not is_cache_warm() else None
+    processors = usable_processors() if is_near else 1
+    aside = begin_aside(processors) if processors > 1 and not is_cache_warm() else None
     try:
         plan = make_plan(odd, backend=backend, variant=variant)
     except BaseException:
         if aside is not None:
             aside.abandon()
         raise
-    if may_begin and aside is None and not is_cache_warm(*plan.compiled_parts):
-        aside = begin_aside()
+    if processors > 1 and aside is None and not is_cache_warm(*plan.compiled_parts):
+        aside = begin_aside(processors)
     return plan, aside
 
 
@@ -609,7 +609,7 @@ def warmup(
     for odd in files:
         plan = make_plan(odd, backend=backend, variant=variant)
         with reporting(f"compile for {odd.name}", quiet=quiet) as progress:
-            taken += warm_up(plan, progress, aside=usable_processors() > 1)
+            taken += warm_up(plan, progress, aside=usable_processors())
     if json:
         out.emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
     else:

@@ -229,7 +229,7 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_failure_aside_is_left_to_the_run(make_project: MakeProject) -> None:
     plan = make_project().plan()
-    assert warmup.compile_aside(plan, warmup.begin_aside())
+    assert warmup.compile_aside(plan, warmup.begin_aside(2))
     task = BatchTask(0, (), (), plan.work)
     assert not warmup._compile_part((warmup._judge, task))
 
@@ -256,8 +256,8 @@ def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.Mon
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
     warmup.warm_up(plan)
     assert asked == []
-    warmup.warm_up(plan, aside=True)
+    warmup.warm_up(plan, aside=2)
     assert asked == [plan]
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: True)
-    warmup.warm_up(plan, aside=True)
+    warmup.warm_up(plan, aside=2)
     assert asked == [plan]
