@@ -251,8 +251,8 @@ def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.Mon
     plan = make_project().plan()
     asked: list[object] = []
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
-    monkeypatch.setattr(warmup, "warmup.begin_aside", lambda: None)
-    monkeypatch.setattr(warmup, "warmup.compile_aside", lambda plan, _: asked.append(plan))
+    monkeypatch.setattr(warmup, "begin_aside", lambda _: None)
+    monkeypatch.setattr(warmup, "compile_aside", lambda plan, _: asked.append(plan))
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
     warmup.warm_up(plan)
     assert asked == []
