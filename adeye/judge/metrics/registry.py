@@ -125,6 +125,7 @@ class MetricDefinition:
         plugin: Class from outside the package that it is; empty for one of the package.
         least: No value is below it; None where that is not known.
         most: No value is above it.
+        since_fault: Whether it counts from a fault on, so that a bound on it is about faults.
     """
 
     uid: str
@@ -140,6 +141,7 @@ class MetricDefinition:
     plugin: str = ""
     least: float | None = None
     most: float | None = None
+    since_fault: bool = False
 
     def compute(self, trace: Trace) -> MetricColumn:
         """Return one value per run, with the time and the actor of the worst case."""
@@ -167,6 +169,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     settles: bool = False,
     least: float | None = None,
     most: float | None = None,
+    since_fault: bool = False,
 ) -> Callable[[Measure], Measure]:
     """Register a function over the series of a trace as a metric; its docstring is the text.
 
@@ -182,6 +185,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         settles: Whether a value is final.
         least: No value is below it.
         most: No value is above it.
+        since_fault: Whether it counts from a fault on.
     """
     key = uid.partition(":")[2].partition("@")[0]
     if column is None:
@@ -195,7 +199,8 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]
         words = (uid, column, unit, worse, publication, text)
-        _add(MetricDefinition(*words, scale, measure, cap, settles, least=least, most=most))
+        ends: dict[str, Any] = {"least": least, "most": most, "since_fault": since_fault}
+        _add(MetricDefinition(*words, scale, measure, cap, settles, **ends))
         return measure
 
     return register
