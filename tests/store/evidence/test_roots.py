@@ -19,7 +19,7 @@ from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
 from tests.sql import alter
 from tests.store.conftest import Example, Store
-from tests.store.raw import unguarded
+from tests.store.raw import guarded, unguarded
 from tests.stored import known
 
 
@@ -98,6 +98,21 @@ def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
     ]
     with pytest.raises(InputError, match="was withdrawn, so it is no evidence"):
         repository.evidence.prove("1", campaign)
+
+
+def test_withdrawal_that_is_gone_leaves_nothing_green(store: Store, raw: Any) -> None:
+    repository, info = store.repository, store.repository.find_campaign(store.campaign(8))
+    run = repository.find_run("1", campaign=info.id).result_digest
+    repository.evidence.withdraw(run, author="jo", reason="wrong map")
+    repository.require_sound(info.id)
+    unguarded(raw)
+    raw.execute("DELETE FROM withdrawal")
+    guarded(raw)
+    code, message = gate_code(repository, info)
+    assert code is ExitCode.INTEGRITY
+    assert "withdrawal 1: is missing" in message
+    with pytest.raises(IntegrityError, match="withdrawal 1: is missing"):
+        repository.require_sound(info.id)
 
 
 def test_withdrawals_are_counted_and_need_words(repository: Repository, campaign: str) -> None:
