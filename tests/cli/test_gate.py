@@ -236,6 +236,10 @@ def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
     assert "the database is not as it was written: verdict " in done.err
 
 
+def test_ordinal_proves_no_run(adeye: Any, mini: Executed) -> None:
+    assert "run '0': not the beginning" in adeye("db", "prove", "0", "--db", str(mini.db)).refused
+
+
 def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:
     done = adeye("stale", str(mini.project.odd), "--db", str(mini.db)).ok
     found = adeye("stale", str(mini.project.odd), "--db", str(mini.db), "--json").document

@@ -37,6 +37,22 @@ def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str
     assert roots.Proof(5, 8, path).root(bytes.fromhex(proof.leaf)).hex() == root.root
 
 
+def test_altered_evidence_is_not_proven(repository: Repository, campaign: str, raw: Any) -> None:
+    repository.evidence.record_root(campaign)
+    unguarded(raw)
+    own = " (SELECT number FROM run WHERE result_digest = ?)"
+    for ordinal, table, change in (
+        ("5", "verdict", "UPDATE verdict SET margin = 7.5 WHERE run_number ="),
+        ("6", "run", "UPDATE run SET outcome = 'none' WHERE number ="),
+    ):
+        digest = repository.find_run(ordinal, campaign=campaign).result_digest
+        raw.execute(change + own, (digest,))
+        with pytest.raises(IntegrityError, match=f"table {table}: rows are not as they were"):
+            repository.evidence.prove(digest, campaign)
+    with pytest.raises(IntegrityError, match="its evidence has root"):
+        repository.evidence.prove("4", campaign)
+
+
 def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
     told = {
         "adeye": "9", "who": "jo", "host": "h", "cpu": {"name": "fast"}, "packages": {"numpy": "2"},
