@@ -165,6 +165,22 @@ def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) 
     return with_nominal(project, kind="process", files=list(files), parameters=parameters)
 
 
+def test_what_a_program_imports_beside_it_is_part_of_the_identity(project: Project) -> None:
+    folder = project.folder / "odd/architectures"
+    (folder / "near").mkdir()
+    for name, text in (
+        ("drive.py", "import json, helper\n"),
+        ("helper.py", "from near import more\n"),
+        ("near/more.py", ""),
+        ("other.py", ""),
+    ):
+        (folder / name).write_text(text)
+    found = process_parts(project, "python3", "./drive.py", files=("helper.py",))
+    assert [item.name for item in found.files] == ["./drive.py", "helper.py", "./near/more.py"]
+    (folder / "near/more.py").write_text("SPEED = 3\n")
+    assert process_parts(project, "python3", "./drive.py", files=("helper.py",)) != found
+
+
 def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
     folder = project.folder / "odd" / "architectures"
     (folder / "drive").write_text("#!/bin/sh\n")

@@ -236,6 +236,14 @@ def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
     assert "the database is not as it was written: verdict " in done.err
 
 
+def test_results_that_stay_without_a_trace_are_told(
+    adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    done = adeye("run", str(mini.project.odd), "--db", "x.db", "--traces", "all", "--quiet")
+    assert "no trace is kept now of 28 results that were there already" in done.err
+
+
 def test_ordinal_proves_no_run(adeye: Any, mini: Executed) -> None:
     assert "run '0': not the beginning" in adeye("db", "prove", "0", "--db", str(mini.db)).refused
 

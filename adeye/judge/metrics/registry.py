@@ -102,6 +102,8 @@ Worse = Literal["lower", "higher"]
 Measure = Callable[[TraceSeries], MetricColumn]
 M = TypeVar("M", bound=type)
 
+_ROUNDING: Final = 1e-6
+"""How far a time may lie beyond the last row of its run [s]: it may be calculated."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -340,7 +342,7 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         times = _numbers("time", column.time, runs, np.float64)
         codes = _numbers("status", status_codes(column.status), runs, np.int8)
         actor = _numbers("actor", column.actor, runs, np.int64)
-        _require_known(actor, len(series.trace.layout.context.object_ids))
+        _require_known(actor, times, series.trace)
         is_formed = True
     except BaseException as error:
         if is_asked(error):
@@ -374,9 +376,13 @@ def _numbers(
     return numbers
 
 
-def _require_known(actor: Ints, objects: int) -> None:
-    """Refuse numbers of objects that are not there: they would be looked up."""
-    unknown = actor[(actor < -1) | (actor >= objects)]
+def _require_known(actor: Ints, times: Floats, trace: Trace) -> None:
+    """Refuse objects that are not there, which would be looked up, and times outside of a run."""
+    outside = times[(times < 0.0) | (times > trace.time[trace.length - 1] + _ROUNDING)]
+    if outside.size:
+        msg = f"time is {outside[0]:g} s, which is not in the run"
+        raise ValueError(msg)
+    unknown = actor[(actor < -1) | (actor >= len(trace.layout.context.object_ids))]
     if unknown.size:
         msg = f"actor names object {unknown[0]}, which is not there"
         raise ValueError(msg)

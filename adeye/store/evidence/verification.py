@@ -15,7 +15,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import chain, islice
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -398,13 +398,10 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 
 
-_NAMED: Final = 3
-
-
 def require_sound(
     connection: Connection, campaign: str, results: Iterable[Table] = (tables.verdict,)
 ) -> None:
-    """Refuse to hand on or to decide by what is not as it was written.
+    """Refuse to hand on, or to decide by, what is not as it was written.
 
     Args:
         connection: In a transaction.
@@ -414,15 +411,9 @@ def require_sound(
     Raises:
         IntegrityError: Something is not.
     """
-    altered = (
-        _as_far_as_readable(table.name, _altered_results(connection, table)) for table in results
-    )
-    found = map(str, chain(unsound(connection, campaign), *altered))
-    named = "; ".join(islice(found, _NAMED))
-    if named:
-        raise IntegrityError(
-            f"the database is not as it was written: {named}. Run 'adeye db verify'."
-        )
+    altered = (_altered_results(connection, table) for table in results)
+    for found in chain(unsound(connection, campaign), *altered):
+        raise IntegrityError(f"the database is not as it was written: {found}. See 'db verify'.")
 
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:
