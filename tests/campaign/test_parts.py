@@ -168,17 +168,14 @@ def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) 
 def test_what_a_program_imports_beside_it_is_part_of_the_identity(project: Project) -> None:
     folder = project.folder / "odd/architectures"
     (folder / "near").mkdir()
-    for name, text in (
-        ("drive.py", "import json, helper\n"),
-        ("helper.py", "from near import more\n"),
-        ("near/more.py", ""),
-        ("other.py", ""),
-    ):
-        (folder / name).write_text(text)
-    found = process_parts(project, "python3", "./drive.py", files=("helper.py",))
-    assert [item.name for item in found.files] == ["./drive.py", "helper.py", "./near/more.py"]
-    (folder / "near/more.py").write_text("SPEED = 3\n")
-    assert process_parts(project, "python3", "./drive.py", files=("helper.py",)) != found
+    (folder / "drive.py").write_text("import json, helper")
+    (folder / "helper.py").write_text("from near import more")
+    seen = []
+    for text in ("SPEED = 3", "SPEED = 4"):
+        (folder / "near/more.py").write_text(text)
+        seen.append(process_parts(project, "python3", "./drive.py", files=("helper.py",)))
+    assert [item.name for item in seen[0].files] == ["./drive.py", "helper.py", "./near/more.py"]
+    assert seen[0].digest != seen[1].digest
 
 
 def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:

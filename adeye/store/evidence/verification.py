@@ -15,7 +15,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import chain
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -398,6 +398,9 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 
 
+_NAMED: Final = 3
+
+
 def require_sound(
     connection: Connection, campaign: str, results: Iterable[Table] = (tables.verdict,)
 ) -> None:
@@ -412,8 +415,18 @@ def require_sound(
         IntegrityError: Something is not.
     """
     altered = (_altered_results(connection, table) for table in results)
-    for found in chain(unsound(connection, campaign), *altered):
-        raise IntegrityError(f"the database is not as it was written: {found}. See 'db verify'.")
+    refuse("the database", chain(unsound(connection, campaign), *altered))
+
+
+def refuse(what: str, findings: Iterable[Finding]) -> None:
+    """Raise an error that names the first findings, if there is one.
+
+    Raises:
+        IntegrityError: There is.
+    """
+    named = "; ".join(map(str, islice(findings, _NAMED)))
+    if named:
+        raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
 
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:

@@ -491,6 +491,5 @@ def open_export(
             )
     with opened(place) as connection:
         found = reading.find_campaign(connection, campaign)
-        handed_on = (*RESULTS, *plugin_tables(connection))
-        require_sound(connection, found.id, handed_on)
+        require_sound(connection, found.id, (*RESULTS, *plugin_tables(connection)))
         yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)

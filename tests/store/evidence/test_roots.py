@@ -40,17 +40,12 @@ def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str
 def test_altered_evidence_is_not_proven(repository: Repository, campaign: str, raw: Any) -> None:
     repository.evidence.record_root(campaign)
     unguarded(raw)
-    own = " (SELECT number FROM run WHERE result_digest = ?)"
-    for ordinal, table, change in (
-        ("5", "verdict", "UPDATE verdict SET margin = 7.5 WHERE run_number ="),
-        ("6", "run", "UPDATE run SET outcome = 'none' WHERE number ="),
-    ):
-        digest = repository.find_run(ordinal, campaign=campaign).result_digest
-        raw.execute(change + own, (digest,))
-        with pytest.raises(IntegrityError, match=f"table {table}: rows are not as they were"):
-            repository.evidence.prove(digest, campaign)
-    with pytest.raises(IntegrityError, match="its evidence has root"):
-        repository.evidence.prove("4", campaign)
+    digest = repository.find_run("5", campaign=campaign).result_digest
+    (number,) = raw.execute("SELECT number FROM run WHERE result_digest = ?", (digest,)).fetchone()
+    raw.execute("UPDATE verdict SET margin = 7.5 WHERE run_number = ?", (number,))
+    for run, said in ((digest, "table verdict: rows are not"), ("4", "its evidence has root")):
+        with pytest.raises(IntegrityError, match=said):
+            repository.evidence.prove(run, campaign)
 
 
 def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
@@ -120,13 +115,10 @@ def test_withdrawal_that_is_gone_leaves_nothing_green(store: Store, raw: Any) ->
     repository, info = store.repository, store.repository.find_campaign(store.campaign(8))
     run = repository.find_run("1", campaign=info.id).result_digest
     repository.evidence.withdraw(run, author="jo", reason="wrong map")
-    repository.require_sound(info.id)
     unguarded(raw)
     raw.execute("DELETE FROM withdrawal")
     guarded(raw)
-    code, message = gate_code(repository, info)
-    assert code is ExitCode.INTEGRITY
-    assert "withdrawal 1: is missing" in message
+    assert gate_code(repository, info)[0] is ExitCode.INTEGRITY
     with pytest.raises(IntegrityError, match="withdrawal 1: is missing"):
         repository.require_sound(info.id)
 
