@@ -276,6 +276,6 @@ def test_result_comes_through_although_the_output_was_closed(mischief: str) -> N
 
 def test_what_is_found_about_no_run_is_never_green(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(Exit) as ended:
-        output.emit_found("forks", Point(1.0, Path("a")), repr, json=True, looked_at=0)
+        output.emit_found("forks", Point(1.0, Path("a")), lambda _: None, json=True, looked_at=0)
     assert ended.value.exit_code == 3
     assert "forks: there is no run to look at" in capsys.readouterr().err
