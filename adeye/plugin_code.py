@@ -105,6 +105,18 @@ def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
     return _imports(files)[0]
 
 
+def imports_beside(program: Path) -> list[Path]:
+    """List the sources in the folder of a program that it imports, and those that these import."""
+    found, left = {program}, [program] if program.suffix == ".py" else []
+    while left:
+        for name in _imported(left.pop()):
+            package = program.parent.joinpath(name).rglob("*.py")
+            new = {path for path in (program.with_name(f"{name}.py"), *package) if path.is_file()}
+            left += new - found
+            found |= new
+    return sorted(found - {program})
+
+
 def _imports(files: Iterable[File]) -> tuple[dict[str, list[File]], set[str]]:
     """List what is the user's own, with its files, and what is installed."""
     left = list(files)

@@ -72,9 +72,10 @@ def check_stored(db: str | Path | None, name: str | None = None) -> checking.Che
 
     Raises:
         InputError: There is no campaign of the name.
+        IntegrityError: Its evidence is not as it was written.
         PlatformError: The database cannot be read.
     """
-    stored = checking.check_campaign(db, name)
+    stored = checking.check_campaign(db, name, must_be_sound=True)
     if stored is None:
         return None
     return checking.Checked(stored.campaign.odd, None, stored.campaign, RULES, stored.violations)
@@ -89,6 +90,7 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> checking.Checke
 
     Raises:
         InputError: A file does not say what it must; the message has its line.
+        IntegrityError: The evidence is not as it was written.
         PlatformError: The database cannot be read.
     """
     plan = make_plan(path)
@@ -98,7 +100,7 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> checking.Checke
         *checking.idle_violations(plan.faults, plan.injected),
     ]
     odd = plan.files.odd.spec.odd
-    stored = checking.check_campaign(db, odd=odd, rules=checking.EVIDENCE_RULES)
+    stored = checking.check_campaign(db, odd=odd, rules=checking.EVIDENCE_RULES, must_be_sound=True)
     if stored is not None:
         found += stored.violations
         results = (part.engine.result_digests(part.test_cases) for part in plan.planned())

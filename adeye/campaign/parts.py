@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
-from adeye.plugin_code import code_digest, files_digest, package_files, with_imports
+from adeye.plugin_code import code_digest, files_digest, imports_beside, package_files, with_imports
 from adeye.plugins import (
     Loc,
     Part,
@@ -35,7 +35,7 @@ from adeye.plugins import (
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.policy import load_policy
-from adeye.simulate.channels.process.channel import command_files, find_program
+from adeye.simulate.channels.process.channel import HERE, command_files, find_program
 from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
@@ -171,6 +171,10 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                 )
             found.add(file.path)
             yield file
+        # What Python finds beside its program is a part of it, listed or not.
+        for path in sorted({path for file in found for path in imports_beside(file)} - found):
+            name = f"{HERE}{path.relative_to(loaded.path.parent.resolve())}"
+            yield read_file(f"channels.{channel}", name, loaded.path.parent)
 
 
 def _plugin(

@@ -242,6 +242,8 @@ def prove(
 
     Whoever knows the campaign's root can check it without the database (RFC 6962, section 2.1).
 
+    Exit codes: 0 proven, 2 no such run or campaign, 4 run or campaign are not as they were written.
+
     Parameters:
         campaign: Number or digest; default: latest.
 
@@ -253,7 +255,9 @@ def prove(
 
     with Repository.open(db, create=False) as repository:
         chosen = repository.find_campaign(campaign)
-        proof = repository.evidence.prove(run, chosen.id)
+        # As everywhere, digits are the beginning of a digest, and no ordinal.
+        named = repository.find_run(run).result_digest if run.isdigit() else run
+        proof = repository.evidence.prove(named, chosen.id)
     out.emit_found("db-prove", proof, _print_proof, json=json)
 
 

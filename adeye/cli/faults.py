@@ -116,6 +116,8 @@ def forks(
     run without one with another channel from its fault on, or from the start. The forks are stored
     and count in no campaign. A run violates if the ego touches something or leaves the road.
 
+    Exit codes: 0 done, 3 there is no run to look at, 4 a run is not as it was recorded.
+
     Examples:
         adeye forks
         adeye forks 3 --sample 50 --json
@@ -124,13 +126,15 @@ def forks(
 
     with watching(quiet=quiet) as report:
         found = look_back(db, campaign, most=sample or None, report=report)
-    if json:
-        shares = {"precision": found.precision, "recall": found.recall}
-        out.emit_json(
-            "forks", out.plain(found) | {name: list(pair) for name, pair in shares.items()}
-        )
-        return
-    _print_matrix(found)
+    shares = {"precision": list(found.precision), "recall": list(found.recall)}
+    out.emit_found(
+        "forks",
+        found,
+        _print_matrix,
+        json=json,
+        document=lambda found: out.plain(found) | shares,
+        looked_at=found.looked_at,
+    )
 
 
 def _share(pair: tuple[int, int]) -> str:
@@ -273,6 +277,8 @@ def faults(
     interval only where the points of the scenario are a random sample. What is found is kept, and
     not executed again.
 
+    Exit codes: 0 done, 3 no run has a fault, 4 a run is not as it was recorded.
+
     Parameters:
         by: Hold trips without a fault against detection with one, for each value of a swept axis,
             such as safety.parameters.confirm. Nothing is executed.
@@ -289,7 +295,8 @@ def faults(
         return
     with watching(quiet=quiet) as report:
         found = campaign_injections(db, campaign, most=sample or None, report=report)
-    out.emit_found("faults", found, _print_table, json=json, document=_table)
+    count = found.looked_at
+    out.emit_found("faults", found, _print_table, json=json, document=_table, looked_at=count)
 
 
 def _table(found: InjectionTable) -> dict[str, object]:

@@ -168,6 +168,8 @@ def stale(
     or a formula, the attributes of the ODD, the code of a plug-in. Titles, texts and costs make
     nothing stale. Nothing is executed or saved.
 
+    Exit codes: 0 done, 2 input error, 4 the evidence is not as it was written, 5 database or disk.
+
     Parameters:
         odd: The ODD's file; default: that of the newest campaign.
 
@@ -195,6 +197,7 @@ def stale(
                     remedy="Name its file: adeye stale ODD",
                 )
             plan = make_plan(path, backend=backend, variant=variant)
+        repository.require_sound(campaign.id)
         found = find_stale(repository, plan, campaign)
     shown = partial(_print_stale, odd=path, db=db)
     out.emit_found("stale", found, shown, json=json, document=_stale_document)
@@ -263,7 +266,8 @@ def check(
     expired, evidence that is vacuous, stale or incomplete. Of an ODD the files are checked with the
     newest evidence of it in the database; of a campaign what is stored.
 
-    Exit codes: 0 no findings, 1 findings, 2 input error, 3 nothing to check, 5 database or disk.
+    Exit codes: 0 no findings, 1 findings, 2 input error, 3 nothing to check, 4 the evidence
+    is not as it was written, 5 database or disk.
 
     Parameters:
         subject: An ODD's file; or number or beginning of the digest of a campaign, by default the

@@ -16,6 +16,9 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO, TypeVar
 
+from typer import Exit
+
+from adeye.judge.verdict import ExitCode
 from adeye.outputs import laid
 from adeye.report.cells import clean as clean
 from adeye.report.cells import csv_cell
@@ -269,6 +272,7 @@ def emit_found(
     *,
     json: bool,
     document: Callable[[Found], Mapping[str, Any]] | None = None,
+    looked_at: int = 1,
 ) -> None:
     """Write what a verb found: as one JSON document, or as people read it.
 
@@ -278,11 +282,15 @@ def emit_found(
         show: Prints it for people.
         json: Whether it is written as a document.
         document: Makes its content; without it, that is a record with all its fields.
+        looked_at: How many runs it is about; of none, nothing is told.
     """
     if json:
         emit_json(verb, plain(found) if document is None else document(found))
     else:
         show(found)
+    if not looked_at:
+        talk(f"{verb}: there is no run to look at, so nothing is shown by it.")
+        raise Exit(ExitCode.INCOMPLETE)
 
 
 def json_text(verb: str, content: Mapping[str, Any]) -> str:

@@ -245,8 +245,8 @@ def preventability(
     same vehicle in the same situation, sees it as it is, and has no faults, since it has no such
     parts. What only the model avoids is a finding. A benchmark, not a proof.
 
-    Exit codes: 0 done, also with findings; 2 no such run, campaign, model or edition; 4 a result
-    contradicts the database.
+    Exit codes: 0 done, also with findings; 2 no such run, campaign, model or edition; 3 no run has
+    a conflict; 4 a result contradicts the database.
 
     Parameters:
         name: Campaign by id, its beginning or its number, or the beginning of a run's digest; the
@@ -283,6 +283,7 @@ def preventability(
         _print_preventability,
         json=json,
         document=lambda found: {"edition": edition, **out.plain(found)},
+        looked_at=len(found.comparisons),
     )
 
 

@@ -282,6 +282,9 @@ def run(
         out.emit_json("run", document(summary))
     else:
         print_summary(summary)
+    if wanted == "all" and summary.reused:
+        untold = f"no trace is kept now of {summary.reused:,} results that were there already"
+        out.talk(f"note: {untold}; for their traces run into a new database: --db NEW")
     if summary.never_began and not quiet:
         out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
     code = int(summary.exit_code)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, model_validator
 
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
 from adeye.spec.sensors import Share
 
 # --- What every fault has: its target, its onset, and for how long and how often it is there ------
+
+NEGLIGIBLE: Final = 1e-9
+"""Distance from a neutral size, in SI, within which a size is read as this: far below what is worth
+a test, far above how numbers are rounded. So such a fault changes no bit."""
 
 Target = Annotated[str, StringConstraints(pattern=q.TARGET)]
 
@@ -64,6 +68,15 @@ class Fault(q.Record):
     times: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """How often an intermittent fault comes; without it, to the end of the run."""
     text: str = ""
+
+    @model_validator(mode="after")
+    def _rounding_is_nothing(self) -> Self:
+        for name, size in (pair for sizes in self.neutral for pair in sizes.items()):
+            value = getattr(self, name)
+            if value is not None and abs(value - size) <= NEGLIGIBLE:
+                # A frozen record, but one that nobody has seen yet.
+                self.__dict__[name] = size
+        return self
 
     @finds
     def _model_fits_target(self) -> Iterator[Problem]:

@@ -23,6 +23,7 @@ from sqlalchemy import Connection, Table, select
 
 from adeye.errors import InputError
 from adeye.judge.evaluate import read_never_held
+from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import ANY_FAULT, named_faults, nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
 from adeye.judge.stl.parser import Parameters
@@ -333,10 +334,6 @@ def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
     return row(tables.never_held, (campaign_id, found.fsr, found.architecture, 0, told, 1))
 
 
-_SINCE_A_FAULT: Final = ("fault_", "distance_to_safe_state", "emergency_operation_time")
-"""Beginnings of metrics that are counted from a fault on."""
-
-
 def _read(
     what: Callable[[str | None, Parameters], tuple[str, ...]], content: str
 ) -> tuple[str, ...]:
@@ -344,7 +341,8 @@ def _read(
     try:
         told = json.loads(content)
         metric = str((told.get("bound") or {}).get("metric"))
-        since = "faulted" if metric.startswith(_SINCE_A_FAULT) else None
+        counted = METRICS.get(metric)
+        since = "faulted" if counted is not None and counted.since_fault else None
         values = told.get("parameters", {}).items()
         named = {name: read_quantity(str(value)) for name, value in values}
         return what(told.get("formula") or since, named)

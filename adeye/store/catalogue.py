@@ -96,7 +96,8 @@ def rows_of_runs(
     connection: Connection, table: Table, columns: str, numbers: Iterable[int]
 ) -> Iterable[Any]:
     """Read the number of the run, and columns, of the rows of a table that some runs have."""
-    return rows_among(connection, table, f"run_number, {columns}", "run_number", numbers)
+    key = "number" if table.name == "run" else "run_number"
+    return rows_among(connection, table, f"{key}, {columns}", key, numbers)
 
 
 def size_bytes(connection: Connection) -> int:

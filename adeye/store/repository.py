@@ -169,6 +169,8 @@ class Repository(Door):
         with self._database.read() as connection:
             return tuple(verification.unsound(connection, campaign))
 
+    require_sound = reading(verification.require_sound)
+
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:

@@ -165,6 +165,19 @@ def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) 
     return with_nominal(project, kind="process", files=list(files), parameters=parameters)
 
 
+def test_what_a_program_imports_beside_it_is_part_of_the_identity(project: Project) -> None:
+    folder = project.folder / "odd/architectures"
+    (folder / "near").mkdir()
+    (folder / "drive.py").write_text("import json, helper")
+    (folder / "helper.py").write_text("from near import more")
+    seen = []
+    for text in ("SPEED = 3", "SPEED = 4"):
+        (folder / "near/more.py").write_text(text)
+        seen.append(process_parts(project, "python3", "./drive.py", files=("helper.py",)))
+    assert [item.name for item in seen[0].files] == ["./drive.py", "helper.py", "./near/more.py"]
+    assert seen[0].digest != seen[1].digest
+
+
 def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
     folder = project.folder / "odd" / "architectures"
     (folder / "drive").write_text("#!/bin/sh\n")

@@ -13,6 +13,7 @@ from lxml import etree
 from adeye.report.gate.baseline import baseline_text, read_baseline
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, Executed, Project
+from tests.sql import alter
 
 # --- ``gate``: what is printed, the document, JUnit, options that do not go together
 
@@ -221,6 +222,30 @@ def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Pa
     assert found["counts"] < found["evidence"]
     assert [item["cause"] for item in found["stale"]] == ["withdrawn"]
     assert "J. Doe: wrong map" in adeye("stale", str(mini.project.odd), "--db", str(db)).out
+
+
+@pytest.mark.parametrize("verb", [("check",), ("stale",), ("export", "-o", "out")])
+def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
+    verb: tuple[str, ...], adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", "UPDATE verdict SET verdict = 'PASS' WHERE verdict = 'VACUOUS'")
+    asked = [*verb, str(mini.project.odd)] if verb == ("stale",) else verb
+    done = adeye(*asked, "--db", "x.db")
+    assert done.code == 4
+    assert "the database is not as it was written: verdict " in done.err
+
+
+def test_results_that_stay_without_a_trace_are_told(
+    adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    done = adeye("run", str(mini.project.odd), "--db", "x.db", "--traces", "all", "--quiet")
+    assert "no trace is kept now of 28 results that were there already" in done.err
+
+
+def test_ordinal_proves_no_run(adeye: Any, mini: Executed) -> None:
+    assert "run '0': not the beginning" in adeye("db", "prove", "0", "--db", str(mini.db)).refused
 
 
 def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:

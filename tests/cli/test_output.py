@@ -12,6 +12,7 @@ from enum import Enum
 from pathlib import Path
 
 import pytest
+from typer import Exit
 
 from adeye.cli import output
 from adeye.cli.output import BREAKABLE, emit, results, results_apart, stacked, widths_of
@@ -271,3 +272,10 @@ def test_result_comes_through_although_the_output_was_closed(mischief: str) -> N
     environment = {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "a result\n", "")
+
+
+def test_what_is_found_about_no_run_is_never_green(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(Exit) as ended:
+        output.emit_found("forks", Point(1.0, Path("a")), lambda _: None, json=True, looked_at=0)
+    assert ended.value.exit_code == 3
+    assert "forks: there is no run to look at" in capsys.readouterr().err

@@ -167,6 +167,15 @@ def test_fault_of_no_size_is_named(nothing: dict[str, Any], something: dict[str,
     assert idle(fault(**{**nothing, **something})) == {}
 
 
+def test_size_of_rounding_is_read_as_none() -> None:
+    for nothing, _ in TABLES["fault of no size is named"]:
+        none = fault(**nothing)
+        for name, size in ((name, size) for sizes in none.neutral for name, size in sizes.items()):
+            if isinstance(size, float) and getattr(none, name) == size:
+                content = {**none.model_dump(), name: size + 1e-12}
+                assert FAULT.validate_python(content, context=SI) == none, name
+
+
 def test_sizes_are_fields_of_their_models() -> None:
     for model in MODELS:
         for sizes in model.neutral:

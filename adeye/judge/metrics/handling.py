@@ -15,6 +15,7 @@ rate places differently are each measured by their own ratings.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -119,8 +120,10 @@ def default_channel(trace: Trace) -> int:
 
 # --- Metrics of how a fault is handled, and of how often another channel acts ---------------------
 
+_timed = partial(metric_entry, worse="higher", settles=True, since_fault=True)
 
-@metric_entry("adeye:handling.fault_to_safe_state@1", "s", "higher", settles=True)
+
+@_timed("adeye:handling.fault_to_safe_state@1", "s")
 def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until the ego is in a safe state and stays there to the end.
 
@@ -138,7 +141,7 @@ def fault_to_safe_state(series: TraceSeries) -> MetricColumn:
     return _since_fault(series, _onset(series), row, row < trace.length, row < 0)
 
 
-@metric_entry("adeye:handling.distance_to_safe_state@1", "m", "higher", scale=10.0, settles=True)
+@_timed("adeye:handling.distance_to_safe_state@1", "m", scale=10.0)
 def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     """Way that the ego drives from the first fault until it is in a safe state to the end.
 
@@ -156,7 +159,7 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, way, found.safe, is_unknown=is_unknown)
 
 
-@metric_entry("adeye:handling.takeover_time@1", "s", "higher", settles=True)
+@_timed("adeye:handling.takeover_time@1", "s")
 def takeover_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until authority first passes to another channel.
 
@@ -169,7 +172,7 @@ def takeover_time(series: TraceSeries) -> MetricColumn:
     return _since_fault(series, onset, row, row >= 0, np.zeros(trace.runs, dtype=np.bool_))
 
 
-@metric_entry("adeye:handling.fault_detection_time@1", "s", "higher", settles=True)
+@_timed("adeye:handling.fault_detection_time@1", "s")
 def fault_detection_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault until a monitor is confirmed or the acting channel is unusable.
 
@@ -179,7 +182,7 @@ def fault_detection_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, found.intervals.fdti, found.detect)
 
 
-@metric_entry("adeye:handling.fault_reaction_time@1", "s", "higher", settles=True)
+@_timed("adeye:handling.fault_reaction_time@1", "s")
 def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     """Time from the detection of the first fault to the safe state or to emergency operation."""
     found = _handled(series)
@@ -188,7 +191,7 @@ def fault_reaction_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, frti, row, is_unknown=found.is_unknown)
 
 
-@metric_entry("adeye:handling.fault_handling_time@1", "s", "higher", settles=True)
+@_timed("adeye:handling.fault_handling_time@1", "s")
 def fault_handling_time(series: TraceSeries) -> MetricColumn:
     """Time from the first fault to the safe state or to emergency operation, if it is detected."""
     found = _handled(series)
@@ -197,7 +200,7 @@ def fault_handling_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, fhti, row, is_unknown=found.is_unknown)
 
 
-@metric_entry("adeye:handling.emergency_operation_time@1", "s", "higher", settles=True)
+@_timed("adeye:handling.emergency_operation_time@1", "s")
 def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     """Time from emergency operation after the first fault to the safe state.
 
@@ -329,7 +332,7 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, series.trace.length - 1, values, _touched(series.trace))
 
 
-@metric_entry("adeye:stopping.stop_regret@1", "1", "higher")
+@metric_entry("adeye:stopping.stop_regret@1", "1", "higher", since_fault=True)
 def stop_regret(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands, minus the best reachable when the fault began.
 

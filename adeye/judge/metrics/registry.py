@@ -102,6 +102,8 @@ Worse = Literal["lower", "higher"]
 Measure = Callable[[TraceSeries], MetricColumn]
 M = TypeVar("M", bound=type)
 
+_ROUNDING: Final = 1e-6
+"""How far a time may lie beyond the last row of its run [s]: it may be calculated."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -125,6 +127,7 @@ class MetricDefinition:
         plugin: Class from outside the package that it is; empty for one of the package.
         least: No value is below it; None where that is not known.
         most: No value is above it.
+        since_fault: Whether it counts from a fault on, so that a bound on it is about faults.
     """
 
     uid: str
@@ -140,6 +143,7 @@ class MetricDefinition:
     plugin: str = ""
     least: float | None = None
     most: float | None = None
+    since_fault: bool = False
 
     def compute(self, trace: Trace) -> MetricColumn:
         """Return one value per run, with the time and the actor of the worst case."""
@@ -167,6 +171,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     settles: bool = False,
     least: float | None = None,
     most: float | None = None,
+    since_fault: bool = False,
 ) -> Callable[[Measure], Measure]:
     """Register a function over the series of a trace as a metric; its docstring is the text.
 
@@ -182,6 +187,7 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         settles: Whether a value is final.
         least: No value is below it.
         most: No value is above it.
+        since_fault: Whether it counts from a fault on.
     """
     key = uid.partition(":")[2].partition("@")[0]
     if column is None:
@@ -195,7 +201,8 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]
         words = (uid, column, unit, worse, publication, text)
-        _add(MetricDefinition(*words, scale, measure, cap, settles, least=least, most=most))
+        ends: dict[str, Any] = {"least": least, "most": most, "since_fault": since_fault}
+        _add(MetricDefinition(*words, scale, measure, cap, settles, **ends))
         return measure
 
     return register
@@ -335,7 +342,7 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         times = _numbers("time", column.time, runs, np.float64)
         codes = _numbers("status", status_codes(column.status), runs, np.int8)
         actor = _numbers("actor", column.actor, runs, np.int64)
-        _require_known(actor, len(series.trace.layout.context.object_ids))
+        _require_known(actor, times, series.trace)
         is_formed = True
     except BaseException as error:
         if is_asked(error):
@@ -369,9 +376,13 @@ def _numbers(
     return numbers
 
 
-def _require_known(actor: Ints, objects: int) -> None:
-    """Refuse numbers of objects that are not there: they would be looked up."""
-    unknown = actor[(actor < -1) | (actor >= objects)]
+def _require_known(actor: Ints, times: Floats, trace: Trace) -> None:
+    """Refuse objects that are not there, which would be looked up, and times outside of a run."""
+    outside = times[(times < 0.0) | (times > trace.time[trace.length - 1] + _ROUNDING)]
+    if outside.size:
+        msg = f"time is {outside[0]:g} s, which is not in the run"
+        raise ValueError(msg)
+    unknown = actor[(actor < -1) | (actor >= len(trace.layout.context.object_ids))]
     if unknown.size:
         msg = f"actor names object {unknown[0]}, which is not there"
         raise ValueError(msg)

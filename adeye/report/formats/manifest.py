@@ -148,7 +148,9 @@ def read_manifest(path: Path) -> tuple[bytes, dict[str, Any]]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error})", remedy="Name a manifest.") from error
     is_one = isinstance(document, dict) and document.get("schema") == SCHEMA
-    if not is_one or any(type(document.get(name)) is not kind for name, kind in _KEYS.items()):
+    kinds = {name: type(value) for name, value in document.items()} if is_one else {}
+    # What is beside its own keys nobody compares with anything.
+    if kinds != _KEYS:
         raise InputError(
             f"{path}: is not a manifest of schema {SCHEMA}",
             remedy="Write one with 'adeye manifest write'.",

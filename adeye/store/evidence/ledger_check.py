@@ -75,7 +75,7 @@ def unbalanced(connection: Connection) -> Iterator[Finding]:
         query = f"SELECT row_hash FROM {table.name}"  # noqa: S608 - own names
         count, total = ledger.summed(connection, query, (), _hex)
         if (count, total) != told.totals.pop(table.name, (0, 0)):
-            named = list(_differing(connection, table))
+            named = list(differing(connection, table))
             yield from named or [Finding(table.name, "", f"{count} rows are not as in the ledger")]
     yield from _sealed(connection, told)
 
@@ -131,8 +131,8 @@ def _hex(value: Any) -> str:
     return text if len(text) == 32 and set(text) <= set("0123456789abcdef") else "0" * 32
 
 
-def _differing(connection: Connection, table: Table) -> Iterator[Finding]:
-    """Name the rows of a table that are not those in the ledger; only where the sums differ."""
+def differing(connection: Connection, table: Table) -> Iterator[Finding]:
+    """Name the rows of a listed table that are not those that the ledger lists."""
     listed: Counter[str] = Counter()
     found = connection.exec_driver_sql(
         "SELECT detail FROM ledger WHERE table_name = ?", (table.name,)

@@ -38,6 +38,7 @@ from adeye.store.ledger import add_numbered, add_row, summed
 from adeye.store.read.campaigns import Executed as Executed  # who certifies imports it from here
 from adeye.store.read.campaigns import executed_once, find_run
 from adeye.store.records import Finding, of_row
+from adeye.store.write.results import numbers_of, require_unaltered
 
 # --- A Merkle tree over leaves that come one after the other: its root, and proofs of one leaf ----
 
@@ -401,6 +402,7 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
 
     Raises:
         InputError: There is no such run in the campaign, or it was withdrawn.
+        IntegrityError: The run or the campaign is not as it was written.
     """
     found = find_run(connection, run, campaign)
     withdrawn = "SELECT 1 FROM withdrawal WHERE result_digest = ?"
@@ -409,11 +411,15 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
             f"run {found.result_digest[:12]} was withdrawn, so it is no evidence",
             remedy="See 'adeye db info' for who did so, and prove another run.",
         )
+    number = list(numbers_of(connection, [found.result_digest]).values())
+    for table in tables.RESULTS:
+        require_unaltered(connection, table, number)
     tree, own = Tree(found.ordinal), b""
     for place, leaf in leaves(connection, campaign):
         tree.add(leaf)
         own = leaf if place == found.ordinal else own
     proof, root = tree.proof(), tree.root().hex()
+    require_root(connection, Root(campaign, tree.leaves, root))
     path = tuple(item.hex() for item in proof.path)
     digest = found.result_digest
     return RunProof(campaign, digest, found.ordinal, proof.leaves, own.hex(), path, root)

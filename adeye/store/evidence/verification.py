@@ -15,6 +15,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -34,7 +35,7 @@ from adeye.store.encoding import (
     stored_rows,
     stored_words,
 )
-from adeye.store.evidence.ledger_check import unbalanced
+from adeye.store.evidence.ledger_check import differing, unbalanced
 from adeye.store.evidence.roots import wrong_roots
 from adeye.store.ledger import key_text
 from adeye.store.plugin_metrics import plugin_tables
@@ -386,6 +387,8 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     for table in (tables.campaign, tables.campaign_fsr, *counted):
         own = "id = ?" if table is tables.campaign else "campaign_id = ?"
         yield from altered_rows(table, stored_rows(connection, table, own, (campaign,)))
+    # A withdrawal that is gone lets a result count that is no evidence.
+    yield from differing(connection, tables.withdrawal)
     yield from _lost(connection, campaign)
     for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
         judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"
@@ -393,6 +396,37 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     for item in connection.execute(text(statement("uncounted")), {"campaign": campaign}):
         problem = "what counts once, or never held, is missing"
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
+
+
+_NAMED: Final = 3
+
+
+def require_sound(
+    connection: Connection, campaign: str, results: Iterable[Table] = (tables.verdict,)
+) -> None:
+    """Refuse to hand on, or to decide by, what is not as it was written.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the campaign.
+        results: Tables with rows of runs of which every row is hashed again.
+
+    Raises:
+        IntegrityError: Something is not.
+    """
+    altered = (_altered_results(connection, table) for table in results)
+    refuse("the database", chain(unsound(connection, campaign), *altered))
+
+
+def refuse(what: str, findings: Iterable[Finding]) -> None:
+    """Raise an error that names the first findings, if there is one.
+
+    Raises:
+        IntegrityError: There is.
+    """
+    named = "; ".join(map(str, islice(findings, _NAMED)))
+    if named:
+        raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
 
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:

@@ -16,6 +16,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT, Injected, idle_faults
 from adeye.spec.quantity import SI
 from adeye.store import tables
+from adeye.store.evidence.verification import require_sound
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
 from adeye.store.read.campaigns import find_campaign, latest_campaign
@@ -123,6 +124,7 @@ def check_campaign(
     *,
     odd: str | None = None,
     rules: Sequence[Rule] = RULES,
+    must_be_sound: bool = False,
 ) -> CampaignViolations | None:
     """Ask rules of a campaign in a database.
 
@@ -131,12 +133,14 @@ def check_campaign(
         name: Number or beginning of the id of the campaign; None for the newest.
         odd: Take the newest of the ODD of this id.
         rules: Those to ask.
+        must_be_sound: Whether evidence that is not as it was written is refused.
 
     Returns:
         None where there is no campaign, or no database, and none was named.
 
     Raises:
         InputError: There is no campaign of the name.
+        IntegrityError: It has to be sound and is not.
         PlatformError: The database cannot be read.
     """
     location = locate(place)
@@ -148,6 +152,8 @@ def check_campaign(
         )
         if campaign is None:
             return None
+        if must_be_sound:
+            require_sound(connection, campaign.id)
         found = _ask(connection, rules, campaign.id)
         if IDLE_FAULT in rules:
             odd = _odd_content(connection, campaign.id).get("odd")

@@ -20,11 +20,13 @@ from typing import Any, Final, Literal
 from sqlalchemy import Connection, text
 
 from adeye.errors import InputError, suggest
+from adeye.store.evidence.verification import require_sound
 from adeye.store.location import Place
+from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read import campaigns as reading
 from adeye.store.records import CampaignInfo
 from adeye.store.schema import opened
-from adeye.store.tables import METRIC_IDS
+from adeye.store.tables import METRIC_IDS, RESULTS
 from adeye.store.views import identifier, unique_name
 
 # --- The tables of an export and their columns: name, kind, SI unit, meaning ----------------------
@@ -477,6 +479,7 @@ def open_export(
 
     Raises:
         InputError: There is no such database, campaign or table.
+        IntegrityError: Results are not as they were written.
         PlatformError: The database cannot be read.
     """
     chosen = list(dict.fromkeys(names))
@@ -488,4 +491,5 @@ def open_export(
             )
     with opened(place) as connection:
         found = reading.find_campaign(connection, campaign)
+        require_sound(connection, found.id, (*RESULTS, *plugin_tables(connection)))
         yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)

@@ -19,7 +19,6 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,7 +30,7 @@ from adeye.store.catalogue import is_server, rows_among, table_names
 from adeye.store.database import Database
 from adeye.store.encoding import chunked, next_number, row, stored_rows
 from adeye.store.evidence.roots import campaign_sums
-from adeye.store.evidence.verification import verify
+from adeye.store.evidence.verification import refuse, verify
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Location, Place, locate
 from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
@@ -43,7 +42,6 @@ from adeye.store.write.content import executable_digest
 from adeye.store.write.planning import save_use
 from adeye.store.write.queue import add_block, close_blocks
 
-_NAMED: Final = 3
 """Altered rows that a message names."""
 
 OF_CAMPAIGN: Final = frozenset(
@@ -189,14 +187,7 @@ def _require_sound(connection: Connection, path: Location) -> None:
     for table in metadata.sorted_tables:
         if table.name not in known:
             raise IntegrityError(f"database {path}: {table.name} is not a table of this release")
-    findings = list(islice(verify(connection), _NAMED + 1))
-    if findings:
-        named = "; ".join(map(str, findings[:_NAMED]))
-        more = "; and more" if len(findings) > _NAMED else ""
-        raise IntegrityError(
-            f"database {path} is not as it was written: {named}{more}. Nothing of it was merged; "
-            "'adeye db verify' names every row."
-        )
+    refuse(f"database {path}", verify(connection))
 
 
 class _Merge:

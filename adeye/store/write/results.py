@@ -119,7 +119,7 @@ def _insert(
 
 
 def require_unaltered(connection: Connection, table: Table, numbers: Sequence[int]) -> None:
-    """Refuse rows of runs that are not as they were written: judging anew hangs on them.
+    """Refuse rows of runs that are not as they were written: what is made of them hangs on them.
 
     Raises:
         IntegrityError: One does not have its hash.
@@ -131,8 +131,8 @@ def require_unaltered(connection: Connection, table: Table, numbers: Sequence[in
     rows = [(number, digests[number], *values) for number, *values in found]
     if rows and bulk_hashes(table, rows) != [values[-1] for values in rows]:
         raise IntegrityError(
-            f"table {table.name}: rows are not as they were written, so that nothing is judged by "
-            "them. 'adeye db verify' names them; restore the database from a copy."
+            f"table {table.name}: rows are not as they were written, so that nothing is judged or "
+            "proven by them. 'adeye db verify' names them; restore the database from a copy."
         )
 
 

@@ -125,6 +125,18 @@ def test_intervals_are_those_of_the_timeline() -> None:
     assert [value for value, _, _ in found] == shown
 
 
+def test_metric_that_reads_which_faults_are_present_says_that_it_counts_from_one_on() -> None:
+    made, calm = mastered(), mastered().set("fault_active", value=False)
+    found = {
+        name
+        for name, metric in METRICS.items()
+        if str(metric.compute(made.trace())) != str(metric.compute(calm.trace()))
+    }
+    assert found == {name for name, metric in METRICS.items() if metric.since_fault}
+    others = {"fault_to_safe_state_s", "distance_to_safe_state_m", "takeover_time_s", "stop_regret"}
+    assert found == {*INTERVALS, *others}
+
+
 def test_intervals_are_open_as_far_as_nothing_ends_them() -> None:
     unknown = mastered()
     unknown.columns["ego"][0, 2, 3] = np.nan

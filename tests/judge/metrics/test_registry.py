@@ -296,6 +296,20 @@ def test_object_that_is_not_there_is_an_error_at_its_metric(
     assert re.search(told, caplog.text)
 
 
+@pytest.mark.parametrize("time", [-5.0, 1e9])
+def test_time_outside_of_a_run_is_an_error_at_its_metric(
+    hand_made: Any, caplog: pytest.LogCaptureFixture, time: float
+) -> None:
+    class Late(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            column.time[:] = time
+            return column
+
+    assert computed(Late, hand_made(runs=2)).status == ("error", "error")
+    assert f"time is {time:g} s, which is not in the run ({__file__}:" in caplog.text
+
+
 def test_wrong_number_of_values_is_an_error(hand_made: Any) -> None:
     class Short(Mean):
         def compute(self, trace: Any) -> MetricColumn:

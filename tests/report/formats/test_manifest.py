@@ -177,8 +177,9 @@ def test_what_is_no_manifest_is_an_input_error(tmp_path: Path) -> None:
 def test_manifest_with_other_types_is_an_input_error(
     document: dict[str, Any], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (folder / "m.json").write_text(json.dumps({**document, "files": {}}))
-    refused(InputError, manifest.read_manifest, folder / "m.json", says="is not a manifest")
+    for name, value in (("files", {}), ("more", "told by nobody")):
+        (folder / "m.json").write_text(json.dumps({**document, name: value}))
+        refused(InputError, manifest.read_manifest, folder / "m.json", says="is not a manifest")
     monkeypatch.setattr("adeye.report.formats.manifest.MAX_BYTES", 10)
     refused(InputError, manifest.read_manifest, folder / "m.json", says="more than 10 bytes")
     refused(InputError, manifest.read_manifest, folder / "none.json", says="cannot be read")

@@ -19,7 +19,7 @@ from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
 from tests.sql import alter
 from tests.store.conftest import Example, Store
-from tests.store.raw import unguarded
+from tests.store.raw import guarded, unguarded
 from tests.stored import known
 
 
@@ -35,6 +35,17 @@ def test_run_is_proven_with_the_root_alone(repository: Repository, campaign: str
     assert (proof.ordinal, proof.leaves, proof.root) == (5, 8, root.root)
     path = tuple(bytes.fromhex(item) for item in proof.path)
     assert roots.Proof(5, 8, path).root(bytes.fromhex(proof.leaf)).hex() == root.root
+
+
+def test_altered_evidence_is_not_proven(repository: Repository, campaign: str, raw: Any) -> None:
+    repository.evidence.record_root(campaign)
+    unguarded(raw)
+    digest = repository.find_run("5", campaign=campaign).result_digest
+    (number,) = raw.execute("SELECT number FROM run WHERE result_digest = ?", (digest,)).fetchone()
+    raw.execute("UPDATE verdict SET margin = 7.5 WHERE run_number = ?", (number,))
+    for run, said in ((digest, "table verdict: rows are not"), ("4", "its evidence has root")):
+        with pytest.raises(IntegrityError, match=said):
+            repository.evidence.prove(run, campaign)
 
 
 def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
@@ -98,6 +109,18 @@ def test_withdrawn_result_is_told_wherever_its_run_is_asked_for(
     ]
     with pytest.raises(InputError, match="was withdrawn, so it is no evidence"):
         repository.evidence.prove("1", campaign)
+
+
+def test_withdrawal_that_is_gone_leaves_nothing_green(store: Store, raw: Any) -> None:
+    repository, info = store.repository, store.repository.find_campaign(store.campaign(8))
+    run = repository.find_run("1", campaign=info.id).result_digest
+    repository.evidence.withdraw(run, author="jo", reason="wrong map")
+    unguarded(raw)
+    raw.execute("DELETE FROM withdrawal")
+    guarded(raw)
+    assert gate_code(repository, info)[0] is ExitCode.INTEGRITY
+    with pytest.raises(IntegrityError, match="withdrawal 1: is missing"):
+        repository.require_sound(info.id)
 
 
 def test_withdrawals_are_counted_and_need_words(repository: Repository, campaign: str) -> None:
