@@ -13,14 +13,12 @@ import shutil
 import stat
 import tempfile
 import unicodedata
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import BinaryIO, Final
 
 from adeye.errors import PlatformError, UsageError
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
 
 KEPT_FOLDER: Final = ".traces"
 """How the name of a folder of kept traces ends."""

@@ -20,14 +20,12 @@ from functools import cache, lru_cache
 from importlib.machinery import SourceFileLoader, all_suffixes
 from importlib.metadata import distribution, packages_distributions, requires
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from types import ModuleType
+from typing import Any, Final
 
 from adeye.errors import SpecError
 from adeye.identity import file_digest
 from adeye.outputs import reads
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 File = tuple[str, Path]
 """A file with the label that it is hashed with, which does not hang on where it lies."""

@@ -17,16 +17,13 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import CodeType
-from typing import TYPE_CHECKING, Any, Final
+from types import CodeType, TracebackType
+from typing import Any, Final
 
 from adeye.errors import ASKED_TO_END, AdeyeError, Interrupted, PluginError, Terminated
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from types import TracebackType
 
 NOTES_BYTES: Final = 1 << 14
 """Size of the memory in which a process notes who works in it."""

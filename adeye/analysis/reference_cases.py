@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import difflib
 import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +20,6 @@ from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes
 from adeye.kernel.reference_drivers.reactions import must_be_avoided
 from adeye.spec.document import require_plain
 from adeye.units import decimal
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
-    from pathlib import Path
 
 Floats = NDArray[np.float64]
 

@@ -9,19 +9,17 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for_futures
 from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any, Final, Generic
+from typing import Any, Final, Generic
 
 from adeye.errors import PlatformError
 from adeye.ports import Done, Result, Task
 from adeye.supervision import NOTES_BYTES, at_work, note_in, settle_children
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 __all__ = ["Done", "InProcess", "Processes", "Threads", "allow_children"]
 

@@ -342,7 +342,7 @@ def _trade(db: str | None, campaign: str | None, axis: str, *, json: bool) -> No
 
     found, curves = trades_by(db, campaign, axis)
     if json:
-        out.emit_json("trade", {"campaign": found, "curves": curves})
+        out.emit_json("faults-trade", {"campaign": found, "curves": curves})
         return
     columns: dict[str, str | Callable[[TradePoint], object]] = {
         "Value": "value",

@@ -282,11 +282,7 @@ def run(
         out.emit_json("run", document(summary))
     else:
         print_summary(summary)
-    if wanted == "all" and summary.reused:
-        untold = f"no trace is kept now of {summary.reused:,} results that were there already"
-        out.talk(f"note: {untold}; for their traces run into a new database: --db NEW")
-    if summary.never_began and not quiet:
-        out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
+    _tell_after(summary, wanted, quiet=quiet)
     code = int(summary.exit_code)
     if code in {130, 143}:
         out.talk(hint)
@@ -294,6 +290,15 @@ def run(
         files = {"html": report, "junit": junit, "json": report_json, "sarif": sarif}
         code = _write_after_run(files, db, summary, quiet=quiet)
     raise typer.Exit(code)
+
+
+def _tell_after(summary: CampaignSummary, wanted: Wanted, *, quiet: bool) -> None:
+    """Tell what else there is to know of a campaign that was run."""
+    if wanted == "all" and summary.reused:
+        untold = f"no trace is kept now of {summary.reused:,} results that were there already"
+        out.talk(f"note: {untold}; for their traces run into a new database: --db NEW")
+    if summary.never_began and not quiet:
+        out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
 
 
 def report(

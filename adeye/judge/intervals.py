@@ -7,22 +7,17 @@ those that have been on since before the fault.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.judge.trace_signals import STANDSTILL_SPEED
-from adeye.signals import NO_CHANNEL, REASON_STALENESS
+from adeye.signals import NO_CHANNEL, REASON_STALENESS, Bools, Floats, Ints
 from adeye.spec.supervisor import MANOEUVRE_MONITORS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from adeye.signals import Bools, Floats, Ints
 
 BRAKES_FROM: Final = 0.5
 """Commanded deceleration from which the ego brakes and does not only coast [m/s²]."""

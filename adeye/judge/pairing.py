@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from adeye.judge.evaluate import FAIL, PASS, VACUOUS, VERDICTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from adeye.signals import Bools, Floats, Ints
+from adeye.signals import Bools, Floats, Ints
 
 # --- Pairs of results on the same test case: who met whom, and how their verdicts go together -----
 

@@ -12,13 +12,11 @@ Source:
 from __future__ import annotations
 
 import collections
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import Final, Literal, get_args
 
 from adeye.judge.verdict import WAIVABLE, Verdict, fold_runs
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
 
 # --- Was a collision preventable? What a run and the drive of a reference driver say together -----
 

@@ -10,19 +10,16 @@ is the one for displays. The Bayesian one needs a prior that somebody has stated
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import owner_id, uniform
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from adeye.signals import Floats
+from adeye.signals import Floats
 
 # --- An interval, and the normal distribution that several need -----------------------------------
 

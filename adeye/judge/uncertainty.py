@@ -11,18 +11,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from adeye.signals import Bools, Floats
+from adeye.signals import Bools, Floats
 
 LEAST_PAIRS: Final = 10
 """Fewest pairs with two values that give an uncertainty."""

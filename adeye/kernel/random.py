@@ -17,16 +17,12 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.kernel.elementary import log_of_fraction, sin_cos_of_turn
 from adeye.kernel.jit import compiled, inlined
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 # 64-bit words with 32-bit masks: no product or sum overflows, compiled or not.
 _LOW = np.uint64(0xFFFFFFFF)

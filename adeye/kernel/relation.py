@@ -8,14 +8,12 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.kernel.jit import compiled
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # --- One comparison for whatever people write as decimals: what lies on a limit counts as on it ---
 

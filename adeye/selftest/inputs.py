@@ -8,7 +8,8 @@ import subprocess
 import sys
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 from adeye.selftest.bench import (
     DB,
@@ -23,9 +24,6 @@ from adeye.selftest.bench import (
     master_of,
     written,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # --- Masters in what people write: thresholds, formulas and files ---------------------------------
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from adeye.campaign.parts import use_plugin_metrics
 from adeye.errors import AdeyeError, UsageError, suggest
@@ -20,9 +21,6 @@ from adeye.selftest.runs import CHANNELS, DATABASE, MONITORS, REPORT, SENSORS, S
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.supervision import is_asked
 from adeye.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 MASTERS: Final[tuple[Master, ...]] = (
     *(*CHANNELS, *SENSORS, *SWITCHES, *MONITORS),

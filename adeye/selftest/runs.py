@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Callable
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
 from adeye import api
 from adeye.errors import AdeyeError
@@ -24,10 +26,6 @@ from adeye.selftest.bench import (
     written,
 )
 from adeye.store.repository import Repository
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 # --- Masters in what drives: channels, sensors, switch and monitors -------------------------------
 

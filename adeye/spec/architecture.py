@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final
+from collections.abc import Collection, Iterator, Mapping
+from typing import Annotated, Final
 
 from pydantic import Field
 
@@ -14,10 +15,6 @@ from adeye.spec.quantity import Angle, AngularRate, ById, Identifier, Number, Re
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.supervisor import PositiveAcceleration
 from adeye.spec.switch import Switch
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
 
 HEALTH: Final = "health."
 """Begins a link that shows of a sensor only whether it delivers, and when it sampled last."""

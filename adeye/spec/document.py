@@ -12,11 +12,11 @@ import math
 import re
 import stat
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError, model_validator
@@ -28,9 +28,6 @@ from adeye.outputs import reads
 from adeye.spec.expression import parse
 from adeye.spec.quantity import PATTERNS
 from adeye.units import format_quantity, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
 
 # --- What pydantic finds wrong with a document, as errors with file, line and column --------------
 

@@ -7,9 +7,10 @@ variables. Python's ``eval`` is never involved.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,6 @@ from adeye.kernel import postfix
 from adeye.kernel.relation import differences, settled_numbers
 from adeye.spec.grammar import COMPARISONS, PLAIN, POPS, Exponents, Step, read_steps
 from adeye.units import Dimension, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
 
 # --- Expressions over whole columns of numbers, truth values or text ------------------------------
 

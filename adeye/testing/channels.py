@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -25,10 +26,6 @@ from adeye.simulate.channels.links import CHANNEL_PREFIX, observe
 from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.testing.demands import demand, demand_equal
 from adeye.testing.scenes import channel_context, object_measurement
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
 
 RUNS: Final = 3
 TICKS: Final = 40

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,6 @@ from adeye.kernel.road import local
 from adeye.ports import ChannelContext
 from adeye.signals import Floats, Measurement, RoadMap
 from adeye.spec.architecture import Vehicle
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 
 def passenger_car() -> Vehicle:

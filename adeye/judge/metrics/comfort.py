@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -12,11 +12,15 @@ from adeye.judge.metrics.registry import column_of, metric_entry
 from adeye.judge.series import SERIES, TraceSeries, mean_change
 from adeye.kernel.jit import allocating
 from adeye.ports import MetricColumn
-from adeye.signals import EGO_ACCELERATION, EGO_SPEED, EGO_YAW_RATE, PLACE_OFFSET, Floats
-
-if TYPE_CHECKING:
-    from adeye.signals import Bytes, Ints
-
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_SPEED,
+    EGO_YAW_RATE,
+    PLACE_OFFSET,
+    Bytes,
+    Floats,
+    Ints,
+)
 
 # --- Metrics of comfort, from the recorded state and not from commands ----------------------------
 

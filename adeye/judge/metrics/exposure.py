@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye import signals
 from adeye.judge.conflict import DRAC, RSS_MARGIN, TIME_GAP, TTC, turn
 from adeye.judge.metrics.criticality import worst_of
 from adeye.judge.metrics.registry import column_at, column_of, metric_entry
@@ -20,17 +21,6 @@ from adeye.kernel.criticality import (
 from adeye.kernel.jit import allocating
 from adeye.kernel.road import lane_way
 from adeye.ports import MetricColumn
-from adeye.signals import (
-    EGO_ACCELERATION,
-    EGO_HEADING,
-    EGO_SPEED,
-    EGO_YAW_RATE,
-    OBJECT_HEADING,
-    PLACE_CURVATURE,
-    PLACE_D,
-    PLACE_HEADING,
-    PLACE_S,
-)
 from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
@@ -142,10 +132,10 @@ def first_evasions(
     codes = np.full(length.shape[0], NOT_APPLICABLE, dtype=np.int8)
     for run in range(length.shape[0]):
         for row in range(length[run]):
-            speed = ego[run, row, EGO_SPEED]
-            curve = speed * ego_place[run, row, PLACE_CURVATURE]
-            aside = speed * (ego[run, row, EGO_YAW_RATE] - curve)
-            slowing = -ego[run, row, EGO_ACCELERATION]
+            speed = ego[run, row, signals.EGO_SPEED]
+            curve = speed * ego_place[run, row, signals.PLACE_CURVATURE]
+            aside = speed * (ego[run, row, signals.EGO_YAW_RATE] - curve)
+            slowing = -ego[run, row, signals.EGO_ACCELERATION]
             if math.isnan(ttc[run, row]) or not math.isfinite(aside + slowing):
                 codes[run] = ERROR
                 break
@@ -218,8 +208,9 @@ def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Int
             if thing < 0:
                 continue
             own, other = ego_place[run, row], places[run, row, thing]
-            turn(turns, 0, ego[run, row, EGO_HEADING] - own[PLACE_HEADING])
-            turn(turns, 1, objects[run, row, thing, OBJECT_HEADING] - other[PLACE_HEADING])
+            turn(turns, 0, ego[run, row, signals.EGO_HEADING] - own[signals.PLACE_HEADING])
+            heading = objects[run, row, thing, signals.OBJECT_HEADING]
+            turn(turns, 1, heading - other[signals.PLACE_HEADING])
             own_half = 0.5 * (
                 ego_size[run, 0] * abs(turns[0, 2]) + ego_size[run, 1] * abs(turns[0, 1])
             )
@@ -227,8 +218,8 @@ def least_safe_ratios(scene: Scene, margins: Floats, worst: Shorts) -> tuple[Int
                 sizes[run, thing, 0] * abs(turns[1, 2]) + sizes[run, thing, 1] * abs(turns[1, 1])
             )
             apart = lane_way(
-                own[PLACE_S], own[PLACE_HEADING], own[PLACE_D],
-                other[PLACE_S], other[PLACE_HEADING],
+                own[signals.PLACE_S], own[signals.PLACE_HEADING], own[signals.PLACE_D],
+                other[signals.PLACE_S], other[signals.PLACE_HEADING],
             )  # fmt: skip
             gap = road_gap(apart, own_half, half)
             ratio = safe_distance_ratio(gap, gap - margin)
@@ -312,7 +303,7 @@ def min_psd(series: TraceSeries) -> MetricColumn:
     (gaps, actors), scene = series.nearest, series.scene
     braking = np.ascontiguousarray(series.abilities[:, 0])
     row, value, codes = least_stopping_shares(
-        scene.length, gaps, scene.ego[..., EGO_SPEED], scene.contact, braking
+        scene.length, gaps, scene.ego[..., signals.EGO_SPEED], scene.contact, braking
     )
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
@@ -342,7 +333,7 @@ def _exposures(series: TraceSeries) -> tuple[Floats, Ints, NDArray[np.int8]]:
         values[TTC],
         values[DRAC],
         values[RSS_MARGIN],
-        series.column("ego")[..., EGO_ACCELERATION],
+        series.column("ego")[..., signals.EGO_ACCELERATION],
         EXPOSURE_TTC,
         friction[:, np.newaxis] * ends,
         *series.rss_response,

@@ -13,14 +13,11 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, NoReturn, TypeAlias, cast
+from typing import Final, Literal, NoReturn, TypeAlias, cast
 
-from adeye.errors import ExpressionError
+from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl import syntax
 from adeye.units import UNITS, Dimension, convert
-
-if TYPE_CHECKING:
-    from adeye.errors import SourceLocation
 
 # --- Tokens of a formula: words, symbols, and numbers with their units ----------------------------
 

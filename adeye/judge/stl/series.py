@@ -10,20 +10,16 @@ through arithmetic; where it makes a comparison infinite, the cap is the margin.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye.judge.stl import syntax
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from adeye.signals import SignalType
+from adeye.signals import SignalType
 
 # --- What a formula reads: the samples of one signal for B runs, with their status ----------------
 

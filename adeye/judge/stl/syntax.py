@@ -8,14 +8,12 @@ conditions, which hold or do not.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from adeye.errors import ExpressionError
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
 
 # --- Abstract syntax of a signal temporal logic formula -------------------------------------------
 

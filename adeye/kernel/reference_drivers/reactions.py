@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,6 @@ from adeye.kernel.criticality import (
     time_to_collision,
 )
 from adeye.kernel.jit import compiled
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
 
 # --- What reference drivers see, what they remember and by which numbers they act: array columns --
 

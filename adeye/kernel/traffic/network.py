@@ -20,16 +20,14 @@ Source:
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Hashable, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.elementary import atan2, cos, sin_cos
 from adeye.kernel.jit import compiled, inlined
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
 
 # --- Lanes as rows of numbers: straight and circular ones, and places beside their centre ---------
 

@@ -12,7 +12,7 @@ with a straight lead-in of ``LEAD_IN``:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -20,11 +20,8 @@ from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.signals import Floats, RoadMap
+from adeye.signals import Floats, Ints, RoadMap
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
-
-if TYPE_CHECKING:
-    from adeye.signals import Ints
 
 # --- Parking bays and rest areas beside a road, and where they may be -----------------------------
 

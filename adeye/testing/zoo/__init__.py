@@ -10,14 +10,12 @@ with ``ANIMALS``.
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import yaml
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 COMPLETED: Final = "completed"
 PROGRAM: Final = Path(__file__).with_name("program.py")
