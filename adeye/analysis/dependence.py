@@ -58,6 +58,10 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
         "predicts where objects will be",
         (PLANNED, "trajectory"),
     ),
+    "simulate/channels/trajectory/channel.py": (
+        "steers along a path that is planned",
+        (PLANNED, "trajectory"),
+    ),
     "kernel/profiles.py": (
         "paths and speed profiles of what is planned",
         (PLANNED, "trajectory"),

@@ -217,7 +217,8 @@ def test_planned_stop_shares_more_code_with_the_trajectory_channel_than_the_one_
         drive = {"kind": "trajectory", "links": ["camera"]}
         return set(named(only(architecture(a=safety("radar", stop=stop), b=drive)), "code"))
 
-    more = {"kernel/profiles.py", "simulate/channels/trajectory/cost.py"}
+    trajectory = "simulate/channels/trajectory/"
+    more = {"kernel/profiles.py", f"{trajectory}cost.py", f"{trajectory}channel.py"}
     assert shared("planned") - shared("in_lane") == more
 
 

@@ -132,6 +132,8 @@ def project_of(folder: Path, model: str, axes: dict[str, list[Any]] | None = Non
     words = {"kind": kind, "rate": "20 Hz"} | ({"fidelity": fidelity} if fidelity else {})
     with project.edited(CANDIDATE) as candidate:
         candidate["sensors"]["tested"] = words | BASES[model]
+        # Values that only reach what nothing is linked to are refused.
+        candidate["channels"]["nominal"]["links"].append("tested")
         candidate["sensors"]["other_ultrasonic"] = {
             "kind": "ultrasonic",
             "mount": {"x": "2.2 m", "y": "0.4 m"},
