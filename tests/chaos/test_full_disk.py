@@ -75,7 +75,7 @@ def written(whole: runners.Undisturbed) -> tuple[int, int]:
     """Find how large the log is [bytes] halfway in the schema and with the last block."""
     fresh, again = whole.calls
     sizes = []
-    for number, call in enumerate((fresh // 2, fresh - again // 4)):
+    for number, call in enumerate((fresh // 2, fresh - again)):
         db = whole.killed_at(f"written-{number}.db", call)
         sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
     return sizes[0] // 2, sizes[1]

@@ -67,7 +67,7 @@ class Torn:
 
 def test_torn_log_gives_back_what_was_committed_before(little: Undisturbed) -> None:
     fresh, again = little.calls
-    killed = little.killed_at("killed.db", fresh - again // 2)
+    killed = little.killed_at("killed.db", fresh - again)
     torn = Torn(killed, little.folder)
     ends = commits(torn.log)
     assert len(ends) > 8
