@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -20,7 +21,7 @@ from adeye.campaign import warmup
 from adeye.campaign.run import Progress
 from adeye.campaign.summary import CampaignSummary, VerdictLine
 from adeye.cli import run as cli_run
-from adeye.errors import PlatformError, Terminated
+from adeye.errors import PlatformError, Terminated, UsageError
 from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict, fold_fsrs
 from adeye.kernel import jit as adeye_jit
 from adeye.store import schema
@@ -140,14 +141,29 @@ def test_compilation_is_announced(
     warm: Any, options: list[str], said: str,
 ) -> None:  # fmt: skip
     compiled: list[Any] = []
-    monkeypatch.setattr(warmup, "compile_aside", compiled.append)
+    monkeypatch.setattr(warmup, "begin_aside", lambda count: count)
+    monkeypatch.setattr(warmup, "compile_aside", lambda *given: compiled.append(given))
     monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
     monkeypatch.setattr(adeye_jit, "is_cache_warm", warm)
     ended = adeye("run", "odd.yaml", *options)
-    assert bool(compiled) is bool(said or options)
+    assert [count for _, count in compiled] == [2] * bool(said or options)
     assert said in ended.err
     assert ended.err.count("Compiling") == bool(said)
     assert len(campaign.runs) == 1
+
+
+@pytest.mark.usefixtures("campaign")
+def test_nothing_is_compiled_for_a_plan_that_is_refused(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    aside = Mock()
+    monkeypatch.setattr(warmup, "begin_aside", lambda _: aside)
+    monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
+    monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: False)
+    refuse = Mock(side_effect=UsageError("no", remedy=""))
+    monkeypatch.setattr("adeye.campaign.plan.make_plan", refuse)
+    assert adeye("run", "odd.yaml").code == 2
+    aside.abandon.assert_called_once_with()
 
 
 def test_result_on_stdout_and_talk_on_stderr_unless_quiet(adeye: Any, campaign: Campaign) -> None:
