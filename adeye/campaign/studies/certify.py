@@ -385,10 +385,13 @@ def certify(
     Raises:
         InputError: There is no such campaign, nothing of it is executed, or the code at hand is
             not what executed it.
+        IntegrityError: Verdicts are not as they were written.
         PlatformError: A batch cannot be executed.
     """
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
+        # Executing again tells nothing of a verdict that is gone, or that is of another limit now.
+        repository.require_sound(campaign.id)
         plan = _planned(repository, campaign, name)
         certificates = repository.hindsight.certificates
         executed = certificates.executed(campaign.id)
