@@ -82,7 +82,8 @@ _SECRETS: Final = ("password", "sslpassword")
 _LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=", re.I | re.S)
 _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
-    r"((?:\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]+@[^\s'\"]*|"
+    # A word is looked at from its beginning only, and so far: a message may quote a whole file.
+    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]{1,999}@[^\s'\"]*|"
     r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
     re.I,
 )
