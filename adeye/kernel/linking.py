@@ -67,6 +67,12 @@ class _Inherited(Flags):  # type: ignore[misc]
         return hash(frozenset(self._values))
 
 
+def _our_options() -> _Options | _Inherited | None:
+    """Return the options of what is compiled now, None if it is somebody else's."""
+    options = ConfigStack.top_or_none()
+    return options if isinstance(options, _Options | _Inherited) else None
+
+
 def _remembered(plain: Any) -> Any:
     """Look what a built-in function returns for some types up once.
 
@@ -74,8 +80,10 @@ def _remembered(plain: Any) -> Any:
     """
 
     def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        if (options := _our_options()) is None:
+            return plain(self, context, args, kws)
         known = self.__dict__.setdefault("_adeye_known", {})
-        key = (context, tuple(args), tuple(kws.items()), ConfigStack.top_or_none())
+        key = (context, tuple(args), tuple(kws.items()), options)
         found = known.get(key)
         if found is None:
             found = known[key] = plain(self, context, args, kws)
@@ -92,8 +100,7 @@ def _without_entries(plain: Any) -> Any:
 
     def run(self: Any, emit_dels: Any = None, **options: Any) -> None:
         function = self.func_ir
-        is_ours = isinstance(ConfigStack.top_or_none(), _Options | _Inherited)
-        if emit_dels or function.is_generator or not is_ours:
+        if emit_dels or function.is_generator or _our_options() is None:
             plain(self, bool(emit_dels), **options)
             return
         function.blocks = canonicalize_cfg(function.blocks)

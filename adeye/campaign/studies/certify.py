@@ -390,7 +390,7 @@ def certify(
     """
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
-        # Executing again tells nothing of a verdict that is gone, or that is of another limit now.
+        # Executing again tells nothing of a stored verdict whose FSR has another limit by now.
         repository.require_sound(campaign.id)
         plan = _planned(repository, campaign, name)
         certificates = repository.hindsight.certificates

@@ -29,7 +29,7 @@ from adeye.campaign.studies.certify import (
     masks,
 )
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import InputError, PlatformError, UsageError
+from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.store.block import RunBlock
 from adeye.store.evidence.roots import Executed
@@ -149,6 +149,15 @@ def test_altered_metric_is_named_and_other_arithmetic_is_no_nondeterminism(
     assert found.sampled == found.executed - 1
     alter(db, "UPDATE run SET numerics_version = 1")
     with pytest.raises(UsageError, match=r"numerics version 1, executed it; this is"):
+        certify(db, str(project.odd))
+
+
+def test_nothing_is_certified_whose_verdicts_are_not_as_written(
+    campaign: tuple[Project, Path],
+) -> None:
+    project, db = campaign
+    alter(db, "UPDATE verdict SET margin = 9 WHERE run_number = 1")
+    with pytest.raises(IntegrityError, match="is not as it was written"):
         certify(db, str(project.odd))
 
 
