@@ -1,4 +1,4 @@
-"""Former places of modules: who still imports one gets what stands there now, and a warning."""
+"""Former places of modules: who imports one gets an error that names the present place."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from types import ModuleType
 from typing import Final
 
 _PACKAGE: Final = "adeye."
+# Scripts that replay a run or drive it step by step were handed out with these.
+_STILL_LEADING: Final = {"engine", "traffic", "traffic.env", "campaign.reproduce"}
 
 
 @cache
@@ -33,14 +35,21 @@ class FormerPlaces:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return how a former module is loaded, None if there was none of the name."""
+        """Return how a former module is loaded, None if there was none of the name.
+
+        Raises:
+            ModuleNotFoundError: There was one, and it leads nowhere any more.
+        """
         del path, target
         if not name.startswith(_PACKAGE) or name not in former():
             return None
+        if name.removeprefix(_PACKAGE) not in _STILL_LEADING:
+            message = f"{name} is {former()[name]} now; what plug-ins need is in adeye.ports"
+            raise ModuleNotFoundError(message, name=name)
         return ModuleSpec(name, self)  # type: ignore[arg-type]  # has what a loader needs
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """Return the module that holds what the former one held."""
+        """Return the module that holds what the former one held, with a warning."""
         present = former()[spec.name]
         warnings.warn(
             f"{spec.name} is {present} now; what plug-ins need is in adeye.ports",

@@ -1,5 +1,6 @@
-"""Former places of modules lead to the present ones, and say so."""
+"""Former places of modules name the present ones; a few still lead there."""
 
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -23,7 +24,13 @@ def test_every_present_place_is_there_and_no_former_one_is() -> None:
     assert [old for old in former() if is_there(old)] == []
 
 
-def test_former_place_is_the_present_module_with_a_warning(
+@pytest.mark.parametrize("name", ["adeye.campaign.blocks", "adeye.traffic.batch"])
+def test_former_place_is_an_error_that_names_the_present_one(name: str) -> None:
+    message = re.escape(f"{name} is {former()[name]} now")
+    refused(ModuleNotFoundError, import_module, name, says=message)
+
+
+def test_place_of_handed_out_scripts_is_the_present_module_with_a_warning(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     present = import_module("adeye.simulate.engine")
