@@ -26,7 +26,7 @@ def former() -> dict[str, str]:
 
 
 class FormerPlaces:
-    """Finds modules by the names that they had; asked last, so only for what is not there."""
+    """Finds modules by the names that they had; asked first: a package's own path finds copies."""
 
     def __init__(self) -> None:
         """Begin without one."""
@@ -69,4 +69,4 @@ class FormerPlaces:
 def find_former_places() -> None:
     """Have former places found from now on, once."""
     if not any(isinstance(finder, FormerPlaces) for finder in sys.meta_path):
-        sys.meta_path.append(FormerPlaces())
+        sys.meta_path.insert(0, FormerPlaces())

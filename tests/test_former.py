@@ -24,6 +24,7 @@ def test_every_present_place_is_there_and_no_former_one_is() -> None:
     assert [old for old in former() if is_there(old)] == []
 
 
+@pytest.mark.filterwarnings("ignore::FutureWarning")
 @pytest.mark.parametrize("name", ["adeye.campaign.blocks", "adeye.traffic.batch"])
 def test_former_place_is_an_error_that_names_the_present_one(name: str) -> None:
     message = re.escape(f"{name} is {former()[name]} now")
