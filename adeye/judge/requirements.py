@@ -141,12 +141,6 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
-    @property
-    def is_about_objects(self) -> bool:
-        """Whether a run without any object tests nothing of it."""
-        families = ("adeye:criticality.", "adeye:severity.", "adeye:at_fault.")
-        return self.metric.uid.startswith(families)
-
     def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
@@ -211,8 +205,21 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
     return Bound(name, float(limit), is_lower)
 
 
-def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | None) -> None:
+def check_side(
+    requirement: Requirement,
+    bound: Bound,
+    where: SourceLocation | None,
+    durations: Sequence[float],
+    step: float,
+) -> None:
     """Refuse a bound that keeps a metric from being good, or that no value violates.
+
+    Args:
+        requirement: What the concept says.
+        bound: Its bound.
+        where: Place of the bound in the concept's file.
+        durations: How long a run of each of its scenarios lasts at most [s].
+        step: Master clock [s].
 
     Raises:
         SpecError: It does, and ``unusual_side`` does not say that it is meant.
@@ -220,17 +227,22 @@ def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | N
     metric, written = bound.metric, requirement.bound
     if written is None or written.unusual_side:
         return
-    far = farthest(unit_exponents(metric.unit) or (0, 0, 0))
+    far, among = farthest(unit_exponents(metric.unit) or (0, 0, 0)), ""
     if bound.is_lower:
         is_wrong, end, sign = metric.worse == "higher", metric.least, -1.0
     else:
         is_wrong, end, sign = metric.worse == "lower", metric.most, 1.0
+        if end is not None and metric.most_per:
+            # What a run that ends too soon leaves open is tested by each run that is long enough.
+            lasts = (max if metric.settles else min)(durations)
+            end *= lasts if metric.most_per == "s" else lasts / step + 1.0
+            among = f" in a run of {lasts:g} s"
     limit = sign * far if end is None else end
     cannot_fail = (bound.limit - limit) * sign >= 0.0
     if cannot_fail:
         value = "value" if end is not None else "plausible value"
         side = "below" if bound.is_lower else "above"
-        what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}"
+        what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}{among}"
     elif is_wrong:
         what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
     else:
@@ -266,7 +278,7 @@ Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
 
-JUDGE_VERSION = 4
+JUDGE_VERSION = 5
 """Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9
@@ -443,7 +455,10 @@ class _Check:
             self._requirement, self._where(*place), self._plan.attributes
         )
         if compiled.bound is not None:
-            check_side(self._requirement, compiled.bound, self._where(*place))
+            where, plan = self._where(*place), self._plan
+            played = [plan.scenarios[name] for name in scenarios]
+            durations = [item.horizon + item.tail for item in played]
+            check_side(self._requirement, compiled.bound, where, durations, plan.step)
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)

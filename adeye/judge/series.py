@@ -397,9 +397,11 @@ def _define(  # noqa: PLR0913, PLR0917 - a row of the table below
     text: str,
     source: str,
     version: int = 1,
+    *,
+    of_objects: bool = True,
 ) -> SeriesDefinition:
     kind = "boolean" if name == "rss_violation" else "number"
-    declared = SignalType(unit, scale, kind, text, cap=cap)
+    declared = SignalType(unit, scale, kind, text, cap=cap, of_objects=of_objects)
     return SeriesDefinition(name, declared, worse, source, f"adeye:series.{name}@{version}")
 
 
@@ -467,7 +469,7 @@ _DEFINITIONS = (
     _define(
         "jerk", "m/s³", 1.0, None, "higher",
         "mean change of the ego's longitudinal acceleration over the last second",
-        "ISO 15622:2018, which averages jerk over 1 s", version=2,
+        "ISO 15622:2018, which averages jerk over 1 s", version=2, of_objects=False,
     ),
 )  # fmt: skip
 

@@ -25,6 +25,7 @@ from adeye.judge.requirements import (
 )
 from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
+from adeye.store.tables import METRIC_IDS
 from tests.judge.conftest import fsr
 from tests.refusals import refused
 from tests.stored import known, stored
@@ -259,6 +260,23 @@ def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
         assert meant.digest == requirement_digest(requirement(bound=bound))
 
 
+def test_no_metric_takes_a_bound_that_every_run_meets(check: Check) -> None:
+    ends_unknown = [name for name in METRIC_IDS if METRICS[name].least is None]
+    assert ends_unknown == ["rear_detection_margin_m"]
+    for name in METRIC_IDS:
+        metric = METRICS[name]
+        lasts = 3.5 if metric.settles else 2.0
+        most = (metric.most or 0.0) * {"": 1.0, "s": lasts, "row": lasts / 0.1 + 1.0}[
+            metric.most_per
+        ]
+        for side, end in (("at_least", metric.least), ("at_most", metric.most and most)):
+            if end is not None:
+                refused(SpecError, check, bound={"metric": name, side: end}, says="cannot fail")
+        if metric.worse == "higher" and metric.most:
+            assert check(bound={"metric": name, "at_most": 0.99 * most}).bound
+        assert metric.most or (metric.unit, metric.worse) != ("s", "higher")
+
+
 def test_parameter_of_a_bound_is_on_its_side_too(check: Check) -> None:
     bound = {"metric": "min_distance_m", "at_most": "most"}
     refused(SpecError, check, bound=bound, parameters={"most": "6 m"}, says="harmless side")
@@ -334,7 +352,7 @@ def test_a_conflict_beyond_the_cap_is_none(name: str, *, is_lower: bool) -> None
     assert np.abs(margins[3:]) == pytest.approx([0.5 * cap, 3.0 * cap])
 
 
-RECORDED = "20077b5908858ccd6412ce756c46a8d39c18cdfe01b2f38ebac497ae84d4b57d"
+RECORDED = "5335ff99e80128f0f5fa4c35896b4cafe339c055ef4b32f3db509a9d81d0b4c4"
 
 
 @pytest.mark.parametrize("is_lower", [True, False])

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 import numpy as np
 
 from adeye.judge.stl import syntax
+from adeye.judge.stl.formula import TRUTH_LABELS
 from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.judge.stl.syntax import Condition, Node, Term
-    from adeye.signals import Bools, Ints
+    from adeye.signals import Bools, Ints, SignalType
 
 # --- Parts of a formula whose truth does not depend on their signals: they ask for nothing --------
 
@@ -80,9 +81,40 @@ def first_constant(node: Node, labels: Mapping[str, Sequence[str]]) -> tuple[Nod
     is_word = isinstance(node, syntax.Equality) and syntax.label_of(node) is not None
     if is_word or isinstance(node, syntax.Constant | syntax.Signal | syntax.Arithmetic):
         return None
-    states = _states(node, labels)
-    held = set() if states is None else set(states.truth(node)[states.are_left()].tolist())
+    held = _truths(node, labels, {})
     return (node, held.pop()) if len(held) == 1 else None
+
+
+def asks_nothing(node: Condition, signals: Mapping[str, SignalType]) -> bool:
+    """Tell whether a formula asks nothing of a run without any object.
+
+    What is measured of objects is put in as it is without any. Where what is left comes out alike
+    on every trace, whatever the other signals are, nothing was asked.
+
+    Args:
+        node: The formula's root.
+        signals: Those of such a run, by name.
+    """
+    named = {name: signals[name] for name in syntax.names_in(node)}
+    values = {
+        name: _ZERO if item.cap is None else _BEYOND
+        for name, item in named.items()
+        if item.of_objects
+    }
+    labels = {
+        name: (item.labels or TRUTH_LABELS)[: 1 if item.of_objects else None]
+        for name, item in named.items()
+        if item.kind != "number"
+    }
+    return bool(values) and len(_truths(node, labels, values)) == 1
+
+
+def _truths(
+    node: Node, labels: Mapping[str, Sequence[str]], values: Mapping[str, Fraction]
+) -> set[bool]:
+    """List what a condition can be; nothing if there are too many states."""
+    states = _states(node, labels, values)
+    return set() if states is None else set(states.truth(node)[states.are_left()].tolist())
 
 
 # --- The cells of lines ---------------------------------------------------------------------------
@@ -150,7 +182,7 @@ class _Lines:
         own = {syntax.canonical(term): _ONE}
         if isinstance(term, syntax.Signal):
             if term.name.rpartition(".")[2] in _NEVER_NEGATIVE:
-                self.known[_place(own)[0]] = _ZERO, _FAR
+                self.known.setdefault(_place(own)[0], (_ZERO, _FAR))
             return own
         parts = [self._sum(part) for part in term.operands]
         first, last = parts[0], parts[-1]
@@ -326,9 +358,12 @@ def _is_answered(items: Sequence[_Said], left: Bools, time: Ints, now: int) -> b
     return True
 
 
-def _states(node: Node, labels: Mapping[str, Sequence[str]]) -> _States | None:
+def _states(
+    node: Node, labels: Mapping[str, Sequence[str]], values: Mapping[str, Fraction]
+) -> _States | None:
     """List the states of the rows that a part of a formula reads; None if they are too many."""
-    lines, parts = _Lines(), list(syntax.walk(node))
+    known: dict[Line, Range] = {((name, _ONE),): (at, at) for name, at in values.items()}
+    lines, parts = _Lines(known=known), list(syntax.walk(node))
     for part in parts:
         are_words = all(name in labels for name in syntax.names_in(part))
         if isinstance(part, syntax.Comparison) or (
