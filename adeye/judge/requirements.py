@@ -205,54 +205,6 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
     return Bound(name, float(limit), is_lower)
 
 
-def check_side(
-    requirement: Requirement,
-    bound: Bound,
-    where: SourceLocation | None,
-    durations: Sequence[float],
-    step: float,
-) -> None:
-    """Refuse a bound that keeps a metric from being good, or that no value violates.
-
-    Args:
-        requirement: What the concept says.
-        bound: Its bound.
-        where: Place of the bound in the concept's file.
-        durations: How long a run of each of its scenarios lasts at most [s].
-        step: Master clock [s].
-
-    Raises:
-        SpecError: It does, and ``unusual_side`` does not say that it is meant.
-    """
-    metric, written = bound.metric, requirement.bound
-    if written is None or written.unusual_side:
-        return
-    far, among = farthest(unit_exponents(metric.unit) or (0, 0, 0)), ""
-    if bound.is_lower:
-        is_wrong, end, sign = metric.worse == "higher", metric.least, -1.0
-    else:
-        is_wrong, end, sign = metric.worse == "lower", metric.most, 1.0
-        if end is not None and metric.most_per:
-            # What a run that ends too soon leaves open is tested by each run that is long enough.
-            lasts = (max if metric.settles else min)(durations)
-            end *= lasts if metric.most_per == "s" else lasts / step + 1.0
-            among = f" in a run of {lasts:g} s"
-    limit = sign * far if end is None else end
-    cannot_fail = (bound.limit - limit) * sign >= 0.0
-    if cannot_fail:
-        value = "value" if end is not None else "plausible value"
-        side = "below" if bound.is_lower else "above"
-        what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}{among}"
-    elif is_wrong:
-        what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
-    else:
-        return
-    other = "at_most" if bound.is_lower else "at_least"
-    remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
-    remedy += ", or unusual_side: true in the bound if it is meant."
-    raise _refusal(requirement, what, where, remedy)
-
-
 def _check_unit(
     requirement: Requirement, column: str, text: str, where: SourceLocation | None
 ) -> None:
@@ -455,10 +407,7 @@ class _Check:
             self._requirement, self._where(*place), self._plan.attributes
         )
         if compiled.bound is not None:
-            where, plan = self._where(*place), self._plan
-            played = [plan.scenarios[name] for name in scenarios]
-            durations = [item.horizon + item.tail for item in played]
-            check_side(self._requirement, compiled.bound, where, durations, plan.step)
+            self._check_side(compiled.bound, scenarios)
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
@@ -488,6 +437,34 @@ class _Check:
                     index,
                 )
         return self._requirement.scenarios or tuple(self._plan.scenarios)
+
+    def _check_side(self, bound: Bound, scenarios: Sequence[str]) -> None:
+        """Refuse a bound that keeps a metric from being good, or that no value violates."""
+        metric, written = bound.metric, self._requirement.bound
+        if written is None or written.unusual_side:
+            return
+        end, among = metric.least if bound.is_lower else metric.most, ""
+        if end is not None and metric.most_per and not bound.is_lower:
+            played = [self._plan.scenarios[name] for name in scenarios]
+            # What a run that ends too soon leaves open is tested by each run that is long enough.
+            choose = max if metric.settles else min
+            lasts = choose(item.horizon + item.tail for item in played)
+            end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
+            among = f" in a run of {lasts:g} s"
+        sign, side = (-1.0, "below") if bound.is_lower else (1.0, "above")
+        limit = sign * farthest(unit_exponents(metric.unit) or (0, 0, 0)) if end is None else end
+        cannot_fail = (bound.limit - limit) * sign >= 0.0
+        if cannot_fail:
+            value = "value" if end is not None else "plausible value"
+            what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}{among}"
+        elif bound.is_lower is (metric.worse == "higher"):
+            what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
+        else:
+            return
+        other = "at_most" if bound.is_lower else "at_least"
+        remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
+        remedy += ", or unusual_side: true in the bound if it is meant."
+        raise self._refuse(what, remedy, "bound", written.side)
 
     def _check_names(self, formula: Formula, scenarios: Sequence[str]) -> None:
         known = {name: self._union(name) for name in scenarios}

@@ -95,17 +95,14 @@ def asks_nothing(node: Condition, signals: Mapping[str, SignalType]) -> bool:
         node: The formula's root.
         signals: Those of such a run, by name.
     """
-    named = {name: signals[name] for name in syntax.names_in(node)}
-    values = {
-        name: _ZERO if item.cap is None else _BEYOND
-        for name, item in named.items()
-        if item.of_objects
-    }
-    labels = {
-        name: (item.labels or TRUTH_LABELS)[: 1 if item.of_objects else None]
-        for name, item in named.items()
-        if item.kind != "number"
-    }
+    values: dict[str, Fraction] = {}
+    labels: dict[str, Sequence[str]] = {}
+    for name in syntax.names_in(node):
+        item = signals[name]
+        if item.of_objects:
+            values[name] = _ZERO if item.cap is None else _BEYOND
+        if item.kind != "number":
+            labels[name] = (item.labels or TRUTH_LABELS)[: 1 if item.of_objects else None]
     return bool(values) and len(_truths(node, labels, values)) == 1
 
 
