@@ -22,7 +22,7 @@ from adeye.errors import (
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
-from adeye.judge.stl.constancy import first_constant
+from adeye.judge.stl.constancy import Range, first_constant, range_of
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
@@ -427,6 +427,11 @@ class _Check:
     def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
         return _refusal(self._requirement, message, self._where(*(loc or ("formula",))), remedy)
 
+    def _lasts(self, scenario: str) -> float:
+        """Return how long a run of a scenario lasts at most [s]."""
+        played = self._plan.scenarios[scenario]
+        return float(played.horizon + played.tail)
+
     def _scenarios(self) -> tuple[str, ...]:
         for index, name in enumerate(self._requirement.scenarios):
             if name not in self._plan.scenarios:
@@ -445,10 +450,9 @@ class _Check:
             return
         end, among = metric.least if bound.is_lower else metric.most, ""
         if end is not None and metric.most_per and not bound.is_lower:
-            played = [self._plan.scenarios[name] for name in scenarios]
             # What a run that ends too soon leaves open is tested by each run that is long enough.
             choose = max if metric.settles else min
-            lasts = choose(item.horizon + item.tail for item in played)
+            lasts = choose(map(self._lasts, scenarios))
             end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
             among = f" in a run of {lasts:g} s"
         sign, side = (-1.0, "below") if bound.is_lower else (1.0, "above")
@@ -488,13 +492,18 @@ class _Check:
             formula.check(dictionary)
 
     def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
-        labels = {
-            name: entry.labels or TRUTH_LABELS
-            for scenario in scenarios
-            for name, entry in self._union(scenario).items()
-            if name in formula.names and entry.kind != "number"
-        }
-        found = first_constant(formula.root, labels)
+        labels: dict[str, Sequence[str]] = {}
+        ranges: dict[str, Range] = {}
+        for scenario in scenarios:
+            entries, lasts = self._union(scenario), self._lasts(scenario)
+            for name in formula.names:
+                if entries[name].kind != "number":
+                    labels[name] = entries[name].labels or TRUTH_LABELS
+                    continue
+                low, high = range_of(entries[name], lasts)
+                least, most = ranges.get(name, (low, high))
+                ranges[name] = min(low, least), max(high, most)
+        found = first_constant(formula.root, labels, ranges)
         if found is not None:
             part, is_held = found
             raise self._refuse(

@@ -241,6 +241,30 @@ def test_what_does_not_fit_is_refused_at_its_place(check: Check) -> None:
     assert check(formula="always(actor.other.gap > 1 m)", scenarios=["overtake"]).formula
 
 
+def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Check) -> None:
+    for part in (
+        "ego.lane >= -1",
+        "ego.lane <= 2",
+        "actor.lead.lane < 2.5",
+        "time <= 3.5 s",
+        "channel.nominal.age <= 10 s",
+        "ttr >= -10 s",
+        "gap >= 0 m",
+    ):
+        refused(SpecError, check, formula=f"always({part})", says="always holds, whatever")
+    for part in (
+        "ego.lane >= 0",
+        "ego.lane <= 1",
+        "time < 3.5 s",
+        "ttr >= -9 s",
+        "rss_margin >= 0 m",
+    ):
+        assert check(formula=f"always({part})").formula
+    # Of several scenarios the longest counts.
+    refused(SpecError, check, formula="always(time <= 2 s)", scenarios=["follow"], says="always")
+    assert check(formula="always(time <= 2 s)").formula
+
+
 def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
     checked = check(formula="always(rise(contact) implies once[0 s, 30 s](authority.safety))")
     assert known(checked.formula).reach_s == 0.0
