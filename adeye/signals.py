@@ -7,6 +7,7 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args
 
 import numpy as np
@@ -455,6 +456,11 @@ class SignalType:
         text: What it means.
         cap: Margin that "no conflict" counts with, for a series that declares +inf.
         slack: Differences up to it are none [unit]: of times, which are rounded; else 0.
+        least: No value is below it; None where that is not known.
+        most: No value is above it.
+        most_per: What ``most`` is of: empty for the run, ``s`` for each second that it lasts.
+        of_objects: Whether it is measured of objects: in a run without any it is +inf if it has a
+            cap, else 0 or false, or there is no such signal.
     """
 
     unit: str
@@ -464,6 +470,10 @@ class SignalType:
     labels: tuple[str, ...] = ()
     cap: float | None = None
     slack: float = 0.0
+    least: float | None = None
+    most: float | None = None
+    most_per: str = ""
+    of_objects: bool = False
 
 
 def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalType]:
@@ -476,7 +486,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
     Returns:
         Signal types by name.
     """
-    number = _number
+    number, lane = _number, {"least": -1.0, "most": lanes - 1.0}
     signals = {
         "time": _clock(1.0, "time since the start"),
         "ego.x": number("m", 10.0, "place in the map"),
@@ -485,14 +495,17 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.speed": number("m/s", 10.0, "speed"),
         "ego.acceleration": number("m/s²", 1.0, "longitudinal acceleration"),
         "ego.steering_angle": number("rad", 0.1, "steering angle at the wheels"),
-        "ego.lane": number("1", 1.0, f"lane, 0 at the right to {lanes - 1}; -1 off the lanes"),
+        "ego.lane": number(
+            "1", 1.0, f"lane, 0 at the right to {lanes - 1}; -1 off the lanes", **lane
+        ),
         "ego.lane_offset": number("m", 1.0, "distance from the nearest lane's centre, left > 0"),
         "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
-        "contact": _boolean("the ego touches an object"),
+        "contact": _boolean("the ego touches an object", of_objects=True),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),
     }
+    number = partial(_number, of_objects=True)
     for name in object_ids:
         signals |= {
             f"actor.{name}.x": number("m", 10.0, "place in the map"),
@@ -500,8 +513,8 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
             f"actor.{name}.heading": number("rad", 0.1, "heading in the map"),
             f"actor.{name}.speed": number("m/s", 10.0, "speed"),
             f"actor.{name}.acceleration": number("m/s²", 1.0, "acceleration along its heading"),
-            f"actor.{name}.lane": number("1", 1.0, "lane, -1 off the lanes"),
-            f"actor.{name}.distance": number("m", 10.0, "distance between the bodies"),
+            f"actor.{name}.lane": number("1", 1.0, "lane, -1 off the lanes", **lane),
+            f"actor.{name}.distance": number("m", 10.0, "distance between the bodies", least=0.0),
             f"actor.{name}.gap": number(
                 "m", 10.0, "bumper-to-bumper gap along the ego's lane, ahead > 0"
             ),
@@ -542,14 +555,15 @@ def architecture_signals(
         }
         for actor in object_ids:
             text = "it has a confirmed track of the actor"
-            signals[f"channel.{name}.tracks.{actor}"] = _boolean(text)
+            signals[f"channel.{name}.tracks.{actor}"] = _boolean(text, of_objects=True)
     for name in sensors:
         signals |= {
             f"sensor.{name}.alive": _boolean("it delivers"),
             f"sensor.{name}.age": _clock(0.1, "age of its newest sample"),
         }
         for actor in object_ids:
-            signals[f"sensor.{name}.detects.{actor}"] = _boolean("its newest sample has the actor")
+            text = "its newest sample has the actor"
+            signals[f"sensor.{name}.detects.{actor}"] = _boolean(text, of_objects=True)
     for name in monitors:
         signals[f"monitor.{name}.raw"] = _boolean("it fires at this tick")
         signals[f"monitor.{name}.confirmed"] = _boolean("it fires after debounce")
@@ -563,16 +577,16 @@ def architecture_signals(
     return signals
 
 
-def _number(unit: str, scale: float, text: str) -> SignalType:
-    return SignalType(unit, scale, "number", text)
+def _number(unit: str, scale: float, text: str, **more: Any) -> SignalType:
+    return SignalType(unit, scale, "number", text, **more)
 
 
 def _clock(scale: float, text: str) -> SignalType:
-    return SignalType("s", scale, "number", text, slack=TIME_SLACK)
+    return _number("s", scale, text, slack=TIME_SLACK, least=0.0, most=1.0, most_per="s")
 
 
-def _boolean(text: str) -> SignalType:
-    return SignalType("1", 1.0, "boolean", text)
+def _boolean(text: str, *, of_objects: bool = False) -> SignalType:
+    return SignalType("1", 1.0, "boolean", text, of_objects=of_objects)
 
 
 # --- Numbers of many runs side by side: columns from specs, and records that compiled stages read -

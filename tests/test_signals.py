@@ -109,7 +109,9 @@ def test_units_are_si() -> None:
     assert SCENE["actor.lead.gap"].unit == "m"
     assert PARTS["channel.nominal.acceleration"].unit == "m/s²"
     assert PARTS["sensor.camera.age"].unit == "s"
-    assert SCENE["contact"] == signals.SignalType("1", 1.0, "boolean", SCENE["contact"].text)
+    assert SCENE["contact"] == signals.SignalType(
+        "1", 1.0, "boolean", SCENE["contact"].text, of_objects=True
+    )
 
 
 def test_parts_bring_their_signals() -> None:

@@ -215,12 +215,13 @@ class _Judging:
         if not runs:
             return
         bases = [self._basis(run) for run in runs]
+        has_objects = any(name.startswith("actor.") for name in self._dictionary)
         frame = Frame(
             step_s=self._step_s,
             objects=self.objects,
             by_contact=np.array([item[0] for item in bases], dtype=np.bool_),
             invalid=tuple(item[1] for item in bases),
-            is_empty=not any(name.startswith("actor.") for name in self._dictionary),
+            alone=None if has_objects else self._dictionary,
         )
         own: Ints = np.arange(len(runs))
         if item.bound is not None and not metrics:

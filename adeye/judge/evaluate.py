@@ -25,6 +25,7 @@ from adeye.judge.stl.batch import (
     evaluate_columns,
     joined_columns,
 )
+from adeye.judge.stl.constancy import asks_nothing
 from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from adeye.judge.stl.program import Words
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
-    from adeye.signals import Bools, Floats, Ints
+    from adeye.signals import Bools, Floats, Ints, SignalType
 
 # --- The verdicts of one FSR on a batch of runs, as columns, and the record of one run ------------
 
@@ -213,14 +214,15 @@ class Frame:
         by_contact: (B,) whether a contact ended the run.
         invalid: B reasons why FSRs cannot be judged, None where they can; see
             ``outcome.invalid_reasons`` for those that spare what fails.
-        is_empty: Whether there is no object in the runs: what is measured of objects tests nothing.
+        alone: The signals of runs without any object: what is measured of objects tests nothing.
+            None where there is one.
     """
 
     step_s: float
     objects: tuple[str, ...]
     by_contact: Bools
     invalid: tuple[str | None, ...]
-    is_empty: bool = False
+    alone: Mapping[str, SignalType] | None = None
 
     @property
     def is_invalid(self) -> Bools:
@@ -247,7 +249,8 @@ class Frame:
         if item.bound is not None:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
         elif evaluated is not None:
-            found = self._by_formula(evaluated, runs)
+            is_idle = self.alone and item.formula and asks_nothing(item.formula.root, self.alone)
+            found = self._by_formula(evaluated, runs, is_idle=bool(is_idle))
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
@@ -265,7 +268,7 @@ class Frame:
             name: What stands in the place of the FSR's id.
         """
         runs = np.arange(len(evaluated.verdict))
-        found = self._by_formula(evaluated, runs)
+        found = self._by_formula(evaluated, runs, is_idle=False)
         least = np.zeros(len(found.bindings))
         return self._columns(found, runs, least, name, "", "inconclusive")
 
@@ -327,11 +330,12 @@ class Frame:
         detail = found.explain(reason)
         return _and("ended by contact", detail) if override == _BY_CONTACT else detail
 
-    def _by_formula(self, result: StlColumns, runs: Ints) -> _Ruling:
+    def _by_formula(self, result: StlColumns, runs: Ints, *, is_idle: bool) -> _Ruling:
         words = result.program.words
         node, status, error = result.node[runs], result.status[runs], result.error[runs]
         # What only holds because no row lies as far back as it looks was asked of nothing.
-        is_vacuous = result.vacuous[runs] | ((status == _BEFORE) & (result.verdict[runs] > 0))
+        is_unasked = (status == _BEFORE) | is_idle
+        is_vacuous = result.vacuous[runs] | (is_unasked & (result.verdict[runs] > 0))
         satisfied = np.where(is_vacuous, VACUOUS, PASS)
         decided = np.array([INCONCLUSIVE, 0, FAIL])[result.verdict[runs]]
         verdict = np.where(result.verdict[runs] > 0, satisfied, decided)
@@ -367,6 +371,8 @@ class Frame:
             key, which = divmod(key, len(patterns))
             rest, word = divmod(key, widest)
             kind, place = divmod(rest, _KINDS * len(words))
+            if is_idle and kind == VACUOUS:
+                return "there is no object"
             said = _reason(kind, words[place // _KINDS], place % _KINDS, word)
             return _and(said, never_held(patterns[which].tolist()))
 
@@ -384,7 +390,7 @@ class Frame:
     def _by_bound(self, bound: Bound, column: MetricColumn, runs: Ints) -> _Ruling:
         metric = bound.metric
         status = status_codes(column.status)[runs]
-        if self.is_empty and bound.is_about_objects:
+        if self.alone is not None and metric.of_objects:
             error = _CODES[statuses.ERROR]
             status = np.where(status == error, error, _CODES[statuses.NOT_APPLICABLE])
         is_free = status == _CODES[statuses.NO_CONFLICT]
@@ -658,7 +664,7 @@ def _frame(signals: TraceSignals) -> Frame:
         objects=context.object_ids,
         by_contact=outcome.ended_by_contact(trace),
         invalid=outcome.invalid_reasons(trace),
-        is_empty=not context.object_ids,
+        alone=None if context.object_ids else signals.dictionary,
     )
 
 

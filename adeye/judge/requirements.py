@@ -22,7 +22,7 @@ from adeye.errors import (
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
-from adeye.judge.stl.constancy import first_constant
+from adeye.judge.stl.constancy import Range, first_constant, range_of
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
@@ -141,12 +141,6 @@ class Bound:
         """The metric, as registered in this process."""
         return METRICS[self.column]
 
-    @property
-    def is_about_objects(self) -> bool:
-        """Whether a run without any object tests nothing of it."""
-        families = ("adeye:criticality.", "adeye:severity.", "adeye:at_fault.")
-        return self.metric.uid.startswith(families)
-
     def margins(self, values: Floats, is_free: Bools) -> tuple[Floats, Bools]:
         """Give the distances (R,) to the limit in the metric's unit, negative when violated.
 
@@ -211,36 +205,6 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
     return Bound(name, float(limit), is_lower)
 
 
-def check_side(requirement: Requirement, bound: Bound, where: SourceLocation | None) -> None:
-    """Refuse a bound that keeps a metric from being good, or that no value violates.
-
-    Raises:
-        SpecError: It does, and ``unusual_side`` does not say that it is meant.
-    """
-    metric, written = bound.metric, requirement.bound
-    if written is None or written.unusual_side:
-        return
-    far = farthest(unit_exponents(metric.unit) or (0, 0, 0))
-    if bound.is_lower:
-        is_wrong, end, sign = metric.worse == "higher", metric.least, -1.0
-    else:
-        is_wrong, end, sign = metric.worse == "lower", metric.most, 1.0
-    limit = sign * far if end is None else end
-    cannot_fail = (bound.limit - limit) * sign >= 0.0
-    if cannot_fail:
-        value = "value" if end is not None else "plausible value"
-        side = "below" if bound.is_lower else "above"
-        what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}"
-    elif is_wrong:
-        what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
-    else:
-        return
-    other = "at_most" if bound.is_lower else "at_least"
-    remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
-    remedy += ", or unusual_side: true in the bound if it is meant."
-    raise _refusal(requirement, what, where, remedy)
-
-
 def _check_unit(
     requirement: Requirement, column: str, text: str, where: SourceLocation | None
 ) -> None:
@@ -266,7 +230,7 @@ Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
 
-JUDGE_VERSION = 4
+JUDGE_VERSION = 5
 """Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9
@@ -443,7 +407,7 @@ class _Check:
             self._requirement, self._where(*place), self._plan.attributes
         )
         if compiled.bound is not None:
-            check_side(self._requirement, compiled.bound, self._where(*place))
+            self._check_side(compiled.bound, scenarios)
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
@@ -463,6 +427,11 @@ class _Check:
     def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
         return _refusal(self._requirement, message, self._where(*(loc or ("formula",))), remedy)
 
+    def _lasts(self, scenario: str) -> float:
+        """Return how long a run of a scenario lasts at most [s]."""
+        played = self._plan.scenarios[scenario]
+        return float(played.horizon + played.tail)
+
     def _scenarios(self) -> tuple[str, ...]:
         for index, name in enumerate(self._requirement.scenarios):
             if name not in self._plan.scenarios:
@@ -473,6 +442,33 @@ class _Check:
                     index,
                 )
         return self._requirement.scenarios or tuple(self._plan.scenarios)
+
+    def _check_side(self, bound: Bound, scenarios: Sequence[str]) -> None:
+        """Refuse a bound that keeps a metric from being good, or that no value violates."""
+        metric, written = bound.metric, self._requirement.bound
+        if written is None or written.unusual_side:
+            return
+        end, among = metric.least if bound.is_lower else metric.most, ""
+        if end is not None and metric.most_per and not bound.is_lower:
+            # What a run that ends too soon leaves open is tested by each run that is long enough.
+            choose = max if metric.settles else min
+            lasts = choose(map(self._lasts, scenarios))
+            end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
+            among = f" in a run of {lasts:g} s"
+        sign, side = (-1.0, "below") if bound.is_lower else (1.0, "above")
+        limit = sign * farthest(unit_exponents(metric.unit) or (0, 0, 0)) if end is None else end
+        cannot_fail = (bound.limit - limit) * sign >= 0.0
+        if cannot_fail:
+            value = "value" if end is not None else "plausible value"
+            what = f"'{bound.text}' cannot fail: no {value} is {side} {limit:g}{among}"
+        elif bound.is_lower is (metric.worse == "higher"):
+            what = f"'{bound.text}' bounds the harmless side: the {metric.worse} it is, the worse"
+        else:
+            return
+        other = "at_most" if bound.is_lower else "at_least"
+        remedy = "Write a limit that can be missed" if cannot_fail else f"Write {other}"
+        remedy += ", or unusual_side: true in the bound if it is meant."
+        raise self._refuse(what, remedy, "bound", written.side)
 
     def _check_names(self, formula: Formula, scenarios: Sequence[str]) -> None:
         known = {name: self._union(name) for name in scenarios}
@@ -496,13 +492,18 @@ class _Check:
             formula.check(dictionary)
 
     def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
-        labels = {
-            name: entry.labels or TRUTH_LABELS
-            for scenario in scenarios
-            for name, entry in self._union(scenario).items()
-            if name in formula.names and entry.kind != "number"
-        }
-        found = first_constant(formula.root, labels)
+        labels: dict[str, Sequence[str]] = {}
+        ranges: dict[str, Range] = {}
+        for scenario in scenarios:
+            entries, lasts = self._union(scenario), self._lasts(scenario)
+            for name in formula.names:
+                if entries[name].kind != "number":
+                    labels[name] = entries[name].labels or TRUTH_LABELS
+                    continue
+                low, high = range_of(entries[name], lasts)
+                least, most = ranges.get(name, (low, high))
+                ranges[name] = min(low, least), max(high, most)
+        found = first_constant(formula.root, labels, ranges)
         if found is not None:
             part, is_held = found
             raise self._refuse(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 import numpy as np
 
 from adeye.judge import conflict
-from adeye.judge.following import MTTC, TTR, following_series
+from adeye.judge.following import LATEST, MTTC, TTR, following_series
 from adeye.judge.outcome import abilities
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.jit import compiled, inlined
@@ -397,9 +397,12 @@ def _define(  # noqa: PLR0913, PLR0917 - a row of the table below
     text: str,
     source: str,
     version: int = 1,
+    *,
+    least: float | None = 0.0,
+    of_objects: bool = True,
 ) -> SeriesDefinition:
     kind = "boolean" if name == "rss_violation" else "number"
-    declared = SignalType(unit, scale, kind, text, cap=cap)
+    declared = SignalType(unit, scale, kind, text, cap=cap, least=least, of_objects=of_objects)
     return SeriesDefinition(name, declared, worse, source, f"adeye:series.{name}@{version}")
 
 
@@ -442,7 +445,7 @@ _DEFINITIONS = (
     _define(
         "ttr", "s", 1.0, 10.0, "lower",
         "least time that the best of braking, steering and kickdown may wait, negative when late",
-        "Tamke et al. (2011), A flexible method for criticality assessment",
+        "Tamke et al. (2011), A flexible method for criticality assessment", least=LATEST,
     ),
     _define(
         "drac", "m/s²", 1.0, None, "higher",
@@ -457,7 +460,7 @@ _DEFINITIONS = (
     _define(
         "rss_margin", "m", 10.0, 100.0, "lower",
         "least gap beyond the RSS distance to an object ahead that is laterally unsafe, too",
-        _RSS, 2,
+        _RSS, 2, least=None,
     ),
     _define(
         "rss_violation", "1", 1.0, None, "higher",
@@ -467,7 +470,8 @@ _DEFINITIONS = (
     _define(
         "jerk", "m/s³", 1.0, None, "higher",
         "mean change of the ego's longitudinal acceleration over the last second",
-        "ISO 15622:2018, which averages jerk over 1 s", version=2,
+        "ISO 15622:2018, which averages jerk over 1 s", version=2, least=None,
+        of_objects=False,
     ),
 )  # fmt: skip
 

@@ -11,6 +11,8 @@ from adeye.judge import evaluate
 from adeye.judge.evaluate import Evaluation
 from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import compile_requirement
+from adeye.judge.stl.series import SampleStatus
+from adeye.judge.trace_signals import TraceSignals, trace_dictionary
 from adeye.judge.uncertainty import NumericUncertainty
 from adeye.judge.verdict import Verdict
 from adeye.signals import SILENT
@@ -84,6 +86,46 @@ def test_no_conflict_passes_with_the_cap_as_margin(hand_made: Any) -> None:
     for bound in (ttc, exposed):
         found = judged(hand_made(objects=()), fsr(bound=bound))
         assert (found.verdict, found.is_exercised, found.margin) == (VACUOUS, False, None)
+
+
+def test_formula_that_only_objects_decide_asks_nothing_where_there_is_none(hand_made: Any) -> None:
+    alone = hand_made(objects=())
+    for formula in (
+        "always(ttc >= 1 s)",
+        "always(not contact and rss_margin > 0 m)",
+        "always(any_actor.distance >= 1 m and drac <= 3 m/s^2 and not rss_violation)",
+        "always(ego.speed >= 5 m/s implies time_gap >= 1 s)",
+        "always(ego.speed >= 5 m/s implies eventually[0 s, 0.2 s](not contact))",
+        "always(ego.speed <= 0.5 * gap / 1 s)",
+        "eventually(standstill or max(ttc, mttc) > 5 s)",
+        "always(ttc < 2 s implies ego.acceleration < 0 m/s^2)",
+    ):
+        found = judged(alone, fsr(formula=formula))
+        assert (found.verdict, found.is_exercised, found.margin) == (VACUOUS, False, None), formula
+        assert found.detail == "there is no object"
+    for formula, verdict in (
+        ("always(ttc >= 1 s and ego.speed <= 30 m/s)", PASS),
+        ("always(min(ttc, 1 s) * 40 m/s^2 >= ego.speed)", PASS),
+        ("always(ego.acceleration <= 3 m/s^2 or contact)", PASS),
+        ("always(ego.speed <= 10 m/s or contact)", FAIL),
+        ("eventually(ttc < 5 s)", FAIL),
+    ):
+        found = judged(alone, fsr(formula=formula))
+        assert (found.verdict, found.is_exercised) == (verdict, True), formula
+    assert judged(hand_made(), fsr(formula="always(ttc >= 1 s)")).is_exercised
+
+
+def test_signal_of_objects_is_as_declared_where_there_is_none(hand_made: Any) -> None:
+    signals = TraceSignals(hand_made(objects=()).trace(), np.array([True]))
+    for name, declared in signals.dictionary.items():
+        if declared.of_objects:
+            series = signals.series(name)
+            values = np.where(series.status == SampleStatus.NO_CONFLICT, np.inf, series.values)
+            assert set(values[:, :-1].ravel()) == {0.0 if declared.cap is None else np.inf}, name
+    others = trace_dictionary(hand_made().trace().layout)
+    new = {name for name in others if name not in signals.dictionary}
+    assert new
+    assert all(others[name].of_objects for name in new)
 
 
 def test_formula_is_vacuous_open_or_broken_by_what_a_run_shows(hand_made: Any) -> None:

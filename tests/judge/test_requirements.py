@@ -25,6 +25,7 @@ from adeye.judge.requirements import (
 )
 from adeye.judge.stl.formula import parse_formula
 from adeye.spec.concept import Concept, Requirement
+from adeye.store.tables import METRIC_IDS
 from tests.judge.conftest import fsr
 from tests.refusals import refused
 from tests.stored import known, stored
@@ -240,6 +241,30 @@ def test_what_does_not_fit_is_refused_at_its_place(check: Check) -> None:
     assert check(formula="always(actor.other.gap > 1 m)", scenarios=["overtake"]).formula
 
 
+def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Check) -> None:
+    for part in (
+        "ego.lane >= -1",
+        "ego.lane <= 2",
+        "actor.lead.lane < 2.5",
+        "time <= 3.5 s",
+        "channel.nominal.age <= 10 s",
+        "ttr >= -10 s",
+        "gap >= 0 m",
+    ):
+        refused(SpecError, check, formula=f"always({part})", says="always holds, whatever")
+    for part in (
+        "ego.lane >= 0",
+        "ego.lane <= 1",
+        "time < 3.5 s",
+        "ttr >= -9 s",
+        "rss_margin >= 0 m",
+    ):
+        assert check(formula=f"always({part})").formula
+    # Of several scenarios the longest counts.
+    refused(SpecError, check, formula="always(time <= 2 s)", scenarios=["follow"], says="always")
+    assert check(formula="always(time <= 2 s)").formula
+
+
 def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
     checked = check(formula="always(rise(contact) implies once[0 s, 30 s](authority.safety))")
     assert known(checked.formula).reach_s == 0.0
@@ -257,6 +282,23 @@ def test_bound_on_the_wrong_side_is_refused_unless_it_is_meant(
         meant = check(bound={**bound, "unusual_side": True})
         assert meant.bound is not None
         assert meant.digest == requirement_digest(requirement(bound=bound))
+
+
+def test_no_metric_takes_a_bound_that_every_run_meets(check: Check) -> None:
+    ends_unknown = [name for name in METRIC_IDS if METRICS[name].least is None]
+    assert ends_unknown == ["rear_detection_margin_m"]
+    for name in METRIC_IDS:
+        metric = METRICS[name]
+        lasts = 3.5 if metric.settles else 2.0
+        most = (metric.most or 0.0) * {"": 1.0, "s": lasts, "row": lasts / 0.1 + 1.0}[
+            metric.most_per
+        ]
+        for side, end in (("at_least", metric.least), ("at_most", metric.most and most)):
+            if end is not None:
+                refused(SpecError, check, bound={"metric": name, side: end}, says="cannot fail")
+        if metric.worse == "higher" and metric.most:
+            assert check(bound={"metric": name, "at_most": 0.99 * most}).bound
+        assert metric.most or (metric.unit, metric.worse) != ("s", "higher")
 
 
 def test_parameter_of_a_bound_is_on_its_side_too(check: Check) -> None:
@@ -334,7 +376,7 @@ def test_a_conflict_beyond_the_cap_is_none(name: str, *, is_lower: bool) -> None
     assert np.abs(margins[3:]) == pytest.approx([0.5 * cap, 3.0 * cap])
 
 
-RECORDED = "20077b5908858ccd6412ce756c46a8d39c18cdfe01b2f38ebac497ae84d4b57d"
+RECORDED = "5335ff99e80128f0f5fa4c35896b4cafe339c055ef4b32f3db509a9d81d0b4c4"
 
 
 @pytest.mark.parametrize("is_lower", [True, False])

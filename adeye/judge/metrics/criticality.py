@@ -24,7 +24,7 @@ from adeye.judge.conflict import (
     on_road,
     turn,
 )
-from adeye.judge.metrics.registry import StatusColumn, column_at, column_of, metric_entry
+from adeye.judge.metrics.registry import StatusColumn, column_at, column_of, object_entry
 from adeye.judge.metrics.scans import (
     ERROR,
     NO_CONFLICT,
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 # --- Metrics of how near a run came to a collision: contact, distance, times, decelerations, RSS --
 
 
-@metric_entry("adeye:criticality.contact@1", "1", "higher", least=0.0, most=1.0)
+@object_entry("adeye:criticality.contact@1", "1", "higher", most=1.0)
 def contact(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object, else 0."""
     row, has_contact, touched = contacts_of(series)
@@ -73,7 +73,7 @@ def contact(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, touched, is_found=has_contact)
 
 
-@metric_entry("adeye:criticality.impact_speed@1", "m/s", "higher", scale=10.0)
+@object_entry("adeye:criticality.impact_speed@1", "m/s", "higher", scale=10.0)
 def impact_speed(series: TraceSeries) -> MetricColumn:
     """Relative speed at the first contact; no conflict without contact."""
     row, has_contact, touched = contacts_of(series)
@@ -82,35 +82,31 @@ def impact_speed(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, speed, touched)
 
 
-@metric_entry(
-    "adeye:criticality.min_distance@1", "m", "lower", SERIES["distance"], scale=10.0, least=0.0
-)
+@object_entry("adeye:criticality.min_distance@1", "m", "lower", SERIES["distance"], scale=10.0)
 def min_distance(series: TraceSeries) -> MetricColumn:
     """Least distance between the bodies of the ego and any object; 0 at contact."""
     return worst_of(series, DISTANCE)
 
 
-@metric_entry("adeye:criticality.min_ttc@1", "s", "lower", SERIES["ttc"], least=0.0)
+@object_entry("adeye:criticality.min_ttc@1", "s", "lower", SERIES["ttc"])
 def min_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant speeds with an object in the path; 0 at contact."""
     return worst_of(series, TTC)
 
 
-@metric_entry(
-    "adeye:criticality.min_time_headway@1", "s", "lower", SERIES["time_headway"], least=0.0
-)
+@object_entry("adeye:criticality.min_time_headway@1", "s", "lower", SERIES["time_headway"])
 def min_time_headway(series: TraceSeries) -> MetricColumn:
     """Least time between the front bumpers of ego and object in the path passing one place."""
     return worst_of(series, TIME_HEADWAY)
 
 
-@metric_entry("adeye:criticality.max_drac@1", "m/s²", "higher", SERIES["drac"])
+@object_entry("adeye:criticality.max_drac@1", "m/s²", "higher", SERIES["drac"])
 def max_drac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash, before contact, with who keeps its speed."""
     return worst_of(series, DRAC)
 
 
-@metric_entry(
+@object_entry(
     "adeye:criticality.max_required_deceleration@1",
     "m/s²",
     "higher",
@@ -121,7 +117,7 @@ def max_required_deceleration(series: TraceSeries) -> MetricColumn:
     return worst_of(series, REQUIRED)
 
 
-@metric_entry("adeye:criticality.rss_violation@2", "s", "higher", SERIES["rss_violation"])
+@object_entry("adeye:criticality.rss_violation@2", "s", "higher", SERIES["rss_violation"])
 def rss_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation, each row counting one step; when and who was the worst."""
     row, count, is_error = worst_violations(
@@ -133,7 +129,7 @@ def rss_violation(series: TraceSeries) -> MetricColumn:
     return MetricColumn(seconds, status, worst.time, worst.actor)
 
 
-@metric_entry("adeye:criticality.standstill_gap@1", "m", "lower", SERIES["gap"], scale=10.0)
+@object_entry("adeye:criticality.standstill_gap@1", "m", "lower", SERIES["gap"], scale=10.0)
 def standstill_gap(series: TraceSeries) -> MetricColumn:
     """Least gap to an object in the path while the ego stands; not applicable if it never does."""
     gaps, speed = series.nearest[0], series.column("ego")[..., EGO_SPEED]
@@ -298,19 +294,19 @@ def worst_followers(  # noqa: C901 - a kernel over the whole scene
 # --- Metrics of what is left against objects in the path: times, decelerations, moments to evade --
 
 
-@metric_entry("adeye:criticality.min_mttc@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_mttc@1", "s", "lower", cap=10.0)
 def min_mttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision at constant accelerations; who brakes to a stop stays there."""
     return _column(series, following.MTTC)
 
 
-@metric_entry("adeye:criticality.min_ettc@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_ettc@1", "s", "lower", cap=10.0)
 def min_ettc(series: TraceSeries) -> MetricColumn:
     """Least time to collision while the relative acceleration stays; nobody stops."""
     return _column(series, following.ETTC)
 
 
-@metric_entry("adeye:criticality.max_mdrac@1", "m/s²", "higher")
+@object_entry("adeye:criticality.max_mdrac@1", "m/s²", "higher")
 def max_mdrac(series: TraceSeries) -> MetricColumn:
     """Largest deceleration to avoid a crash that begins 1 s late; 100 m/s² where that is too late.
 
@@ -319,19 +315,19 @@ def max_mdrac(series: TraceSeries) -> MetricColumn:
     return _column(series, following.MDRAC)
 
 
-@metric_entry("adeye:criticality.max_dst@1", "m/s²", "higher")
+@object_entry("adeye:criticality.max_dst@1", "m/s²", "higher")
 def max_dst(series: TraceSeries) -> MetricColumn:
     """Largest deceleration that keeps 1 s behind who is ahead; undefined once that is lost."""
     return _column(series, following.DST)
 
 
-@metric_entry("adeye:criticality.min_mtc@1", "1", "lower", cap=10.0)
+@object_entry("adeye:criticality.min_mtc@1", "1", "lower", cap=10.0)
 def min_mtc(series: TraceSeries) -> MetricColumn:
     """Least room over the way to standstill if both brake now with 0.7 g; below 1 they collide."""
     return _column(series, following.MTC)
 
 
-@metric_entry("adeye:criticality.max_btn@1", "1", "higher", scale=0.1)
+@object_entry("adeye:criticality.max_btn@1", "1", "higher", scale=0.1)
 def max_btn(series: TraceSeries) -> MetricColumn:
     """Largest required deceleration over what vehicle and friction allow; from 1 on too late."""
     needed = max_required_deceleration(series)
@@ -339,43 +335,43 @@ def max_btn(series: TraceSeries) -> MetricColumn:
     return MetricColumn(number, needed.status, needed.time, needed.actor)
 
 
-@metric_entry("adeye:criticality.max_stn@1", "1", "higher", scale=0.1)
+@object_entry("adeye:criticality.max_stn@1", "1", "higher", scale=0.1, most=100.0)
 def max_stn(series: TraceSeries) -> MetricColumn:
     """Largest lateral acceleration to pass an object in the path over friction; from 1 too late."""
     return _column(series, following.STN)
 
 
-@metric_entry("adeye:criticality.min_ttb@1", "s", "lower", cap=10.0, least=-10.0)
+@object_entry("adeye:criticality.min_ttb@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttb(series: TraceSeries) -> MetricColumn:
     """Least time to brake: how long full braking may wait; negative when late, at least -10 s."""
     return _column(series, following.TTB)
 
 
-@metric_entry("adeye:criticality.min_tts@1", "s", "lower", cap=10.0, least=-10.0)
+@object_entry("adeye:criticality.min_tts@1", "s", "lower", cap=10.0, least=-10.0)
 def min_tts(series: TraceSeries) -> MetricColumn:
     """Least time to steer: how long passing at the limit of friction may wait; at least -10 s."""
     return _column(series, following.TTS)
 
 
-@metric_entry("adeye:criticality.min_ttk@1", "s", "lower", cap=10.0, least=-10.0)
+@object_entry("adeye:criticality.min_ttk@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttk(series: TraceSeries) -> MetricColumn:
     """Least time to kickdown: how long full acceleration may wait; -10 s where it never helps."""
     return _column(series, following.TTK)
 
 
-@metric_entry("adeye:criticality.min_ttr@1", "s", "lower", cap=10.0, least=-10.0)
+@object_entry("adeye:criticality.min_ttr@1", "s", "lower", cap=10.0, least=-10.0)
 def min_ttr(series: TraceSeries) -> MetricColumn:
     """Least time to react: how long the best of braking, steering and kickdown may wait."""
     return _column(series, following.TTR)
 
 
-@metric_entry("adeye:criticality.min_rear_ttc@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_rear_ttc@1", "s", "lower", cap=10.0)
 def min_rear_ttc(series: TraceSeries) -> MetricColumn:
     """Least time to collision of somebody who follows the ego in its path."""
     return _of_followers(series, REAR_TTC)
 
 
-@metric_entry("adeye:criticality.max_follower_deceleration@1", "m/s²", "higher")
+@object_entry("adeye:criticality.max_follower_deceleration@1", "m/s²", "higher")
 def max_follower_deceleration(series: TraceSeries) -> MetricColumn:
     """Largest constant deceleration that the ego's braking demands of who follows it."""
     return _of_followers(series, REAR_DEMAND)

@@ -30,7 +30,7 @@ from adeye.judge.conflict import (
     reach_of,
     turn,
 )
-from adeye.judge.metrics.registry import metric_entry
+from adeye.judge.metrics.registry import object_entry
 from adeye.judge.metrics.scans import (
     ERROR,
     INCOMPLETE,
@@ -497,31 +497,31 @@ def _passage(  # noqa: PLR0913, PLR0917 - a part of the kernel
 # --- Metrics of encounters in the plane and of crossings, with all objects ------------------------
 
 
-@metric_entry("adeye:criticality.min_ttc_2d@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_ttc_2d@1", "s", "lower", cap=10.0)
 def min_ttc_2d(series: TraceSeries) -> MetricColumn:
     """Least time until the bodies of ego and any object touch at constant velocity and heading."""
     return _encounter(series, PLANAR_TTC)
 
 
-@metric_entry("adeye:criticality.min_wttc@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_wttc@1", "s", "lower", cap=10.0)
 def min_wttc(series: TraceSeries) -> MetricColumn:
     """Least time in which ego and any object can touch, whatever both do up to friction."""
     return _encounter(series, WTTC)
 
 
-@metric_entry("adeye:criticality.min_dce@1", "m", "lower", scale=10.0, cap=100.0, least=0.0)
+@object_entry("adeye:criticality.min_dce@1", "m", "lower", scale=10.0, cap=100.0)
 def min_dce(series: TraceSeries) -> MetricColumn:
     """Least distance of closest encounter with any object within 10 s of constant velocity."""
     return _encounter(series, DCE)
 
 
-@metric_entry("adeye:criticality.min_ttce@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_ttce@1", "s", "lower", cap=10.0)
 def min_ttce(series: TraceSeries) -> MetricColumn:
     """Least time to a closest encounter of at most 1 m with any object, at constant velocity."""
     return _encounter(series, TTCE)
 
 
-@metric_entry("adeye:criticality.min_pet@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_pet@1", "s", "lower", cap=10.0)
 def min_pet(series: TraceSeries) -> MetricColumn:
     """Least time from the first one's exit of a conflict area to the second one's entry.
 
@@ -530,19 +530,19 @@ def min_pet(series: TraceSeries) -> MetricColumn:
     return _crossing(series, PET)
 
 
-@metric_entry("adeye:criticality.pet_overlap@1", "s", "higher")
+@object_entry("adeye:criticality.pet_overlap@1", "s", "higher")
 def pet_overlap(series: TraceSeries) -> MetricColumn:
     """Longest time in which ego and a crossing actor are both in their conflict area."""
     return _crossing(series, OVERLAP)
 
 
-@metric_entry("adeye:criticality.max_encroachment_time@1", "s", "higher")
+@object_entry("adeye:criticality.max_encroachment_time@1", "s", "higher")
 def max_encroachment_time(series: TraceSeries) -> MetricColumn:
     """Longest time for which an actor that crosses takes up the ego's corridor."""
     return _crossing(series, ENCROACHMENT)
 
 
-@metric_entry("adeye:criticality.min_predicted_pet@1", "s", "lower", cap=10.0, least=0.0)
+@object_entry("adeye:criticality.min_predicted_pet@1", "s", "lower", cap=10.0)
 def min_predicted_pet(series: TraceSeries) -> MetricColumn:
     """Least post-encroachment time predicted at constant speeds; 0 where both would be inside."""
     return _crossing(series, PREDICTED_PET)

@@ -10,7 +10,7 @@ import numpy as np
 from adeye import signals
 from adeye.judge.conflict import DRAC, RSS_MARGIN, TIME_GAP, TTC, turn
 from adeye.judge.metrics.criticality import worst_of
-from adeye.judge.metrics.registry import column_at, column_of, metric_entry
+from adeye.judge.metrics.registry import column_at, column_of, object_entry
 from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, VALUE
 from adeye.judge.series import SERIES
 from adeye.kernel.criticality import (
@@ -246,45 +246,43 @@ BRAKING_MOST: Final = 12.68
 distributed between two ends, as in Cunto and Saccomanno (2008); all of them times the friction."""
 
 
-@metric_entry("adeye:criticality.min_time_gap@1", "s", "lower", SERIES["time_gap"])
+@object_entry("adeye:criticality.min_time_gap@1", "s", "lower", SERIES["time_gap"])
 def min_time_gap(series: TraceSeries) -> MetricColumn:
     """Least time in which the ego drives the gap to the nearest object in the path."""
     return worst_of(series, TIME_GAP)
 
 
-@metric_entry("adeye:criticality.tet@1", "s", "higher")
+@object_entry("adeye:criticality.tet@1", "s", "higher")
 def tet(series: TraceSeries) -> MetricColumn:
     """Time exposed: with a time to collision of at most 3 s, each row counting one step."""
     return _sum(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit@1", "s²", "higher")
+@object_entry("adeye:criticality.tit@1", "s²", "higher", most=EXPOSURE_TTC, most_per="s")
 def tit(series: TraceSeries) -> MetricColumn:
     """Time integrated: by how much the time to collision was below 3 s, summed over time."""
     return _sum(series, INTEGRATED)
 
 
-@metric_entry("adeye:criticality.tet_share@1", "1", "higher", scale=0.1, least=0.0, most=1.0)
+@object_entry("adeye:criticality.tet_share@1", "1", "higher", scale=0.1, most=1.0)
 def tet_share(series: TraceSeries) -> MetricColumn:
     """Share of the run with a time to collision of at most 3 s."""
     return _mean(series, EXPOSED)
 
 
-@metric_entry("adeye:criticality.tit_mean@1", "s", "higher", scale=0.1)
+@object_entry("adeye:criticality.tit_mean@1", "s", "higher", scale=0.1, most=EXPOSURE_TTC)
 def tit_mean(series: TraceSeries) -> MetricColumn:
     """By how much the time to collision was below 3 s, on average over the run."""
     return _mean(series, INTEGRATED)
 
 
-@metric_entry("adeye:criticality.crash_potential@1", "1", "higher", scale=0.01)
+@object_entry("adeye:criticality.crash_potential@1", "1", "higher", scale=0.01, most=1.0)
 def crash_potential(series: TraceSeries) -> MetricColumn:
     """Crash potential index: mean probability that cars cannot brake as hard as they had to."""
     return _sum(series, POTENTIAL)
 
 
-@metric_entry(
-    "adeye:criticality.time_to_accident@1", "s", "lower", cap=10.0, settles=True, least=0.0
-)
+@object_entry("adeye:criticality.time_to_accident@1", "s", "lower", cap=10.0, settles=True)
 def time_to_accident(series: TraceSeries) -> MetricColumn:
     """Time to collision when the ego first brakes or swerves with more than 2 m/s².
 
@@ -297,7 +295,7 @@ def time_to_accident(series: TraceSeries) -> MetricColumn:
     return column_at(series, codes, row, TTC)
 
 
-@metric_entry("adeye:criticality.min_psd@1", "1", "lower", cap=10.0)
+@object_entry("adeye:criticality.min_psd@1", "1", "lower", cap=10.0)
 def min_psd(series: TraceSeries) -> MetricColumn:
     """Least gap in the path over the least way to standstill; below 1 there is no return."""
     (gaps, actors), scene = series.nearest, series.scene
@@ -308,7 +306,7 @@ def min_psd(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
-@metric_entry("adeye:criticality.min_rss_ratio@2", "1", "lower", scale=0.1, cap=10.0)
+@object_entry("adeye:criticality.min_rss_ratio@2", "1", "lower", scale=0.1, cap=10.0)
 def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     """Least gap over the RSS distance, to who is laterally unsafe and has the least RSS margin."""
     margins, actors = (part[RSS_MARGIN] for part in series.worst_conflicts)
@@ -316,7 +314,7 @@ def min_rss_ratio(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, value, actors[np.arange(len(row)), row])
 
 
-@metric_entry("adeye:criticality.rss_response_violation@2", "s", "higher")
+@object_entry("adeye:criticality.rss_response_violation@2", "s", "higher")
 def rss_response_violation(series: TraceSeries) -> MetricColumn:
     """Time with an RSS violation older than the response time and no braking as RSS asks for."""
     return _sum(series, RESPONSE)

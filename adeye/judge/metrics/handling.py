@@ -212,7 +212,7 @@ def emergency_operation_time(series: TraceSeries) -> MetricColumn:
     return _interval(series, fault, found.intervals.eoti, found.safe, is_unknown=found.is_unknown)
 
 
-@metric_entry("adeye:handling.nominal_availability@1", "1", "lower", cap=1.0, least=0.0, most=1.0)
+@metric_entry("adeye:handling.nominal_availability@1", "1", "lower", cap=1.0, most=1.0)
 def nominal_availability(series: TraceSeries) -> MetricColumn:
     """Share of the time of the run at which the default channel acts."""
     trace = series.trace
@@ -224,13 +224,13 @@ def nominal_availability(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, away.argmax(axis=1), share)
 
 
-@metric_entry("adeye:handling.takeovers@1", "1", "higher")
+@metric_entry("adeye:handling.takeovers@1", "1", "higher", most=0.5, most_per="row")
 def takeovers(series: TraceSeries) -> MetricColumn:
     """How often authority passes from the default channel to another."""
     return _counted(series, series.once("away", lambda: _away(series)))
 
 
-@metric_entry("adeye:handling.trips@1", "1", "higher")
+@metric_entry("adeye:handling.trips@1", "1", "higher", most=0.5, most_per="row")
 def trips(series: TraceSeries) -> MetricColumn:
     """How often a monitor is confirmed, the acting channel unusable, or another channel acts.
 
@@ -322,7 +322,7 @@ def _since_fault(
 # --- Metrics of where the ego stands at the end of a run, against what was reachable at the fault -
 
 
-@metric_entry("adeye:stopping.stop_rating@1", "1", "higher", least=0.0, most=8.0)
+@metric_entry("adeye:stopping.stop_rating@1", "1", "higher", most=8.0)
 def stop_rating(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands at the end, from 0 for a refuge to 8 for contact.
 
@@ -332,7 +332,7 @@ def stop_rating(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, series.trace.length - 1, values, _touched(series.trace))
 
 
-@metric_entry("adeye:stopping.stop_regret@1", "1", "higher", since_fault=True)
+@metric_entry("adeye:stopping.stop_regret@1", "1", "higher", least=-8.0, most=8.0, since_fault=True)
 def stop_regret(series: TraceSeries) -> MetricColumn:
     """Rating of the place where the ego stands, minus the best reachable when the fault began.
 

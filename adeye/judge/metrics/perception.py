@@ -16,7 +16,7 @@ import numpy as np
 
 from adeye.judge.conflict import are_finite
 from adeye.judge.metrics.handling import default_channel
-from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.registry import column_of, metric_entry, object_entry
 from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags
 from adeye.judge.outcome import last_rows
 from adeye.kernel.boxes import box_distance
@@ -448,9 +448,7 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
 # --- Metrics of perception: how early sensors have what matters, and what the channel believes ----
 
 
-@metric_entry(
-    "adeye:perception.first_detection_distance@1", "m", "lower", scale=10.0, settles=True, least=0.0
-)
+@object_entry("adeye:perception.first_detection_distance@1", "m", "lower", scale=10.0, settles=True)
 def first_detection_distance(series: TraceSeries) -> MetricColumn:
     """Distance at which a sensor first has the object in the path that is found last.
 
@@ -468,7 +466,7 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     return MetricColumn(column.value, column.status, time, found)
 
 
-@metric_entry("adeye:perception.detection_latency@1", "s", "higher")
+@object_entry("adeye:perception.detection_latency@1", "s", "higher")
 def detection_latency(series: TraceSeries) -> MetricColumn:
     """Time from when an object first matters until a sensor has it; 0 if one has it before.
 
@@ -482,7 +480,7 @@ def detection_latency(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, tick_times(late, series.step), thing)
 
 
-@metric_entry("adeye:perception.missed_time@1", "s", "higher")
+@object_entry("adeye:perception.missed_time@1", "s", "higher")
 def missed_time(series: TraceSeries) -> MetricColumn:
     """Time for which an object that matters is in no confirmed track, each row counting one step.
 
@@ -512,7 +510,7 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
     return column_of(series, codes, row, tick_times(wrong, series.step))
 
 
-@metric_entry("adeye:perception.range_error_rms@1", "m", "higher")
+@object_entry("adeye:perception.range_error_rms@1", "m", "higher")
 def range_error_rms(series: TraceSeries) -> MetricColumn:
     """Error along the line of sight of the tracks of what is nearest in the path, within reach.
 
@@ -522,7 +520,7 @@ def range_error_rms(series: TraceSeries) -> MetricColumn:
     return _pooled(series, RANGE)
 
 
-@metric_entry("adeye:perception.position_error_p95@1", "m", "higher")
+@object_entry("adeye:perception.position_error_p95@1", "m", "higher")
 def position_error_p95(series: TraceSeries) -> MetricColumn:
     """Distance of the tracks of what is nearest in the path, within reach, from its true place.
 
@@ -531,7 +529,9 @@ def position_error_p95(series: TraceSeries) -> MetricColumn:
     return _pooled(series, POSITION)
 
 
-@metric_entry("adeye:perception.rear_detection_margin@1", "m", "lower", scale=10.0, settles=True)
+@object_entry(
+    "adeye:perception.rear_detection_margin@1", "m", "lower", scale=10.0, settles=True, least=None
+)
 def rear_detection_margin(series: TraceSeries) -> MetricColumn:
     """Distance at which a sensor has who comes from behind, beyond what a lane change needs.
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import wraps
+from functools import partial, wraps
 from importlib import resources
 from inspect import unwrap
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, overload
@@ -127,7 +127,10 @@ class MetricDefinition:
         plugin: Class from outside the package that it is; empty for one of the package.
         least: No value is below it; None where that is not known.
         most: No value is above it.
+        most_per: What ``most`` is of: empty for the run, ``s`` for each second that it lasts,
+            ``row`` for each of its rows.
         since_fault: Whether it counts from a fault on, so that a bound on it is about faults.
+        of_objects: Whether it is measured of objects, so that a run without any says nothing of it.
     """
 
     uid: str
@@ -143,7 +146,9 @@ class MetricDefinition:
     plugin: str = ""
     least: float | None = None
     most: float | None = None
+    most_per: str = ""
     since_fault: bool = False
+    of_objects: bool = False
 
     def compute(self, trace: Trace) -> MetricColumn:
         """Return one value per run, with the time and the actor of the worst case."""
@@ -169,9 +174,11 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     scale: float = 1.0,
     cap: float | None = None,
     settles: bool = False,
-    least: float | None = None,
+    least: float | None = 0.0,
     most: float | None = None,
+    most_per: str = "",
     since_fault: bool = False,
+    of_objects: bool = False,
 ) -> Callable[[Measure], Measure]:
     """Register a function over the series of a trace as a metric; its docstring is the text.
 
@@ -186,8 +193,11 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
         cap: Of "no conflict".
         settles: Whether a value is final.
         least: No value is below it.
-        most: No value is above it.
+        most: No value is above it; by default a time that is worse when it is longer is one within
+            the run.
+        most_per: What ``most`` is of.
         since_fault: Whether it counts from a fault on.
+        of_objects: Whether it is measured of objects.
     """
     key = uid.partition(":")[2].partition("@")[0]
     if column is None:
@@ -197,15 +207,21 @@ def metric_entry(  # noqa: PLR0913 - what a metric declares
     publication = _SOURCES[key] if series is None else series.source
     if series is not None:
         cap = series.type.cap
+    if most is None and (unit, worse) == ("s", "higher"):
+        most, most_per = 1.0, "s"
 
     def register(measure: Measure) -> Measure:
         text = (measure.__doc__ or "").partition("\n")[0]
         words = (uid, column, unit, worse, publication, text)
-        ends: dict[str, Any] = {"least": least, "most": most, "since_fault": since_fault}
-        _add(MetricDefinition(*words, scale, measure, cap, settles, **ends))
+        ends = (least, most, most_per, since_fault, of_objects)
+        _add(MetricDefinition(*words, scale, measure, cap, settles, "", *ends))
         return measure
 
     return register
+
+
+object_entry = partial(metric_entry, of_objects=True)
+"""Registers a metric that is measured of objects."""
 
 
 def register_metric(metric: M) -> M:
@@ -213,8 +229,8 @@ def register_metric(metric: M) -> M:
 
     The class takes no arguments and has, beside what ``ports.Metric`` asks for (``uid``, ``unit``,
     ``worse``, ``source``, ``compute(trace)``), the ``column`` that it is stored under. ``scale``
-    (default 1), ``cap``, ``settles``, ``least`` and ``most`` are optional, see
-    ``MetricDefinition``.
+    (default 1), ``cap``, ``settles``, ``least``, ``most``, ``most_per`` and ``of_objects`` are
+    optional, see ``MetricDefinition``.
 
     Raises:
         UsageError: Something is missing or not of its kind, or the column is taken.
@@ -263,6 +279,8 @@ def register_metric(metric: M) -> M:
             plugin=f"{metric.__module__}:{metric.__qualname__}",
             least=least,
             most=most,
+            most_per=str(getattr(built, "most_per", "")),
+            of_objects=bool(getattr(built, "of_objects", False)),
         )
     )
     return metric
@@ -302,12 +320,14 @@ def _add(definition: MetricDefinition) -> None:
             raise UsageError(
                 f"metric {definition.uid}: {name} is {size}", remedy="It is finite and above 0."
             )
-    ends = (definition.least, definition.most)
+    ends, per = (definition.least, definition.most), definition.most_per
     low, high = (0.0 if end is None else end for end in ends)
-    if not (np.isfinite((low, high)).all() and (None in ends or low < high)):
+    is_known = per in {"", "s", "row"} and np.isfinite((low, high)).all()
+    if not (is_known and (None in ends or low < high)):
         raise UsageError(
-            f"metric {definition.uid}: least is {ends[0]}, most is {ends[1]}",
-            remedy="Both are finite, and least is the smaller one; leave out what is not known.",
+            f"metric {definition.uid}: least is {ends[0]}, most is {ends[1]}, per {shown(per)}",
+            remedy="Both are finite, and least is the smaller one; leave out what is not known. "
+            "most_per is s or row, or left out.",
         )
     METRICS[definition.column] = definition
 

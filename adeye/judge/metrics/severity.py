@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye import signals as columns
 from adeye.judge.metrics.criticality import contacts_of
-from adeye.judge.metrics.registry import column_of, metric_entry
+from adeye.judge.metrics.registry import column_of, object_entry
 from adeye.judge.metrics.scans import ERROR, NO_CONFLICT, VALUE
 from adeye.judge.outcome import on_road
 from adeye.judge.trace_signals import STANDSTILL_SPEED
@@ -42,21 +42,19 @@ end. The ego's is that of its vehicle."""
 _MASS_OF_CLASS: Final = np.array([MASSES[name] for name in columns.OBJECT_CLASSES])
 
 
-@metric_entry("adeye:severity.delta_v@1", "m/s", "higher", scale=10.0)
+@object_entry("adeye:severity.delta_v@1", "m/s", "higher", scale=10.0)
 def delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the ego's speed by its collision, both going on as one; masses by kind."""
     return _reported(series, 0)
 
 
-@metric_entry("adeye:severity.other_delta_v@1", "m/s", "higher", scale=10.0)
+@object_entry("adeye:severity.other_delta_v@1", "m/s", "higher", scale=10.0)
 def other_delta_v(series: TraceSeries) -> MetricColumn:
     """Change of the speed of what the ego collides with; masses by kind, 0 of what stands fast."""
     return _reported(series, 1)
 
 
-@metric_entry(
-    "adeye:severity.fatality_probability@1", "1", "higher", scale=0.1, least=0.0, most=1.0
-)
+@object_entry("adeye:severity.fatality_probability@1", "1", "higher", scale=0.1, most=1.0)
 def fatality(series: TraceSeries) -> MetricColumn:
     """Probability that somebody dies of the larger change of speed, by the rule for car occupants.
 
@@ -96,9 +94,7 @@ BEHIND: Final = math.radians(150.0)
 """Bearing from which an object is behind the ego [rad]."""
 
 
-@metric_entry(
-    "adeye:at_fault.contact@1", "1", "higher", column="contact_at_fault", least=0.0, most=1.0
-)
+@object_entry("adeye:at_fault.contact@1", "1", "higher", column="contact_at_fault", most=1.0)
 def contact_at_fault(series: TraceSeries) -> MetricColumn:
     """1 if the ego touches an object and is at fault, else 0.
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 import numpy as np
 
 from adeye.judge.stl import syntax
+from adeye.judge.stl.formula import TRUTH_LABELS
 from adeye.spec.plausible import farthest
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.judge.stl.syntax import Condition, Node, Term
-    from adeye.signals import Bools, Ints
+    from adeye.signals import Bools, Ints, SignalType
 
 # --- Parts of a formula whose truth does not depend on their signals: they ask for nothing --------
 
@@ -39,20 +40,6 @@ Line: TypeAlias = tuple[tuple[str, Fraction], ...]
 """A sum of signals by itself, of which the first, by name, counts once."""
 Range: TypeAlias = tuple[Fraction, Fraction]
 
-_NEVER_NEGATIVE: Final = frozenset(
-    [
-        "time",
-        "age",
-        "distance",
-        "ttc",
-        "time_gap",
-        "time_headway",
-        "mttc",
-        "drac",
-        "required_deceleration",
-    ]
-)
-"""Last words of the names of signals that are 0 or more, whatever happens."""
 _MOST_STATES, _MOST_STEPS = 2**14, 2**20
 """Up to which all are listed; and what is done at most to take some out by what other rows are."""
 _FAR, _BEYOND, _END = Fraction(10**1000), Fraction(10**2000), Fraction(10**3000)
@@ -61,28 +48,69 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 _TIME: Final[Line] = (("time", _ONE),)
 
 
-def first_constant(node: Node, labels: Mapping[str, Sequence[str]]) -> tuple[Node, bool] | None:
+def range_of(signal: SignalType, lasts_s: float = math.inf) -> Range:
+    """Give the least and the largest value that a number can have in runs that last so long."""
+    most = math.inf if signal.most is None else signal.most
+    most *= lasts_s if signal.most_per == "s" else 1.0
+    low = -_FAR if signal.least is None else Fraction(repr(signal.least))
+    return low, Fraction(repr(most)) if most < math.inf else _FAR
+
+
+def first_constant(
+    node: Node, labels: Mapping[str, Sequence[str]], ranges: Mapping[str, Range]
+) -> tuple[Node, bool] | None:
     """Find a part that always or never holds, whatever numbers and words its signals have.
 
-    Signals range over all numbers, times and distances over those from 0 on, where ``time`` begins.
-    What depends on a value is never found.
+    Signals range over all numbers that are not known to be beyond them, ``time`` from 0 on. What
+    depends on a value is never found.
 
     Args:
         node: The formula's root.
         labels: What the signals can be that are no numbers.
+        ranges: The least and the largest that those can be of which it is known.
 
     Returns:
         The first such part, innermost, and whether it always holds; None if there is none.
     """
     for child in syntax.children(node):
-        if (found := first_constant(child, labels)) is not None:
+        if (found := first_constant(child, labels, ranges)) is not None:
             return found
     is_word = isinstance(node, syntax.Equality) and syntax.label_of(node) is not None
     if is_word or isinstance(node, syntax.Constant | syntax.Signal | syntax.Arithmetic):
         return None
-    states = _states(node, labels)
-    held = set() if states is None else set(states.truth(node)[states.are_left()].tolist())
+    held = _truths(node, labels, ranges)
     return (node, held.pop()) if len(held) == 1 else None
+
+
+def asks_nothing(node: Condition, signals: Mapping[str, SignalType]) -> bool:
+    """Tell whether a formula asks nothing of a run without any object.
+
+    What is measured of objects is put in as it is without any. Where what is left comes out alike
+    on every trace, whatever the other signals are, nothing was asked.
+
+    Args:
+        node: The formula's root.
+        signals: Those of such a run, by name.
+    """
+    ranges: dict[str, Range] = {}
+    labels: dict[str, Sequence[str]] = {}
+    for name in syntax.names_in(node):
+        item = signals[name]
+        ranges[name] = range_of(item)
+        if item.of_objects:
+            ranges[name] = (_ZERO, _ZERO) if item.cap is None else (_BEYOND, _BEYOND)
+        if item.kind != "number":
+            labels[name] = (item.labels or TRUTH_LABELS)[: 1 if item.of_objects else None]
+    is_about = any(signals[name].of_objects for name in ranges)
+    return is_about and len(_truths(node, labels, ranges)) == 1
+
+
+def _truths(
+    node: Node, labels: Mapping[str, Sequence[str]], ranges: Mapping[str, Range]
+) -> set[bool]:
+    """List what a condition can be; nothing if there are too many states."""
+    states = _states(node, labels, ranges)
+    return set() if states is None else set(states.truth(node)[states.are_left()].tolist())
 
 
 # --- The cells of lines ---------------------------------------------------------------------------
@@ -149,8 +177,6 @@ class _Lines:
             return {"": Fraction(repr(term.value))}
         own = {syntax.canonical(term): _ONE}
         if isinstance(term, syntax.Signal):
-            if term.name.rpartition(".")[2] in _NEVER_NEGATIVE:
-                self.known[_place(own)[0]] = _ZERO, _FAR
             return own
         parts = [self._sum(part) for part in term.operands]
         first, last = parts[0], parts[-1]
@@ -326,9 +352,12 @@ def _is_answered(items: Sequence[_Said], left: Bools, time: Ints, now: int) -> b
     return True
 
 
-def _states(node: Node, labels: Mapping[str, Sequence[str]]) -> _States | None:
+def _states(
+    node: Node, labels: Mapping[str, Sequence[str]], ranges: Mapping[str, Range]
+) -> _States | None:
     """List the states of the rows that a part of a formula reads; None if they are too many."""
-    lines, parts = _Lines(), list(syntax.walk(node))
+    known: dict[Line, Range] = {((name, _ONE),): ends for name, ends in ranges.items()}
+    lines, parts = _Lines(known=known), list(syntax.walk(node))
     for part in parts:
         are_words = all(name in labels for name in syntax.names_in(part))
         if isinstance(part, syntax.Comparison) or (

@@ -197,7 +197,11 @@ def test_least_and_most_are_numbers_in_their_order() -> None:
     wrong = {"least": "low"}, {"most": float("nan")}, {"least": 2, "most": 1}, {"most": []}
     for ends in wrong:
         refused(UsageError, register_metric, type("Odd", (Mean,), ends), says=r"least|most")
-    register_metric(type("Fine", (Mean,), {"least": 0, "most": 130}))
+    refused(UsageError, register_metric, type("Odd", (Mean,), {"most_per": "h"}), says="per 'h'")
+    more = {"least": 0, "most": 130, "most_per": "s", "of_objects": True}
+    register_metric(type("Fine", (Mean,), more))
+    metric = METRICS["mean_speed_mps"]
+    assert (metric.most, metric.most_per, metric.of_objects) == (130.0, "s", True)
     metric = METRICS["mean_speed_mps"]
     assert (metric.least, metric.most) == (0.0, 130.0)
 

@@ -7,29 +7,32 @@ import numpy as np
 import pytest
 
 from adeye.judge.stl.batch import HELD, NEEDED, SATISFIED, SPARE, VIOLATED
-from adeye.judge.stl.constancy import first_constant
+from adeye.judge.stl.constancy import first_constant, range_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import nested_implications
+from adeye.signals import SignalType
 from tests.judge.stl.batch import judge, numbers, truths
 from tests.judge.stl.random_formulas import Random, text_of, traces
 from tests.stored import known, stored
 
 TABLES = stored("formulas")
 STATUS = ("ok", "degraded", "silent", "fault")
+POSITIVE = range_of(SignalType("1", 1.0, "number", "", least=0.0))
+RANGES = dict.fromkeys(("time", "ttc", "ch.age", "actor.lead.distance"), POSITIVE)
 WORDS = {"s": STATUS, "r.s": STATUS, **dict.fromkeys(("p", "q"), ("false", "true"))}
 
 
 @pytest.mark.parametrize(("text", "part", "held"), TABLES["what no signal decides is found"])
 def test_what_no_signal_decides_is_found(text: str, part: str, *, held: bool) -> None:
     formula = parse_formula(text)
-    found = known(first_constant(formula.root, WORDS))
+    found = known(first_constant(formula.root, WORDS, RANGES))
     assert formula.quote(found[0]).strip("()") == part.strip("()")
     assert found[1] is held
 
 
 @pytest.mark.parametrize("text", TABLES["what some value decides is not found"])
 def test_what_some_value_decides_is_not_found(text: str) -> None:
-    assert first_constant(parse_formula(text).root, WORDS) is None
+    assert first_constant(parse_formula(text).root, WORDS, RANGES) is None
 
 
 ATOMS = ("p", "v < 1", "2 * v <= 2", "v - 1 >= 1", "time < 2 s")
@@ -61,7 +64,7 @@ def test_what_is_called_constant_is_so_on_every_trace() -> None:
     for _ in range(900):
         text = made(random, 2, ONE, TWO)
         root = parse_formula(f"always({text})").root.operand  # type: ignore[union-attr]
-        found = first_constant(root, WORDS)
+        found = first_constant(root, WORDS, RANGES)
         if found is not None and found[0] is root:
             told[found[1]] += 1
             assert VIOLATED not in verdicts(text, rows)[not found[1]], text
@@ -75,7 +78,7 @@ def test_what_is_constant_at_every_row_is_found_where_none_speaks_of_another() -
     for _ in range(400):
         text = made(random, 2, ("not",), PLAIN)
         root = parse_formula(f"always({text})").root.operand  # type: ignore[union-attr]
-        found = first_constant(root, WORDS)
+        found = first_constant(root, WORDS, RANGES)
         if found is None or found[0] is root:
             is_constant = any(VIOLATED not in item for item in verdicts(text, rows))
             assert (found is not None) is is_constant, text
