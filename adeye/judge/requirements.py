@@ -22,7 +22,7 @@ from adeye.errors import (
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
-from adeye.judge.stl.constancy import first_constant
+from adeye.judge.stl.counterexample import Duration, first_constant
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
@@ -447,9 +447,9 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
-        self._check_truth(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
+        self._check_truth(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
             compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
@@ -496,19 +496,27 @@ class _Check:
             formula.check(dictionary)
 
     def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
-        labels = {
-            name: entry.labels or TRUTH_LABELS
-            for scenario in scenarios
-            for name, entry in self._union(scenario).items()
-            if name in formula.names and entry.kind != "number"
-        }
-        found = first_constant(formula.root, labels)
-        if found is not None:
+        """Refuse what no signal decides unless it is meant, and what is meant without need."""
+        durations: dict[Duration, None] = {}
+        for name in scenarios:
+            scenario, step = self._plan.scenarios[name], self._plan.step
+            ends = scenario.horizon, scenario.horizon + scenario.tail
+            durations[Duration(step, *(syntax.last_row(end, step) for end in ends))] = None
+        found = first_constant(formula, self._union(scenarios[0]), tuple(durations))
+        is_meant = self._requirement.unusual_formula
+        if found is not None and not is_meant:
             part, is_held = found
             raise self._refuse(
                 f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) "
                 f"{'always' if is_held else 'never'} holds, whatever its signals are",
-                "Write a limit or condition that depends on them, or leave the part out.",
+                "Write a limit or condition that depends on them, leave the part out, or write "
+                "unusual_formula: true in the FSR if it is meant.",
+            )
+        if is_meant and found is None:
+            raise self._refuse(
+                "every part of the formula holds on some runs and fails on others",
+                "Leave unusual_formula out.",
+                "unusual_formula",
             )
 
     def _check_parameter_names(self, scenarios: Sequence[str]) -> None:
