@@ -237,7 +237,7 @@ class _Search:
         raw = self._bits.random_raw(math.prod(shape))
         return np.reshape((raw >> np.uint64(11)) * 2.0**-53, shape)
 
-    def _pick(self, options: Sequence[Any], *shape: int) -> Any:
+    def _pick(self, options: Any, *shape: int) -> Any:
         return np.asarray(options)[(self._shares(*shape) * len(options)).astype(np.int64)]
 
     def _made_up(self, runs: int, nearest: tuple[Ints, Floats] | None) -> tuple[Ints, Floats]:
@@ -286,4 +286,4 @@ class _Search:
         others = (word + 1 + np.floor(self._shares(*shape) * (count - 1))) % count
         any_word = np.floor(self._shares(*shape) * count)
         words = np.where(is_pulled, np.where(pull > 0, word, others), any_word)
-        return np.where(self._words > 0, words, numbers)
+        return np.asarray(np.where(self._words > 0, words, numbers))
