@@ -661,6 +661,9 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
 
 def _notices(files: OddFiles) -> Iterator[str]:
     yield from check.over_budget(files.concept.spec)
+    for fsr in files.concept.spec.requirements:
+        if fsr.unusual_formula:
+            yield f"{fsr.id} is meant, although no run was found that decides all of its formula"
     for name, item in files.architectures.items():
         for channel, spec in item.spec.channels.items():
             if not spec.links:

@@ -14,7 +14,6 @@ from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
 from adeye.judge.metrics import METRICS, compute_metrics
-from adeye.judge.stl.table import Reading, judge_table, table_of
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.spec.clock import ticks
@@ -68,14 +67,14 @@ def warm_up(
 
 
 def begin_aside(processors: int) -> Processes[Part, bool]:
-    """Begin to compile what every plan needs, in one process; others get ready.
+    """Get processes ready to compile, while formulas are compiled here for the plan.
 
     Args:
         processors: For how many processes there are processors; of more than four, some would wait.
     """
     count = min(processors, _MOST_ASIDE)
     processes = Processes(_compile_part, count)
-    for part in (_evaluate, *[_get_ready] * (count - 1)):
+    for part in [_get_ready] * count:
         processes.begin((part, None))
     return processes
 
@@ -132,11 +131,6 @@ def _compile_part(part: Part) -> bool:
 
 def _get_ready(_nothing: None) -> None:
     """Do nothing; what is imported for it is what takes time."""
-
-
-def _evaluate(_nothing: None) -> None:
-    """Evaluate a formula."""
-    judge_table("always(v > 0)", table_of({"time": [0, 1], "v": [1, 1]}), Reading())
 
 
 def _drive(task: BatchTask) -> None:

@@ -22,7 +22,7 @@ from adeye.errors import (
 from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
-from adeye.judge.stl.constancy import Range, first_constant, range_of
+from adeye.judge.stl.counterexample import Runs, first_constant
 from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
@@ -411,9 +411,9 @@ class _Check:
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
-        self._check_truth(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
+        self._check_truth(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
             compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
@@ -426,11 +426,6 @@ class _Check:
 
     def _refuse(self, message: str, remedy: str, *loc: str | int) -> SpecError:
         return _refusal(self._requirement, message, self._where(*(loc or ("formula",))), remedy)
-
-    def _lasts(self, scenario: str) -> float:
-        """Return how long a run of a scenario lasts at most [s]."""
-        played = self._plan.scenarios[scenario]
-        return float(played.horizon + played.tail)
 
     def _scenarios(self) -> tuple[str, ...]:
         for index, name in enumerate(self._requirement.scenarios):
@@ -452,7 +447,8 @@ class _Check:
         if end is not None and metric.most_per and not bound.is_lower:
             # What a run that ends too soon leaves open is tested by each run that is long enough.
             choose = max if metric.settles else min
-            lasts = choose(map(self._lasts, scenarios))
+            played = [self._plan.scenarios[name] for name in scenarios]
+            lasts = choose(item.horizon + item.tail for item in played)
             end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
             among = f" in a run of {lasts:g} s"
         sign, side = (-1.0, "below") if bound.is_lower else (1.0, "above")
@@ -492,24 +488,33 @@ class _Check:
             formula.check(dictionary)
 
     def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
-        labels: dict[str, Sequence[str]] = {}
-        ranges: dict[str, Range] = {}
-        for scenario in scenarios:
-            entries, lasts = self._union(scenario), self._lasts(scenario)
-            for name in formula.names:
-                if entries[name].kind != "number":
-                    labels[name] = entries[name].labels or TRUTH_LABELS
-                    continue
-                low, high = range_of(entries[name], lasts)
-                least, most = ranges.get(name, (low, high))
-                ranges[name] = min(low, least), max(high, most)
-        found = first_constant(formula.root, labels, ranges)
-        if found is not None:
+        """Refuse what no signal decides unless it is meant, and what is meant without need."""
+        step = self._plan.step
+        played = {name: self._plan.scenarios[name] for name in scenarios}
+        runs = [
+            Runs(
+                self._union(name),
+                step,
+                syntax.last_row(item.horizon, step),
+                syntax.last_row(item.horizon + item.tail, step),
+            )
+            for name, item in played.items()
+        ]
+        found = first_constant(formula, runs)
+        is_meant = self._requirement.unusual_formula
+        if found is not None and not is_meant:
             part, is_held = found
             raise self._refuse(
                 f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) "
                 f"{'always' if is_held else 'never'} holds, whatever its signals are",
-                "Write a limit or condition that depends on them, or leave the part out.",
+                "Write a limit or condition that depends on them, leave the part out, or write "
+                "unusual_formula: true in the FSR if it is meant.",
+            )
+        if is_meant and found is None:
+            raise self._refuse(
+                "every part of the formula holds on some runs and fails on others",
+                "Leave unusual_formula out.",
+                "unusual_formula",
             )
 
     def _check_parameter_names(self, scenarios: Sequence[str]) -> None:

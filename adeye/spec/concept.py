@@ -562,6 +562,7 @@ class Requirement(q.GrownRecord):
         "emergency_operation_interval",
         "redundancy",
         "assumptions",
+        "unusual_formula",
     )
 
     id: q.Reference
@@ -592,11 +593,15 @@ class Requirement(q.GrownRecord):
     """Functional redundancy that it relies on."""
     assumptions: q.Many[q.Reference] = ()
     """What it holds under only."""
+    unusual_formula: bool = False
+    """It is meant, although no run was found that decides it, or a part of it."""
 
     @finds
     def _one_measure(self) -> Iterator[Problem]:
         if (self.formula is None) == (self.bound is None):
             yield (), "give either a formula or a bound"
+        if self.unusual_formula and self.formula is None:
+            yield ("unusual_formula",), "there is no formula"
 
     @finds
     def _bound_names_parameters(self) -> Iterator[Problem]:
@@ -624,6 +629,8 @@ class Requirement(q.GrownRecord):
         if self.bound is not None:
             relation = ">=" if self.bound.at_least is not None else "<="
             text = f"{self.bound.metric} {relation} {self.bound.limit}"
+        if self.unusual_formula:
+            text = f"{text.rstrip()} (meant, although no run was found that decides all of it)"
         values = ", ".join(f"{name} = {value}" for name, value in self.parameters.items())
         return f"{text.rstrip()} where {values}" if values else text
 

@@ -218,7 +218,7 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
     assert warmup._compile_part((warmup._drive, task))
     assert warmup._compile_part((warmup._judge, task))
     assert warmup._compile_part((warmup._measure, task))
-    assert warmup._compile_part((warmup._evaluate, None))
+    assert warmup._compile_part((warmup._get_ready, None))
     # One goes to its end and one only begins, yet its formulas are evaluated.
     assert lengths[0] > 10
     assert lengths[1:] == [1, 1]

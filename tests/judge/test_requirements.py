@@ -238,6 +238,7 @@ def test_what_does_not_fit_is_refused_at_its_place(check: Check) -> None:
     for formula in TABLES["what no signal decides is refused at its place"]:
         caught = refused(SpecError, check, formula=formula, says="holds, whatever its signals are")
         assert "depends on them" in caught.remedy
+        assert "unusual_formula: true in the FSR" in caught.remedy
     assert check(formula="always(actor.other.gap > 1 m)", scenarios=["overtake"]).formula
 
 
@@ -263,6 +264,18 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
     # Of several scenarios the longest counts.
     refused(SpecError, check, formula="always(time <= 2 s)", scenarios=["follow"], says="always")
     assert check(formula="always(time <= 2 s)").formula
+
+
+def test_formula_that_no_run_decides_is_accepted_if_it_is_meant(check: Check) -> None:
+    formula = "eventually(time >= 1 s)"
+    meant = check(formula=formula, unusual_formula=True).requirement
+    assert meant.measure == f"{formula} (meant, although no run was found that decides all of it)"
+    assert requirement_digest(meant) == requirement_digest(requirement(formula=formula))
+    needless = {"formula": "eventually(contact)", "unusual_formula": True}
+    caught = refused(SpecError, check, **needless, says="holds on some runs and fails on others")
+    assert "requirements/0/unusual_formula" in str(caught)
+    with pytest.raises(ValueError, match="there is no formula"):
+        fsr(bound={"metric": "min_ttc_s", "at_least": 1.5}, unusual_formula=True)
 
 
 def test_an_operator_that_looks_back_needs_no_tail(check: Check) -> None:
