@@ -18,7 +18,7 @@ import pytest
 
 import adeye
 from adeye.campaign import plan as planning
-from adeye.errors import InputError, IntegrityError
+from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.spec.load import load_odd
 from adeye.spec.odd import Odd
 from adeye.store.records import StoredCase
@@ -28,6 +28,7 @@ from adeye.sweep.design import design_statement
 from adeye.sweep.expand import Expansion, expand
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CONCEPT, ROOT, Executed
+from tests.refusals import refused
 from tests.stored import known, stored
 
 # --- planning: what is checked before anything runs, what is counted, what the user is told
@@ -219,6 +220,19 @@ def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) ->
         "fault front_camera_out acts on sensors.front_camera, which no channel of camera_radar "
         "that can act is linked to",
     )
+
+
+def test_formula_that_no_run_decides_is_refused_in_its_line_or_worth_a_notice(
+    make_project: MakeProject,
+) -> None:
+    project = make_project()
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["formula"] = "eventually(time >= 1 s)"
+    refused(SpecError, project.plan, says=r"chauffeur.yaml:\d+:\d+: .* always holds, whatever")
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0]["unusual_formula"] = True
+    (said,) = project.plan().notices
+    assert said == "FSR-01 is meant, although no run was found that decides all of its formula"
 
 
 def test_signal_table_says_who_has_what(mini: Executed) -> None:
