@@ -25,7 +25,7 @@ from adeye.judge.stl.batch import (
     evaluate_columns,
     joined_columns,
 )
-from adeye.judge.stl.constancy import asks_nothing
+from adeye.judge.stl.counterexample import asks_nothing
 from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
@@ -249,7 +249,8 @@ class Frame:
         if item.bound is not None:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
         elif evaluated is not None:
-            is_idle = self.alone and item.formula and asks_nothing(item.formula.root, self.alone)
+            formula, alone = item.formula, self.alone
+            is_idle = formula and alone and asks_nothing(formula, alone, self.step_s)
             found = self._by_formula(evaluated, runs, is_idle=bool(is_idle))
         else:
             # Every run is invalid, so that nothing was evaluated.

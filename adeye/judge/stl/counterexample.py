@@ -26,7 +26,7 @@ import numpy as np
 from adeye.judge.stl import syntax
 from adeye.judge.stl.batch import VIOLATED, evaluate_columns
 from adeye.judge.stl.formula import TRUTH_LABELS, unit_exponents
-from adeye.judge.stl.series import declared_series
+from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import tick_times
 from adeye.notices import waiting_for
 from adeye.spec.plausible import farthest
@@ -113,6 +113,39 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
     return False
 
 
+def asks_nothing(formula: Formula, declared: Mapping[str, SignalType], step_s: float) -> bool:
+    """Tell whether no run without any object was found that fails a formula about objects.
+
+    What is measured of objects is as it is without any. It is asked of runs that are as long as the
+    formula speaks of, so that the same formula is answered alike in every scenario.
+
+    Args:
+        formula: The formula.
+        declared: Signals of such runs; its own, at least.
+        step_s: Time between rows [s].
+    """
+    absent = {}
+    for name in formula.names:
+        if (item := declared[name]).of_objects:
+            value = 0.0 if item.cap is None else math.inf
+            labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
+            absent[name] = replace(item, least=value, most=value, most_per="", labels=labels)
+    horizon = 1 + syntax.last_row(max(_times(formula)), step_s)
+    tail = syntax.last_row(syntax.future_reach(formula.root, is_outermost=True), step_s)
+    runs = Runs({**declared, **absent}, step_s, horizon, horizon + tail)
+    return bool(absent) and not can_fail(formula, [runs])
+
+
+def _times(formula: Formula) -> Iterator[float]:
+    """List the times that a formula speaks of, 0 among them [s]."""
+    yield 0.0
+    for part in syntax.walk(formula.root):
+        if window := syntax.window_of(part):
+            yield from (window.first_s, window.last_s)
+        elif isinstance(part, syntax.Constant) and part.exponents == Dimension.TIME.exponents:
+            yield abs(part.value)
+
+
 # --- Runs that are made up ------------------------------------------------------------------------
 
 _STRETCHES, _NEAREST = 12, 16
@@ -149,7 +182,8 @@ def _ends(signal: SignalType, lasts_s: float) -> tuple[float, float]:
     far = farthest(unit_exponents(signal.unit) or (0, 0, 0))
     most = far if signal.most is None else signal.most
     most *= lasts_s if signal.most_per == "s" else 1.0
-    return max(-far, -far if signal.least is None else signal.least), min(far, most)
+    least = -far if signal.least is None else max(-far, signal.least)
+    return least, max(least, min(far, most))
 
 
 class _Search:
@@ -164,16 +198,11 @@ class _Search:
         declared = {name: like.declared[name] for name in formula.names}
         self._bits = np.random.Philox(key=0)
         parts = list(syntax.walk(formula.root))
-        constants = [part for part in parts if isinstance(part, syntax.Constant)]
-        times = [
-            abs(part.value) for part in constants if part.exponents == Dimension.TIME.exponents
-        ]
-        windows = filter(None, map(syntax.window_of, parts))
-        times += [end for window in windows for end in (window.first_s, window.last_s)]
-        rows = {0, *(syntax.last_row(time, like.step_s) for time in times)}
+        constants = [part.value for part in parts if isinstance(part, syntax.Constant)]
+        rows = {syntax.last_row(time, like.step_s) for time in _times(formula)}
         near = {row + more for row in rows for more in (-1, 0, 1, 2)}
         self._lengths = [*sorted(row for row in near if 0 < row < self._rows), self._rows]
-        numbers = np.unique([0.0, 1.0, *(part.value for part in constants)])
+        numbers = np.unique([0.0, 1.0, *constants])
         self._numbers = np.clip(numbers, -_LARGEST, _LARGEST)
         self._names = [name for name in declared if name != "time"]
         ends = [_ends(declared[name], like.last * like.step_s) for name in self._names]
@@ -226,7 +255,8 @@ class _Search:
             repeats = np.diff(ends, axis=1, prepend=0)
             own = values[self._names.index(name)]
             samples = np.repeat(own.ravel(), repeats.ravel()).reshape(shape)
-        return declared_series(self._like.declared[name], samples, np.zeros(shape, dtype=np.int8))
+        status = np.where(np.isinf(samples), SampleStatus.NO_CONFLICT, SampleStatus.VALUE)
+        return declared_series(self._like.declared[name], samples, status.astype(np.int8))
 
     def _shares(self, *shape: int) -> Floats:
         """Draw numbers from 0 to below 1."""
