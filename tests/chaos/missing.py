@@ -134,7 +134,7 @@ WAYS: Final = [
         spoilt_metric("statuses = ('fine',) * runs")),
     Way("metric that leaves the process", 3, NO_VALUE, spoilt_metric("raise SystemExit(0)")),
     Way("FSR whose precondition never holds", 3, "FSR-08 VACUOUS",
-        fsr("FSR-08", formula="always(time > 900 s implies ego.speed >= 90 m/s)")),
+        fsr("FSR-08", formula="always(ego.speed > 60 m/s implies ego.speed >= 90 m/s)")),
     Way("fewer exercised runs than asked for", 3, "FSR-06 VACUOUS", fsr("FSR-06", min_exercised=7)),
     Way("scenario that does not come about", 3, "INVALID", not_realised),
     Way("other traffic collides first", 3, "INVALID", edited(LEAD_BRAKING, others_collide)),
