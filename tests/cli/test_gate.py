@@ -229,7 +229,10 @@ def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Pa
     "change",
     ["UPDATE verdict SET verdict = 'PASS' WHERE verdict = 'VACUOUS'", "DELETE FROM verdict"],
 )
-@pytest.mark.parametrize("verb", [("check",), ("stale",), ("export", "-o", "out")])
+@pytest.mark.parametrize(
+    "verb",
+    [("check",), ("stale",), ("export", "-o", "out"), ("confidence",), ("manifest", "write")],
+)
 def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
     verb: tuple[str, ...], change: str, adeye: Any, mini: Executed, folder: Path
 ) -> None:
