@@ -277,9 +277,12 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
 
     Raises:
         InputError: There is no such campaign, or an option is out of range.
+        IntegrityError: Results are not as they were written.
     """
     with Repository.open(db, create=False) as repository:
-        return claims_of(repository, summary.find_called(repository, name), options)
+        campaign = summary.find_called(repository, name)
+        repository.require_sound(campaign.id)
+        return claims_of(repository, campaign, options)
 
 
 def _campaign_among(

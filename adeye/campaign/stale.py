@@ -25,7 +25,7 @@ from adeye.store.write.content import executable_digest
 from adeye.store.write.results import CHUNK
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Container, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from adeye.campaign.plan import CampaignPlan
@@ -92,7 +92,7 @@ class Staleness:
         stale: The others by reason, the most first.
         pairs: For each stale pair of result digest and FSR why it is.
         planned: Pairs that the files ask for now.
-        there: Of these, the ones that the database has.
+        there: Of these, the ones that the database has, and nobody has withdrawn.
         to_judge: Results that judging again can complete, at most.
         to_replay: Results that have to be executed again to be judged.
         to_execute: Test cases without a result.
@@ -145,7 +145,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
     pairs: dict[tuple[str, str], tuple[str, str]] = {}
     withdrawn = {
         item.result_digest: ("withdrawn", f"{item.author}: {item.reason}")
-        for item in repository.evidence.withdrawals(campaign.id)
+        for item in repository.evidence.withdrawals()
     }
     evidence = 0
     groups: dict[tuple[str, str], list[tuple[str, str, str]]] = defaultdict(list)
@@ -181,7 +181,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         counts=evidence - sum(item.evidence for item in stale),
         stale=tuple(stale),
         pairs=pairs,
-        **_needs(repository.again, plan, now, repository.location.beside),
+        **_needs(repository.again, plan, now, withdrawn, repository.location.beside),
     )
 
 
@@ -302,6 +302,7 @@ def _needs(
     again: Again,
     plan: CampaignPlan,
     now: Mapping[tuple[str, str, str], bool],
+    withdrawn: Container[str],
     database: Path,
 ) -> dict[str, Any]:
     """Count what the files ask for, what is there, and what would bring the rest."""
@@ -321,7 +322,9 @@ def _needs(
             part = results[first : first + CHUNK]
             numbers = again.numbers(part)
             count["to_execute"] += len(part) - len(numbers)
-            count.update(_judgeable(again, asked, list(numbers.values()), database))
+            # A verdict on a withdrawn result is there no more, and nothing here brings it back.
+            counting = [number for item, number in numbers.items() if item not in withdrawn]
+            count.update(_judgeable(again, asked, counting, database))
     return dict(count)
 
 

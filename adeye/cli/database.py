@@ -255,6 +255,7 @@ def prove(
 
     with Repository.open(db, create=False) as repository:
         chosen = repository.find_campaign(campaign)
+        repository.require_sound(chosen.id)
         # As everywhere, digits are the beginning of a digest, and no ordinal.
         named = repository.find_run(run).result_digest if run.isdigit() else run
         proof = repository.evidence.prove(named, chosen.id)

@@ -223,21 +223,22 @@ def _repeat_rows(
 ) -> list[Row]:
     """Count the runs that repeat a result, by FSR, architecture and scenario.
 
-    Two runs of one architecture with equal traces and equal robustness are one result, whatever
-    their test cases are called: nothing that was recorded tells them apart, or only when a fault
-    was present that changed nothing. For an FSR about that fault the run without it is none.
+    Two runs of one architecture with equal traces are one result, whatever their test cases are
+    called and whatever margins a swept value gave them that the drive does not show: nothing that
+    happened tells them apart, or only when a fault was present that changed nothing. For an FSR
+    about that fault the run without it is none.
     """
     runs: Counter[tuple[Any, ...]] = Counter()
     contained = _beginnings(connection, campaign_id)
     shorter = sorted({happened for _, happened in contained})
     marks = f"OR happened IN ({', '.join('?' * len(shorter))})" if shorter else ""
     query = filled("case_repeated", judged=JUDGED, happened=_HAPPENED, or_contained=marks)
-    for fsr, architecture, scenario, *result, passed, exercised in connection.exec_driver_sql(
+    for fsr, architecture, scenario, happened, passed, exercised in connection.exec_driver_sql(
         query, (campaign_id, *shorter)
     ):
         for where in (scenario, ""):
-            runs[fsr, architecture, where, 0, *result] += int(passed)
-            runs[fsr, architecture, where, 1, *result] += int(exercised)
+            runs[fsr, architecture, where, 0, happened] += int(passed)
+            runs[fsr, architecture, where, 1, happened] += int(exercised)
     found = connection.exec_driver_sql(
         "SELECT DISTINCT fsr_id, architecture FROM campaign_fsr "
         "WHERE campaign_id = ? AND applicable = 1",
@@ -245,7 +246,7 @@ def _repeat_rows(
     )
     unheld = Counter((item[1], item[2]) for item in never)
     repeats = {(*pair, ""): [0, 0, unheld[tuple(pair)]] for pair in found}
-    for (fsr, architecture, where, kind, happened, *_), count in runs.items():
+    for (fsr, architecture, where, kind, happened), count in runs.items():
         new = 0 if not where and (architecture, happened) in contained else 1
         if count > new:
             repeats.setdefault((fsr, architecture, where), [0, 0, 0])[kind] += count - new

@@ -43,6 +43,14 @@ def lacks_verdict(connection: Connection, campaign_id: str, first: int, end: int
     return connection.exec_driver_sql(query, (campaign_id, first, end)).first() is not None
 
 
+def gaps_of_done(connection: Connection, campaign_id: str) -> list[tuple[str, str]]:
+    """List results of blocks that are done with the FSRs that they lack a verdict of."""
+    query = f"""SELECT c.result_digest, f.fsr_id FROM {GAPS} AND EXISTS (
+        SELECT 1 FROM work w WHERE w.campaign_id = c.campaign_id AND w.state = 'done'
+            AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal)"""  # noqa: S608
+    return [(item[0], item[1]) for item in connection.exec_driver_sql(query, (campaign_id,))]
+
+
 def open_cases(
     connection: Connection, campaign_id: str, first: int, end: int
 ) -> tuple[BlockCase, ...]:

@@ -53,8 +53,8 @@ def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
 
 # --- The version of a database: create, upgrade, and refuse what this version cannot read ---------
 
-_HEAD: Final = "0010"
-_DEVELOPMENT: Final = frozenset(f"000{number}" for number in range(1, 9))
+_HEAD: Final = "0011"
+_DEVELOPMENT: Final = frozenset(f"{number:04}" for number in range(1, int(_HEAD)))
 """Schemas from before the first release, which nothing upgrades."""
 _FOLDER: Final = Path(__file__).parent / "migrations"
 

@@ -220,16 +220,24 @@ def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Pa
         repository.evidence.withdraw(run.result_digest, author="J. Doe", reason="wrong map")
     found = adeye("stale", str(mini.project.odd), "--db", str(db), "--json").document
     assert found["counts"] < found["evidence"]
+    assert found["now"]["there"] == found["counts"]
     assert [item["cause"] for item in found["stale"]] == ["withdrawn"]
     assert "J. Doe: wrong map" in adeye("stale", str(mini.project.odd), "--db", str(db)).out
 
 
-@pytest.mark.parametrize("verb", [("check",), ("stale",), ("export", "-o", "out")])
+@pytest.mark.parametrize(
+    "change",
+    ["UPDATE verdict SET verdict = 'PASS' WHERE verdict = 'VACUOUS'", "DELETE FROM verdict"],
+)
+@pytest.mark.parametrize(
+    "verb",
+    [("check",), ("stale",), ("export", "-o", "out"), ("confidence",), ("manifest", "write")],
+)
 def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
-    verb: tuple[str, ...], adeye: Any, mini: Executed, folder: Path
+    verb: tuple[str, ...], change: str, adeye: Any, mini: Executed, folder: Path
 ) -> None:
     shutil.copy(mini.db, folder / "x.db")
-    alter(folder / "x.db", "UPDATE verdict SET verdict = 'PASS' WHERE verdict = 'VACUOUS'")
+    alter(folder / "x.db", change)
     asked = [*verb, str(mini.project.odd)] if verb == ("stale",) else verb
     done = adeye(*asked, "--db", "x.db")
     assert done.code == 4

@@ -60,13 +60,14 @@ def make_manifest(
 
     Raises:
         InputError: The campaign is not complete, or a file is elsewhere or cannot be read.
-        IntegrityError: The rows have not the root that they had when the campaign was complete.
+        IntegrityError: The rows are not as they were written, or have not the root that they had.
     """
     if campaign.state != "complete":
         raise InputError(
             f"campaign {campaign.id[:10]} is {campaign.state}, so there is no evidence to sign",
             remedy="Run it to its end first.",
         )
+    repository.require_sound(campaign.id)
     evidence = repository.evidence
     evidence.record_root(campaign.id)
     root = evidence.computed_root(campaign.id)

@@ -405,6 +405,15 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
         IntegrityError: The run or the campaign is not as it was written.
     """
     found = find_run(connection, run, campaign)
+    case = "SELECT 1 FROM campaign_case WHERE campaign_id = ? AND ordinal = ? AND result_digest = ?"
+    here = campaign, found.ordinal, found.result_digest
+    if not found.is_done or connection.exec_driver_sql(case, here).first() is None:
+        raise InputError(
+            f"run {found.result_digest[:12]} is no result of a case of campaign {campaign[:12]}, "
+            "so it has no leaf",
+            remedy="Forks, twins and reference drives count in no campaign, nor does what is not "
+            "executed; prove a run that 'adeye query' lists in v_runs.",
+        )
     withdrawn = "SELECT 1 FROM withdrawal WHERE result_digest = ?"
     if connection.exec_driver_sql(withdrawn, (found.result_digest,)).first():
         raise InputError(

@@ -26,7 +26,7 @@ from adeye.errors import AdeyeError, IntegrityError
 from adeye.store import catalogue as catalog
 from adeye.store import tables
 from adeye.store.accounts import wrong_block, wrong_plans
-from adeye.store.cases import missing_of_block
+from adeye.store.cases import gaps_of_done, missing_of_block
 from adeye.store.encoding import (
     bulk_hashes,
     chunked,
@@ -126,11 +126,7 @@ def verify(connection: Connection) -> Iterator[Finding]:
         everything = (*tables.metadata.sorted_tables, *plugin_tables(connection))
         for name, row, problem in catalog.misplaced(connection, everything):
             yield Finding(name, row, problem)
-        for table in tables.INSERT_ONLY:
-            if table not in {*tables.RESULTS, tables.seal}:
-                yield from altered_rows(table, stored_rows(connection, table))
-        for table in (*tables.RESULTS, *plugin_tables(connection)):
-            yield from _as_far_as_readable(table.name, _altered_results(connection, table))
+        yield from _altered(connection)
         checks = {
             "content": _content,
             "database": _missing_references,
@@ -143,6 +139,15 @@ def verify(connection: Connection) -> Iterator[Finding]:
         }
         for name, check in checks.items():
             yield from _as_far_as_readable(name, check(connection))
+
+
+def _altered(connection: Connection) -> Iterator[Finding]:
+    """Name every row that does not have its hash; seals are looked at with the ledger."""
+    for table in tables.INSERT_ONLY:
+        if table not in {*tables.RESULTS, tables.seal}:
+            yield from altered_rows(table, stored_rows(connection, table))
+    for table in (*tables.RESULTS, *plugin_tables(connection)):
+        yield from _as_far_as_readable(table.name, _altered_results(connection, table))
 
 
 def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Finding]:
@@ -401,21 +406,18 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
 _NAMED: Final = 3
 
 
-def require_sound(
-    connection: Connection, campaign: str, results: Iterable[Table] = (tables.verdict,)
-) -> None:
-    """Refuse to hand on, or to decide by, what is not as it was written.
+def require_sound(connection: Connection, campaign: str) -> None:
+    """Refuse to hand on, or to decide by, what is not as it was written, or is there no more.
 
     Args:
         connection: In a transaction.
         campaign: Id of the campaign.
-        results: Tables with rows of runs of which every row is hashed again.
 
     Raises:
-        IntegrityError: Something is not.
+        IntegrityError: A row is altered, gone, or was never written by adeye.
     """
-    altered = (_altered_results(connection, table) for table in results)
-    refuse("the database", chain(unsound(connection, campaign), *altered))
+    told = _as_far_as_readable("ledger", unbalanced(connection))
+    refuse("the database", chain(unsound(connection, campaign), _altered(connection), told))
 
 
 def refuse(what: str, findings: Iterable[Finding]) -> None:
@@ -445,3 +447,5 @@ def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:
     if found.executed < found.accounted:
         problem = f"{found.executed} results are there, blocks of {found.accounted} cases are done"
         yield Finding("run", campaign, problem)
+    for number, fsr in gaps_of_done(connection, campaign):
+        yield Finding("verdict", f"{number} {fsr}", "is missing, though its block is done")

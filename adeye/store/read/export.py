@@ -22,11 +22,10 @@ from sqlalchemy import Connection, text
 from adeye.errors import InputError, suggest
 from adeye.store.evidence.verification import require_sound
 from adeye.store.location import Place
-from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read import campaigns as reading
 from adeye.store.records import CampaignInfo
 from adeye.store.schema import opened
-from adeye.store.tables import METRIC_IDS, RESULTS
+from adeye.store.tables import METRIC_IDS
 from adeye.store.views import identifier, unique_name
 
 # --- The tables of an export and their columns: name, kind, SI unit, meaning ----------------------
@@ -491,5 +490,5 @@ def open_export(
             )
     with opened(place) as connection:
         found = reading.find_campaign(connection, campaign)
-        require_sound(connection, found.id, (*RESULTS, *plugin_tables(connection)))
+        require_sound(connection, found.id)
         yield CampaignExport(connection, found, chosen, with_provenance=with_provenance)

@@ -1,4 +1,4 @@
--- Runs with equal results, by what they judge. Most campaigns have none, which one sort tells;
+-- Runs with equal results, by what is judged on them, whatever margin was found. Most campaigns have none, which one sort tells;
 -- no verdict is read then.
 WITH done AS (
     SELECT c.campaign_id, c.architecture, c.scenario, c.inside_odd, r.number,
@@ -9,10 +9,10 @@ WITH done AS (
 same AS (
     SELECT architecture, happened FROM done
     GROUP BY architecture, happened HAVING COUNT(*) > 1 $or_contained)
-SELECT f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin,
+SELECT f.fsr_id, c.architecture, c.scenario, c.happened,
     SUM(CASE v.verdict WHEN 'PASS' THEN 1 ELSE 0 END), SUM(v.exercised)
 FROM same s
 JOIN done c ON c.architecture = s.architecture AND c.happened = s.happened
 JOIN campaign_fsr f ON $judged
 JOIN verdict v ON v.run_number = c.number AND v.fsr_digest = f.fsr_digest
-GROUP BY f.fsr_id, c.architecture, c.scenario, c.happened, v.robustness_low, v.margin
+GROUP BY f.fsr_id, c.architecture, c.scenario, c.happened

@@ -48,6 +48,13 @@ def test_altered_evidence_is_not_proven(repository: Repository, campaign: str, r
             repository.evidence.prove(run, campaign)
 
 
+def test_what_has_no_leaf_is_not_proven(store: Store) -> None:
+    campaign = store.everything()
+    (fork,) = store.raw.execute("SELECT result_digest FROM fork LIMIT 1").fetchone()
+    with pytest.raises(InputError, match="is no result of a case of campaign"):
+        store.repository.evidence.prove(fork, campaign)
+
+
 def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) -> None:
     told = {
         "adeye": "9", "who": "jo", "host": "h", "cpu": {"name": "fast"}, "packages": {"numpy": "2"},

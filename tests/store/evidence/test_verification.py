@@ -277,6 +277,7 @@ def test_untouched_campaign_is_sound(repository: Repository, mixed: str) -> None
         ("DELETE FROM work", "work"),
         ("UPDATE work SET to_ordinal = to_ordinal - 1", "work"),
         ("DELETE FROM run WHERE number = 2", "run"),
+        ("DELETE FROM verdict WHERE run_number = 2", "verdict"),
         ("UPDATE case_repeat SET passed = 0", "case_repeat"),
         ("DELETE FROM case_repeat", "case_repeat"),
         ("DELETE FROM case_repeat WHERE scenario = '' AND architecture = 'new'", "case_repeat"),
@@ -291,6 +292,26 @@ def test_what_changes_a_verdict(store: Store, mixed: str, statement: str, table:
     code, message = gate_code(store.repository, info)
     assert code is ExitCode.INTEGRITY
     assert table in message
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        *(
+            f"DELETE FROM {name} WHERE row_hash = (SELECT min(row_hash) FROM {name})"  # noqa: S608
+            for name in (*(item.name for item in tables.RESULTS), "fork", "injection")
+        ),
+        "UPDATE injection SET safe_s = 99",
+        "UPDATE case_run SET run_number = CASE run_number WHEN 1 THEN 2 ELSE 1 END",
+    ],
+)
+def test_nothing_is_handed_on_beside_a_row_that_is_gone_or_altered(
+    full: Store, campaign: str, statement: str
+) -> None:
+    full.repository.require_sound(campaign)
+    tamper(full.raw, statement)
+    with pytest.raises(IntegrityError, match="the database is not as it was written"):
+        full.repository.require_sound(campaign)
 
 
 def test_dropped_trigger_is_named(store: Store, mixed: str) -> None:
