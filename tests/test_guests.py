@@ -24,66 +24,7 @@ from tests.stored import stored
 OSCILLATES = Edit(BARE, "flaw: none", "flaw: oscillates")
 """A car whose steering fails FSR-04, so that there is something to hide."""
 
-GUEST = '''
-import sys
-
-import numpy as np
-
-from adeye.ports import MetricColumn
-from adeye.selftest.parts import Front, Whole
-from adeye.signals import OK, ControlCommand
-
-
-def force(array, value):
-    try:
-        array.setflags(write=True)
-    except ValueError:
-        return
-    array[...] = value
-
-
-class Metric(Whole):
-    uid, column = "guest:metric@1", "guest_m"
-
-    def compute(self, trace):
-        attack(trace)
-        return super().compute(trace)
-
-
-class After(Whole):
-    """Shows what it is shown after the other."""
-
-    uid, column = "guest:after@1", "guest_after_m"
-
-    def series(self, trace):
-        return np.abs(trace["ego"][:, :, 5]) + 0 * trace.time + trace.length[:, None]
-
-
-class Sensor(Front):
-    def __init__(self, context):
-        super().__init__(context)
-        self.context = context
-
-    def sense(self, scene):
-        found = super().sense(scene)
-        attack((self.context, scene))
-        return found
-
-
-class Channel:
-    monitor_ids = ()
-
-    def reset(self, context):
-        self.context, self.runs = context, context.runs
-
-    def act(self, observation):
-        attack((self.context, observation))
-        zero = np.zeros(self.runs)
-        return ControlCommand("", zero, zero, zero, np.full(self.runs, OK))
-
-
-def attack(shown):
-'''
+GUEST: str = stored("plugins")["tampering"]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from adeye.selftest.bench import BARE, DRIVING, Bench, Edit
 from adeye.supervision import guest, is_asked
 from tests.processes import started, wait_for_the_end
 from tests.refusals import refused
-from tests.stored import known
+from tests.stored import known, stored
 
 PROGRAM = """
 import atexit, ctypes, os, signal, sys, threading, time
@@ -176,47 +176,7 @@ def test_errors_of_adeye_pass_through_a_guest() -> None:
         raise UsageError("its column is taken")
 
 
-PART = """
-import os, sys, typer
-from adeye.ports import ScalarCommand
-from adeye.ports import Parameters
-from parts import Car, Front, Whole
-
-{at_import}
-
-
-class Channel(Car):
-    def act(self, observation):
-        {in_channel}
-        return super().act(observation)
-
-
-class Sensor(Front):
-    def sense(self, scene):
-        {in_sensor}
-        return super().sense(scene)
-
-
-class Metric(Whole):
-    def series(self, trace):
-        {in_metric}
-        return super().series(trace)
-
-
-class Executor:
-    def __init__(self, context):
-        self.work = context.work
-
-    def run(self, tasks):
-        from adeye.ports import Done
-
-        for task in tasks:
-            {in_executor}
-            yield Done(task, self.work(task))
-
-    def close(self):
-        pass
-"""
+PART: str = stored("plugins")["leaving"]
 PLACES = ("at_import", "in_channel", "in_sensor", "in_metric", "in_executor")
 
 

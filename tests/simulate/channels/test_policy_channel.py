@@ -17,82 +17,11 @@ from adeye.spec.channels import PolicyParameters
 from adeye.testing import World, channel_context, check_channel, drive
 from adeye.testing.scenes import passenger_car
 from tests.simulate.channels.perceived import LINKS, SENSORS, shown
+from tests.stored import stored
 
 LANE = 5.25
 
-POLICIES = '''
-import numpy as np
-
-seen = []
-
-
-def keep(observation):
-    """Keeps the lane and the desired speed, and brakes for what is close ahead."""
-    ego, objects = observation["ego"], observation["objects"]
-    speed, _, _, heading, offset, _, _, _, desired = ego
-    ahead = objects[(objects[:, 0] > 0) & (objects[:, 1] > 0) & (np.abs(objects[:, 2]) < 2)]
-    gap = ahead[:, 1].min() if len(ahead) else np.inf
-    acceleration = 0.5 * (desired - speed) if gap > 2.5 * speed + 8 else -6.0
-    return acceleration, -0.02 * offset - 0.4 * heading
-
-
-def still(observation):
-    return 0.0, 0.0
-
-
-def late_failure(observation):
-    seen.append(1)
-    if observation["ego"][0] > 25.0:
-        raise RuntimeError("too fast for me")
-    return 0.0, 0.0
-
-
-def three(observation):
-    return 1.0, 2.0, 3.0
-
-
-def words(observation):
-    return "left"
-
-
-def not_finite(observation):
-    return np.nan, 0.0
-
-def hidden(observation):
-    return np.ma.masked_array([1.0, 0.0], mask=[True, False])
-
-
-def beyond(observation):
-    return 99.0, -99.0
-
-
-class Predictor:
-    """As in Stable-Baselines3."""
-
-    def predict(self, observation, state=None, episode_start=None, deterministic=False):
-        assert deterministic
-        count = 0 if state is None else state
-        return np.array([0.1 * count, 0.0]), count + 1
-
-
-class Batched:
-    batched = True
-
-    def __call__(self, observation):
-        assert observation["ego"].shape[1:] == (9,)
-        speed = observation["ego"][:, 0]
-        return np.stack([(25.0 - speed) / 5.0, 0.0 * speed], axis=1)
-
-
-class Flat:
-    def __call__(self, observation):
-        assert observation.shape == (9 + 3 * 7,)
-        return observation[0], 0.0
-
-
-network = Predictor()
-number = 3
-'''
+POLICIES: str = stored("plugins")["policies"]
 
 
 @pytest.fixture(scope="module")
