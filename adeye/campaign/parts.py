@@ -16,22 +16,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from adeye import plugins
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import code_digest, files_digest, imports_beside, package_files, with_imports
-from adeye.plugins import (
-    Loc,
-    Part,
-    ReadFile,
-    load_part,
-    plugins_digest,
-    read_file,
-    require,
-    source_digest,
-    source_files,
-    validate_parameters,
-)
+from adeye.plugins import Part, ReadFile
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.policy import load_policy
@@ -74,7 +64,7 @@ class Parts:
     def digest(self) -> str:
         """Hash of the plug-ins' code, versions and files; empty if there are none."""
         parts = (*self.plugins, *self.metrics)
-        return plugins_digest(parts, self.files) if parts or self.files else ""
+        return plugins.plugins_digest(parts, self.files) if parts or self.files else ""
 
 
 def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
@@ -94,16 +84,16 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
         SpecError: A plug-in does not load, or its parameters are not valid.
     """
     folder = loaded.path.parent
-    plugins: list[Part] = []
+    named: list[Part] = []
     monitors: list[str] = []
     for name, sensor in loaded.spec.sensors.items():
         if isinstance(sensor, PluginSensor):
-            plugins.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
+            named.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
     for name, channel in loaded.spec.channels.items():
         if isinstance(channel, PolicyChannel):
             where = loaded.locate(("channels", name, "parameters", "policy"))
             with placed(where, keeps_place=True):
-                plugins.append(load_policy(channel.parameters.policy, folder))
+                named.append(load_policy(channel.parameters.policy, folder))
             continue
         if isinstance(channel, ProcessChannel):
             where = loaded.locate(("channels", name, "parameters", "command"))
@@ -115,7 +105,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
         else:
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
-            plugins.append(part)
+            named.append(part)
             with placed(loaded.locate(("channels", name, "kind"))):
                 made = plugin_channel(part)
         for monitor in made.monitor_ids:
@@ -132,7 +122,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
                     remedy="Monitor ids are unique within an architecture.",
                 )
             monitors.append(monitor)
-    return Parts(tuple(plugins), tuple(monitors), metrics)
+    return Parts(tuple(named), tuple(monitors), metrics)
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
@@ -144,10 +134,10 @@ def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _named(architecture: Architecture, name: str) -> list[tuple[Loc, str]]:
+def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str]]:
     """List where in a channel's record which file is named."""
     channel = architecture.channels[name]
-    found: list[tuple[Loc, str]] = []
+    found: list[tuple[plugins.Loc, str]] = []
     if isinstance(channel, ProcessChannel):
         files = command_files(channel.parameters.command)
         found += [(("parameters", "command", at), file) for at, file in files.items()]
@@ -162,7 +152,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         for loc, name in _named(loaded.spec, channel):
             where = loaded.locate(("channels", channel, *loc))
             with placed(where, f"channel {channel}: "):
-                file = read_file(f"channels.{channel}", name, loaded.path.parent)
+                file = plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
             if file.path in found:
                 raise SpecError(
                     f"channel {channel}: file {shown(name)} is listed twice",
@@ -174,7 +164,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         # What Python finds beside its program is a part of it, listed or not.
         for path in sorted({path for file in found for path in imports_beside(file)} - found):
             name = f"{HERE}{path.relative_to(loaded.path.parent.resolve())}"
-            yield read_file(f"channels.{channel}", name, loaded.path.parent)
+            yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
 
 
 def _plugin(
@@ -185,9 +175,9 @@ def _plugin(
     methods: tuple[str, ...],
 ) -> Part:
     with placed(loaded.locate((*loc, "kind")), keeps_place=True):
-        part = load_part(spec.kind, loaded.path.parent)
-        require(part, kind, methods)
-        checked = validate_parameters(part, spec.parameters)
+        part = plugins.load_part(spec.kind, loaded.path.parent)
+        plugins.require(part, kind, methods)
+        checked = plugins.validate_parameters(part, spec.parameters)
     for place, message in checked.errors:
         raise SpecError(
             f"{'.'.join((*loc, 'parameters', *map(str, place)))}: {message}",
@@ -321,7 +311,7 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
         SpecError: There is no such class, or it is no metric.
         UsageError: It lacks an attribute, has one that is not allowed, or its column is taken.
     """
-    parts = tuple(load_part(name, folder) for name in names)
+    parts = tuple(plugins.load_part(name, folder) for name in names)
     wanted = {(part.name, part.source_digest) for part in parts}
     for column in [key for key, owner in _REGISTERED.items() if owner not in wanted]:
         del METRICS[column]
@@ -330,7 +320,7 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
         owner = (part.name, part.source_digest)
         if owner in _REGISTERED.values():
             continue
-        require(part, "metric", ("compute",))
+        plugins.require(part, "metric", ("compute",))
         before = set(METRICS)
         with guest(part.name, "metric"):
             register_metric(part.obj)
@@ -397,7 +387,7 @@ class Source:
         if self.path is not None:
             return [self.path]
         try:
-            return [path for _, path in source_files(self.name, self.folder)]
+            return [path for _, path in plugins.source_files(self.name, self.folder)]
         except SpecError:  # the module's file has gone
             return []
 
@@ -405,7 +395,7 @@ class Source:
         """Hash it again and compare."""
         try:
             if self.path is None:
-                return source_digest(self.name, self.folder) == self.digest
+                return plugins.source_digest(self.name, self.folder) == self.digest
             return file_digest(self.path) == self.digest
         except (OSError, SpecError):
             return False

@@ -16,21 +16,12 @@ import numpy as np
 from adeye.errors import ExpressionError, SourceLocation, SweepError, placed, suggest
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
+from adeye.sweep import groups
 from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
 from adeye.sweep.boundary import breaches
 from adeye.sweep.case import TestCase, case_json, situation_json
 from adeye.sweep.covering import covering
 from adeye.sweep.design import Points, Relation, Space, full_factorial, zipped
-from adeye.sweep.groups import (
-    Group,
-    Section,
-    Shared,
-    check_clock,
-    groups_of,
-    overlapping,
-    sections_of,
-    shared_of,
-)
 from adeye.sweep.sampling import filling_points, random_points
 from adeye.units import Dimension
 
@@ -74,8 +65,8 @@ class CaseColumns:
         is_inside: (P,) whether the planned attributes of a point lie inside the ODD.
     """
 
-    section: Section
-    shared: Shared
+    section: groups.Section
+    shared: groups.Shared
     first: int
     rows: NDArray[np.int64]
     points: NDArray[np.int64]
@@ -194,7 +185,7 @@ class CaseColumns:
 
 
 def columns_of(
-    files: OddFiles, section: Section, shared: Shared, low: int, high: int
+    files: OddFiles, section: groups.Section, shared: groups.Shared, low: int, high: int
 ) -> CaseColumns:
     """Make the columns of some test cases of a section.
 
@@ -237,7 +228,9 @@ def columns_of(
     )
 
 
-def _refusal(section: Section, shared: Shared, parameters: Mapping[str, float]) -> SweepError:
+def _refusal(
+    section: groups.Section, shared: groups.Shared, parameters: Mapping[str, float]
+) -> SweepError:
     """Say which attribute one point leaves: it alone is evaluated."""
     first = breaches(shared.scenario, parameters, 1, shared.attributes)[0]
     return SweepError(
@@ -427,7 +420,7 @@ class Expansion:
     factors: tuple[Factor, ...]
     axes: Mapping[str, tuple[str, ...]]
     points: Mapping[str, Points]
-    sections: tuple[Section, ...]
+    sections: tuple[groups.Section, ...]
     _variants: Variants
 
     @property
@@ -463,18 +456,18 @@ class Expansion:
             SweepError: As for ``cases``.
         """
         end = self.count if stop is None else min(stop, self.count)
-        for section, low, high in overlapping(self.sections, start, end):
+        for section, low, high in groups.overlapping(self.sections, start, end):
             shared = self.shared(section)
             for first in range(low, high, size):
                 yield columns_of(self.files, section, shared, first, min(first + size, high))
 
-    def shared(self, section: Section) -> Shared:
+    def shared(self, section: groups.Section) -> groups.Shared:
         """Apply what the sweep writes into the files of a section.
 
         Raises:
             SweepError: A value is not valid where the sweep writes it.
         """
-        return shared_of(self.files, section, self._variants)
+        return groups.shared_of(self.files, section, self._variants)
 
 
 def expand(files: OddFiles) -> Expansion:
@@ -487,7 +480,7 @@ def expand(files: OddFiles) -> Expansion:
         SweepError: An axis, a relation or the number of test cases is not acceptable.
     """
     odd = files.odd.spec
-    groups: list[Group] = []
+    every: list[groups.Group] = []
     factors: list[Factor] = []
     axes: dict[str, tuple[str, ...]] = {}
     designed: dict[str, Points] = {}
@@ -496,8 +489,8 @@ def expand(files: OddFiles) -> Expansion:
         axes[use.name] = tuple(axis.name for axis in read)
         designed[use.name] = points
         for architecture in files.architectures.values():
-            made = groups_of(files, number, architecture, read, points)
-            groups += made
+            made = groups.groups_of(files, number, architecture, read, points)
+            every += made
             cases = sum(len(group.rows) for group in made) * odd.replicates
             entries = tuple(group.entry for group in made)
             factors.append(
@@ -511,10 +504,10 @@ def expand(files: OddFiles) -> Expansion:
                     cases,
                 )
             )
-    sections = sections_of(groups, odd.replicates)
+    sections = groups.sections_of(every, odd.replicates)
     expansion = Expansion(files, tuple(factors), axes, designed, sections, Variants())
     _check_limit(expansion)
-    check_clock(files, odd.step)
+    groups.check_clock(files, odd.step)
     return expansion
 
 

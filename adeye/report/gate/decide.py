@@ -36,17 +36,8 @@ from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_
 from adeye.report.model.part import Margin
 from adeye.report.words import counted, unit_text
 from adeye.signals import Ints
+from adeye.store.read import totals
 from adeye.store.read.bulk import Compared
-from adeye.store.read.totals import (
-    ChannelFailure,
-    Total,
-    channel_failures,
-    channel_policy,
-    gate_code,
-    preventable_by,
-    totals,
-    without_unpreventable,
-)
 from adeye.store.records import CampaignInfo, FsrStatus
 from adeye.store.repository import Repository
 
@@ -69,7 +60,7 @@ _LETTER: Final = {
 def take_down(
     repository: Repository,
     campaign: CampaignInfo,
-    totals: Sequence[Total],
+    whole: Sequence[totals.Total],
     compared: Compared,
     code: ExitCode,
 ) -> Baseline:
@@ -78,7 +69,7 @@ def take_down(
     Args:
         repository: The database.
         campaign: The campaign.
-        totals: Its FSRs over all scenarios.
+        whole: Its FSRs over all scenarios.
         compared: Its test cases with their verdicts; of no architecture if there are more than
             are kept.
         code: Exit code of the campaign.
@@ -96,7 +87,7 @@ def take_down(
             str(made.get(name, "unknown")) for name in ("backend", "variant", "numerics_version")
         ),
         gate=tuple(sorted(campaign.gate)),
-        channel_failures=channel_policy(repository, campaign),
+        channel_failures=totals.channel_policy(repository, campaign),
         exit_code=code,
         planned=progress.planned,
         accounted=progress.accounted,
@@ -107,7 +98,7 @@ def take_down(
         fsrs=_fsrs(repository, campaign, status, compared),
         cells=tuple(
             sorted(
-                [*map(_total_cell, totals), *(_cell(item) for item in status if item.scenario)],
+                [*map(_total_cell, whole), *(_cell(item) for item in status if item.scenario)],
                 key=lambda cell: (cell.fsr, cell.architecture, cell.scenario or ""),
             )
         ),
@@ -133,7 +124,7 @@ def _fsrs(
     }
 
 
-def _total_cell(item: Total) -> BaselineCell:
+def _total_cell(item: totals.Total) -> BaselineCell:
     run, judged = item.worst or (None, None)
     margin, unit = (judged.margin, judged.unit) if judged else (None, None)
     return BaselineCell.of(
@@ -300,7 +291,7 @@ class GateResult:
     exit_code: ExitCode
     message: str
     is_written: bool = False
-    channel_failures: tuple[ChannelFailure, ...] = ()
+    channel_failures: tuple[totals.ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
@@ -346,7 +337,7 @@ def judge_campaign(
     if len(altered) > MAX_ALTERED:
         more = f"{counted(len(altered) - MAX_ALTERED)} more; adeye db verify names all"
         own.append(Finding(Kind.INTEGRITY, more))
-    code, message = gate_code(repository, campaign)
+    code, message = totals.gate_code(repository, campaign)
     try:
         snapshot = _snapshot(repository, campaign, code)
     except IntegrityError as error:
@@ -361,7 +352,7 @@ def judge_campaign(
         own.append(Finding(Kind.CHANGED, edits))
     set_aside = _set_aside(repository, campaign)
     own += map(set_aside, state_of(now))
-    failures = channel_failures(repository, campaign)
+    failures = totals.channel_failures(repository, campaign)
     own += [
         Finding(
             Kind.UNDECIDED if item.refused else Kind.NOTE,
@@ -409,7 +400,7 @@ def _steps(
 
 def _set_aside(repository: Repository, campaign: CampaignInfo) -> Callable[[Finding], Finding]:
     """Let contacts that no reference driver of the ODD's gate avoids not decide."""
-    models = preventable_by(repository, campaign)
+    models = totals.preventable_by(repository, campaign)
     judged = {(item.fsr, item.architecture) for item in repository.gate(campaign.id)}
     known: dict[tuple[str, str], tuple[Verdict, str]] = {}
 
@@ -419,7 +410,7 @@ def _set_aside(repository: Repository, campaign: CampaignInfo) -> Callable[[Find
         if not (models and is_failure and key in judged):
             return item
         if key not in known:
-            known[key] = without_unpreventable(repository, campaign, *key, models)
+            known[key] = totals.without_unpreventable(repository, campaign, *key, models)
         verdict, note = known[key]
         text = f"{item.text}; {note}" if note else item.text
         return replace(item, text=text, decides=verdict is not Verdict.PASS)
@@ -431,7 +422,7 @@ def _snapshot(repository: Repository, campaign: CampaignInfo, code: ExitCode) ->
     odd = repository.content("odd", campaign.odd_digest)
     kept = list(odd["architectures"]) if campaign.planned <= MAX_CASES else []
     compared = repository.compared(campaign.id, kept, is_named=True)
-    state = take_down(repository, campaign, totals(repository, campaign), compared, code)
+    state = take_down(repository, campaign, totals.totals(repository, campaign), compared, code)
     keys = case_keys(compared)
     return Snapshot(
         state,
