@@ -256,7 +256,7 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
     for part in (
         "ego.lane >= 0",
         "ego.lane <= 1",
-        "time < 3 s",
+        "time < 1.5 s",
         "ttr >= -9 s",
         "rss_margin >= 0 m",
     ):

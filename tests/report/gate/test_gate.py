@@ -254,7 +254,7 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
         (Verdict.INCONCLUSIVE, ("cc",), True),
         (Verdict.PASS, (), True),
     ):
-        monkeypatch.setattr(gating, "preventable_by", lambda *_, found=models: found)
+        monkeypatch.setattr(gating.totals, "preventable_by", lambda *_, found=models: found)
         monkeypatch.setattr(
             gating, "without_unpreventable", lambda *_, found=verdict: (found, "by cc")
         )
