@@ -261,9 +261,6 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
         "rss_margin >= 0 m",
     ):
         assert check(formula=f"always({part})").formula
-    # Of several scenarios the longest counts.
-    refused(SpecError, check, formula="always(time <= 2 s)", scenarios=["follow"], says="always")
-    assert check(formula="always(time <= 2 s)").formula
 
 
 def test_formula_that_no_run_decides_is_accepted_if_it_is_meant(check: Check) -> None:

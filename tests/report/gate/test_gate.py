@@ -19,6 +19,7 @@ from adeye.report.gate.baseline import (
 )
 from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
+from adeye.store.read import totals
 from tests.project import Executed
 from tests.refusals import refused
 from tests.report.fake_baseline import BRAKING, CUT_IN, GATE, OTHER, baseline, fsr_of, key_of, sha
@@ -254,9 +255,9 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
         (Verdict.INCONCLUSIVE, ("cc",), True),
         (Verdict.PASS, (), True),
     ):
-        monkeypatch.setattr(gating.totals, "preventable_by", lambda *_, found=models: found)
+        monkeypatch.setattr(totals, "preventable_by", lambda *_, found=models: found)
         monkeypatch.setattr(
-            gating, "without_unpreventable", lambda *_, found=verdict: (found, "by cc")
+            totals, "without_unpreventable", lambda *_, found=verdict: (found, "by cc")
         )
         with suites.opened() as (repository, campaign):
             set_aside = gating._set_aside(repository, campaign)
