@@ -16,6 +16,7 @@ from adeye.cli import certify as verb
 from adeye.judge.verdict import ExitCode
 from adeye.selftest import running
 from adeye.selftest.bench import Master, Seen
+from adeye.store.repository import Repository
 from tests.cli.conftest import Outcome, Verb
 from tests.project import Executed
 from tests.sql import alter, rows
@@ -43,7 +44,11 @@ def test_deterministic_campaign_is_certified(certify: Callable[..., Outcome]) ->
 
 
 @pytest.mark.slow
-def test_run_that_differs_is_named(certify: Callable[..., Outcome], folder: Path) -> None:
+def test_run_that_differs_is_named(
+    certify: Callable[..., Outcome], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # As if it had been written so.
+    monkeypatch.setattr(Repository, "require_sound", lambda *_: None)
     alter(folder / "mini.db", "UPDATE run SET trace_digest = 'other' WHERE number = 1")
     [(run,)] = rows(folder / "mini.db", "SELECT result_digest FROM run WHERE number = 1")
     done = certify()
