@@ -94,6 +94,6 @@ def test_safe_state_lasts_to_the_end() -> None:
 
 def test_takeover_is_by_another_channel_than_before_the_fault() -> None:
     authority = np.array([[0, 0, 1, 0]], np.int8)
-    for onset, default, expected in ((1, 0, 2), (3, 0, -1), (0, 1, 0), (-1, 0, -1)):
+    for onset, default, expected in ((1, 0, 2), (1, 1, 2), (3, 0, -1), (0, 1, 0), (-1, 0, -1)):
         found = scans.first_takeovers(np.array([4]), np.array([onset]), authority, default)
         assert found.tolist() == [expected]

@@ -116,6 +116,11 @@ def test_fuzzy_model_ignores_who_comes_after_it_has_passed() -> None:
     assert fast[-1] < 0.0
 
 
+def test_fuzzy_model_brakes_with_all_it_has_where_it_is_wholly_critical() -> None:
+    most = vector(parameters_of("fsm"))[columns.MOST]
+    assert limits("fsm", view(OTHER_SPEED=0.0, GAP=1.0), 200)[-1] == pytest.approx(-most)
+
+
 def test_both_distances_must_be_short_for_rss() -> None:
     assert limits("rss", view(LATERAL_GAP=3.0), 200) == [math.inf] * 200
     assert limits("rss", view(GAP=100.0), 200) == [math.inf] * 200
