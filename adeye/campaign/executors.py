@@ -140,14 +140,31 @@ class Processes(Generic[Task, Result]):
         self._deadline_s = deadline_s
         self._context = multiprocessing.get_context("spawn")
         self._workers: dict[Connection, _Worker] = {}
+        self._early: list[Done[Task, Result]] = []
 
     def begin(self, task: Task) -> None:
-        """Execute a task already; its result is among the first that ``run`` hands over."""
+        """Execute a task already, as soon as one that has begun ends if there are as many.
+
+        Their results are the first that ``run`` hands over.
+        """
+        if len(self._busy()) == self._count:
+            self._collect_early()
         self._free().give(task)
+
+    def finish(self, task: Task) -> None:
+        """Wait until a task ends that has begun."""
+        while all(done.task != task for done in self._early):
+            self._collect_early()
+
+    def _collect_early(self) -> None:
+        (end, *_) = wait(self._busy())
+        assert isinstance(end, Connection)
+        self._early.append(self._collect(end))
 
     def run(self, tasks: Iterator[Task]) -> Iterator[Done[Task, Result]]:
         """Execute tasks as they come; results arrive in the order in which they end."""
         try:
+            yield from self._early
             while True:
                 while len(self._busy()) < self._count:
                     # The iterator is asked again after its end: a batch that was lost comes back.

@@ -19,7 +19,12 @@ from adeye.campaign import check
 from adeye.campaign.parts import Parts, load_parts, sources, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.errors import InputError, IntegrityError, SpecError, placed
-from adeye.judge.requirements import CheckedRequirement, JudgedPlan, check_requirements
+from adeye.judge.requirements import (
+    CheckedRequirement,
+    JudgedPlan,
+    check_demands,
+    check_requirements,
+)
 from adeye.judge.uncertainty import judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
@@ -40,7 +45,7 @@ from adeye.sweep.groups import NO_FAULT, check_clock
 from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from adeye.plugins import Part
     from adeye.signals import SignalType
@@ -572,7 +577,11 @@ class CampaignPlan:
 
 
 def make_plan(
-    path: str | Path, *, backend: str = DEFAULT_BACKEND, variant: str | None = None
+    path: str | Path,
+    *,
+    backend: str = DEFAULT_BACKEND,
+    variant: str | None = None,
+    meanwhile: Callable[[CampaignPlan], None] | None = None,
 ) -> CampaignPlan:
     """Load an ODD and check everything that can be checked before anything runs.
 
@@ -580,6 +589,7 @@ def make_plan(
         path: The ODD's file.
         backend: Traffic implementation that would execute it.
         variant: Arithmetic of it; None for its first.
+        meanwhile: Called with the plan before its formulas are searched, which comes last.
 
     Raises:
         InputError: Anything is wrong; the message has file, line and column.
@@ -595,9 +605,8 @@ def make_plan(
     check.check_fits(files)
     if files.odd.spec.uncertainty is not None:
         check_half_step(files)
-    requirements = check_requirements(
-        files.concept.spec, judged_plan(files, parts), files.concept.locate
-    )
+    judged = files.concept.spec, judged_plan(files, parts), files.concept.locate
+    requirements = check_requirements(*judged)
     plan = CampaignPlan(
         path=Path(path),
         files=files,
@@ -612,7 +621,11 @@ def make_plan(
     axes = check.check_cases(expansion)
     alike = *check.same_architectures(files, parts), *check.same_scenarios(expansion)
     idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
-    return replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
+    plan = replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
+    if meanwhile is not None:
+        meanwhile(plan)
+    check_demands(*judged)
+    return plan
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

@@ -89,7 +89,8 @@ def planned_as(campaign: CampaignInfo, path: str | Path) -> CampaignPlan:
         InputError: Anything is wrong in the files.
     """
     made = {name: campaign.provenance.get(name) for name in ("backend", "variant")}
-    return make_plan(path, **{name: str(value) for name, value in made.items() if value})
+    given: dict[str, Any] = {name: str(value) for name, value in made.items() if value}
+    return make_plan(path, **given)
 
 
 def _latest_of_file(repository: Repository, path: str | Path) -> CampaignInfo:

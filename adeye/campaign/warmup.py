@@ -14,6 +14,7 @@ from adeye.campaign.run import Progress
 from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
 from adeye.judge.metrics import METRICS, compute_metrics
+from adeye.judge.stl.table import Reading, judge_table, table_of
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.spec.clock import ticks
@@ -54,7 +55,9 @@ def warm_up(
     if aside > 1 and not is_cache_warm(*plan.compiled_parts):
         if progress is not None:
             progress(Progress("compile", 0, len(examples), 0))
-        compile_aside(plan, begin_aside(aside))
+        processes = begin_aside(aside)
+        compile_meanwhile(plan, processes)
+        compile_aside(plan, processes)
     for number, case in enumerate(examples):
         if progress is not None:
             progress(Progress("compile", number, len(examples), 0))
@@ -67,25 +70,39 @@ def warm_up(
 
 
 def begin_aside(processors: int) -> Processes[Part, bool]:
-    """Get processes ready to compile, while formulas are compiled here for the plan.
+    """Begin to compile what every plan needs, in one process; others get ready.
 
     Args:
         processors: For how many processes there are processors; of more than four, some would wait.
     """
     count = min(processors, _MOST_ASIDE)
     processes = Processes(_compile_part, count)
-    for part in [_get_ready] * count:
-        processes.begin((part, None))
+    processes.begin(_EVALUATING)
+    for _ in range(1, count):
+        processes.begin((_get_ready, None))
     return processes
+
+
+def compile_meanwhile(plan: CampaignPlan, processes: Processes[Part, bool]) -> None:
+    """Begin with what needs a plan; wait for the evaluation of formulas, which it needs itself.
+
+    Args:
+        plan: A plan whose formulas are not searched yet.
+        processes: Those that have begun.
+    """
+    first = BatchTask(0, (_covering(plan)[0],), (), plan.work)
+    processes.begin((_drive, first))
+    processes.finish(_EVALUATING)
+    processes.begin((_measure, first))
 
 
 def compile_aside(plan: CampaignPlan, processes: Processes[Part, bool]) -> bool:
     """Compile most of what a plan needs in processes that have a processor each.
 
     The compiler uses one processor, and memory that it never gives back. One process executes a
-    test case, another judges one in which nothing moves; metrics are compiled from both ends.
-    Who is free executes and judges the others. What this process needs it loads afterwards; if
-    something fails aside, it fails here again, where it is reported.
+    test case, another computes the metrics of one in which nothing moves, then judges it. Who is
+    free executes and judges the others. What this process needs it loads afterwards; if something
+    fails aside, it fails here again, where it is reported.
 
     Args:
         plan: A checked plan.
@@ -95,8 +112,7 @@ def compile_aside(plan: CampaignPlan, processes: Processes[Part, bool]) -> bool:
         Whether all came to their end.
     """
     first, *others = (BatchTask(0, (case,), (), plan.work) for case in _covering(plan))
-    parts: list[Part] = [(_drive, first), (_judge, first), (_measure, first)]
-    parts += [(execute, other) for other in others]
+    parts: list[Part] = [(_judge, first), *((execute, other) for other in others)]
     ended = [done.result is True for done in processes.run(iter(parts))]
     if all(ended):
         mark_cache_warm(*plan.compiled_parts)
@@ -131,6 +147,14 @@ def _compile_part(part: Part) -> bool:
 
 def _get_ready(_nothing: None) -> None:
     """Do nothing; what is imported for it is what takes time."""
+
+
+def _evaluate(_nothing: None) -> None:
+    """Evaluate a formula."""
+    judge_table("always(v > 0)", table_of({"time": [0, 1], "v": [1, 1]}), Reading())
+
+
+_EVALUATING: Final[Part] = (_evaluate, None)
 
 
 def _drive(task: BatchTask) -> None:

@@ -7,6 +7,7 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
@@ -409,19 +410,21 @@ def _plan(
     On a first start they begin before the plan is read.
     """
     from adeye.campaign.plan import make_plan
-    from adeye.campaign.warmup import begin_aside
+    from adeye.campaign.warmup import begin_aside, compile_meanwhile
     from adeye.kernel.jit import is_cache_warm
 
     processors = usable_processors() if is_near else 1
     aside = begin_aside(processors) if processors > 1 and not is_cache_warm() else None
     try:
-        plan = make_plan(odd, backend=backend, variant=variant)
+        begun = None if aside is None else partial(compile_meanwhile, processes=aside)
+        plan = make_plan(odd, backend=backend, variant=variant, meanwhile=begun)
     except BaseException:
         if aside is not None:
             aside.abandon()
         raise
     if processors > 1 and aside is None and not is_cache_warm(*plan.compiled_parts):
         aside = begin_aside(processors)
+        compile_meanwhile(plan, aside)
     return plan, aside
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from adeye.spec.concept import Concept, Requirement
     from adeye.spec.odd import Attributes
     from adeye.spec.scenario import LogicalScenario
+
+T = TypeVar("T")
 
 # --- What an FSR measures, apart from how it is spelt: the part of its identity that a user
 # writes.
@@ -359,23 +361,39 @@ def check_requirements(
         The FSRs in the concept's order, ready to judge with.
 
     Raises:
-        InputError: A name, metric or scenario does not exist, a dimension does not fit, a part of
-            a formula does not depend on its signals, a window exceeds a tail, or an architecture in
-            the gate lacks a signal. Several errors come as ``InputErrors``.
+        InputError: A name, metric or scenario does not exist, a dimension does not fit, a window
+            exceeds a tail, or an architecture in the gate lacks a signal. Several errors come as
+            ``InputErrors``.
     """
-    checked: list[CheckedRequirement] = []
+    checks = (_Check(item, place, plan, locate) for place, item in enumerate(concept.requirements))
+    return tuple(_all_of(check.run for check in checks))
+
+
+def check_demands(concept: Concept, plan: JudgedPlan, locate: Locate | None = None) -> None:
+    """Check of FSRs that are ready that each demands something; arguments as above.
+
+    Raises:
+        InputError: A part of a formula does not depend on its signals. Several errors come as
+            ``InputErrors``.
+    """
+    checks = (_Check(item, place, plan, locate) for place, item in enumerate(concept.requirements))
+    _all_of(check.check_truth for check in checks)
+
+
+def _all_of(acts: Iterable[Callable[[], T]]) -> list[T]:
+    """Call all, and raise together what they raise."""
+    found: list[T] = []
     errors: list[InputError] = []
-    for number, requirement in enumerate(concept.requirements):
-        check = _Check(requirement, number, plan, locate)
+    for act in acts:
         try:
-            checked.append(check.run())
+            found.append(act())
         except InputError as error:
             errors.append(error)
     if len(errors) == 1:
         raise errors[0]
     if errors:
         raise InputErrors(errors)
-    return tuple(checked)
+    return found
 
 
 def _place_of(requirement: Requirement) -> tuple[str, ...]:
@@ -413,7 +431,6 @@ class _Check:
         self._check_names(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
         self._check_windows(compiled.formula, scenarios)
-        self._check_truth(compiled.formula, scenarios)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
             compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
@@ -487,9 +504,11 @@ class _Check:
         for dictionary in known.values():
             formula.check(dictionary)
 
-    def _check_truth(self, formula: Formula, scenarios: Sequence[str]) -> None:
+    def check_truth(self) -> None:
         """Refuse what no signal decides unless it is meant, and what is meant without need."""
-        step = self._plan.step
+        if (formula := compile_requirement(self._requirement).formula) is None:
+            return
+        scenarios, step = self._scenarios(), self._plan.step
         played = {name: self._plan.scenarios[name] for name in scenarios}
         runs = [
             Runs(

@@ -218,7 +218,7 @@ def test_compiling_aside(make_project: MakeProject, monkeypatch: pytest.MonkeyPa
     assert warmup._compile_part((warmup._drive, task))
     assert warmup._compile_part((warmup._judge, task))
     assert warmup._compile_part((warmup._measure, task))
-    assert warmup._compile_part((warmup._get_ready, None))
+    assert warmup._compile_part(warmup._EVALUATING)
     # One goes to its end and one only begins, yet its formulas are evaluated.
     assert lengths[0] > 10
     assert lengths[1:] == [1, 1]
@@ -251,7 +251,7 @@ def test_cold_cache_is_filled(make_project: MakeProject, monkeypatch: pytest.Mon
     plan = make_project().plan()
     asked: list[object] = []
     monkeypatch.setattr(warmup, "execute", lambda _: work.BatchResult())
-    monkeypatch.setattr(warmup, "begin_aside", lambda _: None)
+    monkeypatch.setattr(warmup, "begin_aside", lambda _: Mock())
     monkeypatch.setattr(warmup, "compile_aside", lambda plan, _: asked.append(plan))
     monkeypatch.setattr(warmup, "is_cache_warm", lambda *_: False)
     warmup.warm_up(plan)

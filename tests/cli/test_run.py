@@ -142,6 +142,7 @@ def test_compilation_is_announced(
 ) -> None:  # fmt: skip
     compiled: list[Any] = []
     monkeypatch.setattr(warmup, "begin_aside", lambda count: count)
+    monkeypatch.setattr(warmup, "compile_meanwhile", Mock())
     monkeypatch.setattr(warmup, "compile_aside", lambda *given: compiled.append(given))
     monkeypatch.setattr(cli_run, "usable_processors", lambda: 2)
     monkeypatch.setattr(adeye_jit, "is_cache_warm", warm)

@@ -16,6 +16,7 @@ from adeye.judge.requirements import (
     CheckedRequirement,
     JudgedPlan,
     bound_of,
+    check_demands,
     check_requirements,
     compile_requirement,
     last_decision,
@@ -68,7 +69,9 @@ def check(plan: JudgedPlan) -> Check:
     """Check one FSR, located by its place in the concept."""
 
     def run(**item: Any) -> CheckedRequirement:
-        return check_requirements(concept(item), plan, locate)[0]
+        (found,) = check_requirements(concept(item), plan, locate)
+        check_demands(concept(item), plan, locate)
+        return found
 
     return run
 

@@ -16,29 +16,12 @@ from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
-from adeye.store import schema, tables
+from adeye.store import records, schema, tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.encoding import stored_rows
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
-from adeye.store.records import (
-    CampaignInfo,
-    DatabaseInfo,
-    EventRecord,
-    ForkRecord,
-    FsrStatus,
-    NeverHeld,
-    Progress,
-    ResultTable,
-    RunRef,
-    StoredCase,
-    StoredRun,
-    VerdictRecord,
-    WorkState,
-    of_row,
-    verdict_record,
-)
 from adeye.store.sql import filled
 from adeye.store.tables import FIRST_METRIC_IDS, work
 from adeye.store.views import COUNTED, MEASURED, WORST_FIRST
@@ -76,7 +59,7 @@ def _beside(connection: Connection, result_digest: str, *queries: str) -> dict[s
     return {}
 
 
-def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
+def fork_of_case(connection: Connection, test_case: str) -> records.ForkRecord | None:
     """Say what the runs of a test case are forks of; None if it is the case of no fork.
 
     All forks of one test case have the same authority from the same tick.
@@ -86,10 +69,10 @@ def fork_of_case(connection: Connection, test_case: str) -> ForkRecord | None:
         "FROM fork WHERE test_case_digest = ? ORDER BY result_digest LIMIT 1",
         (test_case,),
     ).first()
-    return None if found is None else ForkRecord(*found)
+    return None if found is None else records.ForkRecord(*found)
 
 
-def work_state(connection: Connection, campaign_id: str) -> WorkState:
+def work_state(connection: Connection, campaign_id: str) -> records.WorkState:
     """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
     blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
     now = clock_now(connection)
@@ -97,7 +80,7 @@ def work_state(connection: Connection, campaign_id: str) -> WorkState:
         "pending" if block.state == "leased" and is_abandoned(block, now) else block.state
         for block in blocks
     )
-    return WorkState(**{state: counted[state] for state in tables.WORK_STATES})
+    return records.WorkState(**{state: counted[state] for state in tables.WORK_STATES})
 
 
 # --- Read campaigns, summaries, runs and test cases -----------------------------------------------
@@ -108,7 +91,7 @@ _LISTED: Final = 10
 _CHUNK: Final = 1000
 
 
-def campaigns(connection: Connection) -> tuple[CampaignInfo, ...]:
+def campaigns(connection: Connection) -> tuple[records.CampaignInfo, ...]:
     """List campaigns, the newest first."""
     return tuple(_campaigns(connection))
 
@@ -122,12 +105,12 @@ def latest_id(connection: Connection, odd: str | None = None) -> str | None:
     return found.scalar()
 
 
-def latest_campaign(connection: Connection, odd: str | None = None) -> CampaignInfo | None:
+def latest_campaign(connection: Connection, odd: str | None = None) -> records.CampaignInfo | None:
     """Return the campaign that was planned last, of one ODD if its id is given."""
     return next(_campaigns(connection, id=latest_id(connection, odd)), None)
 
 
-def find_campaign(connection: Connection, name: str | None = None) -> CampaignInfo:
+def find_campaign(connection: Connection, name: str | None = None) -> records.CampaignInfo:
     """Find a campaign by its id, the beginning of it, or its number; without a name the latest.
 
     Raises:
@@ -160,12 +143,12 @@ def _known_campaigns(connection: Connection) -> str:
     return f"There are: {listed}{', …' if len(found) > _LISTED else ''}."
 
 
-def _campaigns(connection: Connection, **only: Any) -> Iterator[CampaignInfo]:
+def _campaigns(connection: Connection, **only: Any) -> Iterator[records.CampaignInfo]:
     """Read the campaigns that have some values, the newest first."""
     query = tables.campaign.select().filter_by(**only).order_by(tables.campaign.c.number.desc())
     for item in connection.execute(query).all():
-        yield of_row(
-            CampaignInfo,
+        yield records.of_row(
+            records.CampaignInfo,
             item._mapping,
             odd=item.odd_id,
             gate=tuple(json.loads(item.gate)),
@@ -210,7 +193,7 @@ def _starting_with(connection: Connection, columns: Sequence[Any], prefix: str, 
     return matches[0]
 
 
-def find_run(connection: Connection, name: str, campaign: str | None = None) -> RunRef:
+def find_run(connection: Connection, name: str, campaign: str | None = None) -> records.RunRef:
     """Find a run by the beginning of its result digest, or by its ordinal in a campaign.
 
     A fork stands where the run stands that it is a fork of, and so does a twin with half the step;
@@ -260,7 +243,7 @@ def find_run(connection: Connection, name: str, campaign: str | None = None) -> 
     return replace(ref, result_digest=digest, is_done=True, is_drive=is_drive, **own)
 
 
-def _unless_withdrawn(connection: Connection, ref: RunRef) -> RunRef:
+def _unless_withdrawn(connection: Connection, ref: records.RunRef) -> records.RunRef:
     """Return a reference to a run; whoever asked is told if its result is withdrawn."""
     table = tables.withdrawal
     for item in connection.execute(
@@ -271,11 +254,11 @@ def _unless_withdrawn(connection: Connection, ref: RunRef) -> RunRef:
     return ref
 
 
-def run_ref(item: Row[Any]) -> RunRef:
+def run_ref(item: Row[Any]) -> records.RunRef:
     """Read a reference to a run from a row of ``campaign_case``; done unless it says otherwise."""
     stored = item._mapping
-    return of_row(
-        RunRef,
+    return records.of_row(
+        records.RunRef,
         stored,
         campaign=item.campaign_id,
         test_case=item.test_case_digest,
@@ -286,7 +269,7 @@ def run_ref(item: Row[Any]) -> RunRef:
     )
 
 
-def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
+def run_row(connection: Connection, result_digest: str) -> records.StoredRun | None:
     """Read a result with its metrics, verdicts and events; None if it was not executed yet."""
     query = tables.run.select().where(tables.run.c.result_digest == result_digest)
     found = connection.execute(query).mappings().first()
@@ -307,17 +290,17 @@ def run_row(connection: Connection, result_digest: str) -> StoredRun | None:
     verdicts = sorted(rows("verdict"), key=itemgetter("fsr_id", "fsr_digest"))
     events = sorted(rows("event"), key=itemgetter("seq"))
     links = [split_links(item["links"]) for item in rows("chain")]
-    return StoredRun(
+    return records.StoredRun(
         row=dict(found),
         metrics=metrics,
-        verdicts=tuple(map(verdict_record, verdicts)),
-        events=tuple(of_row(EventRecord, item) for item in events),
+        verdicts=tuple(map(records.verdict_record, verdicts)),
+        events=tuple(records.of_row(records.EventRecord, item) for item in events),
         plugin_metrics=plugin_metrics(connection, number),
         links=links[0] if links else None,
     )
 
 
-def test_case_row(connection: Connection, test_case: str) -> StoredCase:
+def test_case_row(connection: Connection, test_case: str) -> records.StoredCase:
     """Read a test case with the content that it needs.
 
     Raises:
@@ -331,8 +314,8 @@ def test_case_row(connection: Connection, test_case: str) -> StoredCase:
     ).first()
     if found is None:
         raise InputError(f"test case {test_case!r}: there is none", remedy="Plan its ODD first.")
-    return of_row(
-        StoredCase,
+    return records.of_row(
+        records.StoredCase,
         found._mapping,
         test_case=found.digest,
         situation=found.situation_digest,
@@ -368,13 +351,15 @@ _GATE: Final = "SELECT * FROM v_gate WHERE campaign = ? ORDER BY architecture, f
 _RESULTS: Final = "SELECT * FROM v_runs WHERE campaign = ? ORDER BY ordinal"
 
 
-def fsr_status(connection: Connection, campaign_id: str) -> tuple[FsrStatus, ...]:
+def fsr_status(connection: Connection, campaign_id: str) -> tuple[records.FsrStatus, ...]:
     """Count the verdicts of every FSR by architecture and scenario, from the tallies."""
     found = connection.exec_driver_sql(_STATUS, (campaign_id,))
     return tuple(_status(item, item.scenario, item.verdict) for item in found)
 
 
-def gate(connection: Connection, campaign_id: str, on: date | None = None) -> tuple[FsrStatus, ...]:
+def gate(
+    connection: Connection, campaign_id: str, on: date | None = None
+) -> tuple[records.FsrStatus, ...]:
     """Fold every mandatory FSR for every architecture, over all scenarios.
 
     Args:
@@ -384,7 +369,7 @@ def gate(connection: Connection, campaign_id: str, on: date | None = None) -> tu
     """
     found = connection.exec_driver_sql(_GATE, (campaign_id,))
     day = (on or datetime.now(UTC).date()).isoformat()
-    rows: list[FsrStatus] = []
+    rows: list[records.FsrStatus] = []
     for item in found:
         is_waived = item.waived_until is not None and item.waived_until >= day
         rows.append(_status(item, "", item.verdict_waived if is_waived else item.verdict))
@@ -393,22 +378,22 @@ def gate(connection: Connection, campaign_id: str, on: date | None = None) -> tu
 
 def never_held(
     connection: Connection, campaign_id: str
-) -> dict[tuple[str, str], tuple[NeverHeld, ...]]:
+) -> dict[tuple[str, str], tuple[records.NeverHeld, ...]]:
     """List the nested implications that no run asked for, by FSR and architecture."""
-    found: dict[tuple[str, str], tuple[NeverHeld, ...]] = {}
+    found: dict[tuple[str, str], tuple[records.NeverHeld, ...]] = {}
     for _, fsr, architecture, _, antecedent, decides, _ in stored_rows(
         connection, tables.never_held, "campaign_id = ?", (campaign_id,)
     ):
         key = fsr, architecture
-        found[key] = (*found.get(key, ()), NeverHeld(antecedent, bool(decides)))
+        found[key] = (*found.get(key, ()), records.NeverHeld(antecedent, bool(decides)))
     return found
 
 
-def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
+def _status(item: Row[Any], scenario: str, verdict: str | None) -> records.FsrStatus:
     values = item._mapping
     counts = {Verdict(name): int(values[column]) for name, column in COUNTED.items()}
-    return of_row(
-        FsrStatus,
+    return records.of_row(
+        records.FsrStatus,
         values,
         scenario=scenario,
         is_mandatory=bool(values.get("mandatory", True)),
@@ -420,7 +405,7 @@ def _status(item: Row[Any], scenario: str, verdict: str | None) -> FsrStatus:
     )
 
 
-def progress(connection: Connection, campaign_id: str) -> Progress:
+def progress(connection: Connection, campaign_id: str) -> records.Progress:
     """Count planned, executed and accounted test cases.
 
     A case is accounted for when its block is done: its result, verdicts and tallies are saved.
@@ -435,12 +420,12 @@ def progress(connection: Connection, campaign_id: str) -> Progress:
         "WHERE campaign_id = ? AND state = 'done'",
         (campaign_id,),
     ).scalar_one()
-    return Progress(planned=planned, executed=executed, accounted=accounted)
+    return records.Progress(planned=planned, executed=executed, accounted=accounted)
 
 
 def worst_runs(
     connection: Connection, /, campaign_id: str, fsr: str, *, limit: int = 3, **only: str | None
-) -> tuple[tuple[RunRef, VerdictRecord], ...]:
+) -> tuple[tuple[records.RunRef, records.VerdictRecord], ...]:
     """Return the runs with the least margin for an FSR, failed ones first; see ``WORST_FIRST``.
 
     Without a verdict those of ``MEASURED``: of a run that was not judged nothing is the worst.
@@ -470,7 +455,7 @@ def worst_runs(
         f"ORDER BY {WORST_FIRST}, ordinal LIMIT ?",
         (campaign_id, fsr, *(bound for pair in ranges for bound in pair), *values, limit),
     ).all()
-    return tuple((run_ref(item), verdict_record(item._mapping)) for item in found)
+    return tuple((run_ref(item), records.verdict_record(item._mapping)) for item in found)
 
 
 def _one_of_each(wanted: Mapping[str, Sequence[str]]) -> tuple[str, list[str]]:
@@ -479,7 +464,7 @@ def _one_of_each(wanted: Mapping[str, Sequence[str]]) -> tuple[str, list[str]]:
     return "".join(conditions), [value for of in wanted.values() for value in of]
 
 
-def info(connection: Connection, location: Location) -> DatabaseInfo:
+def info(connection: Connection, location: Location) -> records.DatabaseInfo:
     """Say what a database holds."""
     version = schema.read_version(connection) or ""
     size = catalog.size_bytes(connection)
@@ -487,7 +472,7 @@ def info(connection: Connection, location: Location) -> DatabaseInfo:
         table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
         for table in tables.metadata.sorted_tables
     }
-    return DatabaseInfo(str(location), version, size, rows)
+    return records.DatabaseInfo(str(location), version, size, rows)
 
 
 def _blocks_of_worst(
@@ -567,7 +552,7 @@ class Executed:
         required_mps2: Largest required deceleration [m/s²]; None if it has none.
     """
 
-    run: RunRef
+    run: records.RunRef
     fault_entry: str
     machine_dependent: bool
     contact: bool | None = None
@@ -623,7 +608,7 @@ def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:
     return {item[0]: int(item[1]) for item in found}
 
 
-def results(connection: Connection, campaign_id: str) -> ResultTable:
+def results(connection: Connection, campaign_id: str) -> records.ResultTable:
     """Return every executed run of a campaign as ``v_runs`` shows it."""
     found = connection.exec_driver_sql(_RESULTS, (campaign_id,))
-    return ResultTable(tuple(found.keys()), tuple(tuple(item) for item in found))
+    return records.ResultTable(tuple(found.keys()), tuple(tuple(item) for item in found))
