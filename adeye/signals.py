@@ -459,6 +459,7 @@ class SignalType:
         least: No value is below it; None where that is not known.
         most: No value is above it.
         most_per: What ``most`` is of: empty for the run, ``s`` for each second that it lasts.
+        is_whole: Whether it is a whole number.
         of_objects: Whether it is measured of objects: in a run without any it is +inf if it has a
             cap, else 0 or false, or there is no such signal.
     """
@@ -473,6 +474,7 @@ class SignalType:
     least: float | None = None
     most: float | None = None
     most_per: str = ""
+    is_whole: bool = False
     of_objects: bool = False
 
 
@@ -486,7 +488,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
     Returns:
         Signal types by name.
     """
-    number, lane = _number, {"least": -1.0, "most": lanes - 1.0}
+    number, lane = _number, {"least": -1.0, "most": lanes - 1.0, "is_whole": True}
     signals = {
         "time": _clock(1.0, "time since the start"),
         "ego.x": number("m", 10.0, "place in the map"),

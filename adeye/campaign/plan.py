@@ -605,8 +605,8 @@ def make_plan(
     check.check_fits(files)
     if files.odd.spec.uncertainty is not None:
         check_half_step(files)
-    judged = files.concept.spec, judged_plan(files, parts), files.concept.locate
-    requirements = check_requirements(*judged)
+    concept, judged = files.concept, judged_plan(files, parts)
+    requirements = check_requirements(concept.spec, judged, concept.locate)
     plan = CampaignPlan(
         path=Path(path),
         files=files,
@@ -624,7 +624,7 @@ def make_plan(
     plan = replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
     if meanwhile is not None:
         meanwhile(plan)
-    check_demands(*judged)
+    check_demands(concept.spec, judged, expansion.played(), concept.locate)
     return plan
 
 

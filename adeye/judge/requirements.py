@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from adeye.spec.scenario import LogicalScenario
 
 T = TypeVar("T")
+Played: TypeAlias = "tuple[str, LogicalScenario, bool]"
+"""A scenario as it is executed: its id, what it is then, and whether that is inside the ODD."""
 
 # --- What an FSR measures, apart from how it is spelt: the part of its identity that a user
 # writes.
@@ -369,15 +371,23 @@ def check_requirements(
     return tuple(_all_of(check.run for check in checks))
 
 
-def check_demands(concept: Concept, plan: JudgedPlan, locate: Locate | None = None) -> None:
-    """Check of FSRs that are ready that each demands something; arguments as above.
+def check_demands(
+    concept: Concept, plan: JudgedPlan, played: Sequence[Played], locate: Locate | None = None
+) -> None:
+    """Check of FSRs that are ready that each demands something of the runs that it is judged on.
+
+    Args:
+        concept: The functional safety concept.
+        plan: What they were checked against.
+        played: The scenarios as they are executed.
+        locate: Finds file, line and column of a place in the concept.
 
     Raises:
-        InputError: A part of a formula does not depend on its signals. Several errors come as
-            ``InputErrors``.
+        InputError: A bound is on the harmless side, or cannot be missed; a part of a formula does
+            not depend on its signals. Several errors come as ``InputErrors``.
     """
     checks = (_Check(item, place, plan, locate) for place, item in enumerate(concept.requirements))
-    _all_of(check.check_truth for check in checks)
+    _all_of(partial(check.check_demand, played) for check in checks)
 
 
 def _all_of(acts: Iterable[Callable[[], T]]) -> list[T]:
@@ -406,6 +416,20 @@ def _place_of(requirement: Requirement) -> tuple[str, ...]:
     return ("bound", "at_most" if bound.at_least is None else "at_least")
 
 
+def _weak_part(root: syntax.Node) -> tuple[syntax.Node, str, str] | None:
+    """Find what asks for less than it seems; how, and what to write instead."""
+    parts = list(syntax.walk(root))
+    if not any(isinstance(part, syntax.Temporal | syntax.Until) for part in parts):
+        return root, "is asked of the first row alone", "Write always(...) or eventually(...)"
+    for part in parts:
+        if syntax.head_of(part) in {"eventually", "once", "until", "since"}:
+            last = syntax.children(part)[-1]
+            if syntax.head_of(last) == "implies":
+                how = f"holds for {syntax.head_of(part)} at any row where its left side does not"
+                return last, how, "Write and for implies"
+    return None
+
+
 class _Check:
     """One FSR against the plan."""
 
@@ -424,8 +448,6 @@ class _Check:
         compiled = compile_requirement(
             self._requirement, self._where(*place), self._plan.attributes
         )
-        if compiled.bound is not None:
-            self._check_side(compiled.bound, scenarios)
         if compiled.formula is None:
             return compiled
         self._check_names(compiled.formula, scenarios)
@@ -455,7 +477,7 @@ class _Check:
                 )
         return self._requirement.scenarios or tuple(self._plan.scenarios)
 
-    def _check_side(self, bound: Bound, scenarios: Sequence[str]) -> None:
+    def _check_side(self, bound: Bound, played: Sequence[LogicalScenario]) -> None:
         """Refuse a bound that keeps a metric from being good, or that no value violates."""
         metric, written = bound.metric, self._requirement.bound
         if written is None or written.unusual_side:
@@ -464,7 +486,6 @@ class _Check:
         if end is not None and metric.most_per and not bound.is_lower:
             # What a run that ends too soon leaves open is tested by each run that is long enough.
             choose = max if metric.settles else min
-            played = [self._plan.scenarios[name] for name in scenarios]
             lasts = choose(item.horizon + item.tail for item in played)
             end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
             among = f" in a run of {lasts:g} s"
@@ -504,30 +525,42 @@ class _Check:
         for dictionary in known.values():
             formula.check(dictionary)
 
-    def check_truth(self) -> None:
-        """Refuse what no signal decides unless it is meant, and what is meant without need."""
-        if (formula := compile_requirement(self._requirement).formula) is None:
-            return
-        scenarios, step = self._scenarios(), self._plan.step
-        played = {name: self._plan.scenarios[name] for name in scenarios}
+    def check_demand(self, played: Sequence[Played]) -> None:
+        """Refuse what asks for nothing unless it is meant, and what is meant without need."""
+        compiled = compile_requirement(self._requirement)
+        own = [
+            (name, spec)
+            for name, spec, is_inside in played
+            if compiled.concerns(name, is_inside=is_inside)
+        ]
+        if own and compiled.bound is not None:
+            self._check_side(compiled.bound, [spec for _, spec in own])
+        if own and compiled.formula is not None:
+            self._check_truth(compiled.formula, own)
+
+    def _check_truth(self, formula: Formula, played: Sequence[tuple[str, LogicalScenario]]) -> None:
+        step = self._plan.step
         runs = [
             Runs(
-                self._union(name),
+                self._union(name, spec),
                 step,
-                syntax.last_row(item.horizon, step),
-                syntax.last_row(item.horizon + item.tail, step),
+                syntax.last_row(spec.horizon, step),
+                syntax.last_row(spec.horizon + spec.tail, step),
             )
-            for name, item in played.items()
+            for name, spec in played
         ]
-        found = first_constant(formula, runs)
+        found = _weak_part(formula.root)
+        if found is None and (constant := first_constant(formula, runs)) is not None:
+            part, is_held = constant
+            how = f"{'always' if is_held else 'never'} holds, whatever its signals are"
+            remedy = "Write a limit or condition that depends on them, or leave the part out"
+            found = part, how, remedy
         is_meant = self._requirement.unusual_formula
         if found is not None and not is_meant:
-            part, is_held = found
+            part, how, remedy = found
             raise self._refuse(
-                f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) "
-                f"{'always' if is_held else 'never'} holds, whatever its signals are",
-                "Write a limit or condition that depends on them, leave the part out, or write "
-                "unusual_formula: true in the FSR if it is meant.",
+                f"'{formula.quote(part)}' (formula, character {part.span[0] + 1}) {how}",
+                f"{remedy}; or write unusual_formula: true in the FSR if it is meant.",
             )
         if is_meant and found is None:
             raise self._refuse(
@@ -563,10 +596,11 @@ class _Check:
             entry = self._union(scenario)[signal]
             yield from entry.labels
 
-    def _union(self, scenario: str) -> dict[str, SignalType]:
+    def _union(self, scenario: str, spec: LogicalScenario | None = None) -> dict[str, SignalType]:
+        plan = self._plan if spec is None else replace(self._plan, scenarios={scenario: spec})
         union: dict[str, SignalType] = {}
         for architecture in self._plan.architectures:
-            union |= self._plan.dictionary(scenario, architecture)
+            union |= plan.dictionary(scenario, architecture)
         return union
 
     def _not_applicable(self, formula: Formula, scenarios: Sequence[str]) -> Mapping[str, str]:

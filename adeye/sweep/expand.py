@@ -461,6 +461,23 @@ class Expansion:
             for first in range(low, high, size):
                 yield columns_of(self.files, section, shared, first, min(first + size, high))
 
+    def played(self) -> list[tuple[str, LogicalScenario, bool]]:
+        """List the scenarios as they are executed, and whether that is inside the ODD.
+
+        What differs in neither length nor lanes is listed once.
+        """
+        found: dict[object, tuple[str, LogicalScenario, bool]] = {}
+        for section in self.sections:
+            shared = self.shared(section)
+            spec, ways = shared.scenario, {True}
+            if self.files.odd.spec.outside == "robustness":
+                columns = columns_of(self.files, section, shared, 0, len(section))
+                ways = set(columns.is_inside.tolist())
+            for is_inside in ways:
+                key = shared.scenario_id, spec.horizon, spec.tail, spec.world.road.lanes, is_inside
+                found.setdefault(key, (shared.scenario_id, spec, is_inside))
+        return list(found.values())
+
     def shared(self, section: groups.Section) -> groups.Shared:
         """Apply what the sweep writes into the files of a section.
 

@@ -70,7 +70,8 @@ def check(plan: JudgedPlan) -> Check:
 
     def run(**item: Any) -> CheckedRequirement:
         (found,) = check_requirements(concept(item), plan, locate)
-        check_demands(concept(item), plan, locate)
+        played = [(*each, way) for each in plan.scenarios.items() for way in (True, False)]
+        check_demands(concept(item), plan, played, locate)
         return found
 
     return run
@@ -254,6 +255,7 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
         "channel.nominal.age <= 10 s",
         "ttr >= -10 s",
         "gap >= 0 m",
+        "ego.lane >= 1 or ego.lane <= 0",
     ):
         refused(SpecError, check, formula=f"always({part})", says="always holds, whatever")
     for part in (
@@ -264,6 +266,36 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
         "rss_margin >= 0 m",
     ):
         assert check(formula=f"always({part})").formula
+
+
+def test_what_asks_less_than_it_seems_is_refused(check: Check) -> None:
+    refused(SpecError, check, formula="not contact", says="of the first row alone.*always")
+    weak = "eventually(authority.safety implies ego.speed <= 1 m/s)"
+    refused(SpecError, check, formula=weak, says="where its left side does not.*Write and")
+
+
+def test_bands_of_many_signals_together_are_found_to_hold(check: Check) -> None:
+    places = "actor.lead.lane == 1 and actor.lead.gap >= 10 m and actor.lead.gap <= 60 m"
+    own = "ego.speed >= 80 km/h and ego.speed <= 100 km/h and abs(ego.lane_offset) <= 0.3 m"
+    formula = f"always(({places} and {own} and ego.lane == 1) implies sensor.camera.detects.lead)"
+    assert check(formula=formula).formula
+
+
+def test_only_runs_that_an_fsr_is_judged_on_count_as_they_are_executed(plan: JudgedPlan) -> None:
+    short = plan.scenarios["follow"]
+    long = short.model_copy(update={"horizon": 30.0})
+    for item in ({"formula": "always(channel.nominal.age <= 10 s)"}, EXPOSED):
+        spoken = concept({"scenarios": ["follow"], **item})
+        check_demands(spoken, plan, [("follow", long, True)])
+        for played in (
+            [("follow", short, True), ("follow", long, False)],
+            [("follow", short, True)],
+        ):
+            with pytest.raises(SpecError, match=r"always holds|cannot fail"):
+                check_demands(spoken, plan, played)
+
+
+EXPOSED = {"bound": {"metric": "tet_s", "at_most": 10.0}}
 
 
 def test_formula_that_no_run_decides_is_accepted_if_it_is_meant(check: Check) -> None:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -186,6 +187,16 @@ def _ends(signal: SignalType, lasts_s: float) -> tuple[float, float]:
     return least, max(least, min(far, most))
 
 
+def _near(name: str, parts: Sequence[syntax.Node]) -> list[float]:
+    """List the numbers that a signal is compared with, and one between and beyond each two."""
+    compared = (part for part in parts if isinstance(part, syntax.Comparison | syntax.Equality))
+    beside = (syntax.walk(part) for part in compared if name in syntax.names_in(part))
+    found = {part.value for part in chain(*beside) if isinstance(part, syntax.Constant)}
+    numbers = sorted(min(max(number, -_LARGEST), _LARGEST) for number in found) or [0.0]
+    between = ((low + high) / 2.0 for low, high in pairwise(numbers))
+    return [*numbers, *between, numbers[0] - 1.0, numbers[-1] + 1.0]
+
+
 class _Search:
     """The runs that are made up for one formula; a source of signals, as of one batch of B runs.
 
@@ -207,6 +218,8 @@ class _Search:
         self._names = [name for name in declared if name != "time"]
         ends = [_ends(declared[name], like.last * like.step_s) for name in self._names]
         self._least, self._most = np.reshape(ends, (-1, 2, 1, 1)).swapaxes(0, 1)
+        self._near = [_near(name, parts) for name in self._names]
+        self._whole = np.reshape([declared[name].is_whole for name in self._names], (-1, 1, 1))
         labels = [declared[name].labels or TRUTH_LABELS for name in self._names]
         is_word = [declared[name].kind != "number" for name in self._names]
         self._words = np.reshape([*map(len, labels)], (-1, 1, 1)) * np.reshape(is_word, (-1, 1, 1))
@@ -298,6 +311,8 @@ class _Search:
         both = one + two
         ways = [one, beside, beside, sign * size, both, both / 2.0, one - two, one * two, ratio]
         own = np.choose(self._pick(range(len(ways)), *shape), ways)
+        near = np.reshape([self._pick(options, *shape[1:]) for options in self._near], shape)
+        own = np.where(self._pick([True, False], *shape), near, own)
         other = np.take_along_axis(own, self._pick(np.arange(shape[0]), *shape), axis=0)
         factor = self._pick((0.0, 0.0, 0.0, *_SIGNS), *shape)
         own = np.where((factor != 0.0) & (sign > 0.0), 0.0, own) + factor * other
@@ -308,6 +323,7 @@ class _Search:
         end = 2.0 * np.abs(self._numbers).max() + self._pick([0.0, 1.0, 100.0], *shape)
         # Nothing plausible is beyond.
         numbers = np.clip(np.where(is_pulled, pull * end, own), self._least, self._most)
+        numbers = np.where(self._whole, np.floor(numbers), numbers)
         count = np.maximum(self._words, 1)
         others = (word + 1 + np.floor(self._shares(*shape) * (count - 1))) % count
         any_word = np.floor(self._shares(*shape) * count)
