@@ -30,7 +30,7 @@ from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.show import replay, show
 from adeye.cli.stl import stl
-from adeye.errors import AdeyeError, InputError, Terminated
+from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
 from adeye.supervision import Ended, has_guests, note_end, supervise
@@ -231,7 +231,7 @@ def _report(error: BaseException) -> int:
         if not isinstance(error, InputError):
             text = f"{type(error).__name__}: {text}"
         talk(clean(masked(text), lines=True))
-        return error.exit_code or _DEFECT
+        return code_of(error) or _DEFECT
     if hasattr(error, "format_message"):
         # The parser's own errors; its class differs between releases of typer.
         text = _usage(error, masked(error.format_message()))
