@@ -176,6 +176,12 @@ class ChannelError(AdeyeError):
     """A channel failed; the run records it and goes on."""
 
 
+def code_of(error: AdeyeError) -> int:
+    """Return the exit code of what an error is here: a class of a guest cannot choose one."""
+    own = (kind for kind in type(error).__mro__ if kind.__module__ == __name__)
+    return next(kind.exit_code for kind in own if issubclass(kind, AdeyeError))
+
+
 class Terminated(BaseException):
     """The process was asked to end (SIGTERM)."""
 

@@ -297,7 +297,8 @@ def note_end(code: int) -> None:
     """Note the exit code of a supervised process that has seen its explicit end."""
     if _worker and os.getpid() != _worker:
         _leave_fork("a plug-in")
-    _notes[_CODE] = code & 0xFF
+    # The system keeps a byte, of which 256 would be good.
+    _notes[_CODE] = code if 0 <= code <= 0xFF else _INCOMPLETE
     _notes[_END] = 1
 
 

@@ -64,6 +64,7 @@ def test_exit_code_is_the_one_of_the_explicit_end() -> None:
     for told, after, code in (
         (0, "", 0),
         (1, "", 1),
+        (256, "", 3),
         (1, "os._exit(0)", 1),
         (1, "atexit.register(os._exit, 0)", 1),
         (0, "os._exit(7)", 7),

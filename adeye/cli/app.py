@@ -30,7 +30,7 @@ from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.show import replay, show
 from adeye.cli.stl import stl
-from adeye.errors import AdeyeError, InputError, Terminated
+from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
 from adeye.supervision import Ended, has_guests, note_end, supervise
@@ -136,6 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code, see ``judge.verdict.ExitCode``; never 0 if anything went wrong.
     """
+    _open_closed()
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -159,6 +160,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if code in {ExitCode.INTERRUPTED, ExitCode.TERMINATED}:
         leave_if_abandoned(code)
     return code
+
+
+def _open_closed() -> None:
+    """Lead a stream that the caller closed nowhere: no file opened later gets its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            stream = open(os.devnull, mode)  # noqa: PTH123, SIM115 - it stays open
+            os.set_inheritable(stream.fileno(), True)
+            setattr(sys, name, stream)
+            if name == "stdout":
+                talk("note: standard output is closed, so no result is shown.")
 
 
 def _supervised() -> Ended | None:
@@ -231,7 +243,7 @@ def _report(error: BaseException) -> int:
         if not isinstance(error, InputError):
             text = f"{type(error).__name__}: {text}"
         talk(clean(masked(text), lines=True))
-        return error.exit_code or _DEFECT
+        return code_of(error) or _DEFECT
     if hasattr(error, "format_message"):
         # The parser's own errors; its class differs between releases of typer.
         text = _usage(error, masked(error.format_message()))

@@ -17,6 +17,7 @@ from typing import ParamSpec, TypeVar, cast
 P = ParamSpec("P")
 R = TypeVar("R")
 
+_PACKAGE = Path(__file__).parent.parent
 _VARIABLE = "NUMBA_CACHE_DIR"
 # Remembers which folder was chosen here, so that a child process does not take the folder that it
 # inherits, named after older sources, for a wish of the user.
@@ -31,7 +32,7 @@ def source_digest() -> str:
     so the digest covers every source file of the package that imports this module and the whole of
     ``adeye.kernel``, with the versions of Python, numba and llvmlite.
     """
-    package = Path(__file__).resolve().parent.parent
+    package = _PACKAGE.resolve()
     digest = hashlib.sha256()
     for tool in ("numba", "llvmlite", "numpy"):
         digest.update(f"{tool} {version(tool)}\n".encode())
@@ -156,6 +157,9 @@ def _mark(part: str) -> Path:
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function of numbers and arrays on its first call, and keep the machine code.
 
+    That of a function from outside of adeye is kept while the process lives, not on disk: it may
+    hold numbers of modules and files that have changed since.
+
     Arithmetic is IEEE 754 in the order written: no reassociation, no contraction, no parallel
     reduction, so the same bits come out of every processor. Division by zero gives infinity or
     NaN when compiled but raises in plain Python, so a kernel tests its divisors. The interpreter
@@ -192,7 +196,7 @@ def _compiled(function: Callable[P, R], **options: bool) -> Callable[P, R]:
     if numba.config.DISABLE_JIT:
         return function
     kernel = Kernel(function, targetoptions={**_OPTIONS, **options})
-    # The cache is keyed by file; a function typed into a prompt has none.
-    if Path(function.__code__.co_filename).is_file():
+    # The folder is named after the sources of the package: of others, nothing tells what went in.
+    if Path(function.__code__.co_filename).is_relative_to(_PACKAGE):
         kernel.enable_caching()
     return cast("Callable[P, R]", kernel)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import yaml
 
 from adeye import api
-from adeye.errors import AdeyeError
+from adeye.errors import AdeyeError, code_of
 from adeye.selftest import parts
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class Bench:
             try:
                 summary = api.run(folder / odd, db=folder / DB)
             except AdeyeError as error:
-                self._seen[key] = Seen(error.exit_code, str(error))
+                self._seen[key] = Seen(code_of(error), str(error))
             else:
                 self._seen[key] = Seen(int(summary.exit_code), told(summary))
         return self._seen[key]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from adeye.campaign.parts import use_plugin_metrics
-from adeye.errors import AdeyeError, UsageError, suggest
+from adeye.errors import AdeyeError, UsageError, code_of, suggest
 from adeye.judge.statistics import clopper_pearson
 from adeye.report.credibility import SelfTestResult
 from adeye.selftest.bench import GROUPS, Bench, Master, Seen, is_good
@@ -108,7 +108,7 @@ def _look(look: Callable[[Bench], Seen], bench: Bench) -> Seen:
     try:
         return look(bench)
     except AdeyeError as error:
-        return Seen(error.exit_code, str(error))
+        return Seen(code_of(error), str(error))
     except BaseException as error:
         if is_asked(error):
             raise

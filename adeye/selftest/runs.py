@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from adeye import api
-from adeye.errors import AdeyeError
+from adeye.errors import AdeyeError, code_of
 from adeye.report.formats.json import parse_json
 from adeye.reporting import write_reports
 from adeye.selftest.bench import (
@@ -99,7 +99,7 @@ def _written(name: str) -> Examine:
         try:
             write_reports(copy, None, junit=copy.with_name(name))
         except AdeyeError as error:
-            seen = Seen(error.exit_code, str(error))
+            seen = Seen(code_of(error), str(error))
         else:
             seen = Seen(0, "written")
         # A refusal that comes too late is none.
@@ -156,7 +156,7 @@ def _reported(alter: Callable[[dict[str, Any]], None]) -> Examine:
         try:
             parse_json(json.dumps(document))
         except AdeyeError as error:
-            return Seen(error.exit_code, str(error))
+            return Seen(code_of(error), str(error))
         return Seen(0, "it holds together")
 
     return examine

@@ -255,6 +255,16 @@ def test_reader_that_goes_away_is_no_error(folder: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("closed", "said"), [("<&- >&-", "note: standard output is closed, so"), ("2>&-", "")]
+)
+def test_closed_streams_are_no_error(folder: Path, closed: str, said: str) -> None:
+    command = ["sh", "-c", f'"$0" -m adeye scenario list {closed}', sys.executable]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr[: len(said) or None]) == (0, said)
+
+
+@pytest.mark.slow
 def test_full_disk_is_an_environment_error(folder: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")

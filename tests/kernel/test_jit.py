@@ -94,6 +94,16 @@ def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) ->
 
 
 @pytest.mark.slow
+def test_code_from_outside_is_not_kept_on_disk(package: Path, tmp_path: Path) -> None:
+    outside = "from numbers_of_it import GAIN\n" + INNER.format(factor="GAIN")
+    (package / "outside.py").write_text(outside)
+    for gain in ("2.0", "3.0"):
+        (package / "numbers_of_it.py").write_text(f"GAIN = {gain}\n")
+        program = "from outside import inner; print(inner(1.0))"
+        assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == [gain]
+
+
+@pytest.mark.slow
 def test_cache_is_warm_once_said_so_and_cold_for_other_sources(
     package: Path, tmp_path: Path
 ) -> None:
