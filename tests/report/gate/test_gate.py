@@ -79,10 +79,17 @@ def test_evidence_that_went_is_named() -> None:
         ({"numbers": range(3)}, Kind.MISSING, "1 of 4 test cases are gone"),
         ({"gate": (OTHER,)}, Kind.RELAXED, f"{GATE}: was in the gate"),
         ({"channel_failures": "allow"}, Kind.RELAXED, "were refused and are allowed"),
+        ({"preventable_by": ("cc",)}, Kind.RELAXED, "set aside by cc, no driver before"),
     )
     for changed, kind, said in changes:
         findings = found(baseline(), baseline(**changed))
         assert any(item.kind is kind and item.decides and said in str(item) for item in findings)
+
+
+def test_every_driver_more_that_has_to_fail_too_asks_for_more() -> None:
+    one, two = baseline(preventable_by=("cc",)), baseline(preventable_by=("cc", "fsm"))
+    assert kinds(found(two, one)) == [Kind.RELAXED]
+    assert kinds(found(one, two)) == kinds(found(one, baseline())) == []
 
 
 def test_bar_that_was_lowered_is_named() -> None:
