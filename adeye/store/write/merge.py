@@ -209,6 +209,7 @@ class _Merge:
         for table in metadata.sorted_tables:
             self._copy(table, campaigns, new)
         self._copy_work(new)
+        self._require_alike()
         for table in (*_RESULTS, *self._plugins()):
             if table is not tables.run:
                 self._add(table, self._renumbered(table))
@@ -311,6 +312,26 @@ class _Merge:
                 self._differing.add(values[0])
             self._insert(table, fresh)
             self._runs += len(fresh)
+
+    def _require_alike(self) -> None:
+        """Refuse a source whose verdicts would be lost with executions of which the first stays."""
+        columns = "run_number, fsr_digest, verdict, margin"
+        numbers = [self._numbers[number] for number in self._differing]
+        found = rows_among(self._into, tables.verdict, columns, "run_number", numbers)
+        here = {(run, fsr): judged for run, fsr, *judged in found}
+        there = rows_among(self._source, tables.verdict, columns, "run_number", self._differing)
+        other = {
+            run for run, fsr, *judged in there if here.get((self._numbers[run], fsr)) != judged
+        }
+        if other:
+            asked = select(tables.run.c.result_digest).where(tables.run.c.number == min(other))
+            first = self._source.execute(asked).scalar_one()
+            raise IntegrityError(
+                f"database {self._path}: results that depend on the machine have other verdicts or "
+                f"margins than in the database it is merged into, {len(other):,} in all, the first "
+                f"of run {first[:12]}; nothing was merged. Execute their test cases where no "
+                "channel misses its deadline, or leave one of the databases out."
+            )
 
     def _renumbered(self, table: Table) -> Iterator[tuple[Any, ...]]:
         for number, *values in stored_rows(self._source, table):
