@@ -317,8 +317,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         PlatformError: The file system refused; what was there before still is.
     """
     _require_free(path)
-    if path.is_symlink():
-        path = Path(os.path.realpath(path))
+    path = Path(os.path.realpath(path)) if path.is_symlink() else path
     temporary, former = _beside(path), _beside(path, "former")
     try:
         with _refusals_in_words(path):

@@ -321,10 +321,9 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if now.channel_failures == "allow" != then.channel_failures:
         yield Finding(Kind.RELAXED, "failures of channels were refused and are allowed now")
     # Every driver that is named has to have the contact too: one more asks for more.
-    gone = set(then.preventable_by) - set(now.preventable_by)
-    if now.preventable_by and (gone or not then.preventable_by):
-        before = ", ".join(then.preventable_by) or "no driver"
-        text = f"contacts are set aside by {', '.join(now.preventable_by)}, {before} before"
+    drivers = now.preventable_by
+    if drivers and not set(then.preventable_by or ("none",)) <= set(drivers):
+        text = f"contacts that {' and '.join(drivers)} cannot avoid blocked and are set aside now"
         yield Finding(Kind.RELAXED, text)
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
