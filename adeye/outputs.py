@@ -311,12 +311,13 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     """Give an empty folder beside a folder; with what it holds at the end it takes its place.
 
     Args:
-        path: Of the folder; missing ones above it are made.
+        path: Of the folder; missing ones above it are made. A link stays, and leads to what is new.
 
     Raises:
         PlatformError: The file system refused; what was there before still is.
     """
     _require_free(path)
+    path = Path(os.path.realpath(path)) if path.is_symlink() else path
     temporary, former = _beside(path), _beside(path, "former")
     try:
         with _refusals_in_words(path):

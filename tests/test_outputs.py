@@ -57,6 +57,16 @@ def test_folder_is_replaced_as_a_whole(tmp_path: Path) -> None:
     assert list(folder.parent.iterdir()) == [folder]
 
 
+def test_link_to_a_folder_stays_and_its_folder_is_replaced(tmp_path: Path) -> None:
+    folder, link = tmp_path / "out", tmp_path / "latest"
+    fill(folder, "one")
+    link.symlink_to(folder)
+    fill(link, "two")
+    assert link.readlink() == folder
+    assert [path.name for path in folder.iterdir()] == ["two"]
+    assert sorted(tmp_path.iterdir()) == [link, folder]
+
+
 def test_folder_that_cannot_take_its_place_leaves_the_old_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -213,6 +213,8 @@ class Baseline(Part):
     gate: tuple[str, ...]
     channel_failures: Literal["refuse", "allow"] = "refuse"
     """What the gate says to channels that fail; not written where that is the default."""
+    preventable_by: tuple[str, ...] = ()
+    """Reference drivers whose contacts do not block; not written where the gate names none."""
     exit_code: ExitCode
     """Of the campaign; a baseline may hold failures that are known."""
     planned: Count
@@ -242,6 +244,10 @@ class Baseline(Part):
         return self
 
 
+_UNWRITTEN: Final = ("channel_failures", "preventable_by")
+"""Fields that are only written where they are not the default."""
+
+
 def baseline_text(baseline: Baseline) -> str:
     """Write a baseline: sorted, one line for each cell and each test case.
 
@@ -250,8 +256,9 @@ def baseline_text(baseline: Baseline) -> str:
     """
     document = baseline.model_dump(mode="json", exclude_defaults=False)
     document["exit_code"] = int(baseline.exit_code)
-    if baseline.channel_failures == "refuse":
-        del document["channel_failures"]
+    for name in _UNWRITTEN:
+        if getattr(baseline, name) == Baseline.model_fields[name].default:
+            del document[name]
     head = {"schema": SCHEMA, **document, "digest": digest(document)}
     return "{\n" + ",\n".join(f' "{name}": {text}' for name, text in _members(head)) + "\n}\n"
 
@@ -369,6 +376,6 @@ def json_schema() -> dict[str, Any]:
         **schema["properties"],
         "digest": digest_schema,
     }
-    always = [name for name in schema["required"] if name != "channel_failures"]
+    always = [name for name in schema["required"] if name not in _UNWRITTEN]
     schema["required"] = ["schema", *always, "digest"]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA, **schema}

@@ -320,6 +320,11 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
             yield Finding(Kind.RELAXED, text, architecture=name)
     if now.channel_failures == "allow" != then.channel_failures:
         yield Finding(Kind.RELAXED, "failures of channels were refused and are allowed now")
+    # Every driver that is named has to have the contact too: one more asks for more.
+    drivers = now.preventable_by
+    if drivers and not set(then.preventable_by or ("none",)) <= set(drivers):
+        text = f"contacts that {' and '.join(drivers)} cannot avoid blocked and are set aside now"
+        yield Finding(Kind.RELAXED, text)
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:

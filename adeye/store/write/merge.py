@@ -196,7 +196,7 @@ class _Merge:
     def __init__(self, source: Connection, into: Connection, path: Location) -> None:
         self._source, self._into, self._path = source, into, path
         self._numbers: dict[int, int] = {}
-        self._differing: set[int] = set()
+        self._differing: dict[int, str] = {}
         self._alike: dict[tuple[str, str], bool] = {}
         self._rows = 0
         self._runs = 0
@@ -209,6 +209,7 @@ class _Merge:
         for table in metadata.sorted_tables:
             self._copy(table, campaigns, new)
         self._copy_work(new)
+        self._require_alike()
         for table in (*_RESULTS, *self._plugins()):
             if table is not tables.run:
                 self._add(table, self._renumbered(table))
@@ -308,9 +309,22 @@ class _Merge:
                 if not (here["machine_dependent"] or item["machine_dependent"]):
                     raise self._contradiction(table, item["result_digest"], "result_hash")
                 # Of a result that depends on the machine the first execution stays.
-                self._differing.add(values[0])
+                self._differing[values[0]] = item["result_digest"]
             self._insert(table, fresh)
             self._runs += len(fresh)
+
+    def _require_alike(self) -> None:
+        """Refuse a source whose verdicts would be lost with executions of which the first stays."""
+        columns = "run_number, fsr_digest, verdict, margin"
+        at = {number: self._numbers[number] for number in self._differing}
+        found = rows_among(self._into, tables.verdict, columns, "run_number", at.values())
+        here = {(run, fsr): judged for run, fsr, *judged in found}
+        there = rows_among(self._source, tables.verdict, columns, "run_number", at)
+        other = {run for run, fsr, *judged in there if here.get((at[run], fsr)) != judged}
+        if other:
+            which = f"of run {self._differing[min(other)][:12]}, the first of {len(other):,} that "
+            which += "depend on the machine,"
+            raise self._contradiction(tables.verdict, which, "verdict or margin")
 
     def _renumbered(self, table: Table) -> Iterator[tuple[Any, ...]]:
         for number, *values in stored_rows(self._source, table):

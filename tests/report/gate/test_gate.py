@@ -85,6 +85,12 @@ def test_evidence_that_went_is_named() -> None:
         assert any(item.kind is kind and item.decides and said in str(item) for item in findings)
 
 
+def test_every_driver_more_that_has_to_fail_too_asks_for_more() -> None:
+    one, two = baseline(preventable_by=("cc",)), baseline(preventable_by=("cc", "fsm"))
+    assert kinds(found(baseline(), one)) == kinds(found(two, one)) == [Kind.RELAXED]
+    assert kinds(found(one, two)) == kinds(found(one, baseline())) == []
+
+
 def test_bar_that_was_lowered_is_named() -> None:
     changes: tuple[tuple[dict[str, Any], str], ...] = (
         ({"mandatory": False}, "was mandatory"),

@@ -174,6 +174,19 @@ def test_another_result_of_one_test_case_contradicts(
     refused(db, source, IntegrityError, [f"{table} ", f"another {column}"])
 
 
+def test_verdict_that_a_deadline_of_the_machine_changed_is_not_lost(
+    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    db, source = tmp_path / "all.db", copied(parts, "1.db", tmp_path)
+    merged(db, source)
+    monkeypatch.setattr(merging, "verify", lambda _: iter(()))
+    alter(source, "UPDATE run SET machine_dependent = 1, result_hash = 'x' WHERE number < 4")
+    assert merged(db, source)[0].runs == 0
+    alter(source, "UPDATE verdict SET margin = 7.0 WHERE run_number IN (2, 3)")
+    ((run,),) = rows(source, "SELECT result_digest FROM run WHERE number = 2")
+    refused(db, source, IntegrityError, [run[:12], "the first of 2 that depend on the machine"])
+
+
 @pytest.mark.slow
 def test_database_into_itself_and_no_database_are_refused(parts: Path, tmp_path: Path) -> None:
     db, text = copied(parts, "1.db", tmp_path), tmp_path / "text.db"
