@@ -95,11 +95,10 @@ def test_change_in_another_file_is_never_stale(package: Path, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_code_from_outside_is_not_kept_on_disk(package: Path, tmp_path: Path) -> None:
-    outside = "from numbers_of_it import GAIN\n" + INNER.format(factor="GAIN")
-    (package / "outside.py").write_text(outside)
+    program = "from outside import inner; print(inner(1.0))"
+    (package / "outside.py").write_text("from gains import GAIN\n" + INNER.format(factor="GAIN"))
     for gain in ("2.0", "3.0"):
-        (package / "numbers_of_it.py").write_text(f"GAIN = {gain}\n")
-        program = "from outside import inner; print(inner(1.0))"
+        (package / "gains.py").write_text(f"GAIN = {gain}\n")
         assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == [gain]
 
 
