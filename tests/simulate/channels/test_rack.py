@@ -33,54 +33,9 @@ from adeye.testing import ScriptedChannel, channel_context, check_channel
 from tests.project import Executed
 from tests.simulate.faults import flows
 from tests.simulate.sensors.scenes import scene, scene_context, sensor_spec
+from tests.stored import stored
 
-PLUGIN = '''
-import numpy as np
-
-from adeye.signals import ControlCommand, OK
-
-SEEN = []
-
-
-class Recorder:
-    """Writes down what it is shown and asks for what its parameters say."""
-
-    monitor_ids = ()
-
-    def reset(self, context):
-        self.context = context
-        SEEN.append((context.channel_id, "reset", context))
-
-    def act(self, observation):
-        runs = self.context.runs
-        SEEN.append((self.context.channel_id, observation.time, observation))
-        value = np.full(runs, 1.0 + observation.time)
-        stamp = np.full(runs, observation.time)
-        status = np.full(runs, OK, dtype=np.int64)
-        return ControlCommand(self.context.channel_id, value, np.zeros(runs), stamp, status)
-
-
-class Watching(Recorder):
-    monitor_ids = ("watched",)
-
-    def act(self, observation):
-        command = super().act(observation)
-        command.monitors = np.ones((self.context.runs, 1, 2), dtype=np.bool_)
-        return command
-
-
-class Failing(Recorder):
-    from_time = 0.1
-
-    def act(self, observation):
-        if observation.time >= self.from_time:
-            raise RuntimeError("lost")
-        return super().act(observation)
-
-
-class FailingLater(Failing):
-    from_time = 0.2
-'''
+PLUGIN: str = stored("plugins")["recorders"]
 
 SENSORS = {
     "pose": {"kind": "localisation", "rate": "20 Hz"},
@@ -298,42 +253,7 @@ def test_reset_forgets_what_was_on_the_way() -> None:
 
 # --- From the kind of a channel to its class, and to that of a plug-in ----------------------------
 
-SCALAR = """
-from adeye.ports import Parameters as Base
-
-class Mine:
-    class Parameters(Base):
-        gain: float = 0.5
-
-    def __init__(self, parameters, context):
-        self.gain = parameters.gain
-
-    def act(self, observation):
-        return self.gain, 0.0
-
-class Batch:
-    monitor_ids = ("own",)
-
-    def reset(self, context):
-        self.context = context
-
-    def act(self, observation):
-        import numpy as np
-        from adeye.signals import ControlCommand
-        runs = self.context.runs
-        zeros = np.zeros(runs)
-        return ControlCommand(
-            self.context.channel_id, zeros, zeros, zeros, np.zeros(runs, dtype=np.int64),
-            monitors=np.zeros((runs, 1, 2), dtype=bool),
-        )
-
-class Failing(Batch):
-    def __init__(self):
-        raise OSError("no weights")
-
-class NoChannel:
-    pass
-"""
+SCALAR: str = stored("plugins")["kinds"]
 
 
 @pytest.fixture
