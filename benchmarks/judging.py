@@ -22,7 +22,7 @@ from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.judge.series import TraceSeries
 from adeye.simulate import engine
 from adeye.simulate.recorder import Memory
-from adeye.store.tables import CRITICALITY_IDS
+from adeye.store.tables import TABLES
 
 if TYPE_CHECKING:
     from adeye.trace import Trace
@@ -46,7 +46,7 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
     found = []
     for size in (Size(3, 16, 1.0, 1),) if smoke else SIZES:
         trace = engine.run(test_cases(size), memory=Memory())
-        later = list(CRITICALITY_IDS)
+        later = list(TABLES["criticality"])
         groups = {"first": [name for name in METRICS if name not in later], "later": later}
         for family in FAMILIES:
             module = f"adeye.judge.metrics.{family}"

@@ -23,7 +23,7 @@ from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.sql import filled
-from adeye.store.tables import FIRST_METRIC_IDS, work
+from adeye.store.tables import TABLES, work
 from adeye.store.views import COUNTED, MEASURED, WORST_FIRST
 from adeye.trace import split_links
 
@@ -282,7 +282,7 @@ def run_row(connection: Connection, result_digest: str) -> records.StoredRun | N
         return list(own.mappings())
 
     (measured,) = rows("metric")
-    metrics = metric_values(measured, FIRST_METRIC_IDS)
+    metrics = metric_values(measured, TABLES["metric"])
     # A run of an older release lacks the others.
     for table in ("timing", "criticality"):
         for later in rows(table):
