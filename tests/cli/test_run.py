@@ -110,7 +110,9 @@ def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign) -> None:
 
 def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
     adeye("run", "odd.yaml", "--workers", "3", "--db", "x.db", "--backend", "other")
-    assert campaign.plans == [(Path("odd.yaml"), {"backend": "other", "variant": None})]
+    assert campaign.plans == [
+        (Path("odd.yaml"), {"backend": "other", "variant": None, "meanwhile": None})
+    ]
     assert (campaign.runs[0]["workers"], campaign.runs[0]["db"]) == (3, "x.db")
     adeye("run", "odd.yaml", "--threads", "2", "--variant", "fast")
     assert campaign.plans[1][1] == {"backend": "batch", "variant": "fast"}
