@@ -115,7 +115,7 @@ def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:
     ]
     assert (campaign.runs[0]["workers"], campaign.runs[0]["db"]) == (3, "x.db")
     adeye("run", "odd.yaml", "--threads", "2", "--variant", "fast")
-    assert campaign.plans[1][1] == {"backend": "batch", "variant": "fast"}
+    assert campaign.plans[1][1] == {"backend": "batch", "variant": "fast", "meanwhile": None}
     assert (campaign.runs[1]["workers"], campaign.runs[1]["threads"]) == (1, 2)
 
 
