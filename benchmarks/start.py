@@ -25,13 +25,16 @@ from support.command import drive, ratios, spread
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPT = """
 import sys
+from functools import partial
 from adeye.campaign.plan import make_plan
+from adeye.campaign.warmup import begin_aside, compile_aside, compile_meanwhile
 from adeye.campaign.work import BatchTask, execute
 from adeye.kernel.jit import is_cache_warm
-plan = make_plan("odd/motorway_chauffeur.yaml")
-if not is_cache_warm():
-    from adeye.campaign.warmup import compile_aside
-    compile_aside(plan)
+aside = None if is_cache_warm() else begin_aside(2)
+begun = aside and partial(compile_meanwhile, processes=aside)
+plan = make_plan("odd/motorway_chauffeur.yaml", meanwhile=begun)
+if aside:
+    compile_aside(plan, aside)
 result = execute(BatchTask(0, (plan.cases[0],), (), plan.work))
 sys.exit(result.failure or 0)
 """

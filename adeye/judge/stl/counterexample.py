@@ -107,7 +107,7 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
         if (key := (text, types, *item[1:])) not in _FOUND:
             # What was compiled is known by its text.
             same = replace(formula, text=text)
-            with waiting_for("a run that fails a formula"):
+            with waiting_for("runs on which formulas are tried"):
                 _FOUND[key] = _Search(same, item).succeeds()
         if _FOUND[key]:
             return True
