@@ -29,7 +29,6 @@ from adeye.judge.stl.batch import VIOLATED, evaluate_columns
 from adeye.judge.stl.formula import TRUTH_LABELS, unit_exponents
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import tick_times
-from adeye.notices import waiting_for
 from adeye.spec.plausible import farthest
 from adeye.units import Dimension
 
@@ -107,8 +106,7 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
         if (key := (text, types, *item[1:])) not in _FOUND:
             # What was compiled is known by its text.
             same = replace(formula, text=text)
-            with waiting_for("runs on which formulas are tried"):
-                _FOUND[key] = _Search(same, item).succeeds()
+            _FOUND[key] = _Search(same, item).succeeds()
         if _FOUND[key]:
             return True
     return False

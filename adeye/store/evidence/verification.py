@@ -15,7 +15,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import chain, islice
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -426,8 +426,8 @@ def refuse(what: str, findings: Iterable[Finding]) -> None:
     Raises:
         IntegrityError: There is.
     """
-    named = "; ".join(map(str, islice(findings, _NAMED)))
-    if named:
+    # To the end: what is left of a stream would hold its cursor.
+    if named := "; ".join(map(str, list(findings)[:_NAMED])):
         raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
 
 
