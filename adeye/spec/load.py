@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
@@ -17,6 +17,7 @@ from adeye.spec.concept import Concept, asil_problems
 from adeye.spec.document import Document, Loc, has_part, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
+from adeye.spec.places import SOME_ROAD, find_places, is_on_map, map_files
 from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
@@ -85,6 +86,8 @@ class OddFiles:
                 for name in (text, text.rpartition(":")[0]):
                     if name and _is(Path.is_file, loaded.path.parent / name):
                         yield loaded.path.parent / name
+        for scenario in self.scenarios.values():
+            yield from map_files(scenario.spec, scenario.locate)
 
     def inputs(self, more: Iterable[Path] = ()) -> dict[str, str]:
         """Hash the project's files that it was read from, and those that these name.
@@ -184,8 +187,15 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
     """Load one scenario file with what it extends; its formulas are not yet checked.
 
     What it extends by an id is the file of that name beside it, else the scenario of the package.
+    One on a map gets the road of the first of its places.
     """
-    return _load(Path(path), LogicalScenario)
+    loaded = _load(Path(path), LogicalScenario)
+    if loaded.spec.world.map is None:
+        return loaded
+    place = find_places(loaded.spec, loaded.locate)[0]
+    content = {**loaded.content, "world": {**loaded.content["world"], "road": place.content}}
+    spec = validate(_Merged(content, loaded.documents), LogicalScenario)
+    return replace(loaded, spec=spec, content=content)
 
 
 def load_architecture(path: str | Path) -> Loaded[Architecture]:
@@ -264,7 +274,11 @@ def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     content = documents[-1].value
     for document in reversed(documents[:-1]):
         content = merge(content, document.value)
-    merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
+    if model is LogicalScenario and is_on_map(content):
+        content = {**content, "world": {**content["world"], "road": SOME_ROAD}}
+        merged: Document | _Merged = _Merged(content, documents)
+    else:
+        merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
     loaded = Loaded(validate(merged, model), content, path, documents)
     if isinstance(loaded.spec, FileRecord) and model is not LogicalScenario:
         _check_plausible(loaded, loaded.spec)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Final, Literal
 
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 from adeye.errors import suggest
 from adeye.spec import quantity as q
@@ -202,7 +202,10 @@ class Steps(q.Record):
 Level = Value | bool | q.Many[Value]
 """What an axis may write at a place of a file: a value, true or false, or a list, as of links."""
 
-Axis = q.Many[Level] | Steps | Distribution
+PlaceChoice = Annotated[str, StringConstraints(pattern=q.CHOICE)]
+"""Which of the places that a scenario asks its maps for."""
+
+Axis = q.Many[Level] | Steps | Distribution | PlaceChoice
 
 DesignKind = Literal[
     "full_factorial", "zip", "list", "random", "pairwise", "t_wise", "lhs", "sobol"

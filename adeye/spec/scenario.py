@@ -86,14 +86,16 @@ class Bay(q.Record):
 
 
 class Road(q.GrownRecord):
-    """A parametric road with parallel lanes, numbered from 0 at the right."""
+    """A road with parallel lanes, numbered from 0 at the right."""
 
-    later: ClassVar[tuple[str, ...]] = ("verge", "bays")
+    later: ClassVar[tuple[str, ...]] = ("verge", "bays", "place", "heading", "line")
 
-    kind: Literal["straight", "curve", "s_curve"] = "straight"
+    kind: Literal["straight", "curve", "s_curve", "imported"] = "straight"
+    """An imported road is that of a place of a map; adeye writes it."""
     length: q.LengthFormula
     radius: q.LengthFormula | None = None
-    """Radius of the curve [m], positive to the left; an S-curve continues with its negative."""
+    """Radius of the curve [m], positive to the left; an S-curve continues with its negative. Of an
+    imported road that of its narrowest bend, always positive."""
     lanes: Annotated[int, Field(ge=1, le=8)]
     lane_width: q.LengthFormula
     shoulder: q.LengthFormula
@@ -104,11 +106,19 @@ class Road(q.GrownRecord):
     """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
     0; bays lie in it."""
     bays: q.ById[Bay] = {}
+    place: str = ""
+    """Of an imported road: its key in the map."""
+    heading: float = 0.0
+    """Of an imported road: that of its start in the map [rad]."""
+    line: q.Many[tuple[float, float]] = ()
+    """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:
-        if (self.radius is None) != (self.kind == "straight"):
+        if self.kind != "imported" and (self.radius is None) != (self.kind == "straight"):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
+        if bool(self.line) != (self.kind == "imported"):
+            yield (), "a place of a map gives a road its line; write world.map instead of it"
 
 
 class StaticObject(q.Record):
@@ -125,9 +135,46 @@ class StaticObject(q.Record):
     height: q.LengthFormula
 
 
-class World(q.Record):
+class MapUse(q.Record):
+    """Maps that the scenario takes place in."""
+
+    file: q.Text | q.Many[q.Text]
+    """One or several, beside the scenario's file."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Each of them."""
+        return (self.file,) if isinstance(self.file, str) else self.file
+
+
+class PlaceQuery(q.Record):
+    """Which places of the maps; each limit is kept along the whole road of a place."""
+
+    anchor: Literal["carriageway"]
+    """What is at the place: one every 50 m of carriageway."""
+    before: Annotated[q.Length, Field(ge=0.0)] = 0.0
+    """How far before the place its road begins [m]: where s is 0."""
+    after: Annotated[q.Length, Field(gt=0.0)]
+    """How far behind it the road ends [m]."""
+    lanes: Annotated[int, Field(ge=1, le=8)] | None = None
+    """In the direction of travel."""
+    road_type: Literal["motorway", "rural", "urban"] | None = None
+    min_radius: Annotated[q.Length, Field(gt=0.0)] | None = None
+    """No bend is narrower than this [m]."""
+    max_radius: Annotated[q.Length, Field(gt=0.0)] | None = None
+    """Some bend is not wider than this [m]."""
+    min_speed_limit: q.Speed | None = None
+    max_speed_limit: q.Speed | None = None
+
+
+class World(q.GrownRecord):
     """The road and what stands beside or on it."""
 
+    later: ClassVar[tuple[str, ...]] = ("map", "place")
+
+    map: MapUse | None = None
+    place: PlaceQuery | None = None
+    """With a map, instead of a road: each place gives one."""
     road: Road
     objects: q.ById[StaticObject] = {}
 
@@ -371,16 +418,13 @@ class LogicalScenario(FileRecord):
         Default values and ranges of parameters are left out, because the resolved values are part
         of a test case's identity beside this content.
         """
+        left_out = "beyond_plausible title text tags provenance parameters constraints"
         part = self.model_dump(
             mode="json",
             exclude={
-                "beyond_plausible",
-                "title",
-                "text",
-                "tags",
-                "provenance",
-                "parameters",
-                "constraints",
+                **dict.fromkeys(left_out.split(), True),
+                # The road of its place is what a run depends on.
+                "world": {"map", "place"},
             },
         )
         for event in part["storyboard"].values():

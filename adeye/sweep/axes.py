@@ -13,12 +13,13 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SweepError, suggest
+from adeye.errors import InputError, InputErrors, SourceLocation, SweepError, placed, suggest
 from adeye.kernel.relation import differences
 from adeye.spec.document import validate
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Distribution, Level, Steps
+from adeye.spec.places import PLACE, ROAD, PlaceRoad, choose_places, find_places
 from adeye.spec.quantity import Record
 from adeye.sweep.distributions import Law, law_of, levels_of, of_axis, require_within
 from adeye.units import Dimension, format_quantity, shown
@@ -95,6 +96,14 @@ class AxisReader:
         Raises:
             SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
         """
+        if self._is_place(name):
+            return self._places(spec, where)
+        if isinstance(spec, str):
+            raise SweepError(
+                f"{shown(spec)} is for the axis place of a scenario on a map",
+                where=where,
+                remedy="Write a list of values.",
+            )
         with of_axis(name, where):
             texts = _steps(spec) if isinstance(spec, Steps) else levels_of(spec)
             if not (texts or isinstance(spec, Distribution)):
@@ -122,6 +131,8 @@ class AxisReader:
         parameters = self.scenario.spec.parameters
         if name in parameters:
             return "parameter", ()
+        if self._is_place(name):
+            return "scenario", ROAD
         head, *rest = name.split(".")
         path = tuple(rest)
         with of_axis(name, where):
@@ -147,6 +158,24 @@ class AxisReader:
             where=where,
             remedy=suggest(name, sorted(parameters)),
         )
+
+    def _is_place(self, name: str) -> bool:
+        """Tell whether a name is that of the axis that takes places of the scenario's maps."""
+        is_on_map = self.scenario.spec.world.map is not None
+        return name == PLACE and is_on_map and name not in self.scenario.spec.parameters
+
+    def _places(self, spec: AxisSpec, where: SourceLocation) -> Axis:
+        """Read which places of its maps the scenario takes."""
+        if isinstance(spec, Steps | Distribution):
+            raise SweepError(
+                "places are no quantity",
+                where=where,
+                remedy="Write all, first N, sample N seed K, or a list of keys.",
+            )
+        places = find_places(self.scenario.spec, self.scenario.locate)
+        with placed(where, f"{PLACE}: ", raised=SweepError):
+            chosen = choose_places(places, spec)
+        return Axis(PLACE, "scenario", ROAD, chosen, tuple(map(str, chosen)), where)
 
     def _drawn(
         self, spec: Distribution, parameter: Parameter | None
@@ -494,6 +523,7 @@ def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Chang
     changed = copy.deepcopy(dict(content))
     for change in changes:
         value = list(change.value) if isinstance(change.value, tuple) else change.value
+        value = dict(value.content) if isinstance(value, PlaceRoad) else value
         set_path(changed, change.path, value)
     try:
         return validate(_Changed(changed, changes), model)

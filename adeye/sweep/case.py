@@ -229,6 +229,10 @@ def _structure(part: LogicalScenario | Architecture) -> str:
 def _of_scenario(scenario: LogicalScenario) -> Any:
     content, environment = scenario.executable(), scenario.environment.model_dump(mode="json")
     environment.pop("illumination")
+    if scenario.world.road.kind == "imported":
+        # Places of a map are values: their roads differ in numbers only.
+        world = scenario.world.model_dump(mode="json", exclude={"map", "place", "road"})
+        content["world"] = {**world, "lanes": scenario.world.road.lanes}
     return {**content, "environment": environment}
 
 

@@ -7,7 +7,9 @@ with a straight lead-in of ``LEAD_IN``:
 
 - straight: ``length + RUN_OUT`` straight;
 - curve: lead-in, an arc over the rest of the length, run-out;
-- s_curve: lead-in, an arc over half of the rest, the opposite arc over the other half, run-out.
+- s_curve: lead-in, an arc over half of the rest, the opposite arc over the other half, run-out;
+- imported: the pieces of its line, straight or arcs, run-out. It starts in the origin, too, with
+  the heading that it has in its map.
 """
 
 from __future__ import annotations
@@ -138,8 +140,11 @@ def build_roads(formulas: Formulas) -> RoadMap:
         "world.road.speed_limit", lambda s: s.world.road.speed_limit, above=0.0, unit="m/s"
     )
     length = formulas.limited("world.road.length", lambda s: s.world.road.length, above=0.0)
+    heading = np.zeros(formulas.runs)
     if road.kind == "straight":
         pieces = [(length + RUN_OUT, np.zeros(formulas.runs))]
+    elif road.kind == "imported":
+        pieces, heading = _imported(formulas)
     else:
         radius = formulas.values("world.road.radius", lambda s: s.world.road.radius)
         arcs = 1 if road.kind == "curve" else 2
@@ -150,7 +155,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
         pieces += [(arc, (-1.0) ** number / radius) for number in range(arcs)]
         pieces.append((np.full(formulas.runs, RUN_OUT), straight))
     return RoadMap(
-        segments=_join(pieces),
+        segments=_join(pieces, heading),
         lane_width=lane_width,
         lanes=road.lanes,
         shoulder=shoulder,
@@ -161,6 +166,19 @@ def build_roads(formulas: Formulas) -> RoadMap:
         refuges=build_refuges(formulas, length),
         length=length,
     )
+
+
+def _imported(formulas: Formulas) -> tuple[list[tuple[Floats, Floats]], Floats]:
+    """Return the pieces of the lines, shorter ones filled up with pieces of no length; headings."""
+    heading = np.zeros(formulas.runs)
+    most = max(len(scenario.world.road.line) for scenario, _, _ in formulas.parts)
+    lines = np.zeros((formulas.runs, most + 1, 2))
+    lines[:, most, 0] = RUN_OUT
+    for scenario, rows, _ in formulas.parts:
+        road = scenario.world.road
+        lines[rows, : len(road.line)] = road.line
+        heading[rows] = road.heading
+    return [(lines[:, at, 0], lines[:, at, 1]) for at in range(most + 1)], heading
 
 
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
@@ -187,8 +205,9 @@ def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:
         )
 
 
-def _join(pieces: list[tuple[Floats, Floats]]) -> Floats:
+def _join(pieces: list[tuple[Floats, Floats]], heading: Floats) -> Floats:
     segments = np.zeros((pieces[0][0].shape[0], len(pieces), 5))
+    segments[:, 0, 2] = heading
     for number, (length, curvature) in enumerate(pieces):
         segments[:, number, 3] = length
         segments[:, number, 4] = curvature
@@ -198,16 +217,16 @@ def _join(pieces: list[tuple[Floats, Floats]]) -> Floats:
 
 @compiled
 def join_segments(segments: Floats) -> None:
-    """Place segments one after the other, from the origin along x.
+    """Place segments one after the other, from the origin along the heading of the first.
 
     The chord of an arc that turns by ``a`` on a length ``l`` is ``l sin(a/2) / (a/2)`` long and
     turned by ``a/2``.
 
     Args:
-        segments: (B, K, 5), length and curvature given; x, y and heading out.
+        segments: (B, K, 5), length, curvature and the first heading given; x, y and heading out.
     """
     for run in range(segments.shape[0]):
-        x, y, heading = 0.0, 0.0, 0.0
+        x, y, heading = 0.0, 0.0, segments[run, 0, 2]
         for number in range(segments.shape[1]):
             row = segments[run, number]
             row[0], row[1], row[2] = x, y, heading

@@ -1,0 +1,164 @@
+"""Places of a scenario's maps: each gives a road, as if the scenario's file had written it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, Self
+
+from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.identity import digest
+from adeye.spec.document import Loc
+from adeye.spec.scenario import LogicalScenario
+from adeye.units import shown
+
+PLACE: Final = "place"
+"""Name of the axis that takes places."""
+ROAD: Final = ("world", "road")
+"""What it writes into a scenario."""
+
+SOME_ROAD: Final[Mapping[str, object]] = {
+    "length": "1000 m",
+    "lanes": 1,
+    "lane_width": "3.5 m",
+    "shoulder": "0 m",
+    "speed_limit": "50 km/h",
+}
+"""Stands for the road of a place until the places are known."""
+
+
+class PlaceRoad(str):
+    """The key of a place, with its road as a file would write it.
+
+    Attributes:
+        content: Of ``world.road``.
+    """
+
+    __slots__ = ("content",)
+    content: Mapping[str, Any]
+
+    def __new__(cls, key: str, content: Mapping[str, Any] | None = None) -> Self:
+        """Make it from the key of a place and the content of its road."""
+        made = super().__new__(cls, key)
+        made.content = content or {}
+        return made
+
+
+def is_on_map(content: Any) -> bool:
+    """Tell whether a scenario as written names a map instead of a road."""
+    world = content.get("world") if isinstance(content, Mapping) else None
+    return isinstance(world, Mapping) and "map" in world and "road" not in world
+
+
+def map_files(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> list[Path]:
+    """Return the maps of a scenario.
+
+    Args:
+        scenario: Any.
+        locate: Finds where a part of it was written, for a map lies beside that file.
+    """
+    named = scenario.world.map.files if scenario.world.map else ()
+    folder = Path(locate(("world", "map", "file")).path).parent
+    return [folder / name for name in named]
+
+
+def find_places(
+    scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
+) -> tuple[PlaceRoad, ...]:
+    """Find the places of the maps that have what a scenario asks for.
+
+    Args:
+        scenario: One on a map.
+        locate: Finds where a part of it was written.
+
+    Returns:
+        In the order of the maps, and in each of roads and places; never empty.
+
+    Raises:
+        SpecError: A map cannot be read, or no place has it.
+    """
+    from adeye.maps.places import Asked, places_of
+
+    query = scenario.world.place
+    if query is None:
+        raise SpecError(
+            "world.map: no place of the map is asked for",
+            where=locate(("world", "map")),
+            remedy="Write world.place with an anchor and how far the road goes behind it.",
+        )
+    asked = Asked(**query.model_dump(exclude={"anchor"}))
+    found: list[PlaceRoad] = []
+    reasons: dict[str, int] = {}
+    for path in map_files(scenario, locate):
+        with_reasons = places_of(path, asked)
+        found += [PlaceRoad(place.key, _road(place)) for place in with_reasons.places]
+        for reason, count in with_reasons.refused.items():
+            reasons[reason] = reasons.get(reason, 0) + count
+    if not found:
+        looked = ", ".join(f"{count:,} {reason}" for reason, count in sorted(reasons.items()))
+        raise SpecError(
+            f"world.place: no place of the map has what is asked: {looked or 'it has none'}",
+            where=locate(("world", "place")),
+            remedy="Ask for less, or take another map; adeye map show tells what one has.",
+        )
+    return tuple(found)
+
+
+def _road(place: Any) -> dict[str, Any]:
+    """Write the road of a place as a file would."""
+    road = {
+        "kind": "imported",
+        "place": place.key,
+        "heading": place.heading,
+        "line": [list(piece) for piece in place.line],
+        "length": f"{place.length!r} m",
+        "lanes": place.lanes,
+        "lane_width": f"{place.lane_width!r} m",
+        "shoulder": f"{place.shoulder!r} m",
+        "speed_limit": f"{place.speed_limit!r} m/s",
+        "road_type": place.road_type,
+    }
+    if place.radius < float("inf"):
+        road["radius"] = f"{place.radius!r} m"
+    return road
+
+
+def choose_places(
+    places: Sequence[PlaceRoad], choice: str | Sequence[object]
+) -> tuple[PlaceRoad, ...]:
+    """Choose among the places of a scenario.
+
+    Args:
+        places: All that it has.
+        choice: ``all``, ``first N``, ``sample N seed K``, or keys.
+
+    Returns:
+        In the order of the places; of keys, in theirs. A sample is the same whatever other places
+        there are, but for those that take the place of others in it.
+
+    Raises:
+        SpecError: There are fewer, or there is none of such a key.
+    """
+    if not isinstance(choice, str):
+        known = {str(place): place for place in places}
+        for key in choice:
+            if key not in known:
+                raise SpecError(
+                    f"there is no place {shown(key)} among the {len(places):,} of the scenario",
+                    remedy=suggest(str(key), known),
+                )
+        return tuple(known[str(key)] for key in choice)
+    what, *numbers = choice.split()
+    if what == "all":
+        return tuple(places)
+    count = int(numbers[0])
+    if count > len(places):
+        raise SpecError(
+            f"{choice}: the scenario has {len(places):,} places",
+            remedy="Take fewer, or ask the map for less.",
+        )
+    if what == "first":
+        return tuple(places[:count])
+    drawn = sorted(places, key=lambda place: digest([int(numbers[2]), str(place)]))[:count]
+    taken = set(map(str, drawn))
+    return tuple(place for place in places if str(place) in taken)
