@@ -13,7 +13,7 @@ from typing import Any, Final
 from xml.parsers import expat
 
 from adeye.errors import SourceLocation, SpecError, suggest
-from adeye.spec.document import require_plain
+from adeye.outputs import require_plain
 from adeye.units import shown
 
 MAX_BYTES: Final = 400_000_000
