@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_MANY: Final = 8
+"""From so many segments on, those that are far from a point are passed over."""
+
 #: Curvature [1/m] below which a segment counts as straight; it bends by 5e-10 m over 1 km.
 STRAIGHTEST = 1e-15
 
@@ -97,6 +100,48 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
     return angle * radius, inward if curvature > 0.0 else -inward
 
 
+@compiled
+def _local_of_many(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
+    """Do what ``local`` does where there are many segments, and look closely at few of them.
+
+    The one that begins nearest comes first. What is compared is not the distance, but no less than
+    it divided by ``1 + distance * curvature``, on the outer side of an arc.
+    """
+    count = segments.shape[0]
+    first, nearest = 0, math.inf
+    for k in range(count):
+        dx, dy = x - segments[k, 0], y - segments[k, 1]
+        if dx * dx + dy * dy < nearest:
+            first, nearest = k, dx * dx + dy * dy
+    nearest = reach = math.inf
+    best, best_s, best_d = 0, math.nan, math.nan
+    for turn in range(count):
+        k = first + turn if first + turn < count else first + turn - count
+        length, curvature = segments[k, 3], segments[k, 4]
+        dx, dy = x - segments[k, 0], y - segments[k, 1]
+        # Its ends go on without end, so the first and the last are near to everything.
+        if 0 < k < count - 1:
+            least = math.sqrt(dx * dx + dy * dy) - length
+            if least > 0.0 and least * least > nearest * (1.0 + reach * abs(curvature)):
+                continue
+        sine, cosine = sin_cos(segments[k, 2])
+        s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
+        overshoot = 0.0
+        if s < 0.0 and k > 0:
+            overshoot = -s
+        elif s > length and k < count - 1:
+            overshoot = s - length
+        distance = d * d + overshoot * overshoot
+        if distance < nearest or (distance == nearest and k < best):
+            nearest, reach = distance, math.sqrt(distance)
+            best, best_s, best_d = k, s, d
+    before = 0.0
+    for k in range(best):
+        before += segments[k, 3]
+    curvature = float(segments[best, 4])
+    return before + best_s, best_d, wrap_to_pi(segments[best, 2] + curvature * best_s), curvature
+
+
 @inlined
 def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
     """Return the place of a point on the road: the nearest on the reference line.
@@ -114,6 +159,8 @@ def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, fl
     if math.isnan(x + y):
         return math.nan, math.nan, math.nan, math.nan
     last = segments.shape[0] - 1
+    if last >= _MANY:
+        return _local_of_many(segments, x, y)
     nearest = math.inf
     best_s = best_d = best_heading = best_curvature = math.nan
     before = 0.0

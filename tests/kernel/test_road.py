@@ -52,6 +52,19 @@ def test_point_of_a_place_is_at_that_place(name: str) -> None:
             assert back_heading == pytest.approx(heading, abs=1e-7)
 
 
+def test_of_many_segments_the_place_is_the_nearest_of_theirs() -> None:
+    draw = np.random.default_rng(5)
+    line = chain(*zip(draw.uniform(3.0, 40.0, 30), draw.uniform(-0.02, 0.02, 30), strict=True))
+    before = np.concatenate([[0.0], np.cumsum(line[:, 3])])
+    for x, y in draw.uniform(-60.0, 400.0, (300, 2)):
+        places = []
+        for k in range(30):
+            s, d, heading, curvature = road.local(line[k : k + 1], x, y)
+            beyond = max(0.0, -s if k > 0 else 0.0, s - line[k, 3] if k < 29 else 0.0)
+            places.append((d * d + beyond * beyond, before[k] + s, d, heading, curvature))
+        assert road.local(line, x, y) == pytest.approx(min(places)[1:], abs=1e-9)
+
+
 def test_straight_road_is_its_frame() -> None:
     straight = np.array([[0.0, 0.0, 0.0, 100.0, 0.0]])
     assert road.position(straight, 30.0, 1.75) == (30.0, 1.75, 0.0)
