@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.errors import SpecError
-from adeye.maps import lanes
-from adeye.maps.arcs import fitted
+from adeye.maps import arcs, lanes
 from adeye.maps.lanes import LaidRoad, Strip
 from adeye.maps.opendrive import OpenDrive, Road
 from adeye.maps.opendrive_reader import read_opendrive
@@ -33,7 +32,8 @@ EVERY: Final = 50.0
 SAMPLE: Final = 2.0
 """Between two samples of what a carriageway has [m]."""
 ONE_WIDTH: Final = 0.05
-"""Lanes whose widths differ by no more than this are parallel lanes of one width [m]. Our choice."""
+"""Lanes whose widths differ by no more than this are parallel lanes of one width [m]. Our
+choice."""
 GAP: Final = 0.05
 """Between the ends of two roads that are one way [m]."""
 KINK: Final = 0.01
@@ -159,9 +159,11 @@ class Place:
         heading, pieces = math.nan, []
         for stretch in self.stretches:
             for low, high, edge in _edges(stretch):
-                first, found = fitted(stretch.profile.laid, edge, low, high, stretch.profile.way)
-                heading = first if math.isnan(heading) else heading
-                pieces += found
+                ends = (low, high) if stretch.profile.way > 0 else (high, low)
+                laid = stretch.profile.laid
+                rows = arcs.course_arcs(arcs.Course(laid.pieces, edge, laid.scratch, *ends))
+                heading = float(rows[0, arcs.ARC_HEADING]) if math.isnan(heading) else heading
+                pieces += [(float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows]
         return heading, tuple(pieces)
 
 
@@ -238,7 +240,7 @@ def _profile(laid: LaidRoad, way: int) -> _Profile | None:
         driven = _driven(strips, way)
         edge = lanes.REFERENCE
         if driven:
-            edge = _right(road, driven[0], way)
+            edge = _right(driven[0], way)
         edges.append((road.sections[number].s, lanes.section_end(road, number), edge))
         if not (driven and len(here)):
             continue
@@ -270,10 +272,9 @@ def _driven(strips: tuple[Strip, ...], way: int) -> tuple[Strip, ...]:
     return tuple(reversed(found)) if way > 0 else tuple(found)
 
 
-def _right(road: Road, strip: Strip, way: int) -> Floats:
+def _right(strip: Strip, way: int) -> Floats:
     """Return the line of a lane's edge to the right of who drives in it."""
     is_outer = (strip.lane.id < 0) == (way > 0)
-    del road
     return strip.outer if is_outer else strip.inner
 
 
@@ -455,8 +456,7 @@ def _edges(stretch: _Stretch) -> Iterator[tuple[float, float, Floats]]:
         for start, end, edge in stretch.profile.edges
         if min(high, end) - max(low, start) > 1e-6
     ]
-    for start, end, edge in parts if stretch.profile.way > 0 else reversed(parts):
-        yield start, end, edge
+    yield from parts if stretch.profile.way > 0 else reversed(parts)
 
 
 def _line_places(stretches: list[_Stretch], step: float) -> Floats:
