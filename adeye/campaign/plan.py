@@ -155,6 +155,8 @@ def axes_text(odd: Odd, scenario: str) -> dict[str, str]:
             axes[name] = ", ".join(map(str, axis))
         elif isinstance(axis, Distribution):
             axes[name] = axis_words(axis.model_dump(mode="json"))
+        elif isinstance(axis, str):
+            axes[name] = axis
         else:
             axes[name] = f"{axis.start} to {axis.to}, step {axis.step}"
     for point in use.sweep.points:

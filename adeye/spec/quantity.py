@@ -237,6 +237,9 @@ T = TypeVar("T")
 Many = Annotated[tuple[T, ...], Strict(strict=False)]
 """A list in YAML, a tuple in the frozen record."""
 
+Pair = Annotated[tuple[float, float], Strict(strict=False)]
+"""Two plain numbers, a list in YAML."""
+
 
 def _in_order(parts: dict[str, T]) -> dict[str, T]:
     return dict(sorted(parts.items()))

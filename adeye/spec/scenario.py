@@ -110,7 +110,7 @@ class Road(q.GrownRecord):
     """Of an imported road: its key in the map."""
     heading: float = 0.0
     """Of an imported road: that of its start in the map [rad]."""
-    line: q.Many[tuple[float, float]] = ()
+    line: q.Many[q.Pair] = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
 
     @finds
