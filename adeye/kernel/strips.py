@@ -1,0 +1,158 @@
+"""What lies across an imported road at a place: lanes either way, shoulders and other strips.
+
+A road is cut into slabs along its line, (S, 4): where a slab begins [m], its first strip, how many
+it has, and how many of these are lanes of the ego's way. Strips (J, 8) stand from right to left:
+kind, way (1 as the ego's, -1 opposite, 0 neither), speed limit [m/s], number of the lane from the
+right among those of the ego's way or -1, and d of its right and its left edge where the slab
+begins [m], each with its slope. A parametric road has neither slabs nor strips.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.jit import compiled, inlined
+
+Floats = NDArray[np.float64]
+
+SLAB_BEGIN, SLAB_FIRST, SLAB_STRIPS, SLAB_LANES = range(4)
+SLAB_WIDTH: Final = 4
+(
+    STRIP_KIND,
+    STRIP_WAY,
+    STRIP_LIMIT,
+    STRIP_LANE,
+    STRIP_RIGHT,
+    STRIP_RIGHT_SLOPE,
+    STRIP_LEFT,
+    STRIP_LEFT_SLOPE,
+) = range(8)
+STRIP_WIDTH: Final = 8
+
+KINDS: Final = ("driving", "shoulder", "parking", "cycling", "walking", "other")
+"""What a strip is for."""
+DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
+
+OWN, OPPOSITE = 1.0, -1.0
+
+
+@inlined
+def slab_at(slabs: Floats, s: float) -> int:
+    """Return the slab at a place; the first before the road, the last behind it."""
+    low, high = 0, slabs.shape[0]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if slabs[middle, SLAB_BEGIN] <= s:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
+def _ends(slabs: Floats, strips: Floats, s: float, row: int, slab: int) -> tuple[float, float]:
+    """Return d of the right and the left edge of a strip of a slab [m]."""
+    beyond = max(0.0, s - slabs[slab, SLAB_BEGIN])
+    strip = strips[row]
+    return (
+        strip[STRIP_RIGHT] + strip[STRIP_RIGHT_SLOPE] * beyond,
+        strip[STRIP_LEFT] + strip[STRIP_LEFT_SLOPE] * beyond,
+    )
+
+
+@compiled
+def lanes_at(slabs: Floats, s: float) -> int:
+    """Return how many lanes of the ego's way there are at a place."""
+    return int(slabs[slab_at(slabs, s), SLAB_LANES])
+
+
+@compiled
+def lane_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[float, float]:
+    """Return d of the right and the left edge of a lane of the ego's way [m].
+
+    Of a lane that is not there: of one beside the outermost that is, as wide as that.
+
+    Args:
+        slabs: (S, 4), see the module.
+        strips: (J, 8).
+        s: Along the line [m].
+        lane: Its number from the right.
+    """
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    right = left = math.nan
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        number = int(strips[row, STRIP_LANE])
+        if number < 0:
+            continue
+        right, left = _ends(slabs, strips, s, row, slab)
+        if number >= lane:
+            if lane < 0:
+                return right + lane * (left - right), left + lane * (left - right)
+            return right, left
+    over = lane + 1 - int(slabs[slab, SLAB_LANES])
+    return right + over * (left - right), left + over * (left - right)
+
+
+@compiled
+def strip_at(slabs: Floats, strips: Floats, s: float, d: float) -> int:
+    """Return the row of the strip at a place, an edge belonging to the left one; -1 off all."""
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        right, left = _ends(slabs, strips, s, row, slab)
+        if right <= d < left:
+            return row
+    return -1
+
+
+@compiled
+def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
+    """Return the lane of the ego's way that a place is in, from the right; -1 off them."""
+    row = strip_at(slabs, strips, s, d)
+    return int(strips[row, STRIP_LANE]) if row >= 0 else -1
+
+
+@compiled
+def paved_ends(slabs: Floats, strips: Floats, s: float) -> tuple[float, float]:
+    """Return d of the right and the left edge of what carries a vehicle [m].
+
+    Lanes either way, shoulders, parking and cycling strips do, as far as they touch each other.
+    """
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    low = high = math.nan
+    is_own = False
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        right, left = _ends(slabs, strips, s, row, slab)
+        carries = strips[row, STRIP_KIND] <= CYCLING
+        if carries and right <= high + 0.05:
+            high = left
+        elif carries and not is_own:
+            low, high = right, left
+        elif is_own:
+            break
+        is_own = is_own or strips[row, STRIP_LANE] >= 0.0
+    return low, high
+
+
+@compiled
+def shoulder_ends(slabs: Floats, strips: Floats, s: float) -> tuple[float, float]:
+    """Return d of the edges of the shoulder right beside the rightmost lane [m]; equal for none."""
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    right = left = math.nan
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        if strips[row, STRIP_LANE] >= 0.0:
+            edge = _ends(slabs, strips, s, row, slab)[0]
+            # What does not touch the lane is no shoulder of it.
+            return (right, edge) if abs(left - edge) <= 0.05 else (edge, edge)
+        if strips[row, STRIP_KIND] == SHOULDER:
+            right, left = _ends(slabs, strips, s, row, slab)
+        else:
+            right = left = math.nan
+    return math.nan, math.nan
