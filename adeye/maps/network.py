@@ -14,7 +14,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.maps.opendrive import Connection, Floats, Lane, OpenDrive, Road, RoadLink, Section
+from adeye.maps.lanes import section_end, way_of
+from adeye.maps.opendrive import Connection, Floats, OpenDrive, Road, RoadLink
 
 Ints = NDArray[np.int32]
 
@@ -55,12 +56,12 @@ class Network:
         lane: (N,) id of the lane in its section.
         line: (N,) of the lane in the file.
         kind: (N,) of ``KINDS``.
-        way: (N,) +1 if it is driven along s, -1 against.
-        both_ways: (N,) whether it is driven against that too.
+        way: (N,) 1 if it is driven along s, -1 against it, 0 both ways.
         start: (N,) where its section begins on the road [m].
         end: (N,) where it ends [m].
         limit: (N,) least speed limit along it [m/s], infinite for none, NaN if the file is silent.
-        left: (N,) lane beside it on the left that is driven the same way.
+        left: (N,) lane beside it on the left that is driven the same way; of what is driven both
+            ways, as s goes.
         right: (N,) on the right.
         opposite: (N,) lane beside it that is driven the other way.
         junction: (N,) of ``junctions``, that its road is a connection of.
@@ -79,7 +80,6 @@ class Network:
     line: Ints
     kind: Ints
     way: Ints
-    both_ways: NDArray[np.bool_]
     start: Floats
     end: Floats
     limit: Floats
@@ -231,14 +231,14 @@ def _met_end(incoming: Road, connecting: Road, contact: End, junction: str) -> E
     return None
 
 
-def leaves_by(way: int, both_ways: bool, end: int) -> bool:  # noqa: FBT001
+def leaves_by(way: int, end: int) -> bool:
     """Tell whether who drives on a lane leaves it at that end."""
-    return both_ways or (way > 0) == (end == 1)
+    return way == 0 or (way > 0) == (end == 1)
 
 
-def enters_by(way: int, both_ways: bool, end: int) -> bool:  # noqa: FBT001
+def enters_by(way: int, end: int) -> bool:
     """Tell whether who drives on a lane comes in at that end."""
-    return both_ways or (way > 0) == (end == 0)
+    return leaves_by(-way, end)
 
 
 # --- The graph ------------------------------------------------------------------------------------
@@ -254,17 +254,14 @@ def build_of_rows(rows: Rows) -> Network:
     count = len(rows.keys)
     roads, junctions = sorted(rows.map.roads), sorted(rows.map.junctions)
     of_road = {key: number for number, key in enumerate(roads)}
-    way = np.array([_way(rows, row) for row in range(count)], dtype=np.int32)
-    both = np.array([_is_both(lane) for lane in rows.lanes], dtype=np.bool_)
+    way = _ints([_way(rows, row) for row in range(count)])
     edges = set()
     for joint in joints(rows):
         for row, end, other, other_end in (
             (joint.row, joint.end, joint.other, joint.other_end),
             (joint.other, joint.other_end, joint.row, joint.end),
         ):
-            if leaves_by(way[row], both[row], end) and enters_by(
-                way[other], both[other], other_end
-            ):
+            if leaves_by(way[row], end) and enters_by(way[other], other_end):
                 edges.add((row, other))
     after_start, after = _rows_of(edges, count)
     before_start, before = _rows_of({(other, row) for row, other in edges}, count)
@@ -280,7 +277,6 @@ def build_of_rows(rows: Rows) -> Network:
         line=_ints([lane.line for lane in rows.lanes]),
         kind=_ints([KINDS.index(_KINDS.get(lane.type, "other")) for lane in rows.lanes]),
         way=way,
-        both_ways=both,
         start=np.array([start for start, _ in ends], dtype=np.float64),
         end=np.array([end for _, end in ends], dtype=np.float64),
         limit=np.array([_limit(rows, row, *ends[row]) for row in range(count)], dtype=np.float64),
@@ -301,14 +297,9 @@ def _ints(values: list[int]) -> Ints:
 
 
 def _way(rows: Rows, row: int) -> int:
-    """Return the direction of a lane: right lanes go along s where traffic keeps to the right."""
-    road, _, lane = rows.keys[row]
-    is_along = (lane < 0) != rows.map.roads[road].left_hand
-    return 1 if is_along != (rows.lanes[row].direction == "reversed") else -1
-
-
-def _is_both(lane: Lane) -> bool:
-    return lane.direction == "both" or lane.type == "bidirectional"
+    lane = rows.lanes[row]
+    is_both = lane.type == "bidirectional"
+    return 0 if is_both else way_of(rows.map.roads[rows.keys[row][0]], lane)
 
 
 def _rows_of(edges: set[tuple[int, int]], count: int) -> tuple[Ints, Ints]:
@@ -325,9 +316,11 @@ def _neighbours(rows: Rows, way: Ints) -> tuple[Ints, Ints, Ints]:
         other = rows.find(road, section, lane + 1 if lane != -1 else 1)
         if other is None:
             continue
-        if way[row] != way[other]:
+        if way[row] * way[other] < 0:
             opposite[row], opposite[other] = other, row
-        elif way[row] > 0:
+        elif way[row] != way[other]:
+            continue
+        elif way[row] >= 0:
             left[row], right[other] = other, row
         else:
             right[row], left[other] = other, row
@@ -353,8 +346,7 @@ def _memberships(rows: Rows, numbers: Mapping[str, int]) -> tuple[Ints, Ints]:
 def _span(rows: Rows, row: int) -> tuple[float, float]:
     road_id, number, _ = rows.keys[row]
     road = rows.map.roads[road_id]
-    is_last = number + 1 == len(road.sections)
-    return road.sections[number].s, road.length if is_last else road.sections[number + 1].s
+    return road.sections[number].s, section_end(road, number)
 
 
 def _limit(rows: Rows, row: int, start: float, end: float) -> float:
