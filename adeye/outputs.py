@@ -7,6 +7,7 @@ says so to ``reads``, and is compared with them: no list of what a verb reads wo
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import shutil
@@ -18,7 +19,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from adeye.errors import PlatformError, UsageError
+from adeye.errors import PlatformError, SourceLocation, SpecError, UsageError
 
 KEPT_FOLDER: Final = ".traces"
 """How the name of a folder of kept traces ends."""
@@ -140,6 +141,29 @@ def reads(path: str | Path) -> None:
     """
     for guard in _guards.get():
         guard.reads(Path(path))
+
+
+def require_plain(path: Path, most: float = math.inf) -> None:
+    """Refuse what should not be read whole: devices and pipes may never end.
+
+    Args:
+        path: What somebody named.
+        most: Largest size that is read [bytes]; that of what is not read whole has no limit.
+
+    Raises:
+        SpecError: It is no regular file, or larger.
+        UsageError: It is about to be written.
+        OSError: It is not there.
+    """
+    reads(path)
+    found = path.stat()
+    where = SourceLocation(str(path), 1, 1)
+    if stat.S_ISDIR(found.st_mode):
+        raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
+    if not stat.S_ISREG(found.st_mode):
+        raise SpecError("this is not a regular file", where=where, remedy="Name a file.")
+    if found.st_size > most:
+        raise SpecError(f"the file has more than {most:,} bytes", where=where, remedy="Split it.")
 
 
 def require_unread() -> None:

@@ -18,7 +18,7 @@ from adeye.errors import UsageError
 from adeye.kernel.reference_drivers import reactions as columns
 from adeye.kernel.reference_drivers.drivers import SCRATCH_SIZE, drive_scenes
 from adeye.kernel.reference_drivers.reactions import must_be_avoided
-from adeye.spec.document import require_plain
+from adeye.outputs import require_plain
 from adeye.units import decimal
 
 Floats = NDArray[np.float64]

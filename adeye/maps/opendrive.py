@@ -38,7 +38,7 @@ class Geometry:
         length: [m].
         parameters: line: none; arc: (curvature,); spiral: (curvature at start, at end) [1/m];
             poly3: (a, b, c, d); paramPoly3: (aU, bU, cU, dU, aV, bV, cV, dV).
-        normalized: paramPoly3 only: whether its parameter goes from 0 to 1 instead of to the length.
+        normalized: paramPoly3 only: whether its parameter ends at 1 instead of at the length.
         line: In the file.
     """
 

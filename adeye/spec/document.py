@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import re
-import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from pydantic.errors import PydanticInvalidForJsonSchema
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
-from adeye.outputs import reads
+from adeye.outputs import require_plain
 from adeye.spec.expression import parse
 from adeye.spec.quantity import PATTERNS
 from adeye.units import format_quantity, shown
@@ -473,29 +472,6 @@ def parse_document(text: str, path: str) -> Document:
     builder = _Builder(path)
     value = builder.build(node, ())
     return Document(path, value, builder.values, builder.keys)
-
-
-def require_plain(path: Path, most: float = math.inf) -> None:
-    """Refuse what should not be read whole: devices and pipes may never end.
-
-    Args:
-        path: What somebody named.
-        most: Largest size that is read [bytes]; that of what is not read whole has no limit.
-
-    Raises:
-        SpecError: It is no regular file, or larger.
-        UsageError: It is about to be written.
-        OSError: It is not there.
-    """
-    reads(path)
-    found = path.stat()
-    where = SourceLocation(str(path), 1, 1)
-    if stat.S_ISDIR(found.st_mode):
-        raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
-    if not stat.S_ISREG(found.st_mode):
-        raise SpecError("this is not a regular file", where=where, remedy="Name a file.")
-    if found.st_size > most:
-        raise SpecError(f"the file has more than {most:,} bytes", where=where, remedy="Split it.")
 
 
 def _read(path: Path) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 
 from adeye.errors import SweepError, placed, suggest
 from adeye.kernel.relation import differences
-from adeye.spec.document import require_plain
+from adeye.outputs import require_plain
 from adeye.spec.odd import Distribution
 from adeye.units import UNITS, decimal
 

@@ -22,7 +22,7 @@ from adeye.judge.stl.series import Series
 from adeye.judge.stl.syntax import ROW_SLACK, last_row, nested_implications
 from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_time
-from adeye.spec.document import require_plain
+from adeye.outputs import require_plain
 from adeye.units import (
     UNITS,
     Dimension,

@@ -21,7 +21,7 @@ from typing import Any, Final
 
 from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
 from adeye.identity import digest_bytes, file_digest, unique_keys
-from adeye.spec.document import require_plain
+from adeye.outputs import require_plain
 from adeye.store.evidence.roots import SUFFIX, find_kept, folders_of
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository

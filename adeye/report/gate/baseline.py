@@ -19,9 +19,8 @@ from pydantic import Field, ValidationError, model_validator
 from adeye.errors import IntegrityError, SourceLocation, SpecError
 from adeye.identity import digest, unique_keys
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
-from adeye.outputs import write_atomically
+from adeye.outputs import require_plain, write_atomically
 from adeye.report.model.part import Asil, Count, Id, Margin, Part
-from adeye.spec.document import require_plain
 
 # --- What a gate found, and which of it decides the exit code -------------------------------------
 
