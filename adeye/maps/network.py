@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye.maps.lanes import section_end, way_of
-from adeye.maps.opendrive import Connection, Floats, OpenDrive, Road, RoadLink
+from adeye.maps.opendrive import Connection, Floats, Junction, OpenDrive, Road, RoadLink
 
 Ints = NDArray[np.int32]
 
@@ -24,8 +23,7 @@ KINDS: Final = (
 )  # fmt: skip
 """Kinds of lanes, by number."""
 
-DRIVE: Final = 0
-SHOULDER: Final = 3
+DRIVE, BUS = 0, 1
 
 _KINDS: Final = {
     **dict.fromkeys(
@@ -189,7 +187,7 @@ def joints(rows: Rows) -> Iterator[Joint]:
                         continue
                     other_end = 1 if link.contact == "end" else 0
                     other = rows.at(link.id, other_end, other_id)
-                    back = _link_at(rows.map.roads[link.id], other_end)
+                    back = link_at(rows.map.roads[link.id], other_end)
                     # Towards a junction a road names no lanes: the connection does.
                     mutual = back is None or back.element == "road"
                 if other is not None:
@@ -199,8 +197,19 @@ def joints(rows: Rows) -> Iterator[Joint]:
             yield from _connected(rows, junction.id, connection)
 
 
-def _link_at(road: Road, end: int) -> RoadLink | None:
+def link_at(road: Road, end: int) -> RoadLink | None:
+    """Return what a road is linked to at an end."""
     return road.successor if end else road.predecessor
+
+
+def is_joined(network: OpenDrive, junction: Junction, connection: Connection) -> bool:
+    """Tell whether the incoming road of a connection meets the connecting one."""
+    roads = network.roads
+    if connection.incoming not in roads or connection.connecting not in roads:
+        return False
+    contact: End = 1 if connection.contact == "end" else 0
+    incoming, connecting = roads[connection.incoming], roads[connection.connecting]
+    return _met_end(incoming, connecting, contact, junction.id) is not None
 
 
 def _connected(rows: Rows, junction: str, connection: Connection) -> Iterator[Joint]:
@@ -221,11 +230,11 @@ def _connected(rows: Rows, junction: str, connection: Connection) -> Iterator[Jo
 
 def _met_end(incoming: Road, connecting: Road, contact: End, junction: str) -> End | None:
     """Return which end of an incoming road a connecting road begins at."""
-    back = _link_at(connecting, contact)
+    back = link_at(connecting, contact)
     if back is not None and back.element == "road" and back.id == incoming.id and back.contact:
         return 1 if back.contact == "end" else 0
     for end in (1, 0):
-        link = _link_at(incoming, end)
+        link = link_at(incoming, end)
         if link is not None and link.element == "junction" and link.id == junction:
             return end
     return None

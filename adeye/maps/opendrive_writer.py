@@ -1,4 +1,4 @@
-"""Write OpenDRIVE: the records of a map, or the parametric road of a scenario, as a file of 1.7 or 1.8.
+"""Write OpenDRIVE of 1.6 up: the records of a map, or the parametric road of a scenario.
 
 The same records give the same bytes. What the records do not hold, such as objects, is not written.
 """
@@ -22,7 +22,6 @@ from adeye.maps.opendrive import (
     Lane,
     OpenDrive,
     Road,
-    RoadLink,
     RoadMark,
     RoadType,
     Section,
@@ -33,10 +32,10 @@ from adeye.signals import RoadMap
 
 # --- The records of a map as a file ---------------------------------------------------------------
 
-_OLDEST: Final = 7
-"""Minor version that is written at least: the first with direct junctions."""
-_DIRECTED: Final = 8
-"""That which brought directions of lanes."""
+_OLDEST: Final = 6
+"""Minor version that is written at least."""
+_DIRECT, _DIRECTED = 7, 8
+"""Minor versions that brought direct junctions, and directions of lanes."""
 _NO_JUNCTION: Final = "-1"
 _PARAMETERS: Final = {
     "line": (),
@@ -55,7 +54,12 @@ def write_opendrive(network: OpenDrive) -> bytes:
     """
     root = Element("OpenDRIVE")
     header = _add(
-        root, "header", revMajor=network.version[0], revMinor=_minor(network), name=network.name
+        root,
+        "header",
+        revMajor=network.version[0],
+        revMinor=_minor(network),
+        name=network.name,
+        vendor="adeye",
     )
     if network.geo_reference:
         SubElement(header, "geoReference").text = network.geo_reference
@@ -69,13 +73,14 @@ def write_opendrive(network: OpenDrive) -> bytes:
 
 
 def _minor(network: OpenDrive) -> int:
+    is_direct = any(item.type == "direct" for item in network.junctions.values())
     is_directed = any(
         lane.direction not in {"", "standard"}
         for road in network.roads.values()
         for section in road.sections
         for lane in section.lanes
     )
-    return max(network.version[1], _OLDEST, is_directed * _DIRECTED)
+    return max(network.version[1], _OLDEST, is_direct * _DIRECT, is_directed * _DIRECTED)
 
 
 def _add(parent: Element, name: str, /, **attributes: object) -> Element:
@@ -268,7 +273,7 @@ def parametric_map(road: RoadMap, *, markings: str, road_type: str, path: str) -
         signals=(),
         line=0,
     )
-    return OpenDrive(path, (1, _OLDEST), path, "", {only.id: only}, {})
+    return OpenDrive(path, (1, _DIRECT), path, "", {only.id: only}, {})
 
 
 def losses_of(road: RoadMap, markings: str) -> Iterator[Loss]:
