@@ -140,6 +140,32 @@ def _print_findings(file: Path, findings: list[Finding]) -> None:
             out.emit_line(f"{count - _LISTED:,} more of {kind}; --json lists all.")
 
 
+# --- ``map draw`` ---------------------------------------------------------------------------------
+
+
+def draw(
+    file: MapFile,
+    *,
+    output: Annotated[Path, option("--output -o FILE", env="MAP_DRAWING", callback=named)],
+) -> None:
+    """Draw a map as SVG: lanes by kind, with ids, widths and directions, lights, junctions.
+
+    Parameters:
+        file: The map's file.
+        output: Where to.
+
+    Examples:
+        adeye map draw town.xodr -o town.svg
+    """
+    from adeye.maps.drawing import draw_map
+    from adeye.maps.opendrive_reader import read_opendrive
+    from adeye.outputs import write_atomically
+
+    drive, _ = read_opendrive(file)
+    write_atomically(draw_map(drive, drive.name or file.name).encode(), output)
+    out.wrote(output)
+
+
 # --- ``map export``: its lanes as rows, and the map, or a scenario's road, as OpenDRIVE -----------
 
 _SCENARIOS: Final = (".yaml", ".yml")
@@ -212,4 +238,5 @@ def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
 
 add(map_app, show_map, name="show")
 add(map_app, check_map, name="check")
+add(map_app, draw)
 add(map_app, export_map, name="export")
