@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from adeye.cli import output as out
-from adeye.cli.options import Json, add, named, option, write_rows
+from adeye.cli.options import Json, add, named, named_place, option, write_rows
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from adeye.maps.losses import Loss
     from adeye.maps.opendrive import OpenDrive
     from adeye.maps.topology import Finding
@@ -26,8 +28,15 @@ map_app = typer.Typer(
 MapFile = Annotated[Path, typer.Argument(metavar="FILE", help="The map's file, such as town.xodr.")]
 
 
-def show_map(file: MapFile, json: Json = False) -> None:
+Strict = Annotated[
+    bool, option(help="Refuse a map of which anything is not taken as it is written.")
+]
+
+
+def show_map(file: MapFile, strict: Strict = False, json: Json = False) -> None:
     """Show what a map holds, and what of it is not taken as it is written.
+
+    Lanes are counted once in each section, without the centres.
 
     Examples:
         adeye map show town.xodr
@@ -35,7 +44,7 @@ def show_map(file: MapFile, json: Json = False) -> None:
     """
     from adeye.maps.opendrive_reader import read_opendrive
 
-    drive, losses = read_opendrive(file)
+    drive, losses = read_opendrive(file, strict=strict)
     document = {**_content(drive), "losses": list(losses)}
     if json:
         out.emit_json("map-show", document)
@@ -53,6 +62,37 @@ def show_map(file: MapFile, json: Json = False) -> None:
         }
     )
     _print_losses(list(losses))
+
+
+def import_map(
+    file: MapFile,
+    output: Annotated[Path | None, option("--output -o DIR", callback=named_place)] = None,
+    *,
+    strict: Strict = False,
+    json: Json = False,
+) -> None:
+    """Check a map, and write what was not taken of it as NAME.losses.json.
+
+    Parameters:
+        output: Folder to write to; default: where the map is.
+
+    Examples:
+        adeye map import town.xodr
+        adeye map import town.xodr -o maps --strict
+    """
+    from adeye.maps.opendrive_reader import read_opendrive
+    from adeye.outputs import guarded, write_atomically
+
+    report = (file.parent if output is None else output) / f"{file.stem}.losses.json"
+    with guarded({"--output": report}):
+        drive, losses = read_opendrive(file, strict=strict)
+        document = {**_content(drive), "losses": list(losses)}
+        write_atomically(out.json_text("map-losses", document).encode(), report)
+    if json:
+        out.emit_json("map-import", {**document, "written": [report]})
+    else:
+        _print_losses(list(losses))
+        out.wrote(report)
 
 
 def _content(drive: OpenDrive) -> dict[str, Any]:
@@ -80,11 +120,18 @@ def _content(drive: OpenDrive) -> dict[str, Any]:
     }
 
 
-def _print_losses(losses: list[Loss]) -> None:
+def _print_losses(losses: Sequence[Loss]) -> None:
     if not losses:
         out.emit("\nEverything is taken as it is written.")
         return
-    rows = [[loss.kind, loss.element, loss.count, loss.line, loss.message] for loss in losses]
+    # Of one kind of thing, the first is shown: the document has them all.
+    groups: dict[tuple[str, str], list[Loss]] = {}
+    for loss in losses:
+        groups.setdefault((loss.kind, loss.element), []).append(loss)
+    rows = [
+        [kind, element, sum(loss.count for loss in group), group[0].line, group[0].message]
+        for (kind, element), group in groups.items()
+    ]
     out.emit_table(
         ("Kind", "Element", "Count", "First line", "What"),
         rows,
@@ -240,3 +287,4 @@ add(map_app, show_map, name="show")
 add(map_app, check_map, name="check")
 add(map_app, draw)
 add(map_app, export_map, name="export")
+add(map_app, import_map, name="import")

@@ -50,7 +50,7 @@ _COLOURS: Final = dict(
 _ARROW: Final = "M-1-.35H.2V-.75L1 0 .2.75V.35H-1Z"
 _STYLE: Final = (
     "text{font:11px system-ui,sans-serif;fill:#14181d}"
-    ".l{stroke:#5b6573}.j{fill-opacity:.7}.a{fill:#fff;stroke:#14181d;"
+    ".l,.b{stroke:#5b6573}.b{stroke-width:.5}.j{fill-opacity:.7}.a{fill:#fff;stroke:#14181d;"
     "stroke-width:.15}.h{paint-order:stroke;stroke:#fff;stroke-width:3px}.m{text-anchor:middle}"
     ".t{font-size:18px;font-weight:600}.w{fill:#fff;stroke:#b3261e;stroke-width:2}"
 ) + "".join(f".{kind}{{fill:{colour}}}" for kind, colour in _COLOURS.items())
@@ -339,7 +339,7 @@ def _frame(scene: _Scene, view: _View) -> Iterator[str]:
     x, y = float(_MARGIN), view.bottom + 54.0
     for kind in (kind for kind in KINDS if kind in scene.kinds):
         yield (
-            f'<rect class="l {kind}" x="{x:.0f}" y="{y:.1f}" width="18" height="12"/>'
+            f'<rect class="b {kind}" x="{x:.0f}" y="{y:.1f}" width="18" height="12"/>'
             f'<text x="{x + 24:.0f}" y="{y + 10:.1f}">{kind}</text>'
         )
         x += 100.0
@@ -404,7 +404,7 @@ def _bars(lanes: tuple[_Bar, ...], title: str) -> Iterator[str]:
     for lane, kind, width, way in lanes:
         size = max(width, 0.0) * scale
         middle = x + 0.5 * size
-        yield f'<rect class="l {kind}" x="{x:.1f}" y="6" width="{size:.1f}" height="34"/>'
+        yield f'<rect class="b {kind}" x="{x:.1f}" y="6" width="{size:.1f}" height="34"/>'
         arrow = {1: "\N{UPWARDS ARROW}", -1: "\N{DOWNWARDS ARROW}"}.get(way, "")
         if size > 14.0:
             number = str(lane).replace("-", "\N{MINUS SIGN}")

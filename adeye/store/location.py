@@ -12,15 +12,16 @@ import shlex
 import unicodedata
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 from urllib.parse import quote_plus
-
-from sqlalchemy import URL, make_url
-from sqlalchemy.exc import ArgumentError
 
 from adeye.errors import InputError
 from adeye.outputs import BESIDE_DATABASE, KEPT_FOLDER
 from adeye.units import shown
+
+if TYPE_CHECKING:
+    # Whoever only masks a message does without it: importing it takes a fifth of a second.
+    from sqlalchemy import URL
 
 DEFAULT_PATH: Final = Path(".adeye") / "adeye.db"
 _SERVERS: Final = frozenset({"postgresql", "postgres"})
@@ -104,6 +105,8 @@ class Location:
     @classmethod
     def of_file(cls, path: Path) -> Self:
         """Name a file."""
+        from sqlalchemy import URL
+
         return cls(URL.create("sqlite", database=str(path)), path)
 
     @property
@@ -128,6 +131,8 @@ class Location:
 
     def __str__(self) -> str:
         """Name it for people, without a password."""
+        from sqlalchemy import URL
+
         if self.path is not None:
             return str(self.path)
         # What follows the database may hold a password, too.
@@ -203,6 +208,9 @@ def _file(text: str) -> Path:
 
 
 def _server(rest: str) -> Location:
+    from sqlalchemy import make_url
+    from sqlalchemy.exc import ArgumentError
+
     # With an @ in a password, a part of it would be taken for the name of the host, and shown.
     if rest.count("@") > 1 or "@" in rest.partition("?")[2]:
         raise _unreadable()
