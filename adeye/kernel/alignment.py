@@ -52,7 +52,8 @@ _WEIGHTS = np.array(
     [0.3626837833783619830, 0.3137066458778872873, 0.2223810344533744705, 0.1012285362903762592]
 )
 _NEWTON_STEPS = 30
-_NEWTON_TOLERANCE = 1e-14
+# Of the range: the error after a step is about its square.
+_NEWTON_TOLERANCE = 1e-8
 
 Place = tuple[float, float, float, float, float, float]
 """x, y [m], heading [rad], curvature [1/m], its change per metre [1/m²], and metres for each metre
@@ -221,6 +222,8 @@ def _parameter(piece: Floats, t: float, scratch: Floats, number: int) -> float:
             ends = span * panel / PANELS, span * (panel + 1) / PANELS
             scratch[panel + 1] = scratch[panel] + _length_of(piece, ends[0], ends[1])
         scratch[PANELS + 1] = number
+    if not scratch[PANELS] > 0.0:
+        return span * t / piece[LENGTH]
     target = t
     if piece[KIND] == PARAM_POLY3:
         target *= scratch[PANELS] / piece[LENGTH]
@@ -228,7 +231,8 @@ def _parameter(piece: Floats, t: float, scratch: Floats, number: int) -> float:
     while panel < PANELS - 1 and scratch[panel + 1] <= target:
         panel += 1
     begin = span * panel / PANELS
-    p = begin
+    share = (target - scratch[panel]) / (scratch[panel + 1] - scratch[panel])
+    p = begin + share * span / PANELS
     for _ in range(_NEWTON_STEPS):
         u, v = _velocity(piece, p)
         speed = math.sqrt(u * u + v * v)
