@@ -6,11 +6,38 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
+from adeye.errors import InputErrors, SourceLocation, SpecError
 from adeye.maps.xml_source import Element
 
 LossKind = Literal["approximated", "repaired", "guessed", "ignored"]
 
+MOST_LISTED: Final = 100
+
 _NOT_READ: Final = "is not read"
+_SILENT: Final = frozenset(
+    [
+        *(("header", name) for name in ("date", "vendor", "version")),
+        *(("header", name) for name in ("east", "north", "south", "west")),
+        # What is level stays so where roads lean; here none does.
+        ("lane", "level"),
+        ("roadMark", "height"),
+    ]
+)
+"""What says nothing of how roads are driven."""
+_IMPLIED: Final = frozenset(
+    [
+        *(("roadMark", "color", value) for value in ("standard", "white")),
+        ("roadMark", "weight", "standard"),
+    ]
+)
+"""Values that say what is taken without them."""
+_EMPTY: Final = frozenset(
+    [
+        *("elevationProfile", "lateralProfile", "left", "link", "objects", "railroad", "right"),
+        *("signals", "surface"),
+    ]
+)
+"""What says nothing if nothing is in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +51,7 @@ class Loss:
             an attribute follows after an ``@``.
         message: What stood there and what was made of it.
         count: How many of them there are: what is not read at all is told once.
+        column: In the file, of the first.
     """
 
     kind: LossKind
@@ -31,12 +59,18 @@ class Loss:
     element: str
     message: str
     count: int = 1
+    column: int = 1
 
 
 class Losses:
-    """The losses of an import, in the order in which they were met."""
+    """The losses of an import, in the order in which they were met.
+
+    Attributes:
+        about: Which road or junction they are of now; begins their messages.
+    """
 
     def __init__(self) -> None:
+        self.about = ""
         self._found: list[Loss] = []
         self._ignored: dict[str, int] = {}
 
@@ -50,24 +84,58 @@ class Losses:
 
     def add(self, kind: LossKind, part: Element, message: str) -> None:
         """Note what became of an element."""
-        self._found.append(Loss(kind, part.line, part.path, message))
+        about = f"{self.about}: " if self.about else ""
+        self._found.append(
+            Loss(kind, part.line, part.path, f"{about}{message}", column=part.column)
+        )
 
-    def ignore(self, element: str, line: int) -> None:
-        """Note that an element or attribute is not read."""
+    def append(self, loss: Loss) -> None:
+        """Note what became of something that is no element any more."""
+        self._found.append(loss)
+
+    def ignore(self, part: Element, end: str = "") -> None:
+        """Note that an element, or what its path is followed by, is not read."""
+        if part.tag == "userData" and not end:
+            # For the programs that wrote it, by the standard.
+            return
+        element = f"{part.path}{end}"
         known = self._ignored.get(element)
         if known is None:
             self._ignored[element] = len(self._found)
-            self._found.append(Loss("ignored", line, element, _NOT_READ))
+            self._found.append(Loss("ignored", part.line, element, _NOT_READ, column=part.column))
         else:
             loss = self._found[known]
             self._found[known] = replace(loss, count=loss.count + 1)
 
     def ignore_rest(self, part: Element) -> None:
         """Note of an element what nobody took out of it."""
-        for name in part.attributes:
-            self.ignore(f"{part.path}@{name}", part.line)
+        for name, value in part.attributes.items():
+            is_said = (part.tag, name) in _SILENT or (part.tag, name, value) in _IMPLIED
+            if not is_said and not name.startswith(("xmlns", "xsi:")):
+                self.ignore(part, f"@{name}")
+        if part.text:
+            self.ignore(part, " text")
         for tag, children in part.children.items():
             for child in children:
-                self.ignore(f"{part.path}.{tag}", child.line)
+                if tag not in _EMPTY or child.attributes or child.children or child.text:
+                    self.ignore(child)
         for child in part.taken:
             self.ignore_rest(child)
+
+
+def require_none(losses: Losses, path: str) -> None:
+    """Refuse a map of which anything was not taken as it is written.
+
+    Raises:
+        InputErrors: There is such a thing; each is told with its place.
+    """
+    errors = [
+        SpecError(
+            f"{loss.element}: {loss.message}" + f", {loss.count:,} times" * (loss.count > 1),
+            where=SourceLocation(path, loss.line, loss.column),
+        )
+        for loss in losses
+    ]
+    if errors:
+        listed = errors[:MOST_LISTED]
+        raise InputErrors(listed, unlisted=len(errors) - len(listed))

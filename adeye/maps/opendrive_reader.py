@@ -7,13 +7,16 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from math import inf, nan
+from operator import itemgetter
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
-from adeye.maps.losses import Losses
+from adeye.maps.losses import Losses, require_none
 from adeye.maps.opendrive import (
     Connection,
     Floats,
@@ -31,13 +34,23 @@ from adeye.maps.opendrive import (
     Signal,
     no_cubics,
 )
-from adeye.maps.xml_source import Element, parts_of
+from adeye.maps.opendrive_links import linked
+from adeye.maps.xml_source import MOST, Element, listed, parts_of
+from adeye.units import shown
 
-MOST_COORDINATE: Final = 1e7
-"""Largest x and y [m]: nothing on a projected map of the earth is farther, and doubles still part
-places there by nanometres. Our choice."""
+Record = TypeVar("Record", Road, Junction)
+
+ROUNDING: Final = 0.01
+"""Lengths that differ by no more are taken for one [m]: files are written with two decimals."""
+REPAIRED: Final = 0.5
+"""Lengths that differ by more are an error [m], less is repaired. Our choice."""
 MOST_LENGTH: Final = 1e6
-"""Longest road [m]. Our choice."""
+"""Longest road [m]. Our choice, as the others."""
+MOST_WIDTH: Final = 1_000.0
+MOST_CURVATURE: Final = 10.0
+MOST_HEADING: Final = 1_000.0
+STEEP: Final = 0.1
+"""Slope across the road from which on its neglect is told apart."""
 
 _CUBIC: Final = ("a", "b", "c", "d")
 _KINDS: Final[dict[GeometryKind, tuple[str, ...]]] = {
@@ -56,220 +69,425 @@ _OTHERS: Final = {
     "commonRoad": "a CommonRoad scenario",
     "html": "an HTML page: download the file itself",
 }
+LANE_TYPES: Final = frozenset(
+    [
+        *("HOV", "bidirectional", "biking", "border", "bus", "connectingRamp", "curb", "driving"),
+        *("entry", "exit", "median", "mwyEntry", "mwyExit", "none", "offRamp", "onRamp"),
+        *("parking", "rail", "restricted", "roadWorks", "shared", "shoulder", "sidewalk"),
+        *("slipLane", "special1", "special2", "special3", "stop", "taxi", "tram", "walking"),
+    ]
+)
+"""Those of the standard, deprecated ones included."""
 
 
-def read_opendrive(path: str | Path) -> tuple[OpenDrive, Losses]:
+def read_opendrive(path: str | Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
     """Read a map.
 
     Args:
         path: Of the file.
+        strict: Whether anything that is not taken as it is written is an error.
 
     Returns:
-        Its records, and what was not taken as it was written.
+        Its records, whose links lead to what is there, and what was not taken as it was written.
 
     Raises:
         SpecError: It is no such file, or says what cannot be; with line and column.
+        InputErrors: It is not taken as it is written, and that was asked for.
     """
     reader = _Reader(str(path))
     for part in parts_of(Path(path)):
         reader.read(part)
-    return reader.finished(), reader.losses
+    drive = linked(reader.finished(), reader.columns, reader.losses)
+    if strict:
+        require_none(reader.losses, str(path))
+    return drive, reader.losses
 
 
 class _Reader:
-    """Makes records of the parts of a file."""
+    """Makes records of the parts of a file.
+
+    Attributes:
+        losses: What was not taken as it was written.
+        columns: Of links, lanes and connections, by the identity of their records.
+    """
 
     def __init__(self, path: str) -> None:
         self.losses = Losses()
-        self.path = path
-        self.root: Element | None = None
-        self.header: OpenDrive | None = None
-        self.roads: dict[str, Road] = {}
-        self.junctions: dict[str, Junction] = {}
+        self.columns: dict[int, int] = {}
+        self._path = path
+        self._root: Element | None = None
+        self._header: OpenDrive | None = None
+        self._roads: dict[str, Road] = {}
+        self._junctions: dict[str, Junction] = {}
 
     def read(self, part: Element) -> None:
         """Read the root, or a part below it."""
-        if self.root is None:
-            self.root = part
+        if self._root is None:
+            self._root = part
             if part.tag != "OpenDRIVE":
                 other = _OTHERS.get(part.tag, "")
                 raise part.error(
                     f"the file is not OpenDRIVE{f', but {other}' if other else ''}",
                     "Name an OpenDRIVE file (.xodr).",
                 )
-            return
-        if part.tag == "header":
-            self.read_header(part)
+        elif part.tag == "header":
+            if self._header is not None:
+                raise part.error("there is a second one", "Remove one.")
+            self._header = self._read_header(part)
         elif part.tag == "road":
-            road = self.read_road(part)
-            self.roads[road.id] = road
+            _keep(self._roads, self._read_road(part), part)
         elif part.tag == "junction":
-            junction = self.read_junction(part)
-            self.junctions[junction.id] = junction
+            _keep(self._junctions, self._read_junction(part), part)
         else:
-            self.losses.ignore(part.path, part.line)
+            self.losses.ignore(part)
             return
         self.losses.ignore_rest(part)
 
     def finished(self) -> OpenDrive:
         """Return the whole, when all parts are read."""
-        assert self.root is not None
-        if self.header is None:
-            raise self.root.error("there is no <header>", "Is this the whole file?")
-        if not self.roads:
-            raise self.root.error("there is no <road>", "Is this the whole file?")
-        head = self.header
-        return OpenDrive(
-            head.path, head.version, head.name, head.geo_reference, self.roads, self.junctions
-        )
+        assert self._root is not None
+        if self._header is None:
+            raise self._root.error("there is no <header>", "Is this the whole file?")
+        if not self._roads:
+            raise self._root.error("there is no <road>", "Is this the whole file?")
+        return replace(self._header, roads=self._roads, junctions=self._junctions)
 
-    def read_header(self, part: Element) -> None:
-        version = part.whole("revMajor"), part.whole("revMinor")
-        if version[0] != 1:
-            raise part.error(f"revMajor is {version[0]}", "OpenDRIVE 1.4 to 1.8 is read.")
+    def _read_header(self, part: Element) -> OpenDrive:
+        major, minor = part.whole("revMajor"), part.whole("revMinor")
+        if major != 1:
+            raise part.error(f"revMajor is {major}", "OpenDRIVE 1.4 to 1.8 is read.")
+        if not 4 <= minor <= 8:
+            taken = "1.4" if minor < 4 else "1.8"
+            self.losses.add("guessed", part, f"version 1.{minor} is read as if it were {taken}")
         geo = part.take_one("geoReference")
-        self.header = OpenDrive(
-            self.path, version, part.word("name", ""), geo.text.strip() if geo else ""
-        )
+        text = geo.take_text() if geo is not None else ""
+        return OpenDrive(self._path, (major, minor), part.word("name", ""), text)
 
     # --- Roads ------------------------------------------------------------------------------------
 
-    def read_road(self, part: Element) -> Road:
+    def _read_road(self, part: Element) -> Road:
+        road = part.word("id")
+        part.name = self.losses.about = f"road {shown(road)}"
         plan, lanes = part.take_one("planView"), part.take_one("lanes")
         if plan is None or lanes is None:
             raise part.error(f"it has no <{'lanes' if plan else 'planView'}>")
+        geometries = self._read_geometries(plan)
+        length = self._length(part, geometries)
         link = part.take_one("link")
-        elevation = part.take_one("elevationProfile")
-        lateral = part.take_one("lateralProfile")
+        elevation, lateral = part.take_one("elevationProfile"), part.take_one("lateralProfile")
         signals = part.take_one("signals")
         junction = part.word("junction", "-1")
         return Road(
-            id=part.word("id"),
+            id=road,
             name=part.word("name", ""),
-            length=part.number("length", None, 0.0, MOST_LENGTH),
+            length=length,
             junction="" if junction == "-1" else junction,
             left_hand=part.choice("rule", ("RHT", "LHT"), "RHT") == "LHT",
-            predecessor=self.read_link(link, "predecessor"),
-            successor=self.read_link(link, "successor"),
-            types=tuple(map(self.read_type, part.take("type"))),
-            geometries=tuple(map(self.read_geometry, plan.take("geometry"))),
-            elevations=self.cubics(elevation.take("elevation") if elevation else ()),
-            superelevations=self.cubics(lateral.take("superelevation") if lateral else ()),
-            offsets=self.cubics(lanes.take("laneOffset")),
-            sections=tuple(map(self.read_section, lanes.take("laneSection"))),
-            signals=tuple(map(self.read_signal, signals.take("signal"))) if signals else (),
+            predecessor=self._read_link(link, "predecessor", road),
+            successor=self._read_link(link, "successor", road),
+            types=tuple(self._read_type(*item) for item in self._ordered(part.take("type"))),
+            geometries=geometries,
+            elevations=self._elevations(elevation, length),
+            superelevations=self._superelevations(lateral, length),
+            offsets=self._cubics(lanes.take("laneOffset"), length),
+            sections=self._read_sections(lanes, length),
+            signals=tuple(
+                self._read_signal(item, length)
+                for item in (signals.take("signal") if signals else ())
+            ),
             line=part.line,
         )
 
-    def read_link(self, link: Element | None, name: str) -> RoadLink | None:
+    def _length(self, part: Element, geometries: Sequence[Geometry]) -> float:
+        """Return the length of a road: the file's, or that of its line where they differ."""
+        length = part.number("length", None, 0.0, MOST_LENGTH)
+        end = geometries[-1].s + geometries[-1].length
+        if abs(end - length) <= ROUNDING:
+            return length
+        what = f"length is {length:g} m, and its line ends at {end:g} m"
+        if abs(end - length) > REPAIRED:
+            raise part.error(what, f"Differences up to {REPAIRED:g} m are repaired.")
+        self.losses.add("repaired", part, f"{what}: the line counts")
+        return end
+
+    def _read_link(self, link: Element | None, name: str, road: str) -> RoadLink | None:
         found = link.take_one(name) if link is not None else None
         if found is None:
             return None
-        return RoadLink(
-            element=found.choice("elementType", ("road", "junction")),
-            id=found.word("elementId"),
-            contact=found.choice("contactPoint", ("start", "end"), ""),
-            line=found.line,
-        )
+        # What leads into the middle of a road, at elementS, has no end to touch.
+        inside = "elementS" in found.attributes
+        element = found.choice("elementType", ("road", "junction"), "road" if inside else None)
+        contact = ""
+        if element == "road":
+            contact = found.choice("contactPoint", ("start", "end"), "" if inside else None)
+        else:
+            # A junction has no ends.
+            found.word("contactPoint", "")
+        result = RoadLink(element, found.word("elementId"), contact, found.line)
+        own = "end" if name == "successor" else "start"
+        if (result.element, result.id, result.contact) == ("road", road, own):
+            raise found.error(f"the road's {own} is linked to itself", "Link it to another end.")
+        self.columns[id(result)] = found.column
+        return result
 
-    def read_type(self, part: Element) -> RoadType:
+    def _read_type(self, s: float, part: Element) -> RoadType:
         speed = part.take_one("speed")
-        limit = nan if speed is None else self.limit(speed)
-        return RoadType(_place(part), part.word("type"), limit, part.line)
+        limit = nan if speed is None else self._limit(speed)
+        return RoadType(s, part.word("type"), limit, part.line)
 
-    def limit(self, part: Element) -> float:
+    def _limit(self, part: Element) -> float:
         """Read a speed limit [m/s]; infinite for none, NaN where the file leaves it open."""
+        unit = part.choice("unit", tuple(_UNITS), "m/s")
         words = {"no limit": inf, "undefined": nan}
-        unit = part.choice("unit", tuple(_UNITS), "m/s") or "m/s"
         if part.attributes.get("max") in words:
             return words[part.word("max")]
         value = part.number("max", None, 0.0)
         return value * _UNITS[unit][0] / _UNITS[unit][1]
 
-    def read_geometry(self, part: Element) -> Geometry:
+    def _read_geometries(self, plan: Element) -> tuple[Geometry, ...]:
+        """Read the pieces of a line: each begins where the one before ends."""
+        found: list[Geometry] = []
+        for s, part in self._ordered(plan.take("geometry")):
+            piece = self._read_geometry(s, part)
+            if piece.length == 0.0:
+                self.losses.add("repaired", part, f"the piece at {s:g} m has no length: left out")
+                continue
+            end = found[-1].s + found[-1].length if found else 0.0
+            before = "the piece before ends" if found else "the road begins"
+            self._check_joint(part, s, end, before, counts="s" if found else "its begin")
+            found.append(piece if found else replace(piece, s=0.0))
+        if not found:
+            raise plan.error("it has no <geometry> of any length")
+        return tuple(found)
+
+    def _check_joint(
+        self, part: Element, s: float, end: float, before: str, *, counts: str = "its begin"
+    ) -> None:
+        """Check that something begins where what is before it ends."""
+        if abs(s - end) <= ROUNDING:
+            return
+        what = f"s is {s:g} m, and {before} at {end:g} m"
+        if abs(s - end) > REPAIRED:
+            raise part.error(what, f"Differences up to {REPAIRED:g} m are repaired.")
+        self.losses.add("repaired", part, f"{what}: {counts} counts")
+
+    def _read_geometry(self, s: float, part: Element) -> Geometry:
         kinds = [kind for kind in _KINDS if kind in part.children]
         if len(kinds) != 1:
             raise part.error(
-                f"it has {'no shape' if not kinds else f'several shapes, {kinds}'}",
+                f"it has {f'several shapes, {listed(kinds)}' if kinds else 'no shape'}",
                 f"Write one of {', '.join(_KINDS)} in it.",
             )
         kind = kinds[0]
         shape = part.take_one(kind)
         assert shape is not None
+        most = MOST_CURVATURE if kind in {"arc", "spiral"} else MOST
         return Geometry(
             kind=kind,
-            s=_place(part),
-            x=part.number("x", None, -MOST_COORDINATE, MOST_COORDINATE),
-            y=part.number("y", None, -MOST_COORDINATE, MOST_COORDINATE),
-            heading=part.number("hdg"),
+            s=s,
+            x=part.number("x"),
+            y=part.number("y"),
+            heading=part.number("hdg", None, -MOST_HEADING, MOST_HEADING),
             length=part.number("length", None, 0.0, MOST_LENGTH),
-            parameters=tuple(shape.number(name) for name in _KINDS[kind]),
-            normalized=kind == "paramPoly3" and self.is_normalized(shape),
+            parameters=tuple(shape.number(name, None, -most, most) for name in _KINDS[kind]),
+            normalized=kind == "paramPoly3" and self._is_normalized(shape),
             line=part.line,
         )
 
-    def is_normalized(self, shape: Element) -> bool:
-        return shape.choice("pRange", ("arcLength", "normalized"), "") != "arcLength"
+    def _is_normalized(self, shape: Element) -> bool:
+        if "pRange" not in shape.attributes:
+            self.losses.add("guessed", shape, "pRange is missing: taken as normalized")
+        return shape.choice("pRange", ("arcLength", "normalized"), "normalized") == "normalized"
 
-    def cubics(self, parts: Sequence[Element], place: str = "s") -> Floats:
+    def _ordered(self, parts: Sequence[Element], name: str = "s") -> list[tuple[float, Element]]:
+        """Take the places of parts, and put them in order."""
+        found = [
+            (max(0.0, part.number(name, None, -ROUNDING, MOST_LENGTH)), part) for part in parts
+        ]
+        for (before, _), (s, part) in pairwise(found):
+            if s < before:
+                self.losses.add("repaired", part, f"{name} is {s:g} after {before:g}: put in order")
+                return sorted(found, key=itemgetter(0))
+        return found
+
+    def _cubics(self, parts: Sequence[Element], end: float, name: str = "s") -> Floats:
         """Read functions along the road: rows (s, a, b, c, d)."""
         if not parts:
             return _NO_CUBICS
-        rows = np.array(
-            [(_place(part, place), *(part.number(name) for name in _CUBIC)) for part in parts]
-        )
-        rows.setflags(write=False)
+        rows: list[tuple[float, ...]] = []
+        for s, part in self._ordered(parts, name):
+            row = (s, *(part.number(letter) for letter in _CUBIC))
+            if s > end + ROUNDING:
+                self.losses.add(
+                    "repaired", part, f"{name} is {s:g} m, behind the end at {end:g} m: left out"
+                )
+                continue
+            if rows and rows[-1][0] == s:
+                self.losses.add("repaired", part, f"a second one at {s:g} m: it counts")
+                rows.pop()
+            rows.append(row)
+        found = np.array(rows, dtype=np.float64).reshape(-1, 5)
+        found.setflags(write=False)
+        return found
+
+    def _elevations(self, profile: Element | None, length: float) -> Floats:
+        rows = self._cubics(profile.take("elevation") if profile is not None else (), length)
+        if profile is not None and rows[:, 1:].any():
+            self.losses.add("approximated", profile, "heights part levels; roads are flat to drive")
+        return rows
+
+    def _superelevations(self, profile: Element | None, length: float) -> Floats:
+        """Read how far the road leans to a side; crossfall (before 1.6) leans as well."""
+        if profile is None:
+            return _NO_CUBICS
+        rows = self._cubics(profile.take("superelevation"), length)
+        for tag, leaning in (
+            ("superelevation", rows),
+            ("crossfall", self._cubics(profile.take("crossfall"), length)),
+        ):
+            steepest = _largest(leaning, length)
+            if steepest:
+                said = ", more than 10 %: driving on it is not that of the road" * (
+                    steepest > STEEP
+                )
+                self.losses.add(
+                    "approximated",
+                    profile,
+                    f"{tag} of up to {100.0 * steepest:.3g} % is not driven: roads are flat{said}",
+                )
         return rows
 
     # --- Lanes ------------------------------------------------------------------------------------
 
-    def read_section(self, part: Element) -> Section:
-        lanes: list[Lane] = []
-        for side in ("left", "center", "right"):
-            group = part.take_one(side)
-            lanes += map(self.read_lane, group.take("lane") if group is not None else ())
-        lanes.sort(key=lambda lane: -lane.id)
-        part.word("singleSide", "")
-        return Section(_place(part), tuple(lanes), part.line)
+    def _read_sections(self, lanes: Element, length: float) -> tuple[Section, ...]:
+        """Read the sections: each begins behind the one before, within the road."""
+        placed = self._ordered(lanes.take("laneSection"))
+        inside = [item for item in placed if item[0] < length]
+        for s, part in placed[len(inside) :]:
+            what = f"s is {s:g} m, and the road is {length:g} m long"
+            if not inside or s > length + REPAIRED:
+                raise part.error(what, "Let it begin within the road.")
+            self.losses.add("repaired", part, f"{what}: left out")
+            part.abandon()
+        if not inside:
+            raise lanes.error("it has no <laneSection>")
+        self._check_joint(inside[0][1], inside[0][0], 0.0, "the road begins")
+        starts = [0.0, *(s for s, _ in inside[1:]), length]
+        sections: list[Section] = []
+        for number, (_, part) in enumerate(inside):
+            start, end = starts[number : number + 2]
+            if not start < end:
+                raise part.error(f"two sections begin at {end:g} m", "Leave one out.")
+            section = self._read_section(part, start, end)
+            if part.choice("singleSide", ("true", "false"), "false") == "true" and sections:
+                _require_whole(part, sections[-1], section)
+            sections.append(section)
+        return tuple(sections)
 
-    def read_lane(self, part: Element) -> Lane:
+    def _read_section(self, part: Element, start: float, end: float) -> Section:
+        lanes: list[Lane] = []
+        for side, sign in (("left", 1), ("center", 0), ("right", -1)):
+            group = part.take_one(side)
+            found = (
+                [self._read_lane(item, end - start) for item in group.take("lane")] if group else []
+            )
+            found.sort(key=lambda lane: -lane.id)
+            wanted = [sign * (k + 1) for k in range(len(found))] if sign else [0]
+            wanted.sort(reverse=True)
+            ids = [lane.id for lane in found]
+            if sign == 0 and not found:
+                self.losses.add("repaired", part, "lane 0 is missing: put in")
+                found = [_centre(part.line)]
+            elif ids != wanted:
+                assert group is not None
+                raise group.error(
+                    f"the ids of its lanes are {listed(ids)}", f"Write {listed(wanted)}."
+                )
+            lanes += found
+        return Section(start, tuple(lanes), part.line)
+
+    def _read_lane(self, part: Element, length: float) -> Lane:
+        number = part.whole("id")
+        part.name = f"lane {number}"
         link = part.take_one("link")
-        return Lane(
-            id=part.whole("id"),
-            type=part.word("type", "none"),
+        kind = part.word("type", "none")
+        if kind not in LANE_TYPES:
+            self.losses.add("guessed", part, f"type {shown(kind)} is not known: not driven on")
+        lane = Lane(
+            id=number,
+            type=kind,
             direction=part.choice("direction", ("standard", "reversed", "both"), "standard"),
-            widths=self.cubics(part.take("width"), "sOffset"),
-            borders=self.cubics(part.take("border"), "sOffset"),
+            **self._read_widths(part, number, length),
             predecessors=_ids(link, "predecessor"),
             successors=_ids(link, "successor"),
-            speeds=tuple(map(self.read_speed, part.take("speed"))),
-            marks=tuple(map(self.read_mark, part.take("roadMark"))),
+            speeds=tuple(
+                LaneSpeed(s, limit, item.line)
+                for s, item in self._ordered(part.take("speed"), "sOffset")
+                if (limit := self._limit(item)) == limit  # not NaN
+            ),
+            marks=tuple(
+                self._read_mark(*item) for item in self._ordered(part.take("roadMark"), "sOffset")
+            ),
             line=part.line,
         )
+        self.columns[id(lane)] = part.column
+        return lane
 
-    def read_speed(self, part: Element) -> LaneSpeed:
-        return LaneSpeed(_place(part, "sOffset"), self.limit(part), part.line)
+    def _read_widths(self, part: Element, number: int, length: float) -> dict[str, Floats]:
+        """Read how wide a lane is, or where its outer border is; of both, the widths count."""
+        widths = self._cubics(part.take("width"), length, "sOffset")
+        borders = self._cubics(part.take("border"), length, "sOffset")
+        if number == 0:
+            if len(widths) or len(borders):
+                self.losses.add("ignored", part, "lane 0 has no width")
+            return {"widths": _NO_CUBICS, "borders": _NO_CUBICS}
+        if len(widths) and len(borders):
+            self.losses.add("ignored", part, "there are widths, so its borders do not count")
+            borders = _NO_CUBICS
+        rows = widths if len(widths) else borders
+        if not len(rows):
+            raise part.error("it has neither <width> nor <border>", "Write how wide it is.")
+        least = -ROUNDING if len(widths) else -MOST_WIDTH
+        wrong = rows[(rows[:, 1] < least) | (rows[:, 1] > MOST_WIDTH), 1]
+        if len(wrong):
+            raise part.error(
+                f"{'width' if len(widths) else 'border'} is {wrong[0]:g} m",
+                f"Write one from {max(0.0, least):g} to {MOST_WIDTH:g} m.",
+            )
+        if rows[0, 0] > 0.0:
+            self._check_joint(part, float(rows[0, 0]), 0.0, "the section begins")
+            # Before its first row it is as wide as at it.
+            rows = np.vstack([(0.0, rows[0, 1], 0.0, 0.0, 0.0), rows])
+        return {
+            "widths": rows if len(widths) else _NO_CUBICS,
+            "borders": _NO_CUBICS if len(widths) else rows,
+        }
 
-    def read_mark(self, part: Element) -> RoadMark:
+    def _read_mark(self, s: float, part: Element) -> RoadMark:
         return RoadMark(
-            s=_place(part, "sOffset"),
+            s=s,
             kind=part.word("type", "none"),
             lane_change=part.choice("laneChange", ("increase", "decrease", "both", "none"), ""),
             width=part.number("width", nan, 0.0),
             line=part.line,
         )
 
-    def read_signal(self, part: Element) -> Signal:
+    def _read_signal(self, part: Element, length: float) -> Signal:
+        value = nan
+        if part.attributes.get("value", "") in {"", "none"}:
+            part.word("value", "")
+        else:
+            value = part.number("value")
         return Signal(
             id=part.word("id"),
-            s=_place(part),
+            s=part.number("s", None, -ROUNDING, length + REPAIRED),
             t=part.number("t"),
             orientation=part.choice("orientation", ("+", "-", "none"), "none"),
             dynamic=part.choice("dynamic", ("yes", "no"), "no") == "yes",
             country=part.word("country", ""),
             type=part.word("type", ""),
             subtype=part.word("subtype", ""),
-            value=part.number("value", nan),
+            value=value,
             unit=part.word("unit", ""),
             lanes=tuple(
                 (item.whole("fromLane"), item.whole("toLane")) for item in part.take("validity")
@@ -279,35 +497,73 @@ class _Reader:
 
     # --- Junctions --------------------------------------------------------------------------------
 
-    def read_junction(self, part: Element) -> Junction:
-        kinds = ("default", "virtual", "direct", "crossing")
-        kind = part.choice("type", kinds, "default")
+    def _read_junction(self, part: Element) -> Junction:
+        junction = part.word("id")
+        part.name = self.losses.about = f"junction {shown(junction)}"
+        kind = part.choice("type", ("default", "virtual", "direct", "crossing"), "default")
+        # Where a virtual junction is at its main road is where its connections are.
+        found = [self._read_connection(item, kind) for item in part.take("connection")]
         return Junction(
-            id=part.word("id"),
+            id=junction,
             name=part.word("name", ""),
             type=kind,
-            connections=tuple(map(self.read_connection, part.take("connection"))),
+            connections=tuple(item for item in found if item is not None),
             priorities=tuple(
                 (item.word("high", ""), item.word("low", "")) for item in part.take("priority")
             ),
             line=part.line,
         )
 
-    def read_connection(self, part: Element) -> Connection:
-        linked = part.word("linkedRoad", "")
-        return Connection(
+    def _read_connection(self, part: Element, kind: str) -> Connection | None:
+        name = "linkedRoad" if kind == "direct" else "connectingRoad"
+        if kind == "virtual" and name not in part.attributes:
+            self.losses.add("ignored", part, "a connection without a road of its own")
+            return None
+        connection = Connection(
             id=part.word("id"),
             incoming=part.word("incomingRoad"),
-            connecting=linked or part.word("connectingRoad"),
+            connecting=part.word(name),
             contact=part.choice("contactPoint", ("start", "end")),
             lanes=tuple((item.whole("from"), item.whole("to")) for item in part.take("laneLink")),
             line=part.line,
         )
+        self.columns[id(connection)] = part.column
+        return connection
 
 
-def _place(part: Element, name: str = "s") -> float:
-    return part.number(name, None, 0.0, MOST_LENGTH)
+def _keep(known: dict[str, Record], record: Record, part: Element) -> None:
+    first = known.setdefault(record.id, record)
+    if first is not record:
+        raise part.error(
+            f"id {shown(record.id)} is given twice, the first time in line {first.line}",
+            "Give each an id of its own.",
+        )
 
 
 def _ids(link: Element | None, name: str) -> tuple[int, ...]:
     return tuple(item.whole("id") for item in link.take(name)) if link is not None else ()
+
+
+def _centre(line: int) -> Lane:
+    return Lane(0, "none", "standard", _NO_CUBICS, _NO_CUBICS, (), (), (), (), line)
+
+
+def _require_whole(part: Element, before: Section, section: Section) -> None:
+    """Refuse a section of one side where the other has lanes: they would end here."""
+    for sign in (1, -1):
+        sides = [any(lane.id * sign > 0 for lane in item.lanes) for item in (before, section)]
+        if sides == [True, False]:
+            raise part.error(
+                "singleSide is true: sections of one side are not read",
+                "Write the lanes of both sides in it.",
+            )
+
+
+def _largest(rows: Floats, length: float) -> float:
+    """Return the largest size of a function along the road, at and between its rows."""
+    if not len(rows):
+        return 0.0
+    ends = np.append(rows[1:, 0], max(length, float(rows[-1, 0])))
+    t = (ends - rows[:, 0]) * np.linspace(0.0, 1.0, 9)[:, np.newaxis]
+    a, b, c, d = rows[:, 1:].T
+    return float(np.abs(a + t * (b + t * (c + t * d))).max())

@@ -6,7 +6,7 @@ reference to another file: these are refused where they stand.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final
@@ -25,8 +25,9 @@ MAX_ATTRIBUTES: Final = 100
 MAX_NAME: Final = 200
 MAX_TAG_BYTES: Final = 1_000_000
 MAX_TEXT: Final = 100_000
-MOST: Final = 1e9
-"""Largest number that anything of a map may be."""
+MOST: Final = 1e7
+"""Largest number that anything of a map may be: no place of a projected map of the earth is farther
+[m], and doubles still part places there by nanometres."""
 
 _CHUNK: Final = 65_536
 _PACKED: Final = {b"\x1f\x8b": "gzip", b"PK": "zip", b"BZh": "bzip2", b"\xfd7zXZ": "xz"}
@@ -44,10 +45,14 @@ class Element:
         attributes: Those that nobody took.
         children: By tag those that nobody took.
         taken: Children that were taken.
-        text: What stands in it, without what stands in its children.
+        text: What stands in it, without what stands in its children; empty once it is taken.
+        name: What people call it; empty until its reader knows.
     """
 
-    __slots__ = ("attributes", "children", "column", "file", "line", "path", "tag", "taken", "text")
+    __slots__ = (
+        *("attributes", "children", "column", "file", "line", "name", "path", "tag", "taken"),
+        "text",
+    )
 
     def __init__(
         self, tag: str, path: str, place: tuple[str, int, int], found: dict[str, str]
@@ -59,11 +64,22 @@ class Element:
         self.children: dict[str, list[Element]] = {}
         self.taken: list[Element] = []
         self.text = ""
+        self.name = ""
 
     def error(self, message: str, remedy: str = "") -> SpecError:
         """Make an error that says where the element stands."""
         where = SourceLocation(self.file, self.line, self.column)
-        return SpecError(f"<{self.tag}>: {message}", where=where, remedy=remedy)
+        return SpecError(f"{self.name or f'<{self.tag}>'}: {message}", where=where, remedy=remedy)
+
+    def take_text(self) -> str:
+        """Take what stands in it."""
+        text, self.text = self.text.strip(), ""
+        return text
+
+    def abandon(self) -> None:
+        """Take all that is in it: it was told that none of it counts."""
+        self.attributes.clear()
+        self.children.clear()
 
     def take(self, tag: str) -> Sequence[Element]:
         """Take all children of a name, in the order of the file."""
@@ -143,6 +159,12 @@ class Element:
         if value != int(value):
             raise self.error(f"{name} is {value:g}", "Write a whole number.")
         return int(value)
+
+
+def listed(items: Iterable[object], most: int = 12) -> str:
+    """Write items one after the other, and of many the first."""
+    found = list(items)
+    return ", ".join(map(str, found[:most])) + (", …" if len(found) > most else "")
 
 
 def parts_of(path: Path) -> Iterator[Element]:
