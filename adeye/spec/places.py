@@ -86,7 +86,7 @@ def find_places(
             where=locate(("world", "map")),
             remedy="Write world.place with an anchor and how far the road goes behind it.",
         )
-    asked = Asked(**query.model_dump(exclude={"anchor"}))
+    asked = Asked(**query.model_dump())
     found: list[PlaceRoad] = []
     reasons: dict[str, int] = {}
     for path in map_files(scenario, locate):
@@ -118,6 +118,8 @@ def _road(place: Any) -> dict[str, Any]:
         "speed_limit": f"{place.speed_limit!r} m/s",
         "road_type": place.road_type,
     }
+    if place.slabs:
+        road["slabs"] = [[s, [list(strip) for strip in strips]] for s, strips in place.slabs]
     if place.radius < float("inf"):
         road["radius"] = f"{place.radius!r} m"
     return road

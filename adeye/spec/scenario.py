@@ -88,7 +88,7 @@ class Bay(q.Record):
 class Road(q.GrownRecord):
     """A road with parallel lanes, numbered from 0 at the right."""
 
-    later: ClassVar[tuple[str, ...]] = ("verge", "bays", "place", "heading", "line")
+    later: ClassVar[tuple[str, ...]] = ("verge", "bays", "place", "heading", "line", "slabs")
 
     kind: Literal["straight", "curve", "s_curve", "imported"] = "straight"
     """An imported road is that of a place of a map; adeye writes it."""
@@ -112,6 +112,9 @@ class Road(q.GrownRecord):
     """Of an imported road: that of its start in the map [rad]."""
     line: q.Many[q.Pair] = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
+    slabs: q.Many[q.Slab] = ()
+    """Of an imported road whose lanes are not all alike: what lies across it, see
+    ``kernel.strips``: where each slab begins [m], and its strips from right to left."""
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:
@@ -148,16 +151,19 @@ class MapUse(q.Record):
 
 
 class PlaceQuery(q.Record):
-    """Which places of the maps; each limit is kept along the whole road of a place."""
+    """Which places of the maps."""
 
-    anchor: Literal["carriageway"]
-    """What is at the place: one every 50 m of carriageway."""
+    anchor: Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
+    """What is at the place: one every 50 m of carriageway, the lane of a ramp that comes in or
+    leaves, a lane that begins or ends beside others, one that is closed for works."""
     before: Annotated[q.Length, Field(ge=0.0)] = 0.0
     """How far before the place its road begins [m]: where s is 0."""
     after: Annotated[q.Length, Field(gt=0.0)]
     """How far behind it the road ends [m]."""
     lanes: Annotated[int, Field(ge=1, le=8)] | None = None
-    """In the direction of travel."""
+    """In the direction of travel, at the place."""
+    two_way: bool | None = None
+    """Whether traffic comes towards one right beside, at the place."""
     road_type: Literal["motorway", "rural", "urban"] | None = None
     min_radius: Annotated[q.Length, Field(gt=0.0)] | None = None
     """No bend is narrower than this [m]."""
