@@ -6,7 +6,7 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
 from adeye.kernel.road import Ground, Grounds
+from adeye.kernel.strips import SLAB_WIDTH, STRIP_WIDTH, lane_ends, lanes_at, opposite_ends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -139,6 +140,9 @@ class RoadMap:
         refuges: Parking bays and rest areas in the order of their places, (B, R, 5), see
             ``REFUGE_COLUMNS``.
         length: Where the road ends (B,) [m]; the reference line may go on behind it.
+        slabs: Of imported roads, (B, S, 4), see ``kernel.strips``; else (B, 0, 4). What is said
+            above of lanes, shoulder and limit is then a summary.
+        strips: (B, J, 8).
     """
 
     segments: Floats
@@ -149,6 +153,15 @@ class RoadMap:
     verge: Floats
     refuges: Floats
     length: Floats
+    slabs: Floats = field(default_factory=lambda: np.zeros((0, 0, SLAB_WIDTH)))
+    strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
+
+    def __post_init__(self) -> None:
+        """Give parametric roads slabs and strips of no number."""
+        runs = self.segments.shape[0]
+        for name, width in (("slabs", SLAB_WIDTH), ("strips", STRIP_WIDTH)):
+            if getattr(self, name).shape[0] != runs:
+                object.__setattr__(self, name, np.zeros((runs, 0, width)))
 
     def covers(self, s: Floats) -> Bools:
         """Tell which places (B, ...) along the road lie between its begin and its end."""
@@ -157,7 +170,7 @@ class RoadMap:
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
-        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
         lanes = columns.pop("lanes")
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
 
@@ -172,9 +185,27 @@ class RoadMap:
         names = [name for name in Ground._fields if name != "lanes"]
         return Ground(**{name: getattr(self, name)[run] for name in names}, lanes=self.lanes)
 
-    def centers(self, lane: Floats) -> Floats:
-        """Return d of the centre of a lane of each run (B,) [m]."""
-        return np.asarray((lane + 0.5) * self.lane_width)
+    def centers(self, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
+        """Return d of the centre of a lane of each run (B,) [m]; NaN where it is not.
+
+        Args:
+            lane: Its number (B,) from the right of who drives there.
+            s: Along the road (B,) [m].
+            oncoming: Whether it is one of the other way, which only imported roads have.
+        """
+        if not (self.slabs.shape[1] or oncoming):
+            return np.asarray((lane + 0.5) * self.lane_width)
+        centers = np.full(len(lane), np.nan)
+        for run in range(len(lane) if self.slabs.shape[1] else 0):
+            table, number = (self.slabs[run], self.strips[run]), int(lane[run])
+            if oncoming:
+                ends = opposite_ends(*table, float(s[run]), number)
+            elif 0 <= number < lanes_at(table[0], float(s[run])):
+                ends = lane_ends(*table, float(s[run]), number)
+            else:
+                continue
+            centers[run] = 0.5 * (ends[0] + ends[1])
+        return centers
 
 
 @dataclass(frozen=True, slots=True)

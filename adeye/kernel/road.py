@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel import strips
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
@@ -257,6 +258,9 @@ class Ground(NamedTuple):
         shoulder: Width beside the right edge [m].
         verge: Width of free ground beside the shoulder [m].
         speed_limit: [m/s].
+        slabs: (S, 4) of an imported road, see ``kernel.strips``; none of a parametric one. Lanes,
+            shoulder and limits are then those of the strips.
+        strips: (J, 8).
     """
 
     segments: Floats
@@ -266,6 +270,8 @@ class Ground(NamedTuple):
     shoulder: float
     verge: float
     speed_limit: float
+    slabs: Floats
+    strips: Floats
 
 
 class Grounds(NamedTuple):
@@ -278,6 +284,8 @@ class Grounds(NamedTuple):
     shoulder: Floats
     verge: Floats
     speed_limit: Floats
+    slabs: Floats
+    strips: Floats
 
 
 @inlined
@@ -291,30 +299,68 @@ def ground_of(grounds: Grounds, run: int) -> Ground:
         grounds.shoulder[run],
         grounds.verge[run],
         grounds.speed_limit[run],
+        grounds.slabs[run],
+        grounds.strips[run],
     )
+
+
+@inlined
+def is_imported(ground: Ground) -> bool:
+    """Tell whether a road is that of a place of a map."""
+    return ground.slabs.shape[0] > 0
+
+
+@inlined
+def lanes_at(ground: Ground, s: float) -> int:
+    """Return how many lanes of the ego's way there are at a place."""
+    if is_imported(ground):
+        return strips.lanes_at(ground.slabs, s)
+    return ground.lanes
 
 
 @inlined
 def lane_width(ground: Ground, s: float, d: float) -> float:
     """Return the width of the lane at a place [m]."""
+    if is_imported(ground):
+        right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane_at(ground, s, d))
+        return left - right
     return ground.lane_width
 
 
 @inlined
 def lane_edge(ground: Ground, s: float, lane: int) -> float:
     """Return d of a lane's right edge [m], of the one behind the last for the left edge."""
+    if is_imported(ground):
+        return strips.lane_ends(ground.slabs, ground.strips, s, lane)[0]
     return lane * ground.lane_width
 
 
 @inlined
+def lanes_right(ground: Ground, s: float) -> float:
+    """Return d of the right edge of the rightmost lane [m]."""
+    return lane_edge(ground, s, 0) if is_imported(ground) else 0.0
+
+
+@inlined
 def left_edge(ground: Ground, s: float) -> float:
-    """Return d of the left edge of the leftmost lane [m]."""
-    return lane_edge(ground, s, ground.lanes)
+    """Return d of the left edge of the leftmost lane of the ego's way [m]."""
+    return lane_edge(ground, s, lanes_at(ground, s))
+
+
+@inlined
+def far_edge(ground: Ground, s: float) -> float:
+    """Return d of the left edge of what carries a vehicle [m], lanes of the other way included."""
+    if is_imported(ground):
+        return strips.paved_ends(ground.slabs, ground.strips, s)[1]
+    return left_edge(ground, s)
 
 
 @inlined
 def lane_center(ground: Ground, s: float, lane: int) -> float:
     """Return d of a lane's centre [m]; lane 0 is the rightmost."""
+    if is_imported(ground):
+        right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane)
+        return 0.5 * (right + left)
     return (lane + 0.5) * ground.lane_width
 
 
@@ -327,6 +373,8 @@ def lane_of(ground: Ground, s: float, d: float) -> int:
         s: Along the road [m].
         d: To the left of the right edge [m]; an edge between two lanes belongs to the left one.
     """
+    if is_imported(ground):
+        return strips.lane_of(ground.slabs, ground.strips, s, d)
     if not 0.0 <= d < left_edge(ground, s):
         return -1
     lane = int(d / ground.lane_width)
@@ -340,7 +388,7 @@ def lane_at(ground: Ground, s: float, d: float) -> int:
     lane = lane_of(ground, s, d)
     if lane >= 0:
         return lane
-    return 0 if d < 0.0 else ground.lanes - 1
+    return 0 if is_beside(ground, s, d) else lanes_at(ground, s) - 1
 
 
 @inlined
@@ -359,6 +407,8 @@ def center_beside(ground: Ground, s: float, center: float, side: float) -> float
         center: Of the lane that it is beside [m].
         side: 1 to the left, -1 to the right.
     """
+    if is_imported(ground):
+        return lane_center(ground, s, lane_at(ground, s, center) + int(side))
     return center + side * lane_width(ground, s, center)
 
 
@@ -373,6 +423,8 @@ def center_ahead(ground: Ground, s: float, d: float, sideways: float) -> float:
         sideways: Its speed to the left, not 0 [m/s]; beyond the outermost centre it goes on, to
             infinity.
     """
+    if is_imported(ground):
+        return _next_center(ground, s, d, sideways)
     place = d / ground.lane_width - 0.5
     lane = math.floor(place) + 1.0 if sideways > 0.0 else math.ceil(place) - 1.0
     if lane < 0.0 or lane >= ground.lanes:
@@ -380,33 +432,51 @@ def center_ahead(ground: Ground, s: float, d: float, sideways: float) -> float:
     return lane_center(ground, s, int(lane))
 
 
+@compiled
+def _next_center(ground: Ground, s: float, d: float, sideways: float) -> float:
+    """Return the next lane centre that way, see ``center_ahead``."""
+    count = lanes_at(ground, s)
+    for turn in range(count):
+        center = lane_center(ground, s, turn if sideways > 0.0 else count - 1 - turn)
+        if (center > d) if sideways > 0.0 else (center < d):
+            return center
+    return sideways * math.inf
+
+
 @inlined
 def is_on_lanes(ground: Ground, s: float, d: float) -> bool:
-    """Tell whether a place is on a lane or on an outer edge of them."""
-    return 0.0 <= d <= left_edge(ground, s)
+    """Tell whether a place is on a lane of the ego's way or on an outer edge of them."""
+    return lanes_right(ground, s) <= d <= left_edge(ground, s)
 
 
 @inlined
 def is_beside(ground: Ground, s: float, d: float) -> bool:
     """Tell whether a place is to the right of all lanes: on the shoulder or farther out."""
-    return d < 0.0
+    return d < lanes_right(ground, s)
 
 
 @inlined
 def shoulder_width(ground: Ground, s: float) -> float:
     """Return the width of the shoulder [m], 0 for none."""
+    if is_imported(ground):
+        right, left = strips.shoulder_ends(ground.slabs, ground.strips, s)
+        return left - right
     return ground.shoulder
 
 
 @inlined
 def shoulder_middle(ground: Ground, s: float) -> float:
     """Return d of the middle of the shoulder [m]."""
+    if is_imported(ground):
+        return lanes_right(ground, s) - 0.5 * shoulder_width(ground, s)
     return -0.5 * shoulder_width(ground, s)
 
 
 @inlined
 def limit_at(ground: Ground, s: float, d: float) -> float:
     """Return the speed limit at a place [m/s]."""
+    if is_imported(ground):
+        return strips.limit_at(ground.slabs, ground.strips, s, d)
     return ground.speed_limit
 
 
@@ -456,6 +526,8 @@ def refuge_depth(refuges: Floats, s: float) -> float:
 @inlined
 def right_edge(ground: Ground, s: float) -> float:
     """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge."""
+    if is_imported(ground):
+        return strips.paved_ends(ground.slabs, ground.strips, s)[0]
     return -shoulder_width(ground, s) - max(refuge_depth(ground.refuges, s), ground.verge)
 
 
@@ -508,7 +580,7 @@ def is_in_refuge(
 def is_on_road(grounds: Grounds, run: int, margin: float, s: float, d: float) -> bool:
     """Tell whether a place of a run is on what carries a vehicle, see ``mark_on_road``."""
     ground = ground_of(grounds, run)
-    return right_edge(ground, s) - margin <= d <= left_edge(ground, s) + margin
+    return right_edge(ground, s) - margin <= d <= far_edge(ground, s) + margin
 
 
 @inlined

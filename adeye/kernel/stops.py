@@ -50,6 +50,7 @@ from adeye.kernel.road import (
     is_in_refuge,
     lane_center,
     lane_of,
+    lanes_right,
     left_edge,
     limit_at,
     refuge_depth,
@@ -151,7 +152,7 @@ def place_kind(ground: Ground, s: float, d: float) -> int:
     shoulder = shoulder_width(ground, s)
     if not right_edge(ground, s) <= d <= left_edge(ground, s):
         return RULE_OFF_ROAD
-    if d < -shoulder:
+    if d < lanes_right(ground, s) - shoulder:
         depth = refuge_depth(ground.refuges, s)
         return RULE_REFUGE if d >= -shoulder - depth else RULE_VERGE
     if is_beside(ground, s, d):
@@ -165,7 +166,8 @@ def _lane_kind(ground: Ground, s: float, d: float) -> int:
     curvature, limit = curvature_at(ground.segments, s), limit_at(ground, s, d)
     lane = max(0, lane_of(ground, s, d))
     middle = lane_center(ground, s, lane)
-    left, right = left_edge(ground, s) - middle, middle + shoulder_width(ground, s)
+    left = left_edge(ground, s) - middle
+    right = middle - (lanes_right(ground, s) - shoulder_width(ground, s))
     sight = sight_distance(curvature, left if curvature > 0.0 else right)
     if sight < stopping_distance(limit, _BRISK[0], _BRISK[1]):
         return RULE_CURVE

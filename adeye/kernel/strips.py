@@ -118,6 +118,42 @@ def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
 
 
 @compiled
+def opposite_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[float, float]:
+    """Return d of the right and the left edge of a lane of the other way [m]; NaN if it is not.
+
+    Args:
+        slabs: (S, 4), see the module.
+        strips: (J, 8).
+        s: Along the line [m].
+        lane: Its number from the right of who drives there: from the left.
+    """
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    number = 0
+    for row in range(first + int(slabs[slab, SLAB_STRIPS]) - 1, first - 1, -1):
+        if strips[row, STRIP_WAY] == OPPOSITE and strips[row, STRIP_KIND] == DRIVING:
+            if number == lane:
+                return _ends(slabs, strips, s, row, slab)
+            number += 1
+    return math.nan, math.nan
+
+
+@compiled
+def limit_at(slabs: Floats, strips: Floats, s: float, d: float) -> float:
+    """Return the speed limit of the lane of the ego's way that is nearest to a place [m/s]."""
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    nearest, limit = math.inf, math.inf
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        if strips[row, STRIP_LANE] >= 0.0:
+            right, left = _ends(slabs, strips, s, row, slab)
+            away = max(0.0, right - d, d - left)
+            if away < nearest:
+                nearest, limit = away, strips[row, STRIP_LIMIT]
+    return limit
+
+
+@compiled
 def paved_ends(slabs: Floats, strips: Floats, s: float) -> tuple[float, float]:
     """Return d of the right and the left edge of what carries a vehicle [m].
 

@@ -28,9 +28,6 @@ a lane begins or ends beside others, and where one is closed for works."""
 
 EVERY: Final = 50.0
 """Between two places of a carriageway [m]."""
-ONE_WIDTH: Final = 0.05
-"""Lanes whose widths differ by no more than this all along are parallel lanes of one width [m]. Our
-choice."""
 GAP: Final = 0.05
 """Between the ends of two roads that are one way [m]."""
 KINK: Final = 0.01
@@ -110,7 +107,7 @@ class Place:
         radius: Of the narrowest bend of the line [m], infinite on a straight.
         heading: Of the line where the road begins, in the map [rad].
         line: Length [m] and curvature [1/m] of each piece of the line.
-        slabs: What lies across it; none where all lanes are parallel, of one width and one way.
+        slabs: What lies across it.
     """
 
     key: str
@@ -348,7 +345,7 @@ def _laid(
         if not is_met:
             return reason
     counts = [sum(strip[across.STRIP_LANE] >= 0.0 for strip in item) for _, item in slabs]
-    width, shoulder, is_plain = _evenness(slabs, high - low)
+    width, shoulder = _summary(slabs)
     return Place(
         key=key,
         lanes=max(counts),
@@ -360,7 +357,7 @@ def _laid(
         radius=radius,
         heading=heading,
         line=tuple(line),
-        slabs=() if is_plain and min(limits) == max(limits) else tuple(slabs),
+        slabs=tuple(slabs),
     )
 
 
@@ -413,41 +410,17 @@ def _beside_lanes(strips: Sequence[tuple[float, ...]]) -> Sequence[tuple[float, 
     return strips[low : high + 1]
 
 
-def _evenness(slabs: Sequence[Slab], length: float) -> tuple[float, float, bool]:
-    """Return the width of the lanes and of the shoulder, and whether lanes are all alike."""
-    ends = [s for s, _ in slabs[1:]] + [length]
-    rows: list[list[tuple[float, float]]] = []
-    shoulders: list[float] = []
-    has_more = False
-    for (begin, strips), end in zip(slabs, ends, strict=True):
-        for far in (0.0, end - begin):
-            own = [_edges(strip, far) for strip in strips if strip[across.STRIP_LANE] >= 0.0]
-            beside = [strip for strip in strips if strip[across.STRIP_KIND] == across.SHOULDER]
-            hard = [_edges(strip, far) for strip in beside]
-            hard = [item for item in hard if abs(item[1] - own[0][0]) <= ONE_WIDTH]
-            shoulders.append(hard[0][1] - hard[0][0] if hard else 0.0)
-            rows.append(own)
-        has_more = has_more or any(
-            strip[across.STRIP_LANE] < 0.0 and strip[across.STRIP_KIND] != across.SHOULDER
-            for strip in strips
-        )
-    widths = [left - right for own in rows for right, left in own]
-    width = math.fsum(widths) / len(widths)
-    is_even = len({len(own) for own in rows}) == 1 and all(
-        abs(right - number * width) <= ONE_WIDTH and abs(left - (number + 1) * width) <= ONE_WIDTH
-        for own in rows
-        for number, (right, left) in enumerate(own)
-    )
-    is_even = is_even and not has_more and max(shoulders) - min(shoulders) <= ONE_WIDTH
-    return round(width, 6), round(max(0.0, min(shoulders)), 6), is_even
-
-
-def _edges(strip: tuple[float, ...], far: float) -> tuple[float, float]:
-    """Return d of the edges of a strip, so far behind the begin of its slab [m]."""
-    return (
-        strip[across.STRIP_RIGHT] + strip[across.STRIP_RIGHT_SLOPE] * far,
-        strip[across.STRIP_LEFT] + strip[across.STRIP_LEFT_SLOPE] * far,
-    )
+def _summary(slabs: Sequence[Slab]) -> tuple[float, float]:
+    """Return the mean width of the lanes and the least of the shoulder [m], where slabs begin."""
+    widths, shoulders = [], []
+    for _, strips in slabs:
+        own = [strip for strip in strips if strip[across.STRIP_LANE] >= 0.0]
+        widths += [strip[across.STRIP_LEFT] - strip[across.STRIP_RIGHT] for strip in own]
+        at = strips.index(own[0]) - 1
+        hard = at >= 0 and strips[at][across.STRIP_KIND] == across.SHOULDER
+        edges = strips[at]
+        shoulders.append(edges[across.STRIP_LEFT] - edges[across.STRIP_RIGHT] if hard else 0.0)
+    return round(math.fsum(widths) / len(widths), 6), round(max(0.0, min(shoulders)), 6)
 
 
 def _is_near_itself(line: Sequence[tuple[float, float]]) -> bool:

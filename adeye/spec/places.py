@@ -111,6 +111,7 @@ def _road(place: Any) -> dict[str, Any]:
         "place": place.key,
         "heading": place.heading,
         "line": [list(piece) for piece in place.line],
+        "slabs": [[s, [list(strip) for strip in strips]] for s, strips in place.slabs],
         "length": f"{place.length!r} m",
         "lanes": place.lanes,
         "lane_width": f"{place.lane_width!r} m",
@@ -118,8 +119,6 @@ def _road(place: Any) -> dict[str, Any]:
         "speed_limit": f"{place.speed_limit!r} m/s",
         "road_type": place.road_type,
     }
-    if place.slabs:
-        road["slabs"] = [[s, [list(strip) for strip in strips]] for s, strips in place.slabs]
     if place.radius < float("inf"):
         road["radius"] = f"{place.radius!r} m"
     return road

@@ -113,8 +113,8 @@ class Road(q.GrownRecord):
     line: q.Many[q.Pair] = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
     slabs: q.Many[q.Slab] = ()
-    """Of an imported road whose lanes are not all alike: what lies across it, see
-    ``kernel.strips``: where each slab begins [m], and its strips from right to left."""
+    """Of an imported road: what lies across it, see ``kernel.strips``: where each slab begins [m],
+    and its strips from right to left."""
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:
@@ -226,7 +226,7 @@ class Size(q.Record):
 class Start(q.GrownRecord):
     """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
 
-    later: ClassVar[tuple[str, ...]] = ("off_road",)
+    later: ClassVar[tuple[str, ...]] = ("off_road", "oncoming")
 
     lane: q.NumberFormula | None = None
     offset: q.LengthFormula | None = None
@@ -240,6 +240,9 @@ class Start(q.GrownRecord):
     off_road: bool = False
     """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
     beside lanes, shoulder, bay and verge."""
+    oncoming: bool = False
+    """On an imported road: the lane is one of the other way, counted from the right of who drives
+    there, and the heading is against the road's."""
 
     @finds
     def _one_place(self) -> Iterator[Problem]:

@@ -16,7 +16,17 @@ from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.kernel.road import lane_edge, position, right_edge
+from adeye.kernel.road import Ground, is_imported, lane_edge, position, right_edge
+from adeye.kernel.strips import (
+    DRIVING,
+    SLAB_BEGIN,
+    SLAB_FIRST,
+    SLAB_STRIPS,
+    STRIP_KIND,
+    STRIP_LEFT,
+    STRIP_RIGHT,
+    STRIP_WAY,
+)
 from adeye.report.page import replay as drawn
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.concept import Requirement
@@ -292,6 +302,11 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
             y_m=_floats([point[1] for point in points]),
         )
 
+    if is_imported(ground):
+        return drawn.RoadGeometry(
+            boundaries=tuple(line(*edge) for edge in _strip_edges(ground, start, end)),
+            shoulder=None,
+        )
     edges = [
         line(
             tuple(lane_edge(ground, float(station), k) for station in stations),
@@ -305,6 +320,30 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
         boundaries=tuple(edges),
         shoulder=line(right, "none", at) if min(right) < 0.0 else None,
     )
+
+
+def _strip_edges(
+    ground: Ground, start: float, end: float
+) -> Iterator[tuple[drawn.Floats, Literal["solid", "dashed", "none"], NDArray[np.float64]]]:
+    """Yield the edges of the strips of an imported road slab by slab: d, marking and places."""
+    begins = [*ground.slabs[:, SLAB_BEGIN], math.inf]
+    for slab, (first, rows) in enumerate(ground.slabs[:, SLAB_FIRST : SLAB_STRIPS + 1].astype(int)):
+        low, high = max(start, begins[slab]), min(end, begins[slab + 1])
+        if not low < high:
+            continue
+        at = np.linspace(low, high, max(2, math.ceil((high - low) / BOUNDARY_STEP) + 1))
+        found = ground.strips[first : first + rows]
+        for number, strip in enumerate(found):
+            is_lane = [
+                row[STRIP_KIND] == DRIVING for row in (strip, *found[number + 1 : number + 2])
+            ]
+            ways = {float(row[STRIP_WAY]) for row in found[number : number + 2]}
+            inner = len(is_lane) == 2 and all(is_lane) and len(ways) == 1
+            sides = [STRIP_LEFT] if number else [STRIP_RIGHT, STRIP_LEFT]
+            for side in sides:
+                d = strip[side] + strip[side + 1] * (at - begins[slab])
+                marking: Literal["solid", "dashed", "none"] = "solid" if any(is_lane) else "none"
+                yield tuple(d.tolist()), "dashed" if inner and side == STRIP_LEFT else marking, at
 
 
 def _with_corners(stations: NDArray[np.float64], refuges: NDArray[np.float64]) -> Any:

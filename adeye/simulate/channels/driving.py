@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
-from adeye.kernel.jit import inlined
-from adeye.kernel.road import Ground, limit_at, local, offset_curvature, position
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.road import (
+    Ground,
+    center_at,
+    is_imported,
+    limit_at,
+    local,
+    offset_curvature,
+    position,
+)
+from adeye.kernel.strips import SLAB_BEGIN, slab_at
 from adeye.signals import parameter_record, spec_columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -93,6 +102,18 @@ def parameter_columns(context: ChannelContext, names: Iterable[str]) -> dict[str
 
 
 @inlined
+def path_in_lane(ground: Ground, s: float, kept: float) -> float:
+    """Return the lateral place of a path that keeps to a lane: on an imported road lanes shift [m].
+
+    Args:
+        ground: The road.
+        s: Along it [m].
+        kept: That of the path before [m].
+    """
+    return center_at(ground, s, kept) if is_imported(ground) else kept
+
+
+@inlined
 def steer(record: Any, pose: Floats, path_d: float) -> float:
     """Return the steering angle that keeps the ego on a line beside the reference line [rad].
 
@@ -127,6 +148,9 @@ def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> f
         path_d: Lateral place of the path [m].
     """
     segments = ground.segments
+    if is_imported(ground):
+        braking = record["comfort_deceleration"]
+        return allowed_ahead(ground, pose[POSE_S], path_d, record["desired_speed"], braking)
     allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
     if segments.shape[0] == 1 and segments[0, 4] == 0.0:
         return float(allowed)
@@ -138,6 +162,40 @@ def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> f
             square = MAX_LATERAL / bend + record["comfort_deceleration"] * way
             allowed = min(allowed, math.sqrt(square))
     return float(allowed)
+
+
+@compiled
+def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: float) -> float:
+    """Return the speed that lets a vehicle keep to every limit and bend ahead of it [m/s].
+
+    Args:
+        ground: An imported road.
+        s: Of the vehicle [m].
+        d: Of its path [m].
+        desired: [m/s].
+        braking: Deceleration that is comfortable; half of it is counted on [m/s²].
+    """
+    square = desired * desired
+    begin = 0.0
+    for k in range(ground.segments.shape[0]):
+        length, curvature = ground.segments[k, 3], ground.segments[k, 4]
+        way = max(0.0, begin - s)
+        if braking * way >= square:
+            break
+        bend = abs(offset_curvature(curvature, d))
+        if begin + length > s and bend > 0.0:
+            square = min(square, MAX_LATERAL / bend + braking * way)
+        begin += length
+    slab = slab_at(ground.slabs, s)
+    while slab < ground.slabs.shape[0]:
+        begin = ground.slabs[slab, SLAB_BEGIN]
+        way = max(0.0, begin - s)
+        if braking * way >= square:
+            break
+        limit = limit_at(ground, max(s, begin), d)
+        square = min(square, limit * limit + braking * way)
+        slab += 1
+    return math.sqrt(square)
 
 
 @inlined

@@ -55,6 +55,7 @@ def nominal_step(
         return FAULT
     if np.isnan(memory[MEMORY_PATH]):
         memory[MEMORY_PATH] = center_at(ground, pose[POSE_S], pose[POSE_D])
+    memory[MEMORY_PATH] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_PATH])
     path_d = memory[MEMORY_PATH]
     corridor.view_path(seen, run, path_d, path)
     speed = pose[POSE_SPEED]

@@ -423,6 +423,7 @@ def _act(
             continue
         if math.isnan(memory[MEMORY_PATH]):
             memory[MEMORY_PATH] = center_at(ground, pose[POSE_S], pose[POSE_D])
+        memory[MEMORY_PATH] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_PATH])
         path_d = memory[MEMORY_PATH]
         update_things(
             batch.things[run],

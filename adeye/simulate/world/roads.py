@@ -22,6 +22,7 @@ from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
+from adeye.kernel.strips import SLAB_BEGIN, SLAB_WIDTH, STRIP_LANE, STRIP_WIDTH
 from adeye.signals import Floats, Ints, RoadMap
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
 
@@ -165,6 +166,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
         ),
         refuges=build_refuges(formulas, length),
         length=length,
+        **_across(formulas),
     )
 
 
@@ -179,6 +181,24 @@ def _imported(formulas: Formulas) -> tuple[list[tuple[Floats, Floats]], Floats]:
         lines[rows, : len(road.line)] = road.line
         heading[rows] = road.heading
     return [(lines[:, at, 0], lines[:, at, 1]) for at in range(most + 1)], heading
+
+
+def _across(formulas: Formulas) -> dict[str, Floats]:
+    """Return slabs (B, S, 4) and strips (B, J, 8) of imported roads, filled up at the end."""
+    parts = [(scenario.world.road.slabs, rows) for scenario, rows, _ in formulas.parts]
+    most = max(len(slabs) for slabs, _ in parts)
+    many = max(sum(len(found) for _, found in slabs) for slabs, _ in parts)
+    across = np.zeros((formulas.runs, most, SLAB_WIDTH))
+    beside = np.zeros((formulas.runs, many, STRIP_WIDTH))
+    across[:, :, SLAB_BEGIN] = np.inf
+    for slabs, rows in parts:
+        first = 0
+        for number, (begin, found) in enumerate(slabs):
+            own = sum(strip[STRIP_LANE] >= 0.0 for strip in found)
+            across[rows, number] = (begin, first, len(found), own)
+            beside[rows, first : first + len(found)] = found
+            first += len(found)
+    return {"slabs": across, "strips": beside}
 
 
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:

@@ -26,6 +26,7 @@ from adeye.kernel.road import (
     is_on_lanes,
     lane_center,
     lane_width,
+    lanes_at,
     position,
 )
 from adeye.signals import FAULT, Floats, spec_columns
@@ -135,7 +136,7 @@ def strays(task: StopTask, path: Floats, begun: float, profile: Floats) -> bool:
     end = profiles.at_path(path, begun + profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S])[0]
     width = lane_width(ground, s, center)
     beside = 0.5 * (width + record["width"])
-    for row in range(ground.lanes):
+    for row in range(lanes_at(ground, s)):
         lane = lane_center(ground, s, row)
         # Beyond its own lane as far as the one in which it ends up, if only with its side. Whoever
         # is over the edge of its lane already can still come back, so that is asked, too.

@@ -16,7 +16,7 @@ from adeye.kernel.criticality import rss_longitudinal_distance
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import REST_AREA as REST_AREA_KIND
-from adeye.kernel.road import ground_of, lane_way, left_edge, local, right_edge, shoulder_width
+from adeye.kernel.road import far_edge, ground_of, lane_way, local, right_edge, shoulder_width
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
@@ -235,7 +235,7 @@ def sensor_silent(watch: Watch, run: int, sensor: int, time: float, rule: Floats
 def off_road(batch: Batch, run: int, rule: Floats) -> bool:
     """Fire when the centre of the ego is where nothing carries a vehicle."""
     ground, pose = ground_of(batch.seen.grounds, run), batch.seen.pose[run]
-    right, left = right_edge(ground, pose[POSE_S]), left_edge(ground, pose[POSE_S])
+    right, left = right_edge(ground, pose[POSE_S]), far_edge(ground, pose[POSE_S])
     return not right - rule[RULE_FIRST] <= pose[POSE_D] <= left + rule[RULE_FIRST]
 
 

@@ -28,6 +28,7 @@ from adeye.kernel.road import (
     ground_of,
     is_beside,
     lane_width,
+    lanes_right,
     left_edge,
     offset_curvature,
     position,
@@ -168,6 +169,7 @@ def start_of_paths(
         Lateral place [m], slope and bend [1/m].
     """
     if not np.isnan(memory[MEMORY_LANE]):
+        memory[MEMORY_LANE] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_LANE])
         d, slope, bend = profiles.at_path(path, pose[POSE_S] - path[profiles.PATH_START])
         if abs(d - pose[POSE_D]) < LOST:
             return d, slope, bend
@@ -379,7 +381,8 @@ def drive_path(fan: Fan, path: Floats, profile: Floats, is_last_resort: bool) ->
     record, ground, pose = fan.record, fan.ground, fan.pose
     half = 0.5 * record["width"]
     # Who is beyond an edge already may come back.
-    lowest = min(half - shoulder_width(ground, pose[POSE_S]), pose[POSE_D])
+    edge = lanes_right(ground, pose[POSE_S]) - shoulder_width(ground, pose[POSE_S])
+    lowest = min(half + edge, pose[POSE_D])
     highest = max(left_edge(ground, pose[POSE_S]) - half, pose[POSE_D])
     return cost.drive_line(
         record,
