@@ -16,7 +16,7 @@ from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.kernel.road import Ground, is_imported, lane_edge, position, right_edge
+from adeye.kernel.road import Ground, far_edge, is_imported, lane_edge, position, right_edge
 from adeye.kernel.strips import (
     DRIVING,
     SLAB_BEGIN,
@@ -303,10 +303,13 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
         )
 
     if is_imported(ground):
-        return drawn.RoadGeometry(
-            boundaries=tuple(line(*edge) for edge in _strip_edges(ground, start, end)),
-            shoulder=None,
+        # What is paved lies between the first boundary and the last.
+        right, left = (
+            line(tuple(edge(ground, float(station)) for station in stations), "none")
+            for edge in (right_edge, far_edge)
         )
+        edges = [line(*edge) for edge in _strip_edges(ground, start, end)]
+        return drawn.RoadGeometry(boundaries=(right, *edges, left), shoulder=None)
     edges = [
         line(
             tuple(lane_edge(ground, float(station), k) for station in stations),
