@@ -281,13 +281,6 @@ def read_lanes(path: Path) -> Lanes:
     return _read(path, state.st_mtime_ns, state.st_size)
 
 
-class Chain(NamedTuple):
-    """Cross-sections in the order of travel, and the lane of each that goes on all along."""
-
-    sections: tuple[Section, ...]
-    lanes: tuple[int, ...]
-
-
 def steps_of(pieces: Sequence[Piece]) -> tuple[float, float]:
     """Return the widest gap [m] and the sharpest kink [rad] between pieces in their order."""
     gap = kink = 0.0

@@ -20,7 +20,7 @@ import numpy as np
 
 from adeye.kernel import strips as across
 from adeye.maps import network
-from adeye.maps.carriageway import Chain, Lanes, Piece, Section, Slab, read_lanes, steps_of
+from adeye.maps.carriageway import Lanes, Piece, Section, Slab, read_lanes, steps_of
 
 Anchor = Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
 """What is at a place: a point of a carriageway, where the lane of a ramp comes in or leaves, where
@@ -143,18 +143,31 @@ def places_of(path: Path, asked: Asked) -> Places:
         asked: What a place must have.
 
     Returns:
-        In the order of the roads' ids as texts, those along before those against their s, and of
-        the places.
+        As ``places_in`` does.
 
     Raises:
         SpecError: The map cannot be read.
     """
-    found = read_lanes(path)
+    return places_in(read_lanes(path), path.stem, asked)
+
+
+def places_in(found: Lanes, name: str, asked: Asked) -> Places:
+    """Find the places that have what is asked, see ``places_of``.
+
+    Args:
+        found: Lanes of a map.
+        name: Of the map, for the keys of its places.
+        asked: What a place must have.
+
+    Returns:
+        In the order of the roads' ids as texts, those along before those against their s, and of
+        the places.
+    """
     places: list[Place] = []
     refused: Counter[str] = Counter()
     spots = sorted(set(_spots(found, asked.anchor)), key=_order)
     for spot in spots:
-        key = f"{path.stem}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
+        key = f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
         place = _place(found, spot, asked, key)
         if isinstance(place, Place):
             places.append(place)
@@ -208,30 +221,36 @@ def _parts(found: Lanes, section: Section, rows: Sequence[int], sense: int) -> s
 def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     """Return a place with its road, or why it has none."""
     section = spot.section
-    if found.drive.roads[section.road].left_hand:
-        return "in left-hand traffic"
-    if asked.lanes not in {None, len(found.own[section])}:
-        return "with another number of lanes"
-    if asked.two_way not in {None, _is_two_way(found, section)}:
-        return "without traffic that comes towards one" if asked.two_way else "with such traffic"
-    if asked.road_type not in {None, _type_at(found, spot)}:
-        return "on a road of another type"
+    lacks = _lacks(
+        (not found.drive.roads[section.road].left_hand, "in left-hand traffic"),
+        (asked.lanes in {None, len(found.own[section])}, "with another number of lanes"),
+        (
+            asked.two_way in {None, _is_two_way(found, section)},
+            "with traffic towards one, or without",
+        ),
+        (asked.road_type in {None, _type_at(found, spot)}, "on a road of another type"),
+    )
+    if lacks:
+        return lacks
     chain = _chain(found, spot, asked)
     if isinstance(chain, str):
         return chain
-    sections, window = chain
-    pieces = [
-        found.piece(part, lane)
-        for part, lane in zip(sections.sections, sections.lanes, strict=True)
-    ]
+    pieces = [found.piece(part, lane) for part, lane in chain]
     gap, kink = steps_of(pieces)
     if gap > GAP or kink > KINK:
         return "where roads do not meet, or with a kink"
-    return _laid(found, spot, asked, key, sections, pieces, window)
+    at = [part for part, _ in chain].index(section)
+    here = math.fsum(piece.length for piece in pieces[:at]) + pieces[at].on_line(spot.at)
+    return _laid(key, _type_at(found, spot), asked, pieces, here)
 
 
-def _chain(found: Lanes, spot: Spot, asked: Asked) -> tuple[Chain, tuple[float, float]] | str:
-    """Return the cross-sections of a place's road, and how much of them is before and behind it."""
+def _lacks(*asked: tuple[bool, str]) -> str:
+    """Return the first reason that is not met; empty for none."""
+    return next((reason for is_met, reason in asked if not is_met), "")
+
+
+def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] | str:
+    """Return the cross-sections of a place's road, each with its lane that goes on all along."""
     parts = {-1: [spot.section], 1: [spot.section]}
     for sense, far in ((-1, asked.before), (1, asked.after)):
         low, high = _reach(found, spot)
@@ -248,8 +267,7 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> tuple[Chain, tuple[float, 
     rows = _through(found, sections)
     if not rows:
         return "where no lane goes on all along"
-    ids = tuple(found.rows.keys[row][2] for row in rows)
-    return Chain(sections, ids), (asked.before, asked.after)
+    return [(part, found.rows.keys[row][2]) for part, row in zip(sections, rows, strict=True)]
 
 
 def _ends(found: Lanes, section: Section) -> tuple[float, float]:
@@ -294,20 +312,17 @@ def _type_at(found: Lanes, spot: Spot) -> str:
     return _TYPES.get(kinds[-1].type, _UNKNOWN) if kinds else _UNKNOWN
 
 
-def _laid(
-    found: Lanes,
-    spot: Spot,
-    asked: Asked,
-    key: str,
-    chain: Chain,
-    pieces: Sequence[Piece],
-    window: tuple[float, float],
-) -> Place | str:
-    """Put the road of a place together, or say what it lacks."""
-    at = chain.sections.index(spot.section)
-    here = math.fsum(piece.length for piece in pieces[:at]) + pieces[at].on_line(spot.at)
-    low, high = here - window[0], here + window[1]
-    kind = _type_at(found, spot)
+def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: float) -> Place | str:
+    """Put the road of a place together, or say what it lacks.
+
+    Args:
+        key: Of the place.
+        kind: Type of its road.
+        asked: What it must have.
+        pieces: The cross-sections that the road leads over.
+        here: Where on their line the place is [m].
+    """
+    low, high = here - asked.before, here + asked.after
     heading, line, slabs, begin = math.nan, [], [], 0.0
     for piece in pieces:
         first, last = max(low, begin), min(high, begin + piece.length)
@@ -330,20 +345,21 @@ def _laid(
         for strip in across_
         if strip[across.STRIP_LANE] >= 0.0
     ]
-    for is_met, reason in (
+    least, most = min(limits), max(limits)
+    lacks = _lacks(
         (asked.min_radius is None or radius >= asked.min_radius, "with a narrower bend"),
         (asked.max_radius is None or radius <= asked.max_radius, "without such a bend"),
         (
-            asked.min_speed_limit is None or min(limits) >= asked.min_speed_limit,
+            asked.min_speed_limit is None or least >= asked.min_speed_limit,
             "with a lower speed limit",
         ),
         (
-            asked.max_speed_limit is None or max(limits) <= asked.max_speed_limit,
+            asked.max_speed_limit is None or most <= asked.max_speed_limit,
             "with a higher speed limit",
         ),
-    ):
-        if not is_met:
-            return reason
+    )
+    if lacks:
+        return lacks
     counts = [sum(strip[across.STRIP_LANE] >= 0.0 for strip in item) for _, item in slabs]
     width, shoulder = _summary(slabs)
     return Place(
@@ -351,7 +367,7 @@ def _laid(
         lanes=max(counts),
         lane_width=width,
         shoulder=shoulder,
-        speed_limit=min(limits),
+        speed_limit=least,
         is_guessed=is_guessed,
         road_type=kind,
         radius=radius,
