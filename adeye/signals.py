@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
 from adeye.kernel.road import Ground, Grounds
-from adeye.kernel.strips import SLAB_WIDTH, STRIP_WIDTH, lane_ends, lanes_at, opposite_ends
+from adeye.kernel.strips import (
+    SLAB_BEGIN,
+    SLAB_LANES,
+    SLAB_STRIPS,
+    SLAB_WIDTH,
+    STRIP_WIDTH,
+    lane_ends,
+    lanes_at,
+    opposite_ends,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -126,6 +135,10 @@ def _copied(record: _Copied) -> _Copied:
     )
 
 
+MOST_LANES: Final = 8
+"""Lanes that a road may have in one direction."""
+
+
 @dataclass(frozen=True, slots=True)
 class RoadMap:
     """The road of each run, as channels know it from the map.
@@ -133,7 +146,7 @@ class RoadMap:
     Attributes:
         segments: Reference line (right edge), (B, K, 5): x, y, heading, length, curvature.
         lane_width: (B,) [m].
-        lanes: Number of lanes, the same for the batch.
+        lanes: Number of lanes, the same for the batch; of imported roads ``MOST_LANES``.
         shoulder: Width beside the right edge (B,) [m].
         speed_limit: (B,) [m/s].
         verge: Width of free ground beside the shoulder (B,) [m].
@@ -173,6 +186,24 @@ class RoadMap:
         columns = {item.name: getattr(self, item.name) for item in fields(self)}
         lanes = columns.pop("lanes")
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
+
+    def told(self, run: int) -> dict[str, Any]:
+        """Return the road of a run as guests are told it, without what fills arrays up."""
+        slabs = self.slabs[run][np.isfinite(self.slabs[run, :, SLAB_BEGIN])]
+        lanes = int(slabs[:, SLAB_LANES].max()) if len(slabs) else self.lanes
+        told = {
+            "segments": self.segments[run][self.segments[run, :, 3] > 0.0],
+            "lane_width": float(self.lane_width[run]),
+            "lanes": lanes,
+            "shoulder": float(self.shoulder[run]),
+            "speed_limit": float(self.speed_limit[run]),
+            "verge": float(self.verge[run]),
+            "refuges": self.refuges[run].copy(),
+        }
+        if len(slabs):
+            count = int(slabs[:, SLAB_STRIPS].sum())
+            told |= {"slabs": slabs, "strips": self.strips[run, :count].copy()}
+        return told
 
     def grounds(self) -> Grounds:
         """Return the roads as compiled stages ask them: their arrays are contiguous."""

@@ -19,7 +19,15 @@ from adeye.judge.series import (
 )
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
-from adeye.signals import Bools, Bytes, Floats, SignalType, architecture_signals, scene_signals
+from adeye.signals import (
+    MOST_LANES,
+    Bools,
+    Bytes,
+    Floats,
+    SignalType,
+    architecture_signals,
+    scene_signals,
+)
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -90,10 +98,10 @@ def plan_dictionary(
     Returns:
         Signal types by name.
     """
-    object_ids = (*scenario.actors, *scenario.world.objects)
+    object_ids, road = (*scenario.actors, *scenario.world.objects), scenario.world.road
     return _dictionary(
         object_ids,
-        scenario.world.road.lanes,
+        MOST_LANES if road.kind == "imported" else road.lanes,
         tuple(architecture.sensors),
         tuple(architecture.channels),
         (tuple(monitors), tuple(faults)),

@@ -270,8 +270,8 @@ class Ground(NamedTuple):
     shoulder: float
     verge: float
     speed_limit: float
-    slabs: Floats
-    strips: Floats
+    slabs: Floats = strips.NO_SLABS
+    strips: Floats = strips.NO_STRIPS
 
 
 class Grounds(NamedTuple):

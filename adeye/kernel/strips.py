@@ -39,6 +39,10 @@ DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
 
 OWN, OPPOSITE = 1.0, -1.0
 
+NO_SLABS: Final = np.zeros((0, SLAB_WIDTH))
+NO_STRIPS: Final = np.zeros((0, STRIP_WIDTH))
+"""Those of a parametric road."""
+
 
 @inlined
 def slab_at(slabs: Floats, s: float) -> int:

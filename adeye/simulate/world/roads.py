@@ -23,7 +23,7 @@ from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.strips import SLAB_BEGIN, SLAB_WIDTH, STRIP_LANE, STRIP_WIDTH
-from adeye.signals import Floats, Ints, RoadMap
+from adeye.signals import MOST_LANES, Floats, Ints, RoadMap
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
 
 # --- Parking bays and rest areas beside a road, and where they may be -----------------------------
@@ -158,7 +158,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
     return RoadMap(
         segments=_join(pieces, heading),
         lane_width=lane_width,
-        lanes=road.lanes,
+        lanes=MOST_LANES if road.kind == "imported" else road.lanes,
         shoulder=shoulder,
         speed_limit=limit,
         verge=formulas.limited(
@@ -171,14 +171,17 @@ def build_roads(formulas: Formulas) -> RoadMap:
 
 
 def _imported(formulas: Formulas) -> tuple[list[tuple[Floats, Floats]], Floats]:
-    """Return the pieces of the lines, shorter ones filled up with pieces of no length; headings."""
+    """Return the pieces of the lines with their run-out, and the headings that they begin with.
+
+    Shorter ones are filled up with pieces of no length at the very end, where nobody drives.
+    """
     heading = np.zeros(formulas.runs)
     most = max(len(scenario.world.road.line) for scenario, _, _ in formulas.parts)
     lines = np.zeros((formulas.runs, most + 1, 2))
-    lines[:, most, 0] = RUN_OUT
     for scenario, rows, _ in formulas.parts:
         road = scenario.world.road
         lines[rows, : len(road.line)] = road.line
+        lines[rows, len(road.line), 0] = RUN_OUT
         heading[rows] = road.heading
     return [(lines[:, at, 0], lines[:, at, 1]) for at in range(most + 1)], heading
 
