@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
+from adeye.kernel.road import Ground, Grounds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -159,6 +160,21 @@ class RoadMap:
         columns = {field.name: getattr(self, field.name) for field in fields(self)}
         lanes = columns.pop("lanes")
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
+
+    def grounds(self) -> Grounds:
+        """Return the roads as compiled stages ask them: their arrays are contiguous."""
+        names = [name for name in Grounds._fields if name != "lanes"]
+        columns = {name: np.ascontiguousarray(getattr(self, name)) for name in names}
+        return Grounds(**columns, lanes=self.lanes)
+
+    def ground(self, run: int) -> Ground:
+        """Return the road of one run as compiled code asks it."""
+        names = [name for name in Ground._fields if name != "lanes"]
+        return Ground(**{name: getattr(self, name)[run] for name in names}, lanes=self.lanes)
+
+    def centers(self, lane: Floats) -> Floats:
+        """Return d of the centre of a lane of each run (B,) [m]."""
+        return np.asarray((lane + 0.5) * self.lane_width)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ the evaluation of a trace and its pictures.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -178,25 +178,189 @@ def lane_way(s: float, heading: float, d: float, other_s: float, other_heading: 
 
 
 @inlined
-def lane_center(lane: int, lane_width: float) -> float:
-    """Return d of a lane's centre [m]; lane 0 is the rightmost."""
-    return (lane + 0.5) * lane_width
+def curvature_at(segments: Floats, s: float) -> float:
+    """Return the curvature of a reference line [1/m].
+
+    Args:
+        segments: (K, 5), see the module.
+        s: Along it [m].
+    """
+    last = segments.shape[0] - 1
+    k = 0
+    while k < last and s > segments[k, 3]:
+        s -= segments[k, 3]
+        k += 1
+    return float(segments[k, 4])
+
+
+# --- What lies across a road: whoever asks where lanes and edges are asks these functions ---------
+#
+# They take the place along the road, although only the right edge of a parametric one depends on
+# it, so that nobody who asks relies on lanes that go on for ever.
+
+
+class Ground(NamedTuple):
+    """The road of one run with what lies beside it.
+
+    Attributes:
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        lane_width: [m].
+        lanes: How many there are.
+        shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
+        speed_limit: [m/s].
+    """
+
+    segments: Floats
+    refuges: Floats
+    lane_width: float
+    lanes: int
+    shoulder: float
+    verge: float
+    speed_limit: float
+
+
+class Grounds(NamedTuple):
+    """The roads of B runs: the fields of ``Ground`` with a leading axis, but for the lanes."""
+
+    segments: Floats
+    refuges: Floats
+    lane_width: Floats
+    lanes: int
+    shoulder: Floats
+    verge: Floats
+    speed_limit: Floats
 
 
 @inlined
-def lane_of(d: float, lane_width: float, lanes: int) -> int:
+def ground_of(grounds: Grounds, run: int) -> Ground:
+    """Return the road of one run."""
+    return Ground(
+        grounds.segments[run],
+        grounds.refuges[run],
+        grounds.lane_width[run],
+        grounds.lanes,
+        grounds.shoulder[run],
+        grounds.verge[run],
+        grounds.speed_limit[run],
+    )
+
+
+@inlined
+def lane_width(ground: Ground, s: float, d: float) -> float:
+    """Return the width of the lane at a place [m]."""
+    return ground.lane_width
+
+
+@inlined
+def lane_edge(ground: Ground, s: float, lane: int) -> float:
+    """Return d of a lane's right edge [m], of the one behind the last for the left edge."""
+    return lane * ground.lane_width
+
+
+@inlined
+def left_edge(ground: Ground, s: float) -> float:
+    """Return d of the left edge of the leftmost lane [m]."""
+    return lane_edge(ground, s, ground.lanes)
+
+
+@inlined
+def lane_center(ground: Ground, s: float, lane: int) -> float:
+    """Return d of a lane's centre [m]; lane 0 is the rightmost."""
+    return (lane + 0.5) * ground.lane_width
+
+
+@inlined
+def lane_of(ground: Ground, s: float, d: float) -> int:
     """Return the lane that a point is in, 0 at the right; -1 off the lanes or for NaN.
 
     Args:
+        ground: Where it is.
+        s: Along the road [m].
         d: To the left of the right edge [m]; an edge between two lanes belongs to the left one.
-        lane_width: > 0 [m].
-        lanes: How many there are.
     """
-    if not 0.0 <= d < lanes * lane_width:
+    if not 0.0 <= d < left_edge(ground, s):
         return -1
-    lane = int(d / lane_width)
+    lane = int(d / ground.lane_width)
     # The division may round up to the far edge.
-    return lane if lane < lanes else lanes - 1
+    return lane if lane < ground.lanes else ground.lanes - 1
+
+
+@inlined
+def lane_at(ground: Ground, s: float, d: float) -> int:
+    """Return the lane at a place, the outermost one for places off the lanes."""
+    lane = lane_of(ground, s, d)
+    if lane >= 0:
+        return lane
+    return 0 if d < 0.0 else ground.lanes - 1
+
+
+@inlined
+def center_at(ground: Ground, s: float, d: float) -> float:
+    """Return d of the centre of the lane at a place [m], see ``lane_at``."""
+    return lane_center(ground, s, lane_at(ground, s, d))
+
+
+@inlined
+def center_beside(ground: Ground, s: float, center: float, side: float) -> float:
+    """Return d of the centre of the next lane [m], be there one or not.
+
+    Args:
+        ground: Where it is.
+        s: Along the road [m].
+        center: Of the lane that it is beside [m].
+        side: 1 to the left, -1 to the right.
+    """
+    return center + side * lane_width(ground, s, center)
+
+
+@inlined
+def center_ahead(ground: Ground, s: float, d: float, sideways: float) -> float:
+    """Return where a vehicle that moves sideways will end: the next lane centre that way [m].
+
+    Args:
+        ground: Where it is.
+        s: Along the road [m].
+        d: [m].
+        sideways: Its speed to the left, not 0 [m/s]; beyond the outermost centre it goes on, to
+            infinity.
+    """
+    place = d / ground.lane_width - 0.5
+    lane = math.floor(place) + 1.0 if sideways > 0.0 else math.ceil(place) - 1.0
+    if lane < 0.0 or lane >= ground.lanes:
+        return sideways * math.inf
+    return lane_center(ground, s, int(lane))
+
+
+@inlined
+def is_on_lanes(ground: Ground, s: float, d: float) -> bool:
+    """Tell whether a place is on a lane or on an outer edge of them."""
+    return 0.0 <= d <= left_edge(ground, s)
+
+
+@inlined
+def is_beside(ground: Ground, s: float, d: float) -> bool:
+    """Tell whether a place is to the right of all lanes: on the shoulder or farther out."""
+    return d < 0.0
+
+
+@inlined
+def shoulder_width(ground: Ground, s: float) -> float:
+    """Return the width of the shoulder [m], 0 for none."""
+    return ground.shoulder
+
+
+@inlined
+def shoulder_middle(ground: Ground, s: float) -> float:
+    """Return d of the middle of the shoulder [m]."""
+    return -0.5 * shoulder_width(ground, s)
+
+
+@inlined
+def limit_at(ground: Ground, s: float, d: float) -> float:
+    """Return the speed limit at a place [m/s]."""
+    return ground.speed_limit
 
 
 # --- The right edge of the road: shoulder, free verge, and the parking bays and rest areas in it --
@@ -243,110 +407,100 @@ def refuge_depth(refuges: Floats, s: float) -> float:
 
 
 @inlined
-def right_edge(refuges: Floats, s: float, shoulder: float, verge: float) -> float:
-    """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge.
-
-    Args:
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
-        s: Along the road [m].
-        shoulder: Width beside the right edge of lane 0 [m].
-        verge: Width of free ground beside that [m].
-    """
-    return -shoulder - max(refuge_depth(refuges, s), verge)
+def right_edge(ground: Ground, s: float) -> float:
+    """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge."""
+    return -shoulder_width(ground, s) - max(refuge_depth(ground.refuges, s), ground.verge)
 
 
 @inlined
-def body_edge(
-    refuges: Floats,
-    s: float,
-    slope: float,
-    length: float,
-    width: float,
-    shoulder: float,
-    verge: float,
-) -> float:
+def body_edge(ground: Ground, s: float, slope: float, length: float, width: float) -> float:
     """Return the least d of the centre of a body whose corners all keep to the road [m].
 
     Two corners are enough: tapers make the road wider and narrower, never both within a body.
 
     Args:
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        ground: Where it is.
         s: Of its centre along the road [m].
         slope: Tangent of its heading against the road's.
         length: Of the body [m].
         width: [m].
-        shoulder: [m].
-        verge: [m].
     """
     tilt, half = 0.5 * length * slope, 0.5 * width
-    front = right_edge(refuges, s + 0.5 * length, shoulder, verge)
-    rear = right_edge(refuges, s - 0.5 * length, shoulder, verge)
+    front = right_edge(ground, s + 0.5 * length)
+    rear = right_edge(ground, s - 0.5 * length)
     return max((half - tilt) + front, (half + tilt) + rear)
 
 
 @inlined
 def is_in_refuge(
-    refuge: Floats,
-    s: float,
-    d: float,
-    slope: float,
-    length: float,
-    width: float,
-    shoulder: float,
+    ground: Ground, refuge: Floats, s: float, d: float, slope: float, length: float, width: float
 ) -> bool:
     """Tell whether a body is wholly inside a refuge, beside the shoulder.
 
     A refuge is convex in road coordinates, so its corners are enough.
 
     Args:
+        ground: Where it is.
         refuge: (5,), see ``signals.REFUGE_COLUMNS``.
         s: Of the centre of the body along the road [m].
         d: From the right edge to the left [m].
         slope: Tangent of its heading against the road's.
         length: Of the body [m].
         width: [m].
-        shoulder: [m].
     """
     is_inside = True
     for end in (-0.5, 0.5):
         x = end * length
         for side in (-0.5, 0.5):
-            y = d + slope * x + side * width + shoulder
+            y = d + slope * x + side * width + shoulder_width(ground, s)
             is_inside = is_inside and -depth_at(refuge, s + x) - 1e-9 <= y <= 1e-9
     return is_inside
 
 
+@inlined
+def is_on_road(grounds: Grounds, run: int, margin: float, s: float, d: float) -> bool:
+    """Tell whether a place of a run is on what carries a vehicle, see ``mark_on_road``."""
+    ground = ground_of(grounds, run)
+    return right_edge(ground, s) - margin <= d <= left_edge(ground, s) + margin
+
+
+@inlined
+def is_in_any_refuge(
+    grounds: Grounds, run: int, size: Floats, s: float, d: float, slope: float
+) -> bool:
+    """Tell whether a body of a run is wholly inside one of its refuges, see ``mark_in_refuge``."""
+    ground = ground_of(grounds, run)
+    is_inside = False
+    for row in range(ground.refuges.shape[0]):
+        is_inside = is_inside or is_in_refuge(
+            ground, ground.refuges[row], s, d, slope, size[0], size[1]
+        )
+    return is_inside
+
+
 @allocating
-def mark_on_road(
-    refuges: Floats, shoulder: Floats, verge: Floats, left: Floats, s: Floats, d: Floats
-) -> Bools:
+def mark_on_road(grounds: Grounds, margin: float, s: Floats, d: Floats) -> Bools:
     """Tell which places (B, T) are on a lane, the shoulder, a refuge or the verge.
 
     Args:
-        refuges: (B, R, 5), see ``signals.REFUGE_COLUMNS``.
-        shoulder: (B,) [m].
-        verge: (B,) [m].
-        left: (B,) d of the left edge [m].
+        grounds: Of B runs.
+        margin: How far beyond the edges still counts [m].
         s: (B, T) along the road [m].
         d: (B, T) from the right edge to the left [m]; what is no number is not on the road.
     """
     marks = np.zeros(d.shape, dtype=np.bool_)
     for run in range(d.shape[0]):
         for row in range(d.shape[1]):
-            edge = right_edge(refuges[run], s[run, row], shoulder[run], verge[run])
-            marks[run, row] = edge <= d[run, row] <= left[run]
+            marks[run, row] = is_on_road(grounds, run, margin, s[run, row], d[run, row])
     return marks
 
 
 @allocating
-def mark_in_refuge(
-    refuges: Floats, shoulder: Floats, size: Floats, s: Floats, d: Floats, align: Floats
-) -> Bools:
+def mark_in_refuge(grounds: Grounds, size: Floats, s: Floats, d: Floats, align: Floats) -> Bools:
     """Tell at which places (B, T) a body is wholly inside a parking bay or rest area.
 
     Args:
-        refuges: (B, R, 5), see ``signals.REFUGE_COLUMNS``.
-        shoulder: (B,) [m].
+        grounds: Of B runs.
         size: (B, 3) length and width of the body first [m].
         s: (B, T) of its centre along the road [m].
         d: (B, T) from the right edge to the left [m].
@@ -356,15 +510,7 @@ def mark_in_refuge(
     for run in range(d.shape[0]):
         for row in range(d.shape[1]):
             sine, cosine = sin_cos(align[run, row])
-            slope = sine / cosine
-            for number in range(refuges.shape[1]):
-                marks[run, row] = marks[run, row] or is_in_refuge(
-                    refuges[run, number],
-                    s[run, row],
-                    d[run, row],
-                    slope,
-                    size[run, 0],
-                    size[run, 1],
-                    shoulder[run],
-                )
+            marks[run, row] = is_in_any_refuge(
+                grounds, run, size[run], s[run, row], d[run, row], sine / cosine
+            )
     return marks

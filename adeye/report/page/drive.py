@@ -16,7 +16,7 @@ from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.kernel.road import position, right_edge
+from adeye.kernel.road import lane_edge, position, right_edge
 from adeye.report.page import replay as drawn
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.concept import Requirement
@@ -272,20 +272,20 @@ def _gaps(values: Any, places: int = PLACES) -> drawn.Gaps:
 
 
 def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
-    road = trace.layout.context.road
-    segments = road.segments[run]
+    ground = trace.layout.context.road.ground(run)
     s = trace["ego_place"][run, :rows, columns.PLACE_S]
     start, end = float(s.min()) - VIEW, float(s.max()) + VIEW
-    curved = bool(np.any(segments[:, 4] != 0.0))
+    curved = bool(np.any(ground.segments[:, 4] != 0.0))
     pieces = max(1, math.ceil((end - start) / BOUNDARY_STEP)) if curved else 1
     stations = np.linspace(start, end, pieces + 1)
-    width = float(road.lane_width[run])
 
     def line(
         d: float | drawn.Floats, marking: Literal["solid", "dashed", "none"], at: Any = stations
     ) -> drawn.Line:
         places = zip(at, np.broadcast_to(d, len(at)), strict=True)
-        points = [position(segments, float(station), float(beside)) for station, beside in places]
+        points = [
+            position(ground.segments, float(station), float(beside)) for station, beside in places
+        ]
         return drawn.Line(
             marking=marking,
             x_m=_floats([point[0] for point in points]),
@@ -293,12 +293,14 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
         )
 
     edges = [
-        line(k * width, "solid" if k in {0, road.lanes} else "dashed")
-        for k in range(road.lanes + 1)
+        line(
+            tuple(lane_edge(ground, float(station), k) for station in stations),
+            "solid" if k in {0, ground.lanes} else "dashed",
+        )
+        for k in range(ground.lanes + 1)
     ]
-    shoulder, refuges = float(road.shoulder[run]), road.refuges[run]
-    at = _with_corners(stations, refuges)
-    right = tuple(right_edge(refuges, float(station), shoulder, 0.0) for station in at)
+    at, paved = _with_corners(stations, ground.refuges), ground._replace(verge=0.0)
+    right = tuple(right_edge(paved, float(station)) for station in at)
     return drawn.RoadGeometry(
         boundaries=tuple(edges),
         shoulder=line(right, "none", at) if min(right) < 0.0 else None,

@@ -9,7 +9,7 @@ import numpy as np
 
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import inlined
-from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
+from adeye.kernel.road import Ground, limit_at, local, offset_curvature, position
 from adeye.signals import parameter_record, spec_columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -57,16 +57,11 @@ _FIELDS: Final = (
 
 
 def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
-    """List what the compiled steps read of vehicle, road and clock, for the parameter record."""
-    vehicles, road = context.vehicles, context.road
+    """List what the compiled steps read of vehicle and clock, for the parameter record."""
+    vehicles = context.vehicles
     names = ("length", "width", "wheelbase", "max_steering_angle")
     return {
         **spec_columns(vehicles, lambda vehicle: {name: getattr(vehicle, name) for name in names}),
-        "lane_width": road.lane_width,
-        "lanes": road.lanes,
-        "shoulder": road.shoulder,
-        "verge": road.verge,
-        "speed_limit": road.speed_limit,
         "desired_speed": context.desired_speed,
         "period": context.period,
     }
@@ -98,21 +93,6 @@ def parameter_columns(context: ChannelContext, names: Iterable[str]) -> dict[str
 
 
 @inlined
-def lane_at(d: float, lane_width: float, lanes: int) -> int:
-    """Return the lane at a lateral place, the outermost one for places off the lanes.
-
-    Args:
-        d: From the right edge to the left [m].
-        lane_width: [m].
-        lanes: How many there are.
-    """
-    lane = lane_of(d, lane_width, lanes)
-    if lane >= 0:
-        return lane
-    return 0 if d < 0.0 else lanes - 1
-
-
-@inlined
 def steer(record: Any, pose: Floats, path_d: float) -> float:
     """Return the steering angle that keeps the ego on a line beside the reference line [rad].
 
@@ -137,16 +117,17 @@ def steer(record: Any, pose: Floats, path_d: float) -> float:
 
 
 @inlined
-def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) -> float:
+def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> float:
     """Return the speed that desire, speed limit and the curves ahead allow [m/s].
 
     Args:
-        record: Has ``desired_speed``, ``speed_limit`` and ``comfort_deceleration``.
-        segments: (K, 5) reference line of the road.
+        record: Has ``desired_speed`` and ``comfort_deceleration``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the path [m].
     """
-    allowed = min(record["desired_speed"], record["speed_limit"])
+    segments = ground.segments
+    allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
     if segments.shape[0] == 1 and segments[0, 4] == 0.0:
         return float(allowed)
     for seconds in _CURVE_PREVIEWS:
@@ -189,18 +170,6 @@ def follow(
     if speed < STANDSTILL and wanted <= 0.0:
         return -min(HOLD_DECELERATION, hardest)
     return wanted
-
-
-@inlined
-def path_of_lane(record: Any, d: float) -> float:
-    """Return the lateral place of the centre of the lane at a lateral place [m].
-
-    Args:
-        record: Has ``lane_width`` and ``lanes``.
-        d: From the right edge to the left [m].
-    """
-    lanes = int(record["lanes"])
-    return lane_center(lane_at(d, record["lane_width"], lanes), record["lane_width"])
 
 
 @inlined

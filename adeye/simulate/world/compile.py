@@ -160,9 +160,8 @@ def _check_on_road(
         )
     if is_beside:
         return
-    at, left = s[:, np.newaxis], road.lanes * road.lane_width
-    edges = road.shoulder + ROAD_EDGE, road.verge, left + ROAD_EDGE
-    outside = ~mark_on_road(road.refuges, *edges, at, d[:, np.newaxis])[:, 0]
+    at, beside = s[:, np.newaxis], d[:, np.newaxis]
+    outside = ~mark_on_road(road.grounds(), ROAD_EDGE, at, beside)[:, 0]
     if outside.any():
         raise SpecError(
             f"{where}.offset: {d[outside][0]:g} m from the right edge of the road is neither on a "
@@ -218,7 +217,7 @@ def _lateral(formulas: Formulas, road: RoadMap, where: str, lane: Pick, offset: 
         return beside
     number = formulas.values(f"{where}.lane", lane)
     check_lanes(f"{where}.lane", number, road.lanes)
-    return (number + 0.5) * road.lane_width + beside
+    return road.centers(number) + beside
 
 
 def _fill_actor(starts: Starts, column: int, name: str, formulas: Formulas, road: RoadMap) -> None:

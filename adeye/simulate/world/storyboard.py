@@ -158,7 +158,7 @@ def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap)
     row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_TO
     lane = formulas.values(f"{part}.to_lane", _field(name, "lane_change", "to_lane"))
     check_lanes(f"{part}.to_lane", lane, road.lanes)
-    row[:, storyboard.ACTION_TARGET] = (lane + 0.5) * road.lane_width
+    row[:, storyboard.ACTION_TARGET] = road.centers(lane)
 
 
 def check_lanes(what: str, lane: Floats, lanes: int) -> None:

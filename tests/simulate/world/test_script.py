@@ -157,10 +157,8 @@ def values_at(
     """Return the trigger variables of test cases where they begin, by name and run."""
     world, runs = compile_world(cases), len(cases)
     places = np.zeros((runs, 6)), np.zeros((runs, len(world.objects[0]), 6))
-    road = world.context.road
-    whole = np.ones(runs, dtype=np.bool_)
-    lanes = road.segments, road.lane_width, road.lanes
-    locate_all(whole, world.ego, world.objects, *lanes, *places)
+    grounds, whole = world.context.road.grounds(), np.ones(runs, dtype=np.bool_)
+    locate_all(whole, world.ego, world.objects, grounds, *places)
     events = len(cases[0].scenario.storyboard)
     scene = Scene(
         tick=tick,
