@@ -1,7 +1,8 @@
 """The fast traffic: the model of the reference traffic, compiled, for all runs at once.
 
 Reactive actors decide and move as ``highway`` has them do it, with the same equations in the same
-order; everything else is the stage's, as there. It works in our frame throughout.
+order; everything else is the stage's, as there. It works in our frame throughout. On imported roads
+they are on rails instead, see ``rails``.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from adeye.kernel.random import owner_id, uniform
 from adeye.kernel.traffic import network
 from adeye.kernel.traffic.drivers import advance_fast, advance_reference, locate
 from adeye.kernel.traffic.network import Road
-from adeye.simulate.traffic import variant_of
+from adeye.simulate.traffic import rails, variant_of
+from adeye.simulate.traffic.rails import lay_rails, react_on_rails, write_reacted
 from adeye.simulate.traffic.stage import Stage, Staged
 from adeye.simulate.world.compile import World, compile_world
 from adeye.simulate.world.roads import RUN_OUT
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.kernel.traffic.rails import Rails
     from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
     from adeye.simulate.world.formulas import Situation
 
@@ -63,6 +66,7 @@ class BatchTraffic(Staged):
         """
         super().__init__()
         self.variant = variant_of(self.name, variant)
+        self._rails: Rails | None = None
         self._react = react_fast if self.variant.startswith("fast") else react_reference
 
     def reset(self, cases: Sequence[Situation]) -> tuple[SceneContext, Scene]:
@@ -73,18 +77,22 @@ class BatchTraffic(Staged):
         """
         world = compile_world(cases)
         self._stage = stage = Stage(world, cases)
-        road = world.context.road
+        self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
+        self._is_reactive = not world.scripted.all()
+        vehicles, marks = _begin_vehicles(world)
+        road, self._rails = world.context.road, None
+        if cases[0].scenario.world.road.kind == "imported":
+            if self._is_reactive:
+                self._rails = lay_rails(world, stage.scene(), vehicles, marks)
+            return world.context, stage.scene()
         pieces = road.segments.shape[1]
         lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, network.LANE_WIDTH))
         links = network.build_links(
             [(number, number + 1, road.lanes) for number in range(pieces)], connected=pieces > 1
         )
         build_lanes(road.segments, links, road.lane_width, RUN_OUT, lanes)
-        vehicles, marks = _begin_vehicles(world)
         scratch = network.make_lists(lanes.shape[1], vehicles.shape[1])
         self._roads = Road(lanes, links, vehicles, marks, *scratch)
-        self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
-        self._is_reactive = not world.scripted.all()
         if self._is_reactive:
             locate_all_vehicles(self._roads)
         return world.context, stage.scene()
@@ -98,12 +106,19 @@ class BatchTraffic(Staged):
         """
         stage = self._require_stage()
         running = stage.ending.running.copy()
-        if self._is_reactive:
-            self._react(running, self._roads, stage.world.context.step, self._reacted)
+        step, laid = stage.world.context.step, self._rails
+        if laid is not None:
+            react_on_rails(running, laid, step, self._reacted)
+        elif self._is_reactive:
+            self._react(running, self._roads, step, self._reacted)
         stage.advance(command, self._reacted, friction)
-        if self._is_reactive:
+        scene = stage.scene()
+        if laid is not None:
+            places = scene.ego_place, scene.object_places
+            rails.show_placed(running, stage.ego, stage.objects, *places, laid)
+        elif self._is_reactive:
             show_placed(running, stage.ego, stage.objects, self._roads)
-        return stage.scene()
+        return scene
 
 
 def _begin_vehicles(world: World) -> tuple[Floats, Ints]:
@@ -264,21 +279,6 @@ def show_placed(running: Bools, ego: Floats, objects: Floats, roads: Road) -> No
 
 
 @compiled
-def _write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
-    """Write the states (A, 5) of the reactive actors of a run."""
-    for actor in range(reacted.shape[0]):
-        if marks[1 + actor, network.ROLE] >= network.FOLLOWING:
-            vehicle = vehicles[1 + actor]
-            row = reacted[actor]
-            row[0], row[1], row[2] = (
-                vehicle[network.X],
-                vehicle[network.Y],
-                vehicle[network.HEADING],
-            )
-            row[3], row[4] = vehicle[network.SPEED], vehicle[network.ACCELERATION]
-
-
-@compiled
 def react_reference(running: Bools, roads: Road, step: float, reacted: Floats) -> None:
     """Advance the reactive actors of all runs by one tick, in the reference arithmetic.
 
@@ -292,7 +292,7 @@ def react_reference(running: Bools, roads: Road, step: float, reacted: Floats) -
         if running[run]:
             road = _road_of(roads, run)
             advance_reference(road, step)
-            _write_reacted(road.vehicles, road.marks, reacted[run])
+            write_reacted(road.vehicles, road.marks, reacted[run])
 
 
 @compiled
@@ -302,4 +302,4 @@ def react_fast(running: Bools, roads: Road, step: float, reacted: Floats) -> Non
         if running[run]:
             road = _road_of(roads, run)
             advance_fast(road, step)
-            _write_reacted(road.vehicles, road.marks, reacted[run])
+            write_reacted(road.vehicles, road.marks, reacted[run])

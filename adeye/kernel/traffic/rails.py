@@ -1,0 +1,778 @@
+"""Drivers on rails: vehicles that keep to the lanes of one line, whatever its bends and strips.
+
+A vehicle's state is its place (s, d) beside the line, its lane and its speed; x, y and heading
+follow from these. A lane is a chain of strips that go on into each other, see ``kernel.strips``,
+driven with the line (way 1) or against it (-1). Where a lane drives, ``u = way * s`` grows. A
+change of lanes is a quintic of the way, so that its path stays when the driver brakes; until its
+end the vehicle stands in both lanes. The ego and everything else that others move stand in every
+lane that their body covers. So nobody is projected, and one sort along the line tells who drives
+ahead of whom. Gaps run from bumper to bumper along the driver's own place beside the line, as
+``road.lane_way``.
+
+In a tick all see the state at its beginning; only changes of lanes are decided one after the
+other, by the numbers (keys) of the vehicles, whatever the order of their rows.
+
+Source:
+    Treiber, Hennecke, Helbing (2000) for IDM, with gaps between bumpers as there; Kesting, Treiber,
+    Helbing (2007) for MOBIL, with politeness zero. Parameters are those of ``drivers``.
+    Not validated: how drivers make room where a lane ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.boxes import wrap_to_pi
+from adeye.kernel.elementary import atan2, power, sin_cos
+from adeye.kernel.jit import allocating, compiled, inlined
+from adeye.kernel.motion import clip
+from adeye.kernel.strips import (
+    DRIVING,
+    SLAB_BEGIN,
+    SLAB_FIRST,
+    SLAB_STRIPS,
+    STRIP_KIND,
+    STRIP_LEFT,
+    STRIP_LEFT_SLOPE,
+    STRIP_LIMIT,
+    STRIP_RIGHT,
+    STRIP_RIGHT_SLOPE,
+    STRIP_WAY,
+)
+from adeye.kernel.traffic import network
+from adeye.kernel.traffic.drivers import (
+    CHANGE_PERIOD,
+    IMPOSED_BRAKING,
+    LEAST_GAIN,
+    LEAST_SPEED,
+    MAX_ACCELERATION,
+)
+from adeye.kernel.traffic.network import (
+    ACCELERATION,
+    BRAKING,
+    CHANGING,
+    COSINE,
+    DESIRED_SPEED,
+    EXPONENT,
+    FOLLOWING,
+    GAIN,
+    HEADING,
+    JAM_DISTANCE,
+    LANE,
+    LENGTH,
+    ORDER,
+    RANK,
+    ROLE,
+    SPEED,
+    TARGET,
+    TIME_GAP,
+    TIMER,
+    S,
+    X,
+    Y,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LATERAL_COMFORT: Final = 3.0
+"""Lateral acceleration that drivers accept in bends [m/s²]."""
+
+EASY_BRAKING: Final = 2.0
+"""With which they slow down for bends and limits ahead, and for one who needs their lane [m/s²]."""
+
+HARD_BRAKING: Final = 5.0
+"""Braking that a change may ask for at the end of a lane; also of who is too fast for a bend."""
+
+CHANGE_TIME: Final = 4.0
+"""A change of lanes takes the way of this time [s], if the lane is long enough."""
+
+LEAST_WAY: Final = 15.0
+"""Shortest way of a change of lanes [m]."""
+
+END_MARGIN: Final = 10.0
+"""So far before its end a lane counts as blocked [m]: with the jam gap, a ``LEAST_WAY``."""
+
+NEEDED: Final = 300.0
+"""So far before the end of their lane drivers want to leave it [m]."""
+
+MORE_CHANGES: Final = 100.0
+"""A lane that several changes lead out of counts as shorter, for each beyond the first [m]."""
+
+NARROWEST: Final = 2.5
+"""A lane that tapers ends, or begins, where it is as wide [m]."""
+
+MOST_LANES: Final = 62
+"""A vehicle's lanes are the bits of one number."""
+
+# Columns of what lies along a line, in the order of s: pieces of the line and rows of its lanes.
+# Squares of the speed that is allowed [m²/s²]: in it, and where it is left, with the line and
+# against it.
+BEGIN, END, CAP, AFTER, CAP_BACK, AFTER_BACK = range(6)
+# Of a piece of the line, straight or an arc: its start, the heading there, never wrapped.
+LINE_X, LINE_Y, LINE_TURN, LINE_SINUS, LINE_COSINE, LINE_CURVATURE = range(6, 12)
+LINE_WIDTH: Final = 12
+# Of a row of a lane: d of its edges where it begins, each with its slope; the lanes of the same way
+# that touch it, -1 for none.
+RIGHT, RIGHT_SLOPE, LEFT, LEFT_SLOPE, BESIDE_RIGHT, BESIDE_LEFT = range(6, 12)
+ROW_WIDTH: Final = 12
+
+# Columns of a lane: its rows, its way, and from which to which u one may drive in it.
+FIRST, COUNT, WAY, FROM, TO = range(5)
+LANE_WIDTH: Final = 5
+
+# Columns of a vehicle behind those of ``network``: its place beside the line; heading (never
+# wrapped) and curvature of the line there; speed along the line; half its extent along and across
+# it; and of a change of lanes: how far aside it began, at which u, and the way that it takes.
+D, TURN, CURVATURE, ALONG, HALF, HALF_ACROSS, OFFSET, BEGUN, EXTENT = range(
+    network.VEHICLE_WIDTH, network.VEHICLE_WIDTH + 9
+)
+VEHICLE_WIDTH: Final = network.VEHICLE_WIDTH + 9
+
+# Columns of its marks behind those of ``network``: the piece of the line and the row of its target
+# lane that it is in; its lanes as bits; its key. Line k of the last names the one with the k-th.
+PIECE, ROW, LANES, KEY, BY_KEY = range(network.MARK_WIDTH, network.MARK_WIDTH + 5)
+MARK_WIDTH: Final = network.MARK_WIDTH + 5
+
+
+class Rails(NamedTuple):
+    """The line of a run, the lanes along it, and what is on them.
+
+    Attributes:
+        line: (K, LINE_WIDTH).
+        lanes: (C, LANE_WIDTH); those without rows are not there.
+        rows: (R, ROW_WIDTH), lane by lane.
+        vehicles: (N, VEHICLE_WIDTH).
+        marks: (N, MARK_WIDTH).
+    """
+
+    line: Floats
+    lanes: Floats
+    rows: Floats
+    vehicles: Floats
+    marks: Ints
+
+
+# --- The line and its lanes -----------------------------------------------------------------------
+
+
+@compiled
+def lay_line(segments: Floats, lead: float, line: Floats) -> None:
+    """Write the pieces of a line, the first of them straight before its beginning.
+
+    Args:
+        segments: (K, 5), see ``kernel.road``.
+        lead: Length of the first piece [m].
+        line: (K + 1, LINE_WIDTH) out, speeds without bounds.
+    """
+    line[:, CAP : AFTER_BACK + 1] = math.inf
+    s, turn = 0.0, segments[0, 2]
+    for k in range(line.shape[0]):
+        row, segment = line[k], segments[max(0, k - 1)]
+        length = segment[3] if k else lead
+        row[LINE_SINUS], row[LINE_COSINE] = sin_cos(wrap_to_pi(turn))
+        row[BEGIN], row[END], row[LINE_TURN] = s, s + length, turn
+        row[LINE_X], row[LINE_Y] = segment[0], segment[1]
+        if k:
+            row[LINE_CURVATURE] = segment[4]
+            turn += segment[4] * length
+            s += length
+        else:
+            row[BEGIN], row[END], row[LINE_CURVATURE] = -lead, 0.0, 0.0
+            row[LINE_X] -= lead * row[LINE_COSINE]
+            row[LINE_Y] -= lead * row[LINE_SINUS]
+
+
+@inlined
+def _is_driven(strip: Floats) -> bool:
+    return strip[STRIP_KIND] == DRIVING and strip[STRIP_WAY] != 0.0
+
+
+@compiled
+def _link(slabs: Floats, strips: Floats, goes_on: Ints, comes_from: Ints, apart: Floats) -> None:
+    """Find the strip of the next slab that each lane goes on in: the nearest, one for each."""
+    goes_on[:] = comes_from[:] = -1
+    for slab in range(1, slabs.shape[0]):
+        way = slabs[slab, SLAB_BEGIN] - slabs[slab - 1, SLAB_BEGIN]
+        first, other = int(slabs[slab, SLAB_FIRST]), int(slabs[slab - 1, SLAB_FIRST])
+        for old in range(other, other + int(slabs[slab - 1, SLAB_STRIPS])):
+            right = strips[old, STRIP_RIGHT] + way * strips[old, STRIP_RIGHT_SLOPE]
+            left = strips[old, STRIP_LEFT] + way * strips[old, STRIP_LEFT_SLOPE]
+            best, nearest = -1, math.inf
+            for new in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+                width = max(left - right, strips[new, STRIP_LEFT] - strips[new, STRIP_RIGHT])
+                middle = 0.5 * (strips[new, STRIP_LEFT] + strips[new, STRIP_RIGHT])
+                distance = abs(middle - 0.5 * (left + right))
+                fits = _is_driven(strips[old]) and _is_driven(strips[new])
+                fits = fits and strips[old, STRIP_WAY] == strips[new, STRIP_WAY]
+                if fits and distance < min(nearest, 0.5 * width):
+                    best, nearest = new, distance
+            if best >= 0 and (comes_from[best] < 0 or nearest < apart[best]):
+                if comes_from[best] >= 0:
+                    goes_on[comes_from[best]] = -1
+                goes_on[old], comes_from[best], apart[best] = best, old, nearest
+
+
+@inlined
+def _usable_end(rows: Floats, row: int, last: int, side: int) -> float:
+    """Return s where a lane becomes too narrow towards its end, from its row there to its last.
+
+    ``side`` is 1 for its end along the line, -1 for its beginning.
+    """
+    while True:
+        begin, end = rows[row, BEGIN], rows[row, END]
+        slope = rows[row, LEFT_SLOPE] - rows[row, RIGHT_SLOPE]
+        here = rows[row, LEFT] - rows[row, RIGHT]
+        there = here + slope * (end - begin)
+        outer, inner = (there, here) if side > 0 else (here, there)
+        if outer >= NARROWEST or side * slope >= 0.0:
+            return end if side > 0 else begin
+        if inner >= NARROWEST:
+            return begin + (NARROWEST - here) / slope
+        if row == last:
+            return begin if side > 0 else end
+        row -= side
+
+
+@allocating
+def lay_lanes(
+    slabs: Floats, strips: Floats, length: float, line: Floats, lanes: Floats, rows: Floats
+) -> int:
+    """Write the lanes along a line, and the speeds that lanes and bends allow.
+
+    Args:
+        slabs: (S, 4), see ``kernel.strips``; the first reaches back and the last ahead for ever.
+        strips: (J, 8).
+        length: Where the last slab ends and strips go on as they are [m].
+        line: (K, LINE_WIDTH) in and out, see ``lay_line``.
+        lanes: (J, LANE_WIDTH) out.
+        rows: (J, ROW_WIDTH) out.
+
+    Returns:
+        How many lanes there are.
+    """
+    count = strips.shape[0]
+    goes_on, comes_from = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    lane_of, apart = np.full(count, -1), np.zeros(count)
+    slab_of, row_of = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    lanes[:], rows[:] = 0.0, 0.0
+    _link(slabs, strips, goes_on, comes_from, apart)
+    for slab in range(slabs.shape[0]):
+        first = int(slabs[slab, SLAB_FIRST])
+        slab_of[first : first + int(slabs[slab, SLAB_STRIPS])] = slab
+    found = written = 0
+    for strip in range(count):
+        if not _is_driven(strips[strip]) or comes_from[strip] >= 0:
+            continue
+        lane, at = lanes[found], strip
+        lane[FIRST], lane[WAY] = written, strips[strip, STRIP_WAY]
+        while at >= 0:
+            row, slab = rows[written], slab_of[at]
+            lane_of[at], row_of[at] = found, written
+            row[BEGIN] = slabs[slab, SLAB_BEGIN]
+            row[END] = slabs[slab + 1, SLAB_BEGIN] if slab + 1 < slabs.shape[0] else length
+            row[CAP] = row[CAP_BACK] = strips[at, STRIP_LIMIT] * strips[at, STRIP_LIMIT]
+            row[RIGHT], row[RIGHT_SLOPE] = strips[at, STRIP_RIGHT], strips[at, STRIP_RIGHT_SLOPE]
+            row[LEFT], row[LEFT_SLOPE] = strips[at, STRIP_LEFT], strips[at, STRIP_LEFT_SLOPE]
+            written, at = written + 1, goes_on[at]
+        lane[COUNT] = written - lane[FIRST]
+        first, last = int(lane[FIRST]), written - 1
+        _look_ahead(rows[first:written])
+        low, high = -math.inf, math.inf
+        if slab_of[strip] > 0:
+            low = _usable_end(rows, first, last, -1)
+        if rows[last, END] < length:
+            high = _usable_end(rows, last, first, 1)
+        lane[FROM], lane[TO] = (low, high) if lane[WAY] > 0.0 else (-high, -low)
+        found += 1
+    for strip in range(count):
+        if lane_of[strip] >= 0:
+            rows[row_of[strip], BESIDE_RIGHT] = _beside(strips, slab_of, lane_of, strip, -1)
+            rows[row_of[strip], BESIDE_LEFT] = _beside(strips, slab_of, lane_of, strip, 1)
+    ends = lanes[:found, TO].copy()
+    for number in range(found):
+        if ends[number] < math.inf:
+            more = _changes_needed(lanes, rows, ends, number) - 1
+            lanes[number, TO] -= MORE_CHANGES * max(0, more)
+    _bound_bends(line, lanes[:found], rows)
+    return found
+
+
+@inlined
+def _beside(strips: Floats, slab_of: Ints, lane_of: Ints, strip: int, side: int) -> int:
+    """Return the lane of the same way that touches a strip on a side, -1 for none."""
+    other = strip + side
+    if not 0 <= other < strips.shape[0] or slab_of[other] != slab_of[strip]:
+        return -1
+    if strips[other, STRIP_WAY] != strips[strip, STRIP_WAY]:
+        return -1
+    return int(lane_of[other])
+
+
+@inlined
+def _changes_needed(lanes: Floats, rows: Floats, ends: Floats, number: int) -> int:
+    """Return how many changes lead from the end of a lane to one that goes on; 1 for nowhere."""
+    fewest = lanes.shape[0]
+    s = lanes[number, WAY] * ends[number]
+    for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
+        at, changes = number, 0
+        while at >= 0 and ends[at] < ends[number] + LEAST_WAY:
+            at = int(rows[find_row(lanes, rows, at, s), side])
+            changes += 1
+        if at >= 0:
+            fewest = min(fewest, changes)
+    return fewest if fewest < lanes.shape[0] else 1
+
+
+@compiled
+def _look_ahead(rows: Floats) -> None:
+    """Write the speeds (R, ...) with which each may be left, from those that come after it."""
+    last = rows.shape[0] - 1
+    rows[last, AFTER] = rows[0, AFTER_BACK] = math.inf
+    for k in range(last - 1, -1, -1):
+        after = rows[k + 1]
+        way = 2.0 * EASY_BRAKING * (after[END] - after[BEGIN])
+        rows[k, AFTER] = min(after[CAP], after[AFTER] + way)
+    for k in range(1, last + 1):
+        after = rows[k - 1]
+        way = 2.0 * EASY_BRAKING * (after[END] - after[BEGIN])
+        rows[k, AFTER_BACK] = min(after[CAP_BACK], after[AFTER_BACK] + way)
+
+
+@compiled
+def _bound_bends(line: Floats, lanes: Floats, rows: Floats) -> None:
+    """Write the speeds that bends allow in their narrowest lane, each way."""
+    for k in range(line.shape[0]):
+        piece = line[k]
+        bend = piece[LINE_CURVATURE]
+        if bend == 0.0:
+            continue
+        for number in range(lanes.shape[0]):
+            cap = CAP if lanes[number, WAY] > 0.0 else CAP_BACK
+            first = int(lanes[number, FIRST])
+            for row in range(first, first + int(lanes[number, COUNT])):
+                low, high = max(rows[row, BEGIN], piece[BEGIN]), min(rows[row, END], piece[END])
+                if low < high:
+                    d = _middle(rows[row], low)[0], _middle(rows[row], high)[0]
+                    scale = max(0.0, 1.0 - max(bend * d[0], bend * d[1]))
+                    piece[cap] = min(piece[cap], LATERAL_COMFORT * scale / abs(bend))
+    _look_ahead(line)
+
+
+@inlined
+def _walk(rows: Floats, row: int, first: int, last: int, s: float) -> int:
+    """Return the row that a place is in, from one nearby; the first and the last have no bounds."""
+    while row < last and s >= rows[row, END]:
+        row += 1
+    while row > first and s < rows[row, BEGIN]:
+        row -= 1
+    return row
+
+
+@inlined
+def find_row(lanes: Floats, rows: Floats, lane: int, s: float) -> int:
+    """Return the row of a lane at a place; its first before, its last behind it."""
+    low = int(lanes[lane, FIRST])
+    high = low + int(lanes[lane, COUNT])
+    while high - low > 1:
+        middle = (low + high) // 2
+        if rows[middle, BEGIN] <= s:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
+def _middle(row: Floats, s: float) -> tuple[float, float]:
+    """Return d of the middle of a lane's row at a place [m], and its slope."""
+    slope = 0.5 * (row[RIGHT_SLOPE] + row[LEFT_SLOPE])
+    beyond = s - row[BEGIN]
+    if beyond < 0.0 or s > row[END]:
+        beyond, slope = clip(beyond, 0.0, row[END] - row[BEGIN]), 0.0
+    return 0.5 * (row[RIGHT] + row[LEFT]) + beyond * 0.5 * (
+        row[RIGHT_SLOPE] + row[LEFT_SLOPE]
+    ), slope
+
+
+@inlined
+def _allowed(row: Floats, s: float, way: float) -> float:
+    """Return the square of the speed that a row allows at a place [m²/s²]."""
+    if way > 0.0:
+        return min(row[CAP], row[AFTER] + 2.0 * EASY_BRAKING * (row[END] - s))
+    return min(row[CAP_BACK], row[AFTER_BACK] + 2.0 * EASY_BRAKING * (s - row[BEGIN]))
+
+
+# --- Where everything is --------------------------------------------------------------------------
+
+
+@inlined
+def _find_on_line(rails: Rails, who: int) -> None:
+    """Write the heading and the curvature of the line beside somebody."""
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    k = _walk(rails.line, marks[PIECE], 0, rails.line.shape[0] - 1, vehicle[S])
+    marks[PIECE] = k
+    vehicle[CURVATURE] = rails.line[k, LINE_CURVATURE]
+    vehicle[TURN] = rails.line[k, LINE_TURN] + vehicle[CURVATURE] * (
+        vehicle[S] - rails.line[k, BEGIN]
+    )
+
+
+@compiled
+def show_thing(rails: Rails, who: int, s: float, d: float, aslant: float, speed: float) -> None:
+    """Put what others move into every lane that its body covers.
+
+    Args:
+        rails: In and out; length and width of it given.
+        who: Its row.
+        s: Of its centre along the line [m].
+        d: [m].
+        aslant: Its heading against that of the line [rad].
+        speed: [m/s].
+    """
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    vehicle[S], vehicle[D], vehicle[SPEED] = s, d, speed
+    _find_on_line(rails, who)
+    sine, cosine = sin_cos(aslant)
+    vehicle[ALONG] = speed * cosine
+    length, width = 0.5 * vehicle[LENGTH], vehicle[HALF_ACROSS]
+    vehicle[HALF] = abs(cosine) * length + abs(sine) * width
+    across = abs(sine) * length + abs(cosine) * width
+    bits = 0
+    for lane in range(rails.lanes.shape[0]):
+        if rails.lanes[lane, COUNT] == 0.0:
+            break
+        u = rails.lanes[lane, WAY] * s
+        row = rails.rows[find_row(rails.lanes, rails.rows, lane, s)]
+        beyond = clip(s - row[BEGIN], 0.0, row[END] - row[BEGIN])
+        if (
+            rails.lanes[lane, FROM] - vehicle[HALF] <= u <= rails.lanes[lane, TO] + vehicle[HALF]
+            and d + across > row[RIGHT] + row[RIGHT_SLOPE] * beyond
+            and d - across < row[LEFT] + row[LEFT_SLOPE] * beyond
+        ):
+            bits |= 1 << lane
+    marks[LANES] = bits
+
+
+@compiled
+def begin_driver(rails: Rails, who: int, s: float, d: float, way: float) -> bool:
+    """Put a driver into the nearest lane of a way; tell whether there is one.
+
+    Args:
+        rails: In and out; its speed given.
+        who: Its row.
+        s: Of its centre along the line [m].
+        d: [m]; from beside the middle of its lane it drives there as if it changed lanes.
+        way: 1 along the line, -1 against it.
+    """
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    nearest = math.inf
+    for lane in range(rails.lanes.shape[0]):
+        fits = rails.lanes[lane, COUNT] > 0.0 and rails.lanes[lane, WAY] == way
+        if fits and rails.lanes[lane, FROM] <= way * s <= rails.lanes[lane, TO]:
+            row = find_row(rails.lanes, rails.rows, lane, s)
+            offset = d - _middle(rails.rows[row], s)[0]
+            if abs(offset) < nearest:
+                nearest = abs(offset)
+                marks[LANE], vehicle[OFFSET] = lane, offset
+    marks[TARGET], marks[LANES] = marks[LANE], 1 << marks[LANE]
+    vehicle[S] = s
+    vehicle[HALF] = 0.5 * vehicle[LENGTH]
+    vehicle[BEGUN] = way * s
+    vehicle[EXTENT] = max(LEAST_WAY, CHANGE_TIME * vehicle[SPEED]) if vehicle[OFFSET] else 0.0
+    if nearest < math.inf:
+        marks[ROW] = find_row(rails.lanes, rails.rows, marks[LANE], s)
+        _place(rails, who)
+    return nearest < math.inf
+
+
+@inlined
+def _place(rails: Rails, who: int) -> None:
+    """Write where a driver's vehicle is, from its s and its lanes."""
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    lane = rails.lanes[marks[TARGET]]
+    way, s, first = lane[WAY], vehicle[S], int(lane[FIRST])
+    _find_on_line(rails, who)
+    row = marks[ROW] = _walk(rails.rows, marks[ROW], first, first + int(lane[COUNT]) - 1, s)
+    d, slope = _middle(rails.rows[row], s)
+    if vehicle[EXTENT] > 0.0:
+        share = (way * s - vehicle[BEGUN]) / vehicle[EXTENT]
+        if share < 1.0:
+            rest = 1.0 - share
+            square = share * share
+            d += vehicle[OFFSET] * (1.0 - square * share * (10.0 - 15.0 * share + 6.0 * square))
+            steep = 30.0 * square * rest * rest / vehicle[EXTENT]
+            slope -= way * vehicle[OFFSET] * steep
+        else:
+            vehicle[EXTENT] = 0.0
+            marks[LANE], marks[LANES] = marks[TARGET], 1 << marks[TARGET]
+    vehicle[D] = d
+    piece, curvature = rails.line[marks[PIECE]], vehicle[CURVATURE]
+    way_on = s - piece[BEGIN]
+    # The chord of an arc points half-way between the headings of its ends.
+    sine, cosine = sin_cos(0.5 * curvature * way_on)
+    chord = way_on if curvature == 0.0 else 2.0 * sine / curvature
+    half_sine = piece[LINE_SINUS] * cosine + piece[LINE_COSINE] * sine
+    half_cosine = piece[LINE_COSINE] * cosine - piece[LINE_SINUS] * sine
+    end_sine = half_sine * cosine + half_cosine * sine
+    end_cosine = half_cosine * cosine - half_sine * sine
+    vehicle[X] = piece[LINE_X] + chord * half_cosine - d * end_sine
+    vehicle[Y] = piece[LINE_Y] + chord * half_sine + d * end_cosine
+    heading = vehicle[TURN] if way > 0.0 else vehicle[TURN] + math.pi
+    vehicle[COSINE] = 1.0
+    scale = 1.0 - curvature * d
+    if slope != 0.0:
+        vehicle[COSINE] = scale / math.sqrt(scale * scale + slope * slope)
+        heading += atan2(slope, scale)
+    vehicle[HEADING] = wrap_to_pi(heading)
+    vehicle[ALONG] = way * vehicle[SPEED] * vehicle[COSINE]
+
+
+# --- Who drives ahead of whom, and what drivers make of it ----------------------------------------
+
+
+@inlined
+def _sort(vehicles: Floats, marks: Ints) -> None:
+    """Order everything along the line, those at one place by their keys; mostly it is already."""
+    for k in range(marks.shape[0]):
+        who, at = marks[k, ORDER], k
+        s, key = vehicles[who, S], marks[who, KEY]
+        while at > 0:
+            other = marks[at - 1, ORDER]
+            if vehicles[other, S] < s or (vehicles[other, S] == s and marks[other, KEY] < key):
+                break
+            marks[at, ORDER], marks[other, RANK] = other, at
+            at -= 1
+        marks[at, ORDER], marks[who, RANK] = who, at
+
+
+@inlined
+def _find(marks: Ints, who: int, lane: int, side: int) -> int:
+    """Return the next in a lane, towards larger (1) or smaller s (-1) than somebody's; -1 for none."""
+    at, bit = marks[who, RANK] + side, 1 << lane
+    while 0 <= at < marks.shape[0]:
+        other = int(marks[at, ORDER])
+        if marks[other, LANES] & bit:
+            return other
+        at += side
+    return -1
+
+
+@inlined
+def _gap(vehicles: Floats, rear: int, front: int, way: float) -> float:
+    """Return the gap between bumpers [m] along the place of the one behind beside the line."""
+    along = vehicles[front, S] - vehicles[rear, S]
+    along -= vehicles[rear, D] * (vehicles[front, TURN] - vehicles[rear, TURN])
+    return way * along - vehicles[rear, HALF] - vehicles[front, HALF]
+
+
+@inlined
+def _interaction(vehicles: Floats, who: int, gap: float, front_speed: float) -> float:
+    """Return what IDM takes off for something ahead [m/s²]."""
+    vehicle = vehicles[who]
+    speed = vehicle[SPEED]
+    wanted = speed * (vehicle[TIME_GAP] + (speed - front_speed) / vehicle[BRAKING])
+    share = (vehicle[JAM_DISTANCE] - vehicle[LENGTH] + max(0.0, wanted)) / max(gap, 0.01)
+    return vehicle[GAIN] * (share * share)
+
+
+@inlined
+def _free(rails: Rails, who: int) -> float:
+    """Return IDM's acceleration on an empty lane [m/s²]."""
+    vehicle = rails.vehicles[who]
+    desired = vehicle[DESIRED_SPEED]
+    if rails.marks[who, ROLE] >= FOLLOWING:
+        cap = rails.rows[rails.marks[who, ROW], CAP]
+        if desired * desired > cap:
+            desired = math.sqrt(cap)
+    ratio = vehicle[SPEED] / max(desired, 0.01)
+    square = ratio * ratio
+    raised = square * square if vehicle[EXPONENT] == 4.0 else power(ratio, vehicle[EXPONENT])
+    return vehicle[GAIN] * (1.0 - raised)
+
+
+@inlined
+def _taken(rails: Rails, who: int, lane: int) -> float:
+    """Return what the lane ahead takes off [m/s²]: who is in it, and its end."""
+    way = rails.lanes[lane, WAY]
+    front = _find(rails.marks, who, lane, int(way))
+    taken = 0.0
+    if front >= 0:
+        gap = _gap(rails.vehicles, who, front, way)
+        taken = _interaction(rails.vehicles, who, gap, way * rails.vehicles[front, ALONG])
+    end = rails.lanes[lane, TO]
+    # Who has begun to leave a lane no longer stops before its end.
+    if end < math.inf and (lane == rails.marks[who, TARGET] or lane != rails.marks[who, LANE]):
+        gap = end - END_MARGIN - way * rails.vehicles[who, S] - rails.vehicles[who, HALF]
+        taken = max(taken, _interaction(rails.vehicles, who, gap, 0.0))
+    return taken
+
+
+@inlined
+def _left_of_lane(rails: Rails, who: int) -> float:
+    """Return how much there is left of a driver's lane [m]."""
+    lane = rails.lanes[rails.marks[who, LANE]]
+    return float(lane[TO] - lane[WAY] * rails.vehicles[who, S])
+
+
+@inlined
+def _bearable(left: float) -> float:
+    """Return the braking that a change may ask for [m/s²], more of it as the lane ends."""
+    urgency = clip(1.0 - left / NEEDED, 0.0, 1.0)
+    return IMPOSED_BRAKING + (HARD_BRAKING - IMPOSED_BRAKING) * urgency
+
+
+@inlined
+def _is_open(rails: Rails, who: int, lane: int) -> bool:
+    """Tell whether a lane beside has begun where somebody is, and does not end soon."""
+    if lane < 0:
+        return False
+    u = rails.lanes[lane, WAY] * rails.vehicles[who, S]
+    half = rails.vehicles[who, HALF]
+    return rails.lanes[lane, FROM] + half <= u <= rails.lanes[lane, TO] - LEAST_WAY - half
+
+
+@inlined
+def _has_room(rails: Rails, who: int, lane: int, bearable: float) -> bool:
+    """Tell whether the next behind in a lane can let somebody in."""
+    way = rails.lanes[lane, WAY]
+    rear = _find(rails.marks, who, lane, -int(way))
+    if rear < 0:
+        return True
+    gap = _gap(rails.vehicles, rear, who, way)
+    if gap <= 0.0 or rails.marks[rear, ROLE] == network.FIXED:
+        return gap > 0.0
+    taken = _interaction(rails.vehicles, rear, gap, way * rails.vehicles[who, ALONG])
+    return _free(rails, rear) - taken >= -bearable
+
+
+@compiled
+def _choose_lane(rails: Rails, who: int) -> None:
+    """Think of a change of lanes, and begin one."""
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    left = _left_of_lane(rails, who)
+    must = left < NEEDED
+    if not must and (marks[ROLE] != CHANGING or vehicle[SPEED] < LEAST_SPEED):
+        return
+    vehicle[TIMER] = 0.0
+    free, bearable = _free(rails, who), _bearable(left)
+    here = free - _taken(rails, who, marks[LANE])
+    chosen, best = -1, -math.inf
+    for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
+        lane = int(rails.rows[marks[ROW], side])
+        if not _is_open(rails, who, lane):
+            continue
+        is_longer = rails.lanes[lane, TO] > rails.lanes[marks[LANE], TO]
+        there = free - _taken(rails, who, lane)
+        is_wanted = is_longer if must else there - here >= LEAST_GAIN
+        # The cheaper half of the question first.
+        if is_wanted and there >= max(best, -bearable) and _has_room(rails, who, lane, bearable):
+            chosen, best = lane, there
+    if chosen < 0:
+        return
+    marks[TARGET] = chosen
+    marks[LANES] |= 1 << chosen
+    marks[ROW] = find_row(rails.lanes, rails.rows, chosen, vehicle[S])
+    vehicle[OFFSET] = vehicle[D] - _middle(rails.rows[marks[ROW]], vehicle[S])[0]
+    vehicle[BEGUN] = rails.lanes[chosen, WAY] * vehicle[S]
+    vehicle[EXTENT] = max(LEAST_WAY, min(CHANGE_TIME * vehicle[SPEED], left))
+
+
+@inlined
+def _accelerate(rails: Rails, who: int, step: float) -> None:
+    """Choose an acceleration: IDM in all lanes that one is in, within what is allowed ahead."""
+    vehicle, marks = rails.vehicles[who], rails.marks[who]
+    way = rails.lanes[marks[TARGET], WAY]
+    taken = _taken(rails, who, marks[LANE])
+    if marks[TARGET] != marks[LANE]:
+        taken = max(taken, _taken(rails, who, marks[TARGET]))
+    acceleration = _free(rails, who) - taken
+    s = vehicle[S] + way * vehicle[SPEED] * step
+    allowed = min(
+        _allowed(rails.line[marks[PIECE]], s, way), _allowed(rails.rows[marks[ROW]], s, way)
+    )
+    speed = max(0.0, vehicle[SPEED] + acceleration * step)
+    if speed * speed > allowed:
+        slower = (math.sqrt(max(0.0, allowed)) - vehicle[SPEED]) / step
+        acceleration = min(acceleration, max(slower, -HARD_BRAKING))
+    vehicle[ACCELERATION] = clip(acceleration, -MAX_ACCELERATION, MAX_ACCELERATION)
+
+
+@compiled
+def _make_room(rails: Rails, who: int) -> None:
+    """Let one whose lane ends and the next behind in the lane beside fit themselves together.
+
+    Who is too near to let it in drives on, so that nobody waits for each other.
+    """
+    own = rails.lanes[rails.marks[who, LANE], TO]
+    for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
+        lane = int(rails.rows[rails.marks[who, ROW], side])
+        if not _is_open(rails, who, lane) or rails.lanes[lane, TO] <= own:
+            continue
+        way = rails.lanes[lane, WAY]
+        for behind in range(2):
+            other = _find(rails.marks, who, lane, -int(way) if behind else int(way))
+            rear, front = (other, who) if behind else (who, other)
+            if other < 0 or rails.marks[rear, ROLE] < FOLLOWING:
+                continue
+            gap = _gap(rails.vehicles, rear, front, way)
+            jam = rails.vehicles[rear, JAM_DISTANCE] - rails.vehicles[rear, LENGTH]
+            if gap > 0.7 * jam:
+                taken = _interaction(rails.vehicles, rear, gap, way * rails.vehicles[front, ALONG])
+                eased = max(_free(rails, rear) - taken, -EASY_BRAKING)
+                rails.vehicles[rear, ACCELERATION] = min(rails.vehicles[rear, ACCELERATION], eased)
+
+
+@inlined
+def _move(rails: Rails, who: int, step: float) -> None:
+    """Drive a tick."""
+    vehicle = rails.vehicles[who]
+    speed, acceleration = vehicle[SPEED], vehicle[ACCELERATION]
+    then = speed + acceleration * step
+    driven = 0.5 * (speed + then) * step
+    if then <= 0.0:
+        driven = 0.5 * speed * speed / -acceleration if speed > 0.0 else 0.0
+        then, vehicle[ACCELERATION] = 0.0, -speed / step
+    vehicle[SPEED] = then
+    vehicle[TIMER] += step
+    way = rails.lanes[rails.marks[who, TARGET], WAY]
+    scale = 1.0 - vehicle[CURVATURE] * vehicle[D]
+    vehicle[S] += way * driven * vehicle[COSINE] / max(scale, 0.1)
+    _place(rails, who)
+
+
+@compiled
+def advance_rails(rails: Rails, step: float) -> None:
+    """Advance the vehicles of one run that drivers steer by one tick.
+
+    Args:
+        rails: In and out; what others move as it is now.
+        step: [s].
+    """
+    vehicles, marks = rails.vehicles, rails.marks
+    _sort(vehicles, marks)
+    for k in range(marks.shape[0]):
+        who = marks[k, BY_KEY]
+        if (
+            marks[who, ROLE] >= FOLLOWING
+            and vehicles[who, TIMER] > CHANGE_PERIOD
+            and vehicles[who, EXTENT] == 0.0
+        ):
+            _choose_lane(rails, who)
+    for who in range(marks.shape[0]):
+        if marks[who, ROLE] >= FOLLOWING:
+            _accelerate(rails, who, step)
+    for who in range(marks.shape[0]):
+        if (
+            marks[who, ROLE] >= FOLLOWING
+            and marks[who, LANE] == marks[who, TARGET]
+            and _left_of_lane(rails, who) < NEEDED
+        ):
+            _make_room(rails, who)
+    for who in range(marks.shape[0]):
+        if marks[who, ROLE] >= FOLLOWING:
+            _move(rails, who, step)
