@@ -34,7 +34,8 @@ def script(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> k.Scri
         scenario = make_scenario(actors=ACTORS, storyboard=board)
         cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
     formulas = Formulas.of(cases)
-    return compile_script(formulas, build_roads(formulas), INDEX, 0.05)
+    begins = {name: np.zeros(formulas.runs) for name in formulas.scenario.actors}
+    return compile_script(formulas, build_roads(formulas), begins, INDEX, 0.05)
 
 
 def event(when: str = "time >= 1 s", *, actor: str = "two", **action: Any) -> dict[str, Any]:
