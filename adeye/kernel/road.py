@@ -105,42 +105,35 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
 def _local_of_many(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
     """Do what ``local`` does where there are many segments, and look closely at few of them.
 
-    The one that begins nearest comes first. What is compared is not the distance, but no less than
-    it divided by ``1 + distance * curvature``, on the outer side of an arc.
+    From the segment that begins nearest it goes on while the point is past the normal at the end,
+    and back while it is before that at the start. Neighbours share these, so that s and d have no
+    step there. Right for points nearer to the line than its radius.
     """
-    count = segments.shape[0]
-    first, nearest = 0, math.inf
-    for k in range(count):
-        dx, dy = x - segments[k, 0], y - segments[k, 1]
-        if dx * dx + dy * dy < nearest:
-            first, nearest = k, dx * dx + dy * dy
-    nearest = reach = math.inf
-    best, best_s, best_d = 0, math.nan, math.nan
-    for turn in range(count):
-        k = first + turn if first + turn < count else first + turn - count
-        length, curvature = segments[k, 3], segments[k, 4]
-        dx, dy = x - segments[k, 0], y - segments[k, 1]
-        # Its ends go on without end, so the first and the last are near to everything.
-        if 0 < k < count - 1:
-            least = math.sqrt(dx * dx + dy * dy) - length
-            if least > 0.0 and least * least > nearest * (1.0 + reach * abs(curvature)):
-                continue
+    last = segments.shape[0] - 1
+    k, nearest = 0, math.inf
+    for row in range(last + 1):
+        dx, dy = x - segments[row, 0], y - segments[row, 1]
+        distance = dx * dx + dy * dy
+        if distance < nearest:
+            k, nearest = row, distance
+    sine, cosine = sin_cos(segments[k, 2])
+    while k > 0 and (x - segments[k, 0]) * cosine + (y - segments[k, 1]) * sine < 0.0:
+        k -= 1
         sine, cosine = sin_cos(segments[k, 2])
-        s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
-        overshoot = 0.0
-        if s < 0.0 and k > 0:
-            overshoot = -s
-        elif s > length and k < count - 1:
-            overshoot = s - length
-        distance = d * d + overshoot * overshoot
-        if distance < nearest or (distance == nearest and k < best):
-            nearest, reach = distance, math.sqrt(distance)
-            best, best_s, best_d = k, s, d
+    while k < last:
+        ahead = sin_cos(segments[k + 1, 2])
+        way = (x - segments[k + 1, 0]) * ahead[1] + (y - segments[k + 1, 1]) * ahead[0]
+        if way < 0.0:
+            break
+        k += 1
+        sine, cosine = ahead
+    dx, dy = x - segments[k, 0], y - segments[k, 1]
+    length, curvature = segments[k, 3], float(segments[k, 4])
+    s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
     before = 0.0
-    for k in range(best):
-        before += segments[k, 3]
-    curvature = float(segments[best, 4])
-    return before + best_s, best_d, wrap_to_pi(segments[best, 2] + curvature * best_s), curvature
+    for row in range(k):
+        before += segments[row, 3]
+    return before + s, d, wrap_to_pi(segments[k, 2] + curvature * s), curvature
 
 
 @inlined

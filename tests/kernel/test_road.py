@@ -57,12 +57,14 @@ def test_of_many_segments_the_place_is_the_nearest_of_theirs() -> None:
     draw = np.random.default_rng(5)
     line = chain(*zip(draw.uniform(3.0, 40.0, 30), draw.uniform(-0.02, 0.02, 30), strict=True))
     before = np.concatenate([[0.0], np.cumsum(line[:, 3])])
-    for x, y in draw.uniform(-60.0, 400.0, (300, 2)):
+    for s, d in zip(draw.uniform(-50.0, 700.0, 300), draw.uniform(-12.0, 12.0, 300), strict=True):
+        x, y, _ = road.position(line, s, d)
         places = []
         for k in range(30):
-            s, d, heading, curvature = road.local(line[k : k + 1], x, y)
-            beyond = max(0.0, -s if k > 0 else 0.0, s - line[k, 3] if k < 29 else 0.0)
-            places.append((d * d + beyond * beyond, before[k] + s, d, heading, curvature))
+            way, aside, heading, curvature = road.local(line[k : k + 1], x, y)
+            beyond = max(0.0, -way if k > 0 else 0.0, way - line[k, 3] if k < 29 else 0.0)
+            error = aside * aside + beyond * beyond
+            places.append((error, before[k] + way, aside, heading, curvature))
         assert road.local(line, x, y) == pytest.approx(min(places)[1:], abs=1e-9)
 
 
