@@ -258,7 +258,8 @@ def grounds(*beside: tuple[float, float]) -> road.Grounds:
     shoulder, verge = np.array(beside).T.copy()
     lines, bays = np.tile(GROUND.segments, (runs, 1, 1)), np.tile(TWO, (runs, 1, 1))
     width, limit = np.full(runs, 3.5), np.full(runs, 36.1)
-    return road.Grounds(lines, bays, width, 3, shoulder, verge, limit)
+    across = np.zeros((runs, 0, 4)), np.zeros((runs, 0, 8))
+    return road.Grounds(lines, bays, width, 3, shoulder, verge, limit, *across)
 
 
 def test_places_on_the_road_are_marked_run_by_run() -> None:
