@@ -57,4 +57,4 @@ def test_steep_road_is_told_apart(adeye: Any, folder: Path) -> None:
     leans = '<lateralProfile><superelevation s="0" a="0" b="0.01" c="0" d="0"/></lateralProfile>'
     (folder / "map.xodr").write_text(text.replace("<lanes>", f"{leans}<lanes>", 1), "utf-8")
     said = adeye("map", "show", "map.xodr", "--json").ok.err
-    assert "note: map.xodr:18: road '1': superelevation of up to 100 % is not driven" in said
+    assert "note: map.xodr:19: road '1': superelevation of up to 100 % is not driven" in said
