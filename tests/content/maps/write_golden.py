@@ -7,7 +7,7 @@ Neither is a dependency of anything here; only what they say is kept, in the fol
 
 ``NAME.lanelets.csv``: centre and width of each lane at places in each section. It takes the
 parameter of a poly3 and of a paramPoly3 for the length along it, so on those its points are on the
-same line, but not at the same place of it.
+same line, but not at the same place of it. Borders are distances to it, to whichever side.
 
 ``NAME.sumo.csv``: points of the lanes' centre lines and their one width, which varies in ours where
 the file's does; it looks at the lane offset only where the reference line has points. Roads within
@@ -56,7 +56,11 @@ def write_lanelets(path: Path) -> None:
     from opendrive2lanelet.opendriveparser.parser import parse_opendrive
 
     rows = []
-    text = ET.tostring(without_direct_junctions(path).getroot())
+    root = without_direct_junctions(path).getroot()
+    for border in root.iterfind(".//right/lane/border"):
+        # Borders are distances to it.
+        border.attrib.update({name: str(-float(border.get(name))) for name in "abcd"})
+    text = ET.tostring(root)
     roads = parse_opendrive(etree.fromstring(text)).roads
     spacing = sum(road.length for road in roads) / PARTS
     for road in roads:
@@ -114,7 +118,9 @@ def write_sumo(netconvert: str, path: Path) -> tuple[str, int, int, str]:
         for index, lane in enumerate(across):
             points = [point.split(",")[:2] for point in lane.get("shape").split()]
             # The ends are cut where edges meet.
-            inside = points[1:-1] or [[(float(a) + float(b)) / 2 for a, b in zip(*points)]]
+            inside = points[1:-1] or [
+                [(float(a) + float(b)) / 2 for a, b in zip(*points, strict=True)]
+            ]
             for i in range(min(POINTS, len(inside))):
                 x, y = inside[i * len(inside) // POINTS]
                 number = side * (len(across) - index)
