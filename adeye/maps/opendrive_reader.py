@@ -44,11 +44,16 @@ ROUNDING: Final = 0.01
 """Lengths that differ by no more are taken for one [m]: files are written with two decimals."""
 REPAIRED: Final = 0.5
 """Lengths that differ by more are an error [m], less is repaired. Our choice."""
+LEAST: Final = 1e-6
+"""Shortest piece of a line or section of lanes [m]."""
 MOST_LENGTH: Final = 1e6
 """Longest road [m]. Our choice, as the others."""
 MOST_WIDTH: Final = 1_000.0
 MOST_CURVATURE: Final = 10.0
-MOST_HEADING: Final = 1_000.0
+MOST_TURN: Final = 1_000.0
+"""Largest heading, and largest turn of one piece [rad]."""
+MOST_STRETCH: Final = 10.0
+"""How much farther than its length a piece may lead away from its start."""
 STEEP: Final = 0.1
 """Slope across the road from which on its neglect is told apart."""
 
@@ -189,7 +194,7 @@ class _Reader:
             geometries=geometries,
             elevations=self._elevations(elevation, length),
             superelevations=self._superelevations(lateral, length),
-            offsets=self._cubics(lanes.take("laneOffset"), length),
+            offsets=self._cubics(lanes.take("laneOffset"), length, "s", MOST_WIDTH),
             sections=self._read_sections(lanes, length),
             signals=tuple(
                 self._read_signal(item, length)
@@ -249,7 +254,7 @@ class _Reader:
         found: list[Geometry] = []
         for s, part in self._ordered(plan.take("geometry")):
             piece = self._read_geometry(s, part)
-            if piece.length == 0.0:
+            if piece.length < LEAST:
                 self.losses.add("repaired", part, f"the piece at {s:g} m has no length: left out")
                 continue
             end = found[-1].s + found[-1].length if found else 0.0
@@ -282,17 +287,19 @@ class _Reader:
         shape = part.take_one(kind)
         assert shape is not None
         most = MOST_CURVATURE if kind in {"arc", "spiral"} else MOST
-        return Geometry(
+        piece = Geometry(
             kind=kind,
             s=s,
             x=part.number("x"),
             y=part.number("y"),
-            heading=part.number("hdg", None, -MOST_HEADING, MOST_HEADING),
+            heading=part.number("hdg", None, -MOST_TURN, MOST_TURN),
             length=part.number("length", None, 0.0, MOST_LENGTH),
             parameters=tuple(shape.number(name, None, -most, most) for name in _KINDS[kind]),
             normalized=kind == "paramPoly3" and self._is_normalized(shape),
             line=part.line,
         )
+        _check_extent(part, piece)
+        return piece
 
     def _is_normalized(self, shape: Element) -> bool:
         if "pRange" not in shape.attributes:
@@ -310,8 +317,10 @@ class _Reader:
                 return sorted(found, key=itemgetter(0))
         return found
 
-    def _cubics(self, parts: Sequence[Element], end: float, name: str = "s") -> Floats:
-        """Read functions along the road: rows (s, a, b, c, d)."""
+    def _cubics(
+        self, parts: Sequence[Element], end: float, name: str = "s", most: float = MOST
+    ) -> Floats:
+        """Read functions along the road, no larger than that: rows (s, a, b, c, d)."""
         if not parts:
             return _NO_CUBICS
         rows: list[tuple[float, ...]] = []
@@ -328,6 +337,10 @@ class _Reader:
             rows.append(row)
         found = np.array(rows, dtype=np.float64).reshape(-1, 5)
         found.setflags(write=False)
+        if _largest(found, end) > most:
+            raise parts[0].error(
+                f"it comes to {_largest(found, end):g} m", f"Up to {most:g} m are read."
+            )
         return found
 
     def _elevations(self, profile: Element | None, length: float) -> Floats:
@@ -362,7 +375,7 @@ class _Reader:
     def _read_sections(self, lanes: Element, length: float) -> tuple[Section, ...]:
         """Read the sections: each begins behind the one before, within the road."""
         placed = self._ordered(lanes.take("laneSection"))
-        inside = [item for item in placed if item[0] < length]
+        inside = [item for item in placed if item[0] <= length - LEAST]
         for s, part in placed[len(inside) :]:
             what = f"s is {s:g} m, and the road is {length:g} m long"
             if not inside or s > length + REPAIRED:
@@ -376,7 +389,7 @@ class _Reader:
         sections: list[Section] = []
         for number, (_, part) in enumerate(inside):
             start, end = starts[number : number + 2]
-            if not start < end:
+            if end - start < LEAST:
                 raise part.error(f"two sections begin at {end:g} m", "Leave one out.")
             section = self._read_section(part, start, end)
             if part.choice("singleSide", ("true", "false"), "false") == "true" and sections:
@@ -435,8 +448,8 @@ class _Reader:
 
     def _read_widths(self, part: Element, number: int, length: float) -> dict[str, Floats]:
         """Read how wide a lane is, or where its outer border is; of both, the widths count."""
-        widths = self._cubics(part.take("width"), length, "sOffset")
-        borders = self._cubics(part.take("border"), length, "sOffset")
+        widths = self._cubics(part.take("width"), length, "sOffset", MOST_WIDTH)
+        borders = self._cubics(part.take("border"), length, "sOffset", MOST_WIDTH)
         if number == 0:
             if len(widths) or len(borders):
                 self.losses.add("ignored", part, "lane 0 has no width")
@@ -447,13 +460,8 @@ class _Reader:
         rows = widths if len(widths) else borders
         if not len(rows):
             raise part.error("it has neither <width> nor <border>", "Write how wide it is.")
-        least = -ROUNDING if len(widths) else -MOST_WIDTH
-        wrong = rows[(rows[:, 1] < least) | (rows[:, 1] > MOST_WIDTH), 1]
-        if len(wrong):
-            raise part.error(
-                f"{'width' if len(widths) else 'border'} is {wrong[0]:g} m",
-                f"Write one from {max(0.0, least):g} to {MOST_WIDTH:g} m.",
-            )
+        if len(widths) and rows[:, 1].min() < -ROUNDING:
+            raise part.error(f"width is {rows[:, 1].min():g} m", "Write one of 0 m or more.")
         if rows[0, 0] > 0.0:
             self._check_joint(part, float(rows[0, 0]), 0.0, "the section begins")
             # Before its first row it is as wide as at it.
@@ -556,6 +564,27 @@ def _require_whole(part: Element, before: Section, section: Section) -> None:
             raise part.error(
                 "singleSide is true: sections of one side are not read",
                 "Write the lanes of both sides in it.",
+            )
+
+
+def _check_extent(part: Element, piece: Geometry) -> None:
+    """Refuse a piece that turns or leads away as no road of its length does."""
+    kind, length = piece.kind, piece.length
+    if kind in {"arc", "spiral"}:
+        turn = length * max(map(abs, piece.parameters))
+        if turn > MOST_TURN:
+            raise part.error(
+                f"it turns by {turn:g} rad", f"Up to {MOST_TURN:g} rad are read: shorten it."
+            )
+    elif piece.parameters:
+        rows = np.array(piece.parameters).reshape(-1, 4)
+        rows = np.hstack([np.zeros((len(rows), 1)), rows])
+        far = max(_largest(row[np.newaxis], 1.0 if piece.normalized else length) for row in rows)
+        if far == 0.0 and kind == "paramPoly3":
+            raise part.error("it leads nowhere", "Check its polynomials.")
+        if far > MOST_STRETCH * (length + 1.0):
+            raise part.error(
+                f"it is {length:g} m long, and leads {far:g} m away", "Check its polynomials."
             )
 
 
