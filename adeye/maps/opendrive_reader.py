@@ -466,6 +466,10 @@ class _Reader:
             self._check_joint(part, float(rows[0, 0]), 0.0, "the section begins")
             # Before its first row it is as wide as at it.
             rows = np.vstack([(0.0, rows[0, 1], 0.0, 0.0, 0.0), rows])
+        if len(borders) and rows[0, 1] * number < 0.0:
+            message = "its border is on the other side: taken for a distance to its own"
+            self.losses.add("repaired", part, message)
+            rows[:, 1:] *= -1.0
         return {
             "widths": rows if len(widths) else _NO_CUBICS,
             "borders": _NO_CUBICS if len(widths) else rows,
