@@ -13,7 +13,7 @@ import pytest
 
 from tests.processes import python
 
-SMALL = (Path(__file__).parents[1] / "content" / "maps" / "small.xodr").read_bytes()
+SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_bytes()
 ROAD_10 = SMALL[SMALL.index(b'<road id="10"') : SMALL.index(b'  <road id="11"')]
 HEAD = b'<?xml version="1.0"?>\n'
 LAUGHS = b"".join(b'<!ENTITY l%d "%s">\n' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 10))

@@ -12,7 +12,7 @@ from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
 from adeye.maps.opendrive_reader import read_opendrive
 
-SMALL = (Path(__file__).parents[1] / "content" / "maps" / "small.xodr").read_text("utf-8")
+SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_text("utf-8")
 THIRD_PARTY = Path(__file__).resolve().parents[3] / "shared" / "data" / "openscenario"
 
 CUBIC = 's="0" a="0.12" b="0" c="0" d="0"'
