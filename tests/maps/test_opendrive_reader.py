@@ -175,6 +175,16 @@ def test_widths_begin_with_their_section_and_borders_give_way(tmp_path: Path) ->
     assert {loss.kind for loss in losses} == {"repaired", "ignored"}
 
 
+def test_border_on_the_other_side_is_a_distance(tmp_path: Path) -> None:
+    drive, losses = read(tmp_path, ("<width", "<border"))
+    assert [lane.borders[:, 1].tolist() for lane in drive.roads["2"].sections[0].lanes] == [
+        [3.5],
+        [],
+        [-3.5],
+    ]
+    assert {loss.kind for loss in losses} == {"repaired"}
+
+
 def test_left_out_limit_is_nan_and_none_is_infinite(tmp_path: Path) -> None:
     drive, _ = read(tmp_path, ('max="50" unit="km/h"', 'max="no limit"'))
     assert drive.roads["1"].types[0].limit == math.inf
