@@ -71,7 +71,10 @@ def import_map(
     strict: Strict = False,
     json: Json = False,
 ) -> None:
-    """Check a map, and write what was not taken of it as NAME.losses.json.
+    """Check a map and compile it: NAME.network.npz holds its lanes, NAME.losses.json what is lost.
+
+    The same map gives the same files. What a map leaves to a guess may be given by a rules.yaml
+    beside it. What is wrong between its lanes is told by map check.
 
     Parameters:
         output: Folder to write to; default: where the map is.
@@ -83,16 +86,22 @@ def import_map(
     from adeye.maps.opendrive_reader import read_opendrive
     from adeye.outputs import guarded, write_atomically
 
-    report = (file.parent if output is None else output) / f"{file.stem}.losses.json"
-    with guarded({"--output": report}):
+    folder = file.parent if output is None else output
+    network, report = (folder / f"{file.stem}.{end}" for end in ("network.npz", "losses.json"))
+    with guarded({"--output": report, "--output of lanes": network}):
         drive, losses = read_opendrive(file, strict=strict)
+        from adeye.maps.compiling import archive, compiled_map
+
+        written = archive(compiled_map(drive))
         document = {**_content(drive), "losses": list(losses)}
         write_atomically(out.json_text("map-losses", document).encode(), report)
+        write_atomically(written, network)
     if json:
-        out.emit_json("map-import", {**document, "written": [report]})
+        out.emit_json("map-import", {**document, "written": [network, report]})
     else:
         _print_losses(list(losses))
-        out.wrote(report)
+    out.wrote(network)
+    out.wrote(report)
 
 
 def _content(drive: OpenDrive) -> dict[str, Any]:

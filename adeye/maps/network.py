@@ -188,8 +188,12 @@ def joints(rows: Rows) -> Iterator[Joint]:
                     other_end = 1 if link.contact == "end" else 0
                     other = rows.at(link.id, other_end, other_id)
                     back = link_at(rows.map.roads[link.id], other_end)
-                    # Towards a junction a road names no lanes: the connection does.
-                    mutual = back is None or back.element == "road"
+                    # Towards a junction a road names no lanes: connections do, of what leads in.
+                    mutual = (
+                        back is None
+                        or back.element == "road"
+                        or (back.id == road.junction and enters_by(_way(rows, row), end))
+                    )
                 if other is not None:
                     yield Joint(row, end, other, other_end, lane.line, mutual)
     for junction in rows.map.junctions.values():

@@ -174,6 +174,11 @@ def _steps(scene: _Scene, item: Joint) -> Iterator[Finding]:
 
 # --- Lanes that end -------------------------------------------------------------------------------
 
+_AT_JUNCTION: Final[dict[bool, tuple[str, Severity, str]]] = {
+    True: ("missing_connection", "error", "leads into"),
+    False: ("unreached", "warning", "comes out of"),
+}
+
 
 def _ends(scene: _Scene) -> Iterator[Finding]:
     network = scene.network
@@ -194,14 +199,9 @@ def _ends(scene: _Scene) -> Iterator[Finding]:
             if is_exit:
                 yield _edge(scene, row, at, begun)
         elif link == "junction":
-            verb = "leads into" if is_exit else "comes out of"
-            yield scene.finding(
-                "missing_connection",
-                "error" if is_exit else "warning",
-                at,
-                math.nan,
-                f"{verb} a junction that has no connection for it",
-            )
+            kind, severity, verb = _AT_JUNCTION[is_exit]
+            message = f"{verb} a junction that has no connection for it"
+            yield scene.finding(kind, severity, at, math.nan, message)
         elif scene.points.width[at] > NARROW:
             kind, verb = ("dead_end", "goes on") if is_exit else ("unreached", "comes from")
             message = f"{verb} nowhere, and is {scene.points.width[at]:.2f} m wide here"

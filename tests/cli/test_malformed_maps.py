@@ -13,7 +13,7 @@ import pytest
 
 from tests.processes import python
 
-SMALL = (Path(__file__).parents[1] / "maps" / "files" / "small.xodr").read_bytes()
+SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_bytes()
 ROAD_10 = SMALL[SMALL.index(b'<road id="10"') : SMALL.index(b'  <road id="11"')]
 HEAD = b'<?xml version="1.0"?>\n'
 LAUGHS = b"".join(b'<!ENTITY l%d "%s">\n' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 10))
@@ -47,6 +47,9 @@ CHANGES: dict[str, tuple[str, str, str]] = {
     "overlap of pieces": ('s="60" x', 's="55" x', "the piece before ends at 60 m"),
     "line that begins late": ('<geometry s="0"', '<geometry s="3"', "the road begins at 0 m"),
     "curvature of a point": ('curvature="0.02"', 'curvature="11"', "from -10 to 10"),
+    "polynomial astray": ('c="0.01"', 'c="9"', "leads 900 m away"),
+    "polynomial to nowhere": ('bU="1"', 'bU="0"', "it leads nowhere"),
+    "width astray": ('a="3.5" b="0"', 'a="3.5" b="99"', "Up to 1000 m"),
     "far away": ('x="40"', 'x="1.1e7"', "from -1e+07 to 1e+07"),
     "turned too often": ('hdg="0.2"', 'hdg="1e4"', "from -1000 to 1000"),
     "unknown range": ('"arcLength"', '"length"', "pRange is 'length'"),
@@ -63,7 +66,7 @@ CHANGES: dict[str, tuple[str, str, str]] = {
     "half a lane": ('<lane id="-2"', '<lane id="-2.5"', "id is -2.5"),
     "no width": ("width", "wide", "neither <width> nor <border>"),
     "negative width": ('a="3.5"', 'a="-3.5"', "width is -3.5 m"),
-    "width of a town": ('a="3.5"', 'a="3500"', "width is 3500 m"),
+    "width of a town": ('a="3.5"', 'a="3500"', "it comes to 3500 m"),
     "width that begins late": ('<width sOffset="0"', '<width sOffset="2"', "begins at 0 m"),
     "unknown direction": ('<lane id="1"', '<lane direction="up" id="1"', "direction is 'up'"),
     "unknown rule": ('rule="RHT"', 'rule="UHT"', "rule is 'UHT'"),
@@ -136,6 +139,7 @@ def flaws() -> Iterator[tuple[str, bytes, str]]:
     yield "unknown encoding", SMALL.replace(b"UTF-8", b"EBCDIC-7"), "unknown encoding"
     yield "no road at all", SMALL[: SMALL.index(b"  <road")] + b"</OpenDRIVE>", "there is no <road>"
     yield "deep", b"<OpenDRIVE>" + b"<a>" * 100_000, "nested more than 50 deep"
+    yield "many elements", b"<OpenDRIVE><a>" + b"<b/>" * 200_001, "more than 200,000 elements"
     yield "long name", b"<OpenDRIVE><" + b"a" * 1_000 + b"/>", "a name has more than 200 letters"
     yield "long tag", b'<OpenDRIVE a="' + b"a" * 2_000_000 + b'"/>', "longer than 1,000,000 bytes"
     yield "long comment", b"<OpenDRIVE><!-- " + b"a" * 2_000_000, "longer than 1,000,000 bytes"
@@ -199,7 +203,9 @@ sys.exit(code)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is read from /proc")
-@pytest.mark.parametrize("what", ["bomb", "deep", "long tag", "external entity", "packed"])
+@pytest.mark.parametrize(
+    "what", ["bomb", "deep", "long tag", "many elements", "external entity", "packed"]
+)
 def test_process_on_a_hostile_map_needs_little(folder: Path, what: str) -> None:
     (folder / "map.xodr").write_bytes(next(flaw[1] for flaw in FLAWS if flaw[0] == what))
     ended = python("-c", MEASURED, "map", "show", "map.xodr", cwd=folder)
