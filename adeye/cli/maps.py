@@ -73,7 +73,8 @@ def import_map(
 ) -> None:
     """Check a map and compile it: NAME.network.npz holds its lanes, NAME.losses.json what is lost.
 
-    The same map gives the same files. What is wrong between its lanes is told by ``map check``.
+    The same map gives the same files. What a map leaves to a guess may be given by a rules.yaml
+    beside it. What is wrong between its lanes is told by map check.
 
     Parameters:
         output: Folder to write to; default: where the map is.

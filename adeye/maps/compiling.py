@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def compiled_map(drive: OpenDrive) -> dict[str, NDArray[np.generic]]:
     }
 
 
-def archive(arrays: dict[str, NDArray[np.generic]]) -> bytes:
+def archive(arrays: dict[str, Any]) -> bytes:
     """Write arrays as a file of numpy: the same arrays give the same bytes."""
     stream = io.BytesIO()
     np.savez_compressed(stream, **arrays)

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf, nan
 from operator import itemgetter
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,11 @@ from adeye.maps.opendrive import (
 )
 from adeye.maps.opendrive_links import linked
 from adeye.maps.xml_source import MOST, Element, listed, parts_of
+from adeye.notices import notice
 from adeye.units import shown
+
+if TYPE_CHECKING:
+    from adeye.maps.rules import Rules
 
 Record = TypeVar("Record", Road, Junction)
 
@@ -55,7 +59,7 @@ MOST_TURN: Final = 1_000.0
 MOST_STRETCH: Final = 10.0
 """How much farther than its length a piece may lead away from its start."""
 STEEP: Final = 0.1
-"""Slope across the road from which on its neglect is told apart."""
+"""Slope across the road from which on a notice tells that it is not driven."""
 
 _CUBIC: Final = ("a", "b", "c", "d")
 _KINDS: Final[dict[GeometryKind, tuple[str, ...]]] = {
@@ -94,14 +98,23 @@ def read_opendrive(path: str | Path, *, strict: bool = False) -> tuple[OpenDrive
 
     Returns:
         Its records, whose links lead to what is there, and what was not taken as it was written.
+        What it leaves to a guess is taken from a ``rules.yaml`` beside it, see ``MapRules``.
 
     Raises:
         SpecError: It is no such file, or says what cannot be; with line and column.
         InputErrors: It is not taken as it is written, and that was asked for.
     """
-    reader = _Reader(str(path))
+    beside = Path(path).with_name("rules.yaml")
+    rules = None
+    if beside.is_file():
+        from adeye.maps.rules import Rules
+
+        rules = Rules(beside, Path(path).name, LANE_TYPES)
+    reader = _Reader(str(path), rules)
     for part in parts_of(Path(path)):
         reader.read(part)
+    if rules is not None:
+        rules.require_used()
     drive = linked(reader.finished(), reader.columns, reader.losses)
     if strict:
         require_none(reader.losses, str(path))
@@ -116,10 +129,11 @@ class _Reader:
         columns: Of links, lanes and connections, by the identity of their records.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, rules: Rules | None) -> None:
         self.losses = Losses()
         self.columns: dict[int, int] = {}
         self._path = path
+        self._rules = rules
         self._root: Element | None = None
         self._header: OpenDrive | None = None
         self._roads: dict[str, Road] = {}
@@ -360,14 +374,11 @@ class _Reader:
         ):
             steepest = _largest(leaning, length)
             if steepest:
-                said = ", more than 10 %: driving on it is not that of the road" * (
-                    steepest > STEEP
-                )
-                self.losses.add(
-                    "approximated",
-                    profile,
-                    f"{tag} of up to {100.0 * steepest:.3g} % is not driven: roads are flat{said}",
-                )
+                what = f"{tag} of up to {100.0 * steepest:.3g} % is not driven: roads are flat"
+                self.losses.add("approximated", profile, what)
+            if steepest > STEEP:
+                where = f"{self._path}:{profile.line}: {self.losses.about}"
+                notice(f"{where}: {what}", topic=self._path, every_s=60.0)
         return rows
 
     # --- Lanes ------------------------------------------------------------------------------------
@@ -424,6 +435,8 @@ class _Reader:
         part.name = f"lane {number}"
         link = part.take_one("link")
         kind = part.word("type", "none")
+        if kind not in LANE_TYPES and self._rules is not None:
+            kind = self._rules.lane_type(kind)
         if kind not in LANE_TYPES:
             self.losses.add("guessed", part, f"type {shown(kind)} is not known: not driven on")
         lane = Lane(
@@ -514,7 +527,7 @@ class _Reader:
         part.name = self.losses.about = f"junction {shown(junction)}"
         kind = part.choice("type", ("default", "virtual", "direct", "crossing"), "default")
         # Where a virtual junction is at its main road is where its connections are.
-        found = [self._read_connection(item, kind) for item in part.take("connection")]
+        found = [self._read_connection(item, junction, kind) for item in part.take("connection")]
         return Junction(
             id=junction,
             name=part.word("name", ""),
@@ -526,17 +539,22 @@ class _Reader:
             line=part.line,
         )
 
-    def _read_connection(self, part: Element, kind: str) -> Connection | None:
-        name = "linkedRoad" if kind == "direct" else "connectingRoad"
+    def _read_connection(self, part: Element, junction: str, kind: str) -> Connection | None:
+        # Those of direct junctions link another road, by the name of 1.7.
+        name = "linkedRoad" if "linkedRoad" in part.attributes else "connectingRoad"
         if kind == "virtual" and name not in part.attributes:
             self.losses.add("ignored", part, "a connection without a road of its own")
             return None
+        number = part.word("id")
+        lanes = [(item.whole("from"), item.whole("to")) for item in part.take("laneLink")]
+        if not lanes and self._rules is not None:
+            lanes += self._rules.lanes(junction, number)
         connection = Connection(
-            id=part.word("id"),
+            id=number,
             incoming=part.word("incomingRoad"),
             connecting=part.word(name),
             contact=part.choice("contactPoint", ("start", "end")),
-            lanes=tuple((item.whole("from"), item.whole("to")) for item in part.take("laneLink")),
+            lanes=tuple(lanes),
             line=part.line,
         )
         self.columns[id(connection)] = part.column

@@ -60,6 +60,14 @@ def test_import_writes_over_nothing_else(adeye: Any, folder: Path) -> None:
     assert "would be overwritten" in adeye("map", "import", SMALL, "-o", ".").refused
 
 
+def test_steep_road_is_told_apart(adeye: Any, folder: Path) -> None:
+    text = Path(SMALL).read_text("utf-8")
+    leans = '<lateralProfile><superelevation s="0" a="0" b="0.01" c="0" d="0"/></lateralProfile>'
+    (folder / "map.xodr").write_text(text.replace("<lanes>", f"{leans}<lanes>", 1), "utf-8")
+    said = adeye("map", "show", "map.xodr", "--json").ok.err
+    assert "note: map.xodr:19: road '1': superelevation of up to 100 % is not driven" in said
+
+
 @pytest.fixture
 def sound(folder: Path) -> Path:
     """Return a map that holds together, drawn by somebody."""

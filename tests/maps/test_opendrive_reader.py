@@ -1,6 +1,7 @@
 """OpenDRIVE files: what of them becomes records, what is repaired, and what is told of the rest."""
 
 import math
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -128,6 +129,38 @@ def test_strict_refuses_each_loss_at_its_place(tmp_path: Path) -> None:
         read_opendrive(path, strict=True)
     line = 1 + SMALL[: SMALL.index('<laneOffset s="50"')].count("\n")
     assert f"{path}:{line}:7: road.lanes.laneOffset" in str(raised.value)
+
+
+RULES = """\
+maps:
+  map.xodr:
+    lane_types: {teleport: driving}
+    lanes: {"1/0": [[-2, -1]]}
+"""
+GUESSED = ('type="driving"', 'type="teleport"'), ('<laneLink from="-1" to="-1"/>', "")
+
+
+def test_rules_beside_a_map_take_the_place_of_guesses(tmp_path: Path) -> None:
+    (tmp_path / "rules.yaml").write_text(RULES, encoding="utf-8")
+    drive, losses = read(tmp_path, *GUESSED)
+    assert losses == []
+    assert drive.roads["1"].sections[0].lanes[0].type == "driving"
+    assert drive.junctions["1"].connections[0].lanes == ((-2, -1),)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("teleport: driving", "teleport: flying", "rules.yaml:3:18: lane_types: 'teleport'"),
+        ("1/0", "1/1", "rules.yaml:4:13: lanes: '1/1': the map leaves nothing of that name"),
+        ("[-2, -1]", "[-2]", "at least 2"),
+        ("lanes:", "limits:", "limits"),
+    ],
+)
+def test_rule_of_no_use_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+    (tmp_path / "rules.yaml").write_text(RULES.replace(old, new), encoding="utf-8")
+    with pytest.raises((SpecError, InputErrors), match=re.escape(said)):
+        read(tmp_path, *GUESSED)
 
 
 def test_widths_begin_with_their_section_and_borders_give_way(tmp_path: Path) -> None:
