@@ -364,7 +364,7 @@ def stl(  # noqa: PLR0917 - options
     found = judge_table(formula, read_table(table), reading)
     if output is not None:
         _write(found, output)
-    out.emit_found("stl", found, _print, json=json, document=_document)
+    out.emit_found("stl", found, _print_judged, json=json, document=_judged_document)
     if output is not None:
         out.wrote(output)
     raise typer.Exit(exit_of_verdict(found.verdict))
@@ -382,7 +382,7 @@ def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
     return pairs
 
 
-def _print(found: JudgedTable) -> None:
+def _print_judged(found: JudgedTable) -> None:
     item = found.judgement
     unit = "" if item.unit in {None, "1"} else f" {item.unit}"
     at = "" if item.time_s is None else f" at {item.time_s:.15g} s"
@@ -429,7 +429,7 @@ def _interval(low: float | None, high: float | None) -> str | None:
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
 
-def _document(found: JudgedTable) -> dict[str, object]:
+def _judged_document(found: JudgedTable) -> dict[str, object]:
     item = found.judgement
     return {
         "formula": found.formula,

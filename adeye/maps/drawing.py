@@ -8,7 +8,6 @@ drawn without words, so that the file stays small.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
@@ -18,7 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from adeye.maps.lanes import REFERENCE, LaidRoad, Strip, along, width_at
-from adeye.maps.network import KINDS, Network, Rows, build_of_rows
+from adeye.maps.network import BUS, DRIVE, KINDS, Network, Rows, build_of_rows
 from adeye.maps.opendrive import Floats, OpenDrive
 from adeye.maps.outlines import Points, points_along, strips_of
 
@@ -246,7 +245,7 @@ def _lanes(scene: _Scene, view: _View, shapes: list[Floats]) -> Iterator[str]:
 
 def _arrows(scene: _Scene, view: _View) -> Iterator[str]:
     network = scene.network
-    for row in np.flatnonzero(np.isin(network.kind, (0, 1)) & (network.way != 0)):
+    for row in np.flatnonzero(np.isin(network.kind, (DRIVE, BUS)) & (network.way != 0)).tolist():
         x, y, heading, length = scene.middle(row)
         room = scene.widths[row] * view.scale
         is_inner = network.left[row] < 0 or scene.kinds[network.left[row]] != "drive"
@@ -372,7 +371,7 @@ def _cross_sections(scene: _Scene) -> Iterator[tuple[float, list[str]]]:
     rows: dict[tuple[int, int], list[int]] = {}
     for row in np.flatnonzero(network.junction < 0).tolist():
         rows.setdefault((int(network.road[row]), int(network.section[row])), []).append(row)
-    lengths: Counter[tuple[_Bar, ...]] = Counter()
+    lengths: dict[tuple[_Bar, ...], float] = {}
     example: dict[tuple[_Bar, ...], int] = {}
     for members in rows.values():
         key = tuple(
@@ -384,7 +383,8 @@ def _cross_sections(scene: _Scene) -> Iterator[tuple[float, list[str]]]:
             )
             for row in reversed(members)
         )
-        lengths[key] += float(network.end[members[0]] - network.start[members[0]])
+        length = float(network.end[members[0]] - network.start[members[0]])
+        lengths[key] = lengths.get(key, 0.0) + length
         example.setdefault(key, members[0])
     ordered = sorted(lengths, key=lambda key: (-lengths[key], example[key]))
     if ordered:
