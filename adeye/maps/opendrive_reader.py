@@ -482,7 +482,7 @@ class _Reader:
         if len(borders) and rows[0, 1] * number < 0.0:
             message = "its border is on the other side: taken for a distance to its own"
             self.losses.add("repaired", part, message)
-            rows[:, 1:] *= -1.0
+            rows = rows * np.array([1.0, -1.0, -1.0, -1.0, -1.0])
         return {
             "widths": rows if len(widths) else _NO_CUBICS,
             "borders": _NO_CUBICS if len(widths) else rows,

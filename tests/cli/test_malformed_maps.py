@@ -13,7 +13,7 @@ import pytest
 
 from tests.processes import python
 
-SMALL = (Path(__file__).parents[1] / "content" / "maps" / "small.xodr").read_bytes()
+SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_bytes()
 ROAD_10 = SMALL[SMALL.index(b'<road id="10"') : SMALL.index(b'  <road id="11"')]
 HEAD = b'<?xml version="1.0"?>\n'
 LAUGHS = b"".join(b'<!ENTITY l%d "%s">\n' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 10))
@@ -139,6 +139,7 @@ def flaws() -> Iterator[tuple[str, bytes, str]]:
     yield "unknown encoding", SMALL.replace(b"UTF-8", b"EBCDIC-7"), "unknown encoding"
     yield "no road at all", SMALL[: SMALL.index(b"  <road")] + b"</OpenDRIVE>", "there is no <road>"
     yield "deep", b"<OpenDRIVE>" + b"<a>" * 100_000, "nested more than 50 deep"
+    yield "many elements", b"<OpenDRIVE><a>" + b"<b/>" * 200_001, "more than 200,000 elements"
     yield "long name", b"<OpenDRIVE><" + b"a" * 1_000 + b"/>", "a name has more than 200 letters"
     yield "long tag", b'<OpenDRIVE a="' + b"a" * 2_000_000 + b'"/>', "longer than 1,000,000 bytes"
     yield "long comment", b"<OpenDRIVE><!-- " + b"a" * 2_000_000, "longer than 1,000,000 bytes"
@@ -202,7 +203,9 @@ sys.exit(code)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is read from /proc")
-@pytest.mark.parametrize("what", ["bomb", "deep", "long tag", "external entity", "packed"])
+@pytest.mark.parametrize(
+    "what", ["bomb", "deep", "long tag", "many elements", "external entity", "packed"]
+)
 def test_process_on_a_hostile_map_needs_little(folder: Path, what: str) -> None:
     (folder / "map.xodr").write_bytes(next(flaw[1] for flaw in FLAWS if flaw[0] == what))
     ended = python("-c", MEASURED, "map", "show", "map.xodr", cwd=folder)

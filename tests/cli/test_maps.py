@@ -13,8 +13,8 @@ from adeye.spec.load import catalogue_files
 from tests.cli.conftest import Verb
 from tests.drawn_roads import WIDE, crossing, lane, network, piece, road, section
 
-CONTENT = Path(__file__).parents[1] / "content" / "maps"
-SMALL = str(CONTENT / "small.xodr")
+MALFORMED = Path(__file__).parents[1] / "malformed"
+SMALL = str(MALFORMED / "small.xodr")
 
 
 def test_show_counts_what_a_map_holds(adeye: Any) -> None:

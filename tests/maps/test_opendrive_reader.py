@@ -12,7 +12,7 @@ from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
 from adeye.maps.opendrive_reader import read_opendrive
 
-SMALL = (Path(__file__).parents[1] / "content" / "maps" / "small.xodr").read_text("utf-8")
+SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_text("utf-8")
 THIRD_PARTY = Path(__file__).resolve().parents[3] / "shared" / "data" / "openscenario"
 
 CUBIC = 's="0" a="0.12" b="0" c="0" d="0"'
@@ -173,6 +173,16 @@ def test_widths_begin_with_their_section_and_borders_give_way(tmp_path: Path) ->
     assert lane.widths[:, :2].tolist() == [[0.0, 3.5], [0.2, 3.5]]
     assert lane.borders.shape == (0, 5)
     assert {loss.kind for loss in losses} == {"repaired", "ignored"}
+
+
+def test_border_on_the_other_side_is_a_distance(tmp_path: Path) -> None:
+    drive, losses = read(tmp_path, ("<width", "<border"))
+    assert [lane.borders[:, 1].tolist() for lane in drive.roads["2"].sections[0].lanes] == [
+        [3.5],
+        [],
+        [-3.5],
+    ]
+    assert {loss.kind for loss in losses} == {"repaired"}
 
 
 def test_left_out_limit_is_nan_and_none_is_infinite(tmp_path: Path) -> None:
