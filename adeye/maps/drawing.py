@@ -8,7 +8,6 @@ drawn without words, so that the file stays small.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
@@ -18,7 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from adeye.maps.lanes import REFERENCE, LaidRoad, Strip, along, width_at
-from adeye.maps.network import KINDS, Network, Rows, build_of_rows
+from adeye.maps.network import BUS, DRIVE, KINDS, Network, Rows, build_of_rows
 from adeye.maps.opendrive import Floats, OpenDrive
 from adeye.maps.outlines import Points, points_along, strips_of
 
@@ -34,6 +33,10 @@ _COARSE: Final = 20.0
 """Between the points that tell how large a map is, at most [m]."""
 _FINEST: Final = 0.02
 """What one step of a drawn number is worth at most [m]."""
+_LETTER: Final = 6.0
+"""Width of a letter, about [px]."""
+_THIN: Final = 0.3
+"""Where a metre is less than this, lanes are no more than lines [px/m]."""
 _WORDS: Final = 9.0
 """Width of a lane that has room for words [px]."""
 _SECTIONS: Final = 8
@@ -75,7 +78,7 @@ def draw_map(drive: OpenDrive, name: str) -> str:
         f'viewBox="0 0 {WIDTH} {height:.0f}" role="img" aria-labelledby="title desc">',
         f'<title id="title">{escape(name)}</title>',
         f'<desc id="desc">{escape(_described(drive, scene))}</desc>',
-        f"<style>{_STYLE}.l{{stroke-width:{min(0.12 * view.scale, 0.5):.2f}}}</style>",
+        f"<style>{_STYLE}{_strokes(view)}</style>",
         f'<defs><path id="a" class="a" d="{_ARROW}"/>{_GLYPHS}</defs>',
         f'<rect width="{WIDTH}" height="{height:.0f}" fill="#fff"/>',
         f'<text class="t" x="{_MARGIN}" y="34">{escape(name)}</text>',
@@ -98,6 +101,12 @@ _GLYPHS: Final = (
     'fill="#14181d"/><circle cy="-5" r="2" fill="#e5484d"/><circle r="2" fill="#f5c518"/>'
     '<circle cy="5" r="2" fill="#30a46c"/></g>'
 )
+
+
+def _strokes(view: _View) -> str:
+    """Return how lanes are outlined; those too thin to be seen are as thick as a line."""
+    text = f".l{{stroke-width:{min(0.12 * view.scale, 0.5):.2f}}}"
+    return text if view.scale > _THIN else f"{text}.l.drive{{stroke-width:1.5}}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,7 +255,7 @@ def _lanes(scene: _Scene, view: _View, shapes: list[Floats]) -> Iterator[str]:
 
 def _arrows(scene: _Scene, view: _View) -> Iterator[str]:
     network = scene.network
-    for row in np.flatnonzero(np.isin(network.kind, (0, 1)) & (network.way != 0)):
+    for row in np.flatnonzero(np.isin(network.kind, (DRIVE, BUS)) & (network.way != 0)).tolist():
         x, y, heading, length = scene.middle(row)
         room = scene.widths[row] * view.scale
         is_inner = network.left[row] < 0 or scene.kinds[network.left[row]] != "drive"
@@ -304,22 +313,30 @@ def _names(scene: _Scene, view: _View) -> Iterator[str]:
         elif scene.strips[row][1].section == 0:
             # Rows ascend by lane: the first of a road lies furthest to the right.
             outer.setdefault(int(network.road[row]), row)
+    taken: list[tuple[float, float, float]] = []
+    for number, places in inside.items():
+        x, y = (sum(values) / len(places) for values in zip(*places, strict=True))
+        yield from _label(taken, view.place(x, y), f"junction {network.junctions[number]}")
     for number, row in outer.items():
         x, y, heading, _ = scene.middle(row)
         heading += math.pi if network.way[row] < 0 else 0.0
         beside = 0.5 * scene.widths[row] + 10.0 / view.scale
-        px, py = view.place(x + beside * math.sin(heading), y - beside * math.cos(heading))
         aside = math.sin(heading)
-        anchor = "start" if aside > 0.4 else "end" if aside < -0.4 else "middle"
-        yield _label(px, py + 4.0, f"road {network.roads[number]}", anchor)
-    for number, places in inside.items():
-        x, y = (sum(values) / len(places) for values in zip(*places, strict=True))
-        yield _label(*view.place(x, y), f"junction {network.junctions[number]}")
+        px, py = view.place(x + beside * aside, y - beside * math.cos(heading))
+        text = f"road {network.roads[number]}"
+        # Beside a road that goes up or down, a word begins or ends there.
+        shift = 0.0 if abs(aside) < 0.4 else math.copysign(0.5 * _LETTER * len(text), aside)
+        yield from _label(taken, (px + shift, py + 4.0), text)
 
 
-def _label(x: float, y: float, text: str, anchor: str = "middle") -> str:
-    place = f'x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"'
-    return f'<text class="h" {place}>{escape(text)}</text>'
+def _label(
+    taken: list[tuple[float, float, float]], place: tuple[float, float], text: str
+) -> Iterator[str]:
+    """Yield a word around a place, unless it would lie on another one."""
+    (x, y), half = place, 0.5 * _LETTER * len(text)
+    if all(abs(x - a) > half + other or abs(y - b) > 2.0 * _LETTER for a, b, other in taken):
+        taken.append((x, y, half))
+        yield f'<text class="h m" x="{x:.1f}" y="{y:.1f}">{escape(text)}</text>'
 
 
 def _frame(scene: _Scene, view: _View) -> Iterator[str]:
@@ -372,7 +389,7 @@ def _cross_sections(scene: _Scene) -> Iterator[tuple[float, list[str]]]:
     rows: dict[tuple[int, int], list[int]] = {}
     for row in np.flatnonzero(network.junction < 0).tolist():
         rows.setdefault((int(network.road[row]), int(network.section[row])), []).append(row)
-    lengths: Counter[tuple[_Bar, ...]] = Counter()
+    lengths: dict[tuple[_Bar, ...], float] = {}
     example: dict[tuple[_Bar, ...], int] = {}
     for members in rows.values():
         key = tuple(
@@ -384,7 +401,8 @@ def _cross_sections(scene: _Scene) -> Iterator[tuple[float, list[str]]]:
             )
             for row in reversed(members)
         )
-        lengths[key] += float(network.end[members[0]] - network.start[members[0]])
+        length = float(network.end[members[0]] - network.start[members[0]])
+        lengths[key] = lengths.get(key, 0.0) + length
         example.setdefault(key, members[0])
     ordered = sorted(lengths, key=lambda key: (-lengths[key], example[key]))
     if ordered:
@@ -406,9 +424,10 @@ def _bars(lanes: tuple[_Bar, ...], title: str) -> Iterator[str]:
         middle = x + 0.5 * size
         yield f'<rect class="b {kind}" x="{x:.1f}" y="6" width="{size:.1f}" height="34"/>'
         arrow = {1: "\N{UPWARDS ARROW}", -1: "\N{DOWNWARDS ARROW}"}.get(way, "")
-        if size > 14.0:
-            number = str(lane).replace("-", "\N{MINUS SIGN}")
-            yield f'<text class="m" x="{middle:.1f}" y="20">{number}{arrow}</text>'
-        if size > 24.0:
-            yield f'<text class="m" x="{middle:.1f}" y="34">{width:.2f}</text>'
+        number = str(lane).replace("-", "\N{MINUS SIGN}")
+        for y, text in ((20, f"{number}{arrow}"), (34, f"{width:.2f}")):
+            letters = min(11.0, 1.7 * size / len(text))
+            if letters > 6.0:
+                style = f'style="font-size:{letters:.1f}px"'
+                yield f'<text class="m" x="{middle:.1f}" y="{y}" {style}>{text}</text>'
         x += size

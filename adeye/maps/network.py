@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,7 +93,7 @@ class Network:
 
     def __len__(self) -> int:
         """Count the lanes."""
-        return self.road.shape[0]
+        return len(self.road)
 
     def following(self, row: int) -> Ints:
         """Return the rows that follow a lane in its direction of driving."""
@@ -115,13 +115,10 @@ class Network:
 
 # --- What the file says of ends that meet ---------------------------------------------------------
 
-End = Literal[0, 1]
-"""0 is where s of a road is least, 1 where it is greatest."""
-
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """One lane's word that its end meets another's.
+    """One lane's word that its end meets another's: 0 where s of its road is least, 1 at the other.
 
     Attributes:
         row: The lane that says so; of a junction's connection, the incoming one.
@@ -133,9 +130,9 @@ class Joint:
     """
 
     row: int
-    end: End
+    end: int
     other: int
-    other_end: End
+    other_end: int
     line: int
     is_mutual: bool
 
@@ -165,7 +162,7 @@ class Rows:
         """Return the row of a lane, None if there is none."""
         return self._numbers.get((road, section, lane))
 
-    def at(self, road: str, end: End, lane: int) -> int | None:
+    def at(self, road: str, end: int, lane: int) -> int | None:
         """Return the row of a lane at an end of a road."""
         sections = self.map.roads[road].sections
         return self.find(road, len(sections) - 1 if end else 0, lane)
@@ -211,7 +208,7 @@ def is_joined(network: OpenDrive, junction: Junction, connection: Connection) ->
     roads = network.roads
     if connection.incoming not in roads or connection.connecting not in roads:
         return False
-    contact: End = 1 if connection.contact == "end" else 0
+    contact = 1 if connection.contact == "end" else 0
     incoming, connecting = roads[connection.incoming], roads[connection.connecting]
     return _met_end(incoming, connecting, contact, junction.id) is not None
 
@@ -221,7 +218,7 @@ def _connected(rows: Rows, junction: str, connection: Connection) -> Iterator[Jo
     if connection.incoming not in roads or connection.connecting not in roads:
         return
     incoming, connecting = roads[connection.incoming], roads[connection.connecting]
-    contact: End = 1 if connection.contact == "end" else 0
+    contact = 1 if connection.contact == "end" else 0
     end = _met_end(incoming, connecting, contact, junction)
     if end is None:
         return
@@ -232,7 +229,7 @@ def _connected(rows: Rows, junction: str, connection: Connection) -> Iterator[Jo
             yield Joint(row, end, other, contact, connection.line, not is_direct)
 
 
-def _met_end(incoming: Road, connecting: Road, contact: End, junction: str) -> End | None:
+def _met_end(incoming: Road, connecting: Road, contact: int, junction: str) -> int | None:
     """Return which end of an incoming road a connecting road begins at."""
     back = link_at(connecting, contact)
     if back is not None and back.element == "road" and back.id == incoming.id and back.contact:

@@ -73,4 +73,6 @@ def points_along(strips: list[tuple[LaidRoad, Strip]], step: float) -> Points:
     table = np.concatenate(columns, axis=1) if columns else np.zeros((8, 0))
     row = table[0].astype(np.int64)
     first = np.searchsorted(row, np.arange(len(strips)))
-    return Points(row, *table[1:], first, np.append(first[1:], len(row)) - 1)
+    last = np.append(first[1:], len(row)) - 1
+    _, s, x, y, z, heading, curvature, width = table
+    return Points(row, s, x, y, z, heading, curvature, width, first, last)

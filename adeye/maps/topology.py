@@ -183,8 +183,8 @@ _AT_JUNCTION: Final[dict[bool, tuple[str, Severity, str]]] = {
 def _ends(scene: _Scene) -> Iterator[Finding]:
     network = scene.network
     ends = [
-        (int(row), end, is_exit)
-        for row in np.flatnonzero(scene.is_driven & (network.way != 0))
+        (row, end, is_exit)
+        for row in np.flatnonzero(scene.is_driven & (network.way != 0)).tolist()
         for is_exit, neighbours in ((True, network.following), (False, network.preceding))
         if not len(neighbours(row))
         for end in (0, 1)
