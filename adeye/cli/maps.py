@@ -42,9 +42,9 @@ def show_map(file: MapFile, strict: Strict = False, json: Json = False) -> None:
         adeye map show town.xodr
         adeye map show town.xodr --json
     """
-    from adeye.maps.opendrive_reader import read_opendrive
+    from adeye.spec.map_rules import read_map
 
-    drive, losses = read_opendrive(file, strict=strict)
+    drive, losses = read_map(file, strict=strict)
     document = {**_content(drive), "losses": list(losses)}
     if json:
         out.emit_json("map-show", document)
@@ -83,13 +83,13 @@ def import_map(
         adeye map import town.xodr
         adeye map import town.xodr -o maps --strict
     """
-    from adeye.maps.opendrive_reader import read_opendrive
     from adeye.outputs import guarded, write_atomically
+    from adeye.spec.map_rules import read_map
 
     folder = file.parent if output is None else output
     network, report = (folder / f"{file.stem}.{end}" for end in ("network.npz", "losses.json"))
     with guarded({"--output": report, "--output of lanes": network}):
-        drive, losses = read_opendrive(file, strict=strict)
+        drive, losses = read_map(file, strict=strict)
         from adeye.maps.compiling import archive, compiled_map
 
         written = archive(compiled_map(drive))
@@ -168,10 +168,10 @@ def check_map(file: MapFile, json: Json = False) -> None:
         adeye map check town.xodr
         adeye map check town.xodr --json
     """
-    from adeye.maps.opendrive_reader import read_opendrive
     from adeye.maps.topology import check_topology
+    from adeye.spec.map_rules import read_map
 
-    findings = check_topology(read_opendrive(file)[0])
+    findings = check_topology(read_map(file)[0])
     counts = Counter(finding.severity for finding in findings)
     totals = {f"{name}s": counts[name] for name in ("error", "warning", "note")}
     if json:
@@ -214,10 +214,10 @@ def draw(
         adeye map draw town.xodr -o town.svg
     """
     from adeye.maps.drawing import draw_map
-    from adeye.maps.opendrive_reader import read_opendrive
     from adeye.outputs import write_atomically
+    from adeye.spec.map_rules import read_map
 
-    drive, _ = read_opendrive(file)
+    drive, _ = read_map(file)
     write_atomically(draw_map(drive, drive.name or file.name).encode(), output)
     out.wrote(output)
 
@@ -271,9 +271,9 @@ def export_map(
 def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
     """Return a map, or the road of a scenario as one with what it cannot say."""
     if file.suffix.lower() not in _SCENARIOS:
-        from adeye.maps.opendrive_reader import read_opendrive
+        from adeye.spec.map_rules import read_map
 
-        return read_opendrive(file)[0], []
+        return read_map(file)[0], []
     import numpy as np
 
     from adeye.maps.opendrive_writer import losses_of, parametric_map

@@ -12,9 +12,8 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
-from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -24,7 +23,6 @@ from adeye.kernel import strips as across
 from adeye.maps import arcs, lanes, network
 from adeye.maps.lanes import LaidRoad, Strip
 from adeye.maps.opendrive import OpenDrive
-from adeye.maps.opendrive_reader import read_opendrive
 
 Floats = NDArray[np.float64]
 
@@ -262,23 +260,6 @@ def _is_straight(edges: Floats, along: Floats) -> bool:
     share = (along - along[0]) / (along[-1] - along[0])
     straight = edges[:, :1] + (edges[:, -1:] - edges[:, :1]) * share
     return bool(np.max(np.abs(edges - straight)) <= STRAIGHT)
-
-
-@lru_cache(maxsize=16)
-def _read(path: Path, changed: int, size: int) -> Lanes:  # noqa: ARG001 - the state of the file
-    return Lanes.of(read_opendrive(path)[0])
-
-
-def read_lanes(path: Path) -> Lanes:
-    """Read a map's lanes, once for each state of its file.
-
-    Raises:
-        SpecError: It cannot be read.
-    """
-    if not path.is_file():
-        return Lanes.of(read_opendrive(path)[0])
-    state = path.stat()
-    return _read(path, state.st_mtime_ns, state.st_size)
 
 
 def steps_of(pieces: Sequence[Piece]) -> tuple[float, float]:

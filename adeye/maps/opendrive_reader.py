@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf, nan
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import Final, Protocol, TypeVar
 
 import numpy as np
 
@@ -39,8 +39,19 @@ from adeye.maps.xml_source import MOST, Element, listed, parts_of
 from adeye.notices import notice
 from adeye.units import shown
 
-if TYPE_CHECKING:
-    from adeye.maps.rules import Rules
+
+class Rules(Protocol):
+    """What people say of a map where its file leaves it to a guess."""
+
+    def lane_type(self, written: str) -> str:
+        """Return which type of lanes is meant."""
+
+    def lanes(self, junction: str, connection: str) -> Sequence[tuple[int, int]]:
+        """Return the lanes of a connection that names none, as far as they are given."""
+
+    def require_used(self) -> None:
+        """Refuse rules of what the map does not leave to a guess."""
+
 
 Record = TypeVar("Record", Road, Junction)
 
@@ -89,27 +100,23 @@ LANE_TYPES: Final = frozenset(
 """Those of the standard, deprecated ones included."""
 
 
-def read_opendrive(path: str | Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
+def read_opendrive(
+    path: str | Path, rules: Rules | None = None, *, strict: bool = False
+) -> tuple[OpenDrive, Losses]:
     """Read a map.
 
     Args:
         path: Of the file.
+        rules: What people say of what it leaves to a guess.
         strict: Whether anything that is not taken as it is written is an error.
 
     Returns:
         Its records, whose links lead to what is there, and what was not taken as it was written.
-        What it leaves to a guess is taken from a ``rules.yaml`` beside it, see ``MapRules``.
 
     Raises:
         SpecError: It is no such file, or says what cannot be; with line and column.
         InputErrors: It is not taken as it is written, and that was asked for.
     """
-    beside = Path(path).with_name("rules.yaml")
-    rules = None
-    if beside.is_file():
-        from adeye.maps.rules import Rules
-
-        rules = Rules(beside, Path(path).name, LANE_TYPES)
     reader = _Reader(str(path), rules)
     for part in parts_of(Path(path)):
         reader.read(part)

@@ -13,14 +13,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from adeye.kernel import strips as across
 from adeye.maps import network
-from adeye.maps.carriageway import Lanes, Piece, Section, Slab, read_lanes, steps_of
+from adeye.maps.carriageway import Lanes, Piece, Section, Slab, steps_of
 
 Anchor = Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
 """What is at a place: a point of a carriageway, where the lane of a ramp comes in or leaves, where
@@ -135,24 +134,8 @@ class Places(NamedTuple):
     refused: Mapping[str, int]
 
 
-def places_of(path: Path, asked: Asked) -> Places:
+def places_of(found: Lanes, name: str, asked: Asked) -> Places:
     """Find the places of a map that have what is asked.
-
-    Args:
-        path: Of the map.
-        asked: What a place must have.
-
-    Returns:
-        As ``places_in`` does.
-
-    Raises:
-        SpecError: The map cannot be read.
-    """
-    return places_in(read_lanes(path), path.stem, asked)
-
-
-def places_in(found: Lanes, name: str, asked: Asked) -> Places:
-    """Find the places that have what is asked, see ``places_of``.
 
     Args:
         found: Lanes of a map.

@@ -9,7 +9,7 @@ import pytest
 from adeye.kernel import strips
 from adeye.maps.carriageway import Lanes
 from adeye.maps.opendrive import OpenDrive, Road, RoadLink
-from adeye.maps.places import Asked, Place, Places, places_in
+from adeye.maps.places import Asked, Place, Places, places_of
 from tests.drawn_roads import lane, network, piece, road, section
 
 WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
@@ -19,7 +19,7 @@ NARROWING = (0.0, 3.5, 0.0, -3.0 * 3.5 / 100.0**2, 2.0 * 3.5 / 100.0**3)
 def found(
     drawn: OpenDrive, anchor: Any = "carriageway", before: float = 50.0, **asked: Any
 ) -> Places:
-    return places_in(
+    return places_of(
         Lanes.of(drawn), "m", Asked(anchor, before, asked.pop("after", 100.0), **asked)
     )
 

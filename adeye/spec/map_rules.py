@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
 from adeye.errors import SpecError
+from adeye.maps.carriageway import Lanes
+from adeye.maps.losses import Losses
+from adeye.maps.opendrive import OpenDrive
+from adeye.maps.opendrive_reader import LANE_TYPES, read_opendrive
 from adeye.spec.document import load_document, validate
+from adeye.spec.places import RULES
 from adeye.spec.quantity import Record
 
 Pair = Annotated[list[int], Field(min_length=2, max_length=2)]
@@ -35,6 +41,42 @@ class RulesFile(Record):
     """
 
     maps: dict[str, MapRules]
+
+
+def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
+    """Read a map with the rules beside it.
+
+    Args:
+        path: Of the map.
+        strict: Whether anything that is not taken as it is written is an error.
+
+    Returns:
+        As ``read_opendrive``.
+
+    Raises:
+        SpecError: The map or its rules cannot be read.
+        InputErrors: Something is not taken as it is written, and that was asked for.
+    """
+    beside = path.with_name(RULES)
+    rules = Rules(beside, path.name, LANE_TYPES) if beside.is_file() else None
+    return read_opendrive(path, rules, strict=strict)
+
+
+def read_lanes(path: Path) -> Lanes:
+    """Read a map's lanes, once for each state of its file and of its rules.
+
+    Raises:
+        SpecError: The map or its rules cannot be read.
+    """
+    files = [item for item in (path, path.with_name(RULES)) if item.is_file()]
+    return _read_lanes(
+        path, tuple((item.stat().st_mtime_ns, item.stat().st_size) for item in files)
+    )
+
+
+@lru_cache(maxsize=16)
+def _read_lanes(path: Path, state: object) -> Lanes:  # noqa: ARG001 - of the files
+    return Lanes.of(read_map(path)[0])
 
 
 class Rules:
