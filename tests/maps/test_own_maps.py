@@ -12,9 +12,7 @@ from adeye.maps.topology import check_topology
 ROOT = Path(__file__).resolve().parents[2]
 CATALOGUE = ROOT / "scenarios_db" / "maps"
 CONTENT = ROOT / "tests" / "content" / "maps"
-# The small one is of the reader's tests, and is not meant to hold together.
-DRAWN = [path for path in CONTENT.glob("*.xodr") if path.stem != "small"]
-MAPS = sorted([*CATALOGUE.glob("*.xodr"), *DRAWN])
+MAPS = sorted([*CATALOGUE.glob("*.xodr"), *CONTENT.glob("*.xodr")])
 
 
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
