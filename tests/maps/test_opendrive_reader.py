@@ -10,7 +10,7 @@ import pytest
 from adeye.errors import InputErrors, SpecError
 from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
-from adeye.maps.opendrive_reader import read_opendrive
+from adeye.spec.map_rules import read_map
 
 SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_text("utf-8")
 THIRD_PARTY = Path(__file__).resolve().parents[3] / "shared" / "data" / "openscenario"
@@ -27,7 +27,7 @@ def read(
         text = text.replace(old, new)
     path = tmp_path / "map.xodr"
     path.write_text(text, encoding="utf-8")
-    drive, losses = read_opendrive(path)
+    drive, losses = read_map(path)
     return drive, list(losses)
 
 
@@ -126,7 +126,7 @@ def test_strict_refuses_each_loss_at_its_place(tmp_path: Path) -> None:
     path = tmp_path / "map.xodr"
     path.write_text(SMALL.replace('<laneOffset s="50"', '<laneOffset s="150"'), encoding="utf-8")
     with pytest.raises(InputErrors) as raised:
-        read_opendrive(path, strict=True)
+        read_map(path, strict=True)
     line = 1 + SMALL[: SMALL.index('<laneOffset s="50"')].count("\n")
     assert f"{path}:{line}:7: road.lanes.laneOffset" in str(raised.value)
 
@@ -208,7 +208,7 @@ def test_file_in_another_encoding_reads_the_same(tmp_path: Path, encoding: str) 
     text = SMALL.replace("UTF-8", name).replace('name="small"', 'name="Köln"')
     path = tmp_path / "map.xodr"
     path.write_bytes(text.encode(encoding))
-    assert read_opendrive(path)[0].name == "Köln"
+    assert read_map(path)[0].name == "Köln"
 
 
 @pytest.mark.skipif(not THIRD_PARTY.is_dir(), reason="maps of others are not here")
@@ -216,7 +216,7 @@ def test_maps_of_others_are_read() -> None:
     files = sorted(THIRD_PARTY.rglob("*.xodr"))
     assert len(files) == 12
     for path in files:
-        drive, losses = read_opendrive(path)
+        drive, losses = read_map(path)
         assert drive.roads
         # The crossing of Euro NCAP links lanes -2 that its connections do not have.
         is_wrong = "X-Intersection" in path.name
