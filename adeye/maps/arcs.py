@@ -315,5 +315,6 @@ def course_arcs(course: Course) -> Floats:
         rows = np.empty((room, ARC_WIDTH))
         count = fill_arcs(course, rows)
         if count >= 0:
-            return rows[:count]
+            # Of a copy, the room that was not needed is given back.
+            return rows[:count].copy()
         room *= 4
