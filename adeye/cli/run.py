@@ -17,7 +17,7 @@ import typer
 from adeye.cli import options as opt
 from adeye.cli import output as out
 from adeye.cli.progress import asking, duration, reporting
-from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
+from adeye.errors import ASKED_TO_END, AdeyeError, IntegrityError, UsageError, suggest
 from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
 from adeye.report.words import quantity
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from adeye.campaign.summary import CampaignSummary, VerdictLine
     from adeye.campaign.traces import Wanted
     from adeye.campaign.warmup import Part
+    from adeye.report.model.report import Report
 
 # --- The table of verdicts that a campaign ends with, the worst first -----------------------------
 
@@ -325,6 +326,9 @@ def report(
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
 
+    Exit codes: 0 written, whatever the verdict; 2 input error, 4 written, but what the verdict is
+    folded from is not as it was written; 5 database or disk.
+
     Parameters:
         output: The HTML page; default: report.html if no other file is asked for.
         report_json: Write the report as JSON.
@@ -342,7 +346,9 @@ def report(
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
     if not any(files.values()):
         files["html"] = Path("report.html")
-    _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    written = _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    if written.exit_code is ExitCode.INTEGRITY:
+        raise IntegrityError(written.message)
 
 
 def usable_processors() -> int:
@@ -474,16 +480,19 @@ def _write(
     *,
     baseline: Path | None = None,
     quiet: bool,
-) -> None:
+) -> Report:
     from adeye.reporting import write_reports
 
     asked = {form: path for form, path in files.items() if path is not None}
     own = {form: path for form, path in asked.items() if form in _OWN}
     exports = {form: path for form, path in asked.items() if form not in _OWN} or None
     with reporting("report", quiet=quiet) as progress:
-        write_reports(db, campaign, **own, exports=exports, baseline=baseline, progress=progress)
+        report = write_reports(
+            db, campaign, **own, exports=exports, baseline=baseline, progress=progress
+        )
     for path in asked.values():
         out.wrote(path)
+    return report
 
 
 def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> str:
