@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -253,6 +253,12 @@ def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
         if not math.isfinite(text):
             raise SweepError(f"{text!r} is not a finite number")
         return float(text), Dimension.NONE
+    return _read(text)
+
+
+@lru_cache(maxsize=4096)
+def _read(text: str) -> tuple[float | str, Dimension | None]:
+    """Read a text; a plan asks for the same in each of its sections."""
     try:
         expression = parse(text)
         if expression.names or not expression.is_constant:

@@ -318,10 +318,6 @@ class Comparison(Part):
         """Find an architecture."""
         return next(item for item in self.candidates if item.id == name)
 
-    def differences_of(self, a: str, b: str, kind: ClusterKind = "all") -> list[Difference]:
-        """List the differences of two architectures."""
-        return [item for item in self.differences if (item.a, item.b, item.kind) == (a, b, kind)]
-
 
 # --- What a comparison is asked: which architectures, measured by what; refused where it is wrong -
 
