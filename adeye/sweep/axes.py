@@ -207,7 +207,8 @@ def parameter_value(parameter: Parameter, text: Level) -> float:
     value = parameter_quantity(parameter, text)
     if parameter.range is not None:
         low, high = ends_of(parameter.range)
-        if not differences(value, low) >= 0.0 >= differences(value, high):
+        is_inside = low <= value <= high
+        if not is_inside and not differences(value, low) >= 0.0 >= differences(value, high):
             raise SweepError(
                 f"{text} is outside the scenario's range "
                 f"[{parameter.range[0]}, {parameter.range[1]}]",
