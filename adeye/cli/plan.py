@@ -11,7 +11,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option, plan_of
-from adeye.errors import UsageError, suggest
+from adeye.errors import require_known
 
 if TYPE_CHECKING:
     from adeye.analysis.dependence import ChannelPair, Dependencies, Kind, Shared
@@ -406,11 +406,8 @@ def dependencies(
     files = load_odd(odd)
     found = dependencies_of(files)
     if architecture is not None:
-        if architecture not in files.architectures:
-            raise UsageError(
-                f"the ODD has no architecture {out.clean(architecture)!r}",
-                remedy=suggest(architecture, files.architectures),
-            )
+        said = f"the ODD has no architecture {out.clean(architecture)!r}"
+        require_known([architecture], files.architectures, lambda _: said)
         found = [item for item in found if item.architecture == architecture]
     if json:
         out.emit_json("dependencies", {"odd": files.odd.spec.odd, "architectures": found})
