@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -86,7 +86,7 @@ def plan_dictionary(
     architecture: Architecture,
     faults: Sequence[str] = (),
     monitors: Sequence[str] = (),
-) -> dict[str, SignalType]:
+) -> Mapping[str, SignalType]:
     """List what a formula may name in the runs of a scenario and an architecture.
 
     Args:
@@ -108,7 +108,7 @@ def plan_dictionary(
     )
 
 
-def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, SignalType]:
+def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str, SignalType]:
     """List what a formula may name in recorded runs.
 
     Args:
@@ -127,13 +127,14 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, Si
     )
 
 
+@lru_cache(maxsize=256)
 def _dictionary(
     objects: tuple[str, ...],
     lanes: int,
     sensors: tuple[str, ...],
     channels: tuple[str, ...],
     others: tuple[tuple[str, ...], tuple[str, ...]],
-) -> dict[str, SignalType]:
+) -> Mapping[str, SignalType]:
     monitors, faults = others
     return {
         **scene_signals(objects, lanes),
