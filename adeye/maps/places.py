@@ -306,7 +306,9 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         here: Where on their line the place is [m].
     """
     low, high = here - asked.before, here + asked.after
-    heading, line, slabs, begin = math.nan, [], [], 0.0
+    heading, begin = math.nan, 0.0
+    line: list[tuple[float, float]] = []
+    slabs: list[Slab] = []
     for piece in pieces:
         first, last = max(low, begin), min(high, begin + piece.length)
         if last - first > 1e-6:

@@ -529,7 +529,7 @@ def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
 def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
     changed = copy.deepcopy(dict(content))
     for change in changes:
-        value = list(change.value) if isinstance(change.value, tuple) else change.value
+        value: Any = list(change.value) if isinstance(change.value, tuple) else change.value
         value = dict(value.content) if isinstance(value, PlaceRoad) else value
         set_path(changed, change.path, value)
     try:

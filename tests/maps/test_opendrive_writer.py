@@ -169,7 +169,7 @@ def test_bays_and_verge_reach_as_far_as_in_adeye(verge: float, tmp_path: Path) -
     depth = np.array([kernel_road.refuge_depth(own.refuges[0], place) for place in s])
     assert np.abs(laid_lanes.width_at(strips["parking"], s) - depth).max() < 1e-9
     edge = laid_lanes.value_at(laid.strips[0][-1].outer, s)[0]
-    expected = [kernel_road.right_edge(own.refuges[0], place, 2.0, verge) for place in s]
+    expected = [kernel_road.right_edge(own.ground(0), place) for place in s]
     assert np.abs(edge - expected).max() < 1e-9
 
 

@@ -304,12 +304,12 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
 
     if is_imported(ground):
         # What is paved lies between the first boundary and the last.
-        right, left = (
-            line(tuple(edge(ground, float(station)) for station in stations), "none")
-            for edge in (right_edge, far_edge)
-        )
-        edges = [line(*edge) for edge in _strip_edges(ground, start, end)]
-        return drawn.RoadGeometry(boundaries=(right, *edges, left), shoulder=None)
+        outer = [
+            line(tuple(outermost(ground, float(station)) for station in stations), "none")
+            for outermost in (right_edge, far_edge)
+        ]
+        inner = [line(*edge) for edge in _strip_edges(ground, start, end)]
+        return drawn.RoadGeometry(boundaries=(outer[0], *inner, outer[1]), shoulder=None)
     edges = [
         line(
             tuple(lane_edge(ground, float(station), k) for station in stations),
