@@ -146,15 +146,15 @@ class RoadMap:
     Attributes:
         segments: Reference line (right edge), (B, K, 5): x, y, heading, length, curvature.
         lane_width: (B,) [m].
-        lanes: Number of lanes, the same for the batch; of imported roads ``MOST_LANES``.
+        lanes: Number of lanes, the same for the batch; of an imported road ``MOST_LANES``.
         shoulder: Width beside the right edge (B,) [m].
         speed_limit: (B,) [m/s].
         verge: Width of free ground beside the shoulder (B,) [m].
         refuges: Parking bays and rest areas in the order of their places, (B, R, 5), see
             ``REFUGE_COLUMNS``.
         length: Where the road ends (B,) [m]; the reference line may go on behind it.
-        slabs: Of imported roads, (B, S, 4), see ``kernel.strips``; else (B, 0, 4). What is said
-            above of lanes, shoulder and limit is then a summary.
+        slabs: (B, S, 4), see ``kernel.strips``; (B, 0, 4) where all lanes go one way all along.
+            What is said above of lanes, shoulder and limit is else a summary.
         strips: (B, J, 8).
     """
 
@@ -222,7 +222,7 @@ class RoadMap:
         Args:
             lane: Its number (B,) from the right of who drives there.
             s: Along the road (B,) [m].
-            oncoming: Whether it is one of the other way, which only imported roads have.
+            oncoming: Whether it is one of the other way.
         """
         if not (self.slabs.shape[1] or oncoming):
             return np.asarray((lane + 0.5) * self.lane_width)

@@ -251,8 +251,8 @@ class Ground(NamedTuple):
         shoulder: Width beside the right edge [m].
         verge: Width of free ground beside the shoulder [m].
         speed_limit: [m/s].
-        slabs: (S, 4) of an imported road, see ``kernel.strips``; none of a parametric one. Lanes,
-            shoulder and limits are then those of the strips.
+        slabs: (S, 4), see ``kernel.strips``; none where all lanes go one way all along. Lanes,
+            shoulder and limits are else those of the strips.
         strips: (J, 8).
     """
 
@@ -298,15 +298,15 @@ def ground_of(grounds: Grounds, run: int) -> Ground:
 
 
 @inlined
-def is_imported(ground: Ground) -> bool:
-    """Tell whether a road is that of a place of a map."""
+def has_strips(ground: Ground) -> bool:
+    """Tell whether lanes and what is beside them are told strip by strip."""
     return ground.slabs.shape[0] > 0
 
 
 @inlined
 def lanes_at(ground: Ground, s: float) -> int:
     """Return how many lanes of the ego's way there are at a place."""
-    if is_imported(ground):
+    if has_strips(ground):
         return strips.lanes_at(ground.slabs, s)
     return ground.lanes
 
@@ -314,7 +314,7 @@ def lanes_at(ground: Ground, s: float) -> int:
 @inlined
 def lane_width(ground: Ground, s: float, d: float) -> float:
     """Return the width of the lane at a place [m]."""
-    if is_imported(ground):
+    if has_strips(ground):
         right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane_at(ground, s, d))
         return left - right
     return ground.lane_width
@@ -323,7 +323,7 @@ def lane_width(ground: Ground, s: float, d: float) -> float:
 @inlined
 def lane_edge(ground: Ground, s: float, lane: int) -> float:
     """Return d of a lane's right edge [m], of the one behind the last for the left edge."""
-    if is_imported(ground):
+    if has_strips(ground):
         return strips.lane_ends(ground.slabs, ground.strips, s, lane)[0]
     return lane * ground.lane_width
 
@@ -331,7 +331,7 @@ def lane_edge(ground: Ground, s: float, lane: int) -> float:
 @inlined
 def lanes_right(ground: Ground, s: float) -> float:
     """Return d of the right edge of the rightmost lane [m]."""
-    return lane_edge(ground, s, 0) if is_imported(ground) else 0.0
+    return lane_edge(ground, s, 0) if has_strips(ground) else 0.0
 
 
 @inlined
@@ -343,7 +343,7 @@ def left_edge(ground: Ground, s: float) -> float:
 @inlined
 def far_edge(ground: Ground, s: float) -> float:
     """Return d of the left edge of what carries a vehicle [m], lanes of the other way included."""
-    if is_imported(ground):
+    if has_strips(ground):
         return strips.paved_ends(ground.slabs, ground.strips, s)[1]
     return left_edge(ground, s)
 
@@ -351,7 +351,7 @@ def far_edge(ground: Ground, s: float) -> float:
 @inlined
 def lane_center(ground: Ground, s: float, lane: int) -> float:
     """Return d of a lane's centre [m]; lane 0 is the rightmost."""
-    if is_imported(ground):
+    if has_strips(ground):
         right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane)
         return 0.5 * (right + left)
     return (lane + 0.5) * ground.lane_width
@@ -366,7 +366,7 @@ def lane_of(ground: Ground, s: float, d: float) -> int:
         s: Along the road [m].
         d: To the left of the right edge [m]; an edge between two lanes belongs to the left one.
     """
-    if is_imported(ground):
+    if has_strips(ground):
         return strips.lane_of(ground.slabs, ground.strips, s, d)
     if not 0.0 <= d < left_edge(ground, s):
         return -1
@@ -400,7 +400,7 @@ def center_beside(ground: Ground, s: float, center: float, side: float) -> float
         center: Of the lane that it is beside [m].
         side: 1 to the left, -1 to the right.
     """
-    if is_imported(ground):
+    if has_strips(ground):
         return lane_center(ground, s, lane_at(ground, s, center) + int(side))
     return center + side * lane_width(ground, s, center)
 
@@ -416,7 +416,7 @@ def center_ahead(ground: Ground, s: float, d: float, sideways: float) -> float:
         sideways: Its speed to the left, not 0 [m/s]; beyond the outermost centre it goes on, to
             infinity.
     """
-    if is_imported(ground):
+    if has_strips(ground):
         return _next_center(ground, s, d, sideways)
     place = d / ground.lane_width - 0.5
     lane = math.floor(place) + 1.0 if sideways > 0.0 else math.ceil(place) - 1.0
@@ -451,7 +451,7 @@ def is_beside(ground: Ground, s: float, d: float) -> bool:
 @inlined
 def shoulder_width(ground: Ground, s: float) -> float:
     """Return the width of the shoulder [m], 0 for none."""
-    if is_imported(ground):
+    if has_strips(ground):
         right, left = strips.shoulder_ends(ground.slabs, ground.strips, s)
         return left - right
     return ground.shoulder
@@ -460,7 +460,7 @@ def shoulder_width(ground: Ground, s: float) -> float:
 @inlined
 def shoulder_middle(ground: Ground, s: float) -> float:
     """Return d of the middle of the shoulder [m]."""
-    if is_imported(ground):
+    if has_strips(ground):
         return lanes_right(ground, s) - 0.5 * shoulder_width(ground, s)
     return -0.5 * shoulder_width(ground, s)
 
@@ -468,7 +468,7 @@ def shoulder_middle(ground: Ground, s: float) -> float:
 @inlined
 def limit_at(ground: Ground, s: float, d: float) -> float:
     """Return the speed limit at a place [m/s]."""
-    if is_imported(ground):
+    if has_strips(ground):
         return strips.limit_at(ground.slabs, ground.strips, s, d)
     return ground.speed_limit
 
@@ -519,8 +519,9 @@ def refuge_depth(refuges: Floats, s: float) -> float:
 @inlined
 def right_edge(ground: Ground, s: float) -> float:
     """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge."""
-    if is_imported(ground):
-        return strips.paved_ends(ground.slabs, ground.strips, s)[0]
+    if has_strips(ground):
+        beside = max(refuge_depth(ground.refuges, s), ground.verge)
+        return strips.paved_ends(ground.slabs, ground.strips, s)[0] - beside
     return -shoulder_width(ground, s) - max(refuge_depth(ground.refuges, s), ground.verge)
 
 

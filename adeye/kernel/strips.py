@@ -1,10 +1,10 @@
-"""What lies across an imported road at a place: lanes either way, shoulders and other strips.
+"""What lies across a road at a place: lanes either way, shoulders and other strips.
 
 A road is cut into slabs along its line, (S, 4): where a slab begins [m], its first strip, how many
 it has, and how many of these are lanes of the ego's way. Strips (J, 8) stand from right to left:
 kind, way (1 as the ego's, -1 opposite, 0 neither), speed limit [m/s], number of the lane from the
 right among those of the ego's way or -1, and d of its right and its left edge where the slab
-begins [m], each with its slope. A parametric road has neither slabs nor strips.
+begins [m], each with its slope. A road whose lanes go one way all along has neither.
 """
 
 from __future__ import annotations
@@ -39,9 +39,12 @@ DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
 
 OWN, OPPOSITE = 1.0, -1.0
 
+LEAST_LANE: Final = 2.0
+"""Narrower, a lane that begins or ends is none yet, or none any more [m]. Our choice."""
+
 NO_SLABS: Final = np.zeros((0, SLAB_WIDTH))
 NO_STRIPS: Final = np.zeros((0, STRIP_WIDTH))
-"""Those of a parametric road."""
+"""Those of a road without."""
 
 
 @inlined

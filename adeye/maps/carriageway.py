@@ -30,8 +30,6 @@ SAMPLE: Final = 2.0
 """Between two samples of the edges of lanes [m]."""
 STRAIGHT: Final = 0.01
 """How far an edge may be from a straight line between the ends of a slab [m]."""
-LEAST_LANE: Final = 2.0
-"""Narrower, a lane that begins or ends is none yet, or none any more [m]. Our choice."""
 _DIGITS: Final = 6
 
 _KINDS: Final = {
@@ -203,7 +201,7 @@ class Lanes:
         ]
         width = np.minimum(left[:, 1:] - right[:, 1:], left[:, :-1] - right[:, :-1])
         own = np.isin(rows, self.own.get(section, ()))
-        is_lane = (width >= LEAST_LANE) & own[:, np.newaxis]
+        is_lane = (width >= across.LEAST_LANE) & own[:, np.newaxis]
         for low, high in _straights(np.concatenate([right, left]), is_lane, along):
             found, number = [], 0
             far = along[high] - along[low]

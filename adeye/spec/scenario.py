@@ -85,10 +85,29 @@ class Bay(q.Record):
     """Length of each taper [m]."""
 
 
+class LaneEnd(q.Record):
+    """Where the outermost lane on one side ends: it narrows to nothing, linearly."""
+
+    side: Literal["right", "left"]
+    s: q.LengthFormula
+    """Where it begins to narrow [m]."""
+    taper: q.LengthFormula
+    """How long it does [m]."""
+
+
 class Road(q.GrownRecord):
     """A road with parallel lanes, numbered from 0 at the right."""
 
-    later: ClassVar[tuple[str, ...]] = ("verge", "bays", "place", "heading", "line", "slabs")
+    later: ClassVar[tuple[str, ...]] = (
+        "verge",
+        "bays",
+        "opposite_lanes",
+        "lane_ends",
+        "place",
+        "heading",
+        "line",
+        "slabs",
+    )
 
     kind: Literal["straight", "curve", "s_curve", "imported"] = "straight"
     """An imported road is that of a place of a map; adeye writes it."""
@@ -106,6 +125,9 @@ class Road(q.GrownRecord):
     """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
     0; bays lie in it."""
     bays: q.ById[Bay] = {}
+    opposite_lanes: Annotated[int, Field(ge=0, le=4)] = 0
+    """Lanes of the other way, to the left of the others."""
+    lane_ends: q.ById[LaneEnd] = {}
     place: str = ""
     """Of an imported road: its key in the map."""
     heading: float = 0.0
@@ -122,6 +144,20 @@ class Road(q.GrownRecord):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
         if bool(self.line) != (self.kind == "imported"):
             yield (), "a place of a map gives a road its line; write world.map instead of it"
+        if self.kind == "imported" and (self.opposite_lanes or self.lane_ends):
+            yield (), "the lanes of an imported road are those of its map"
+        if len(self.lane_ends) >= self.lanes:
+            yield (
+                ("lane_ends",),
+                f"{len(self.lane_ends)} of {self.lanes} lanes end, and none is left",
+            )
+        if self.bays and any(end.side == "right" for end in self.lane_ends.values()):
+            yield ("lane_ends",), "a road with bays keeps its right lane"
+
+    @property
+    def has_strips(self) -> bool:
+        """Whether what lies across it is told strip by strip."""
+        return self.kind == "imported" or bool(self.opposite_lanes or self.lane_ends)
 
 
 class StaticObject(q.Record):
@@ -241,8 +277,8 @@ class Start(q.GrownRecord):
     """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
     beside lanes, shoulder, bay and verge."""
     oncoming: bool = False
-    """On an imported road: the lane is one of the other way, counted from the right of who drives
-    there, and the heading is against the road's."""
+    """The lane is one of the other way, counted from the right of who drives there, and the heading
+    is against the road's."""
 
     @finds
     def _one_place(self) -> Iterator[Problem]:

@@ -16,7 +16,7 @@ from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.kernel.road import Ground, far_edge, is_imported, lane_edge, position, right_edge
+from adeye.kernel.road import Ground, far_edge, has_strips, lane_edge, position, right_edge
 from adeye.kernel.strips import (
     DRIVING,
     SLAB_BEGIN,
@@ -302,7 +302,7 @@ def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
             y_m=_floats([point[1] for point in points]),
         )
 
-    if is_imported(ground):
+    if has_strips(ground):
         # What is paved lies between the first boundary and the last.
         outer = [
             line(tuple(outermost(ground, float(station)) for station in stations), "none")

@@ -12,7 +12,7 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import (
     Ground,
     center_at,
-    is_imported,
+    has_strips,
     limit_at,
     local,
     offset_curvature,
@@ -110,7 +110,7 @@ def path_in_lane(ground: Ground, s: float, kept: float) -> float:
         s: Along it [m].
         kept: That of the path before [m].
     """
-    return center_at(ground, s, kept) if is_imported(ground) else kept
+    return center_at(ground, s, kept) if has_strips(ground) else kept
 
 
 @inlined
@@ -148,7 +148,7 @@ def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> f
         path_d: Lateral place of the path [m].
     """
     segments = ground.segments
-    if is_imported(ground):
+    if has_strips(ground):
         braking = record["comfort_deceleration"]
         return allowed_ahead(ground, pose[POSE_S], path_d, record["desired_speed"], braking)
     allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
