@@ -215,6 +215,8 @@ class Baseline(Part):
     """What the gate says to channels that fail; not written where that is the default."""
     preventable_by: tuple[str, ...] = ()
     """Reference drivers whose contacts do not block; not written where the gate names none."""
+    uncertainty: Count = 0
+    """Situations by which margins are judged with what the step is worth; not written if none."""
     exit_code: ExitCode
     """Of the campaign; a baseline may hold failures that are known."""
     planned: Count
@@ -244,7 +246,7 @@ class Baseline(Part):
         return self
 
 
-_UNWRITTEN: Final = ("channel_failures", "preventable_by")
+_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty")
 """Fields that are only written where they are not the default."""
 
 

@@ -23,6 +23,7 @@ from adeye.report.claims import is_sample
 from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Finding, Kind
 from adeye.report.words import counted, quantity, unit_text
 from adeye.signals import Floats
+from adeye.spec.concept import ASIL_ORDER
 from adeye.units import shown
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
@@ -325,10 +326,16 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if drivers and not set(then.preventable_by or ("none",)) <= set(drivers):
         text = f"contacts that {' and '.join(drivers)} cannot avoid blocked and are set aside now"
         yield Finding(Kind.RELAXED, text)
+    if now.uncertainty < then.uncertainty:
+        text = f"what the step is worth is told by {now.uncertainty} situations, {then.uncertainty}"
+        yield Finding(Kind.RELAXED, f"{text} before")
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:
             continue
+        if ASIL_ORDER.index(has.asil) < ASIL_ORDER.index(was.asil):
+            text = f"has ASIL {has.asil}, {was.asil} before"
+            yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
         if was.mandatory and not has.mandatory:
             yield Finding(Kind.RELAXED, "was mandatory and is not any more", fsr=fsr)
         if has.min_exercised < was.min_exercised:
