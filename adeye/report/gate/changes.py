@@ -23,7 +23,7 @@ from adeye.report.claims import is_sample
 from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Finding, Kind
 from adeye.report.words import counted, quantity, unit_text
 from adeye.signals import Floats
-from adeye.spec.concept import ASIL_ORDER
+from adeye.spec.concept import rank
 from adeye.units import shown
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
@@ -333,7 +333,7 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
         has = now.fsrs.get(fsr)
         if has is None:
             continue
-        if ASIL_ORDER.index(has.asil) < ASIL_ORDER.index(was.asil):
+        if rank(has.asil) < rank(was.asil):
             text = f"has ASIL {has.asil}, {was.asil} before"
             yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
         if was.mandatory and not has.mandatory:

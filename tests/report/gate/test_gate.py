@@ -95,7 +95,7 @@ def test_every_driver_more_that_has_to_fail_too_asks_for_more() -> None:
 def test_bar_that_was_lowered_is_named() -> None:
     changes: tuple[tuple[dict[str, Any], str], ...] = (
         ({"mandatory": False}, "was mandatory"),
-        ({"asil": "B"}, "has ASIL B, D before"),
+        ({"asil": "B(D)"}, "has ASIL B(D), D before"),
         ({"min_exercised": 1}, "asks for 1 exercised runs, 2 before"),
         ({"waived_until": "2999-01-01"}, "is waived until 2999-01-01, no waiver before"),
     )
