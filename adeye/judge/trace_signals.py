@@ -20,6 +20,7 @@ from adeye.judge.series import (
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
 from adeye.signals import Bools, Bytes, Floats, SignalType, architecture_signals, scene_signals
+from adeye.spec.channels import SafetyChannel
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -94,8 +95,7 @@ def plan_dictionary(
     return _dictionary(
         object_ids,
         scenario.world.road.lanes,
-        tuple(architecture.sensors),
-        tuple(architecture.channels),
+        architecture,
         (tuple(monitors), tuple(faults)),
     )
 
@@ -113,8 +113,7 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, Si
     return _dictionary(
         layout.context.object_ids,
         layout.context.road.lanes,
-        layout.sensors,
-        layout.channels,
+        layout.architecture,
         (layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))),
     )
 
@@ -122,14 +121,17 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, Si
 def _dictionary(
     objects: tuple[str, ...],
     lanes: int,
-    sensors: tuple[str, ...],
-    channels: tuple[str, ...],
+    architecture: Architecture,
     others: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> dict[str, SignalType]:
-    monitors, faults = others
+    channels = architecture.channels
+    safety = (item for item in channels.values() if isinstance(item, SafetyChannel))
+    seeing = {name for item in safety for name in item.object_monitors}
     return {
         **scene_signals(objects, lanes),
-        **architecture_signals(sensors, channels, monitors, faults, objects),
+        **architecture_signals(
+            tuple(architecture.sensors), tuple(channels), *others, objects, seeing
+        ),
         **series_signals(),
         # The distance declares "no conflict", for runs without any object.
         "any_actor.distance": SERIES["distance"].type,

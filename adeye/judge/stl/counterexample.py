@@ -6,7 +6,8 @@ what is computed of two of them or of another signal, a little beside them, or o
 runs signals are pulled to where the formula fails, others are the nearest to failing of those
 before, altered. Time is the real one, for as long as a scenario lasts.
 
-A run that is found is a proof, one that is not found is none: who knows of one says so in the FSR.
+A run that is found is a proof: it fails without rounding, too, and by more than that of what is
+written. One that is not found is none: who knows of one says so in the FSR.
 There is no other way to tell what holds by its form alone: a proof of that would need a second
 meaning of formulas, and would find less.
 
@@ -18,9 +19,11 @@ Source:
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import replace
+from fractions import Fraction
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 import numpy as np
 
@@ -33,8 +36,9 @@ from adeye.spec.plausible import farthest
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from adeye.judge.stl.batch import StlColumns
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.series import Series
     from adeye.signals import Floats, Ints, SignalType
@@ -56,6 +60,14 @@ class Runs(NamedTuple):
     step_s: float
     horizon: int
     last: int
+
+    @classmethod
+    def lasting(
+        cls, declared: Mapping[str, SignalType], step_s: float, horizon_s: float, tail_s: float
+    ) -> Self:
+        """Return what runs of such a horizon and tail are like."""
+        ends = (syntax.last_row(end, step_s) for end in (horizon_s, horizon_s + tail_s))
+        return cls(declared, step_s, *ends)
 
 
 _FOUND: Final[dict[tuple[object, ...], bool]] = {}
@@ -112,27 +124,55 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
     return False
 
 
-def asks_nothing(formula: Formula, declared: Mapping[str, SignalType], step_s: float) -> bool:
+def asks_nothing(formula: Formula, alone: Runs) -> bool:
     """Tell whether no run without any object was found that fails a formula about objects.
 
-    What is measured of objects is as it is without any. It is asked of runs that are as long as the
-    formula speaks of, so that the same formula is answered alike in every scenario.
+    What is measured of objects is as it is without any.
 
     Args:
         formula: The formula.
-        declared: Signals of such runs; its own, at least.
-        step_s: Time between rows [s].
+        alone: What such runs are like: a time that none of them reaches asks for nothing, either.
     """
     absent = {}
     for name in formula.names:
-        if (item := declared[name]).of_objects:
+        if (item := alone.declared[name]).of_objects:
             value = 0.0 if item.cap is None else math.inf
             labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
             absent[name] = replace(item, least=value, most=value, most_per="", labels=labels)
-    horizon = 1 + syntax.last_row(max(_times(formula)), step_s)
-    tail = syntax.last_row(syntax.future_reach(formula.root, is_outermost=True), step_s)
-    runs = Runs({**declared, **absent}, step_s, horizon, horizon + tail)
+    runs = alone._replace(declared={**alone.declared, **absent})
     return bool(absent) and not can_fail(formula, [runs])
+
+
+_ROUNDING: Final = Fraction(1, 10**12)
+"""Numbers are no farther apart than units make them, that are by less than this part of what they
+are made of: of a conversion or operation it is 1e-16."""
+_ORDERS: Final = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+_EXACT: Final[Mapping[str, Callable[..., Fraction]]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "min": min, "max": max, "abs": abs, "negate": operator.neg,
+}  # fmt: skip
+
+
+def _exactly(term: syntax.Term, at: Mapping[str, Fraction]) -> tuple[Fraction, Fraction]:
+    """Calculate a term without rounding, and the size of what it is made of."""
+    match term:
+        case syntax.Signal(name=name):
+            # What is dropped by min or max, being no conflict, rounds nothing.
+            return at[name], abs(at[name]) if at[name] <= _LARGEST else Fraction()
+        case syntax.Constant(value=value):
+            return Fraction(value), abs(Fraction(value))
+    values, sizes = zip(*(_exactly(part, at) for part in term.operands), strict=True)
+    size = sum(sizes) if term.operator in "+-" else max(sizes)
+    if term.operator in "*/":
+        size = math.prod(sizes) / (values[1] ** 2 if term.operator == "/" else 1)
+    return _EXACT[term.operator](*values), size
+
+
+def _numbered(node: syntax.Node) -> Iterator[syntax.Node]:
+    """List the conditions of a formula in the order of a program."""
+    for part in () if isinstance(node, syntax.PREDICATES) else syntax.children(node):
+        yield from _numbered(part)
+    yield node
 
 
 def _times(formula: Formula) -> Iterator[float]:
@@ -233,8 +273,9 @@ class _Search:
         """Tell whether one of the runs fails the formula."""
         nearest: tuple[Ints, Floats] | None = None
         runs, done = min(_FIRST_BATCH, self._largest_batch), 0
-        # Without signals, all runs are one.
-        while done < (_RUNS if self._names else 1):
+        is_varied = np.where(self._words > 0, self._words > 1, self._least < self._most)
+        # Where no signal varies, all runs are one.
+        while done < (_RUNS if is_varied.any() else 1):
             lengths, values = self._runs = self._made_up(runs, nearest)
             every = np.ones(runs, dtype=np.int64)
             result = evaluate_columns(
@@ -246,19 +287,39 @@ class _Search:
                 complete=every == 1,
                 chosen=every == 1,
             )
-            if (result.verdict == VIOLATED).any():
+            failed = np.flatnonzero(result.verdict == VIOLATED)
+            if len(failed) and self._fails(result, failed):
                 return True
             order = np.argsort(result.robustness_high)[:_NEAREST]
             nearest = lengths[order], values[:, order]
             done, runs = done + runs, min(2 * runs, self._largest_batch)
         return False
 
+    def _fails(self, result: StlColumns, failed: Ints) -> bool:
+        """Tell whether a run that fails does so by its numbers, and not by how they are rounded."""
+        conditions = list(_numbered(self._formula.root))
+        samples = {name: np.nan_to_num(self.series(name).values) for name in self._formula.names}
+        for run in failed:
+            node, row = conditions[result.node[run]], result.row[run]
+            seen = [result.value[run], result.threshold[run]]
+            if not (isinstance(node, syntax.Comparison) and np.isfinite(seen).all()):
+                return True
+            at = {name: Fraction(samples[name][run, row]) for name in syntax.names_in(node)}
+            if isinstance(node.left, syntax.Constant):
+                seen.reverse()
+            (left, size), (right, other) = (_exactly(term, at) for term in (node.left, node.right))
+            is_certain = left == right or abs(left - right) > _ROUNDING * (size + other)
+            holds = _ORDERS[node.operator]
+            if is_certain and holds(left, right) == holds(*seen):
+                return True
+        return False
+
     def series(self, name: str) -> Series:
         """Give the samples (B, T) of a signal."""
         lengths, values = self._runs
         shape = len(lengths), self._rows
+        times = tick_times(np.arange(shape[1]), self._like.step_s)
         if name == "time":
-            times = tick_times(np.arange(shape[1]), self._like.step_s)
             samples = np.broadcast_to(times, shape)
         else:
             ends = np.minimum(np.cumsum(lengths, axis=1), shape[1])
@@ -266,6 +327,9 @@ class _Search:
             repeats = np.diff(ends, axis=1, prepend=0)
             own = values[self._names.index(name)]
             samples = np.repeat(own.ravel(), repeats.ravel()).reshape(shape)
+            if self._like.declared[name].most_per:
+                # Nothing is older than the run.
+                samples = np.minimum(samples, times)
         status = np.where(np.isinf(samples), SampleStatus.NO_CONFLICT, SampleStatus.VALUE)
         return declared_series(self._like.declared[name], samples, status.astype(np.int8))
 

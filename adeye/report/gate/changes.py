@@ -329,6 +329,11 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if now.uncertainty < then.uncertainty:
         text = f"what the step is worth is told by {now.uncertainty} situations, {then.uncertainty}"
         yield Finding(Kind.RELAXED, f"{text} before")
+    yield from _relaxed_fsrs(then, now)
+
+
+def _relaxed_fsrs(then: Baseline, now: Baseline) -> Iterator[Finding]:
+    """Name FSRs of which less is asked."""
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:
