@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 import operator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, pairwise
@@ -146,7 +147,6 @@ def asks_nothing(formula: Formula, alone: Runs) -> bool:
 _ROUNDING: Final = Fraction(1, 10**12)
 """Numbers are no farther apart than units make them, that are by less than this part of what they
 are made of: of a conversion or operation it is 1e-16."""
-_ORDERS: Final = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 _EXACT: Final[Mapping[str, Callable[..., Fraction]]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
     "min": min, "max": max, "abs": abs, "negate": operator.neg,
@@ -162,9 +162,9 @@ def _exactly(term: syntax.Term, at: Mapping[str, Fraction]) -> tuple[Fraction, F
         case syntax.Constant(value=value):
             return Fraction(value), abs(Fraction(value))
     values, sizes = zip(*(_exactly(part, at) for part in term.operands), strict=True)
-    size = sum(sizes) if term.operator in "+-" else max(sizes)
-    if term.operator in "*/":
-        size = math.prod(sizes) / (values[1] ** 2 if term.operator == "/" else 1)
+    size = math.prod(sizes) if term.operator in "*/" else max(sizes)
+    if term.operator == "/":
+        size /= values[1] ** 2
     return _EXACT[term.operator](*values), size
 
 
@@ -287,31 +287,33 @@ class _Search:
                 complete=every == 1,
                 chosen=every == 1,
             )
-            failed = np.flatnonzero(result.verdict == VIOLATED)
-            if len(failed) and self._fails(result, failed):
+            if self._fails(result):
                 return True
             order = np.argsort(result.robustness_high)[:_NEAREST]
             nearest = lengths[order], values[:, order]
             done, runs = done + runs, min(2 * runs, self._largest_batch)
         return False
 
-    def _fails(self, result: StlColumns, failed: Ints) -> bool:
+    def _fails(self, result: StlColumns) -> bool:
         """Tell whether a run that fails does so by its numbers, and not by how they are rounded."""
+        lengths, values = self._runs
         conditions = list(_numbered(self._formula.root))
-        samples = {name: np.nan_to_num(self.series(name).values) for name in self._formula.names}
-        for run in failed:
-            node, row = conditions[result.node[run]], result.row[run]
-            seen = [result.value[run], result.threshold[run]]
-            if not (isinstance(node, syntax.Comparison) and np.isfinite(seen).all()):
+        for run in np.flatnonzero(result.verdict == VIOLATED):
+            if not isinstance(node := conditions[result.node[run]], syntax.Comparison):
                 return True
-            at = {name: Fraction(samples[name][run, row]) for name in syntax.names_in(node)}
-            if isinstance(node.left, syntax.Constant):
-                seen.reverse()
-            (left, size), (right, other) = (_exactly(term, at) for term in (node.left, node.right))
-            is_certain = left == right or abs(left - right) > _ROUNDING * (size + other)
-            holds = _ORDERS[node.operator]
-            if is_certain and holds(left, right) == holds(*seen):
-                return True
+            self._runs = lengths[[run]], values[:, [run]]
+            read = {name: self.series(name).values[0] for name in syntax.names_in(node)}
+            at = {name: Fraction(np.nan_to_num(own[result.row[run]])) for name, own in read.items()}
+            with suppress(ZeroDivisionError):
+                (left, size), (right, other) = (
+                    _exactly(end, at) for end in (node.left, node.right)
+                )
+                gap, seen = left - right, result.value[run] - result.threshold[run]
+                sign = (gap > 0) - (gap < 0)
+                sign *= -1 if isinstance(node.left, syntax.Constant) else 1
+                is_certain = gap == 0 or abs(gap) > _ROUNDING * (size + other)
+                if math.isnan(seen) or (is_certain and sign == np.sign(seen)):
+                    return True
         return False
 
     def series(self, name: str) -> Series:
