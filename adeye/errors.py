@@ -179,8 +179,7 @@ class ChannelError(AdeyeError):
 def code_of(error: AdeyeError) -> int:
     """Return the exit code of what an error is here: a class of a guest cannot choose one."""
     # What a guest's class, or its metaclass, says of itself is not asked.
-    here = {id(kind) for kind in globals().values()}
-    own = (kind for kind in type.mro(type(error)) if id(kind) in here)
+    own = (kind for kind in type.mro(type(error)) if id(kind) in map(id, globals().values()))
     return next(kind.exit_code for kind in own if issubclass(kind, AdeyeError))
 
 

@@ -240,8 +240,7 @@ def ignore_kept_code() -> None:
 
     def load_known(cache: Any, *asked: Any) -> Any:
         path = Path(cache._py_func.__code__.co_filename)
-        is_known = path.is_relative_to(home) or _is_installed(path)
-        return load(cache, *asked) if is_known else None
+        return load(cache, *asked) if path.is_relative_to(home) or _is_installed(path) else None
 
     Cache.load_overload = load_known
 

@@ -143,7 +143,7 @@ class _Judging:
         self._step_s = plan.files.odd.spec.step
         self._dictionary = plan.judged.dictionary(gaps[0].scenario, gaps[0].architecture)
         lasts = plan.cases[gaps[0].ordinal].scenario
-        self._runs = Runs.lasting(self._dictionary, self._step_s, lasts.horizon, lasts.tail)
+        self._runs = Runs(self._dictionary, self._step_s, lasts.horizon, lasts.tail)
         self._objects: dict[str, int] = {}
 
     @property

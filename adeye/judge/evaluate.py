@@ -660,7 +660,7 @@ def _parts(signals: TraceSignals) -> Iterator[tuple[slice, TraceSignals]]:
 def _frame(signals: TraceSignals) -> Frame:
     trace = signals.trace
     layout, context = trace.layout, trace.layout.context
-    alone = Runs.lasting(signals.dictionary, context.step, layout.horizon, layout.tail)
+    alone = Runs(signals.dictionary, context.step, layout.horizon, layout.tail)
     return Frame(
         step_s=context.step,
         objects=context.object_ids,

@@ -541,7 +541,7 @@ class _Check:
 
     def _check_truth(self, formula: Formula, played: Sequence[tuple[str, LogicalScenario]]) -> None:
         runs = [
-            Runs.lasting(self._union(name, spec), self._plan.step, spec.horizon, spec.tail)
+            Runs(self._union(name, spec), self._plan.step, spec.horizon, spec.tail)
             for name, spec in played
         ]
         found = _weak_part(formula.root)
@@ -618,10 +618,9 @@ class _Check:
         return reasons
 
     def _check_windows(self, formula: Formula) -> None:
-        step = self._plan.step
         for window in _windows(formula.root):
             try:
-                syntax.window_rows(window, step)
+                syntax.window_rows(window, self._plan.step)
             except ExpressionError as error:
                 raise self._refuse(error.message, error.remedy) from error
         if not math.isfinite(formula.reach_s):
@@ -632,12 +631,11 @@ class _Check:
 
     def _check_ends(self, formula: Formula, played: Sequence[tuple[str, LogicalScenario]]) -> None:
         """Refuse what looks beyond the ends of the runs that it is judged on."""
-        step = self._plan.step
         for name, scenario in played:
             self._check_past(formula, name, scenario.horizon)
             last = syntax.needed_time(formula.root, scenario.horizon)
             # Nothing is decided from the last row, so decisions must be read before it.
-            last = max(last, last_decision(formula.root, scenario.horizon) + step)
+            last = max(last, last_decision(formula.root, scenario.horizon) + self._plan.step)
             needed = last - scenario.horizon
             if needed > scenario.tail + _SLACK_S:
                 raise self._refuse(

@@ -92,12 +92,8 @@ def plan_dictionary(
         Signal types by name.
     """
     object_ids = (*scenario.actors, *scenario.world.objects)
-    return _dictionary(
-        object_ids,
-        scenario.world.road.lanes,
-        architecture,
-        (tuple(monitors), tuple(faults)),
-    )
+    others = tuple(monitors), tuple(faults)
+    return _dictionary(object_ids, scenario.world.road.lanes, architecture, others)
 
 
 def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, SignalType]:
@@ -110,12 +106,9 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, Si
     Returns:
         Signal types by name.
     """
-    return _dictionary(
-        layout.context.object_ids,
-        layout.context.road.lanes,
-        layout.architecture,
-        (layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))),
-    )
+    context = layout.context
+    others = layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))
+    return _dictionary(context.object_ids, context.road.lanes, layout.architecture, others)
 
 
 def _dictionary(

@@ -24,7 +24,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -53,22 +53,14 @@ class Runs(NamedTuple):
     Attributes:
         declared: Their signals; those of the formula, at least.
         step_s: Time between rows [s].
-        horizon: Last row at which an obligation may start.
-        last: Last row, with those of the tail.
+        horizon_s: Time within which an obligation may start [s].
+        tail_s: Time after it [s].
     """
 
     declared: Mapping[str, SignalType]
     step_s: float
-    horizon: int
-    last: int
-
-    @classmethod
-    def lasting(
-        cls, declared: Mapping[str, SignalType], step_s: float, horizon_s: float, tail_s: float
-    ) -> Self:
-        """Return what runs of such a horizon and tail are like."""
-        ends = (syntax.last_row(end, step_s) for end in (horizon_s, horizon_s + tail_s))
-        return cls(declared, step_s, *ends)
+    horizon_s: float
+    tail_s: float
 
 
 _FOUND: Final[dict[tuple[object, ...], bool]] = {}
@@ -134,14 +126,14 @@ def asks_nothing(formula: Formula, alone: Runs) -> bool:
         formula: The formula.
         alone: What such runs are like: a time that none of them reaches asks for nothing, either.
     """
-    absent = {}
+    declared = dict(alone.declared)
     for name in formula.names:
-        if (item := alone.declared[name]).of_objects:
+        if (item := declared[name]).of_objects:
             value = 0.0 if item.cap is None else math.inf
             labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
-            absent[name] = replace(item, least=value, most=value, most_per="", labels=labels)
-    runs = alone._replace(declared={**alone.declared, **absent})
-    return bool(absent) and not can_fail(formula, [runs])
+            declared[name] = replace(item, least=value, most=value, most_per="", labels=labels)
+    is_about = declared != alone.declared
+    return is_about and not can_fail(formula, [alone._replace(declared=declared)])
 
 
 _ROUNDING: Final = Fraction(1, 10**12)
@@ -155,24 +147,15 @@ _EXACT: Final[Mapping[str, Callable[..., Fraction]]] = {
 
 def _exactly(term: syntax.Term, at: Mapping[str, Fraction]) -> tuple[Fraction, Fraction]:
     """Calculate a term without rounding, and the size of what it is made of."""
-    match term:
-        case syntax.Signal(name=name):
-            # What is dropped by min or max, being no conflict, rounds nothing.
-            return at[name], abs(at[name]) if at[name] <= _LARGEST else Fraction()
-        case syntax.Constant(value=value):
-            return Fraction(value), abs(Fraction(value))
+    if not isinstance(term, syntax.Arithmetic):
+        value = at[term.name] if isinstance(term, syntax.Signal) else Fraction(term.value)
+        # What is dropped by min or max, being no conflict, rounds nothing.
+        return value, abs(value) if value < 1e300 else Fraction()
     values, sizes = zip(*(_exactly(part, at) for part in term.operands), strict=True)
     size = math.prod(sizes) if term.operator in "*/" else max(sizes)
     if term.operator == "/":
         size /= values[1] ** 2
     return _EXACT[term.operator](*values), size
-
-
-def _numbered(node: syntax.Node) -> Iterator[syntax.Node]:
-    """List the conditions of a formula in the order of a program."""
-    for part in () if isinstance(node, syntax.PREDICATES) else syntax.children(node):
-        yield from _numbered(part)
-    yield node
 
 
 def _times(formula: Formula) -> Iterator[float]:
@@ -243,7 +226,9 @@ class _Search:
     """
 
     def __init__(self, formula: Formula, like: Runs) -> None:
-        self._formula, self._like, self._rows = formula, like, like.last + 1
+        ends = (like.horizon_s, like.horizon_s + like.tail_s)
+        self._horizon, last = (syntax.last_row(end, like.step_s) for end in ends)
+        self._formula, self._like, self._rows = formula, like, last + 1
         declared = {name: like.declared[name] for name in formula.names}
         self._bits = np.random.Philox(key=0)
         parts = list(syntax.walk(formula.root))
@@ -254,8 +239,8 @@ class _Search:
         numbers = np.unique([0.0, 1.0, *constants])
         self._numbers = np.clip(numbers, -_LARGEST, _LARGEST)
         self._names = [name for name in declared if name != "time"]
-        ends = [_ends(declared[name], like.last * like.step_s) for name in self._names]
-        self._least, self._most = np.reshape(ends, (-1, 2, 1, 1)).swapaxes(0, 1)
+        sizes = [_ends(declared[name], last * like.step_s) for name in self._names]
+        self._least, self._most = np.reshape(sizes, (-1, 2, 1, 1)).swapaxes(0, 1)
         self._near = [_near(name, parts) for name in self._names]
         self._whole = np.reshape([declared[name].is_whole for name in self._names], (-1, 1, 1))
         labels = [declared[name].labels or TRUTH_LABELS for name in self._names]
@@ -283,7 +268,7 @@ class _Search:
                 self,
                 step_s=self._like.step_s,
                 length=self._rows * every,
-                horizon=self._like.horizon * every,
+                horizon=self._horizon * every,
                 complete=every == 1,
                 chosen=every == 1,
             )
@@ -297,22 +282,17 @@ class _Search:
     def _fails(self, result: StlColumns) -> bool:
         """Tell whether a run that fails does so by its numbers, and not by how they are rounded."""
         lengths, values = self._runs
-        conditions = list(_numbered(self._formula.root))
         for run in np.flatnonzero(result.verdict == VIOLATED):
-            if not isinstance(node := conditions[result.node[run]], syntax.Comparison):
+            node, row = result.program.conditions[result.node[run]], result.row[run]
+            if not isinstance(node, syntax.Comparison):
                 return True
             self._runs = lengths[[run]], values[:, [run]]
-            read = {name: self.series(name).values[0] for name in syntax.names_in(node)}
-            at = {name: Fraction(np.nan_to_num(own[result.row[run]])) for name, own in read.items()}
+            read = {name: self.series(name).values[0, row] for name in syntax.names_in(node)}
+            at = {name: Fraction(np.nan_to_num(value)) for name, value in read.items()}
             with suppress(ZeroDivisionError):
-                (left, size), (right, other) = (
-                    _exactly(end, at) for end in (node.left, node.right)
-                )
-                gap, seen = left - right, result.value[run] - result.threshold[run]
-                sign = (gap > 0) - (gap < 0)
-                sign *= -1 if isinstance(node.left, syntax.Constant) else 1
-                is_certain = gap == 0 or abs(gap) > _ROUNDING * (size + other)
-                if math.isnan(seen) or (is_certain and sign == np.sign(seen)):
+                gap, size = _exactly(syntax.Arithmetic(node.span, "-", (node.left, node.right)), at)
+                is_tie = gap == result.value[run] - result.threshold[run] == 0
+                if is_tie or abs(gap) > _ROUNDING * size:
                     return True
         return False
 

@@ -329,26 +329,19 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if now.uncertainty < then.uncertainty:
         text = f"what the step is worth is told by {now.uncertainty} situations, {then.uncertainty}"
         yield Finding(Kind.RELAXED, f"{text} before")
-    yield from _relaxed_fsrs(then, now)
-
-
-def _relaxed_fsrs(then: Baseline, now: Baseline) -> Iterator[Finding]:
-    """Name FSRs of which less is asked."""
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:
             continue
-        if rank(has.asil) < rank(was.asil):
-            text = f"has ASIL {has.asil}, {was.asil} before"
-            yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
-        if was.mandatory and not has.mandatory:
-            yield Finding(Kind.RELAXED, "was mandatory and is not any more", fsr=fsr)
-        if has.min_exercised < was.min_exercised:
-            text = f"asks for {has.min_exercised} exercised runs, {was.min_exercised} before"
-            yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
-        if (has.waived_until or "") > (was.waived_until or ""):
-            before = was.waived_until or "no waiver"
-            text = f"is waived until {has.waived_until}, {before} before"
+        asks, asked = has.min_exercised, was.min_exercised
+        waived, before = has.waived_until or "", was.waived_until or ""
+        less = {
+            "was mandatory and is not any more": was.mandatory and not has.mandatory,
+            f"has ASIL {has.asil}, {was.asil} before": rank(has.asil) < rank(was.asil),
+            f"asks for {asks} exercised runs, {asked} before": asks < asked,
+            f"is waived until {waived}, {before or 'no waiver'} before": waived > before,
+        }
+        for text in (text for text, is_less in less.items() if is_less):
             yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
 
 
