@@ -20,6 +20,7 @@ from adeye.judge.series import (
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
 from adeye.signals import Bools, Bytes, Floats, SignalType, architecture_signals, scene_signals
+from adeye.spec.channels import SafetyChannel
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -91,13 +92,8 @@ def plan_dictionary(
         Signal types by name.
     """
     object_ids = (*scenario.actors, *scenario.world.objects)
-    return _dictionary(
-        object_ids,
-        scenario.world.road.lanes,
-        tuple(architecture.sensors),
-        tuple(architecture.channels),
-        (tuple(monitors), tuple(faults)),
-    )
+    others = tuple(monitors), tuple(faults)
+    return _named(object_ids, scenario.world.road.lanes, architecture, others)
 
 
 def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str, SignalType]:
@@ -110,12 +106,23 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str,
     Returns:
         Signal types by name.
     """
+    context = layout.context
+    others = layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))
+    return _named(context.object_ids, context.road.lanes, layout.architecture, others)
+
+
+def _named(
+    objects: tuple[str, ...],
+    lanes: int,
+    architecture: Architecture,
+    others: tuple[tuple[str, ...], tuple[str, ...]],
+) -> Mapping[str, SignalType]:
+    """List signals by what of an architecture they hang on."""
+    channels = architecture.channels
+    safety = (item for item in channels.values() if isinstance(item, SafetyChannel))
+    seeing = frozenset(name for item in safety for name in item.object_monitors)
     return _dictionary(
-        layout.context.object_ids,
-        layout.context.road.lanes,
-        layout.sensors,
-        layout.channels,
-        (layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))),
+        objects, lanes, tuple(architecture.sensors), tuple(channels), (*others, seeing)
     )
 
 
@@ -125,12 +132,12 @@ def _dictionary(
     lanes: int,
     sensors: tuple[str, ...],
     channels: tuple[str, ...],
-    others: tuple[tuple[str, ...], tuple[str, ...]],
+    others: tuple[tuple[str, ...], tuple[str, ...], frozenset[str]],
 ) -> Mapping[str, SignalType]:
-    monitors, faults = others
+    monitors, faults, seeing = others
     return {
         **scene_signals(objects, lanes),
-        **architecture_signals(sensors, channels, monitors, faults, objects),
+        **architecture_signals(sensors, channels, monitors, faults, objects, seeing),
         **series_signals(),
         # The distance declares "no conflict", for runs without any object.
         "any_actor.distance": SERIES["distance"].type,
@@ -177,7 +184,7 @@ class TraceSignals:
         self._read: dict[str, Series] = {}
 
     @cached_property
-    def dictionary(self) -> dict[str, SignalType]:
+    def dictionary(self) -> Mapping[str, SignalType]:
         """Type of every signal, by name."""
         return trace_dictionary(self.trace.layout, self._faults)
 
