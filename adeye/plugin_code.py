@@ -227,6 +227,24 @@ def _libraries() -> tuple[Path, ...]:
     return tuple(Path(known[name]).resolve() for name in ("stdlib", "platstdlib"))
 
 
+@cache
+def ignore_kept_code() -> None:
+    """Let numba read no machine code from disk but adeye's and that of installed packages.
+
+    It is told from that of other sources by the file of the function alone: not by what it calls or
+    reads from elsewhere.
+    """
+    from numba.core.caching import Cache
+
+    load, home = Cache.load_overload, Path(__file__).parent
+
+    def load_known(cache: Any, *asked: Any) -> Any:
+        path = Path(cache._py_func.__code__.co_filename)
+        return load(cache, *asked) if path.is_relative_to(home) or _is_installed(path) else None
+
+    Cache.load_overload = load_known
+
+
 def require_executed(name: str, packages: Iterable[str], before: Collection[str]) -> None:
     """Refuse packages whose modules in memory are not what their files are now.
 

@@ -22,6 +22,7 @@ from adeye.outputs import reads
 from adeye.plugin_code import (
     code_digest,
     files_digest,
+    ignore_kept_code,
     own_imports,
     package_files,
     require_executed,
@@ -111,6 +112,7 @@ def load_part(name: str, base_dir: Path, *, is_nameable: Nameable = inspect.iscl
     Raises:
         SpecError: There is no such file, module or class, or its code cannot be executed.
     """
+    ignore_kept_code()
     source, _, attribute = name.rpartition(":")
     if not source or not attribute.isidentifier():
         raise SpecError(f"{name!r} does not name a class", remedy=_FORM)

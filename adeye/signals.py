@@ -27,7 +27,7 @@ from adeye.kernel.strips import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from _typeshed import DataclassInstance
 
@@ -609,6 +609,7 @@ def architecture_signals(
     monitors: tuple[str, ...],
     faults: tuple[str, ...],
     object_ids: tuple[str, ...],
+    object_monitors: Collection[str] = (),
 ) -> dict[str, SignalType]:
     """List the signals that the runs of an architecture have, beside those of the scene.
 
@@ -618,6 +619,7 @@ def architecture_signals(
         monitors: Monitor ids, ``<channel>.<monitor>`` shortened to ``<monitor>``.
         faults: Fault ids of the ODD.
         object_ids: Actors and static objects.
+        object_monitors: Those of the monitors that only objects make fire.
 
     Returns:
         Signal types by name.
@@ -645,8 +647,9 @@ def architecture_signals(
             text = "its newest sample has the actor"
             signals[f"sensor.{name}.detects.{actor}"] = _boolean(text, of_objects=True)
     for name in monitors:
-        signals[f"monitor.{name}.raw"] = _boolean("it fires at this tick")
-        signals[f"monitor.{name}.confirmed"] = _boolean("it fires after debounce")
+        fires = partial(_boolean, of_objects=name in object_monitors)
+        signals[f"monitor.{name}.raw"] = fires("it fires at this tick")
+        signals[f"monitor.{name}.confirmed"] = fires("it fires after debounce")
     for name in faults:
         signals[f"fault.{name}.active"] = _boolean("the fault is present")
     signals["faulted"] = _boolean("a fault is present, or was before")

@@ -35,8 +35,10 @@ def test_only_what_the_user_causes_is_an_input_error_and_ends_with_2() -> None:
 
 def test_class_of_a_guest_has_the_exit_code_of_what_it_derives_from() -> None:
     for chosen in (0, 1, 256):
-        mine = type("Mine", (errors.IntegrityError,), {"exit_code": chosen})
-        assert errors.code_of(mine("x")) == 4
+        says = {"exit_code": chosen}
+        mine = type("Mine", (errors.IntegrityError,), says)
+        posing = type("SpecError", (mine,), {**says, "__module__": errors.__name__})
+        assert errors.code_of(mine("x")) == errors.code_of(posing("x")) == 4
 
 
 def test_several_errors_are_listed_and_counted() -> None:

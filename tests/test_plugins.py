@@ -3,6 +3,7 @@
 import hashlib
 import importlib
 import os
+import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
@@ -18,6 +19,7 @@ from adeye.simulate.channels.factory import plugin_channel
 from tests.refusals import refused
 from tests.stored import known
 
+ROOT = str(Path(__file__).parents[1])
 CHANNEL = """
 from adeye.ports import Parameters as Base
 from adeye.spec.quantity import Speed
@@ -34,6 +36,36 @@ class Bare:
 
 NUMBER = 3
 """
+
+
+KEPT = """
+from pathlib import Path
+import numba
+GAIN = float(Path(__file__).with_name("gain").read_text())
+
+@numba.njit(cache=True)
+def gained(x):
+    return GAIN * x
+
+class Mine:
+    gain = gained(1.0)
+"""
+
+
+@pytest.mark.slow
+def test_machine_code_that_a_plugin_keeps_by_itself_is_not_taken_for_its_source(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "mine.py").write_text(KEPT)
+    program = "from pathlib import Path; from adeye.plugins import load_part; "
+    program += "print(load_part('mine.py:Mine', Path()).obj.gain)"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": ROOT}
+    for gain in ("2.0", "3.0"):
+        (tmp_path / "gain").write_text(gain)
+        command = [sys.executable, "-c", program]
+        assert (
+            subprocess.check_output(command, cwd=tmp_path, env=environment).decode() == f"{gain}\n"
+        )
 
 
 @pytest.fixture

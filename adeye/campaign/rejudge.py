@@ -20,6 +20,7 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.registry import CODES, StatusColumn
 from adeye.judge.outcome import bars
 from adeye.judge.requirements import JUDGE_VERSION, CheckedRequirement
+from adeye.judge.stl.counterexample import Runs
 from adeye.ports import MetricColumn
 from adeye.store.block import JudgedBlock
 from adeye.store.write.results import CHUNK
@@ -141,6 +142,8 @@ class _Judging:
         self._bases = again.bases(self._numbers, JUDGE_VERSION)
         self._step_s = plan.files.odd.spec.step
         self._dictionary = plan.judged.dictionary(gaps[0].scenario, gaps[0].architecture)
+        lasts = plan.cases[gaps[0].ordinal].scenario
+        self._runs = Runs(self._dictionary, self._step_s, lasts.horizon, lasts.tail)
         self._objects: dict[str, int] = {}
 
     @property
@@ -221,7 +224,7 @@ class _Judging:
             objects=self.objects,
             by_contact=np.array([item[0] for item in bases], dtype=np.bool_),
             invalid=tuple(item[1] for item in bases),
-            alone=None if has_objects else self._dictionary,
+            alone=None if has_objects else self._runs,
         )
         own: Ints = np.arange(len(runs))
         if item.bound is not None and not metrics:

@@ -25,7 +25,7 @@ from adeye.judge.stl.batch import (
     evaluate_columns,
     joined_columns,
 )
-from adeye.judge.stl.counterexample import asks_nothing
+from adeye.judge.stl.counterexample import Runs, asks_nothing
 from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from adeye.judge.stl.program import Words
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
-    from adeye.signals import Bools, Floats, Ints, SignalType
+    from adeye.signals import Bools, Floats, Ints
 
 # --- The verdicts of one FSR on a batch of runs, as columns, and the record of one run ------------
 
@@ -214,7 +214,7 @@ class Frame:
         by_contact: (B,) whether a contact ended the run.
         invalid: B reasons why FSRs cannot be judged, None where they can; see
             ``outcome.invalid_reasons`` for those that spare what fails.
-        alone: The signals of runs without any object: what is measured of objects tests nothing.
+        alone: What runs without any object are like: what is measured of objects tests nothing.
             None where there is one.
     """
 
@@ -222,7 +222,7 @@ class Frame:
     objects: tuple[str, ...]
     by_contact: Bools
     invalid: tuple[str | None, ...]
-    alone: Mapping[str, SignalType] | None = None
+    alone: Runs | None = None
 
     @property
     def is_invalid(self) -> Bools:
@@ -250,7 +250,7 @@ class Frame:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
         elif evaluated is not None:
             formula, alone = item.formula, self.alone
-            is_idle = formula and alone and asks_nothing(formula, alone, self.step_s)
+            is_idle = formula and alone and asks_nothing(formula, alone)
             found = self._by_formula(evaluated, runs, is_idle=bool(is_idle))
         else:
             # Every run is invalid, so that nothing was evaluated.
@@ -659,13 +659,14 @@ def _parts(signals: TraceSignals) -> Iterator[tuple[slice, TraceSignals]]:
 
 def _frame(signals: TraceSignals) -> Frame:
     trace = signals.trace
-    context = trace.layout.context
+    layout, context = trace.layout, trace.layout.context
+    alone = Runs(signals.dictionary, context.step, layout.horizon, layout.tail)
     return Frame(
         step_s=context.step,
         objects=context.object_ids,
         by_contact=outcome.ended_by_contact(trace),
         invalid=outcome.invalid_reasons(trace),
-        alone=None if context.object_ids else signals.dictionary,
+        alone=None if context.object_ids else alone,
     )
 
 

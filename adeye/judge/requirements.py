@@ -234,7 +234,7 @@ Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
 
-JUDGE_VERSION = 5
+JUDGE_VERSION = 6
 """Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9
@@ -364,7 +364,7 @@ def check_requirements(
 
     Raises:
         InputError: A name, metric or scenario does not exist, a dimension does not fit, a window
-            exceeds a tail, or an architecture in the gate lacks a signal. Several errors come as
+            has no end, or an architecture in the gate lacks a signal. Several errors come as
             ``InputErrors``.
     """
     checks = (_Check(item, place, plan, locate) for place, item in enumerate(concept.requirements))
@@ -383,8 +383,8 @@ def check_demands(
         locate: Finds file, line and column of a place in the concept.
 
     Raises:
-        InputError: A bound is on the harmless side, or cannot be missed; a part of a formula does
-            not depend on its signals. Several errors come as ``InputErrors``.
+        InputError: A bound is on the harmless side, or cannot be missed; a window exceeds a tail; a
+            part of a formula does not depend on its signals. Several come as ``InputErrors``.
     """
     checks = (_Check(item, place, plan, locate) for place, item in enumerate(concept.requirements))
     _all_of(partial(check.check_demand, played) for check in checks)
@@ -452,7 +452,7 @@ class _Check:
             return compiled
         self._check_names(compiled.formula, scenarios)
         self._check_parameters(compiled.formula, scenarios)
-        self._check_windows(compiled.formula, scenarios)
+        self._check_windows(compiled.formula)
         missing = self._not_applicable(compiled.formula, scenarios)
         return CheckedRequirement(
             compiled.requirement, compiled.digest, compiled.formula, not_applicable=missing
@@ -536,17 +536,12 @@ class _Check:
         if own and compiled.bound is not None:
             self._check_side(compiled.bound, [spec for _, spec in own])
         if own and compiled.formula is not None:
+            self._check_ends(compiled.formula, own)
             self._check_truth(compiled.formula, own)
 
     def _check_truth(self, formula: Formula, played: Sequence[tuple[str, LogicalScenario]]) -> None:
-        step = self._plan.step
         runs = [
-            Runs(
-                self._union(name, spec),
-                step,
-                syntax.last_row(spec.horizon, step),
-                syntax.last_row(spec.horizon + spec.tail, step),
-            )
+            Runs(self._union(name, spec), self._plan.step, spec.horizon, spec.tail)
             for name, spec in played
         ]
         found = _weak_part(formula.root)
@@ -622,11 +617,10 @@ class _Check:
                 )
         return reasons
 
-    def _check_windows(self, formula: Formula, scenarios: Sequence[str]) -> None:
-        step = self._plan.step
+    def _check_windows(self, formula: Formula) -> None:
         for window in _windows(formula.root):
             try:
-                syntax.window_rows(window, step)
+                syntax.window_rows(window, self._plan.step)
             except ExpressionError as error:
                 raise self._refuse(error.message, error.remedy) from error
         if not math.isfinite(formula.reach_s):
@@ -634,12 +628,14 @@ class _Check:
                 "an operator below another one has no window, so that no trace is long enough",
                 "Give it a window, for example eventually[0 s, 2 s].",
             )
-        for name in scenarios:
-            scenario = self._plan.scenarios[name]
+
+    def _check_ends(self, formula: Formula, played: Sequence[tuple[str, LogicalScenario]]) -> None:
+        """Refuse what looks beyond the ends of the runs that it is judged on."""
+        for name, scenario in played:
             self._check_past(formula, name, scenario.horizon)
             last = syntax.needed_time(formula.root, scenario.horizon)
             # Nothing is decided from the last row, so decisions must be read before it.
-            last = max(last, last_decision(formula.root, scenario.horizon) + step)
+            last = max(last, last_decision(formula.root, scenario.horizon) + self._plan.step)
             needed = last - scenario.horizon
             if needed > scenario.tail + _SLACK_S:
                 raise self._refuse(

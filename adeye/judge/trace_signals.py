@@ -28,6 +28,7 @@ from adeye.signals import (
     architecture_signals,
     scene_signals,
 )
+from adeye.spec.channels import SafetyChannel
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -99,13 +100,9 @@ def plan_dictionary(
         Signal types by name.
     """
     object_ids, road = (*scenario.actors, *scenario.world.objects), scenario.world.road
-    return _dictionary(
-        object_ids,
-        MOST_LANES if road.kind == "imported" else road.lanes,
-        tuple(architecture.sensors),
-        tuple(architecture.channels),
-        (tuple(monitors), tuple(faults)),
-    )
+    lanes = MOST_LANES if road.kind == "imported" else road.lanes
+    others = tuple(monitors), tuple(faults)
+    return _named(object_ids, lanes, architecture, others)
 
 
 def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str, SignalType]:
@@ -118,12 +115,23 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str,
     Returns:
         Signal types by name.
     """
+    context = layout.context
+    others = layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))
+    return _named(context.object_ids, context.road.lanes, layout.architecture, others)
+
+
+def _named(
+    objects: tuple[str, ...],
+    lanes: int,
+    architecture: Architecture,
+    others: tuple[tuple[str, ...], tuple[str, ...]],
+) -> Mapping[str, SignalType]:
+    """List signals by what of an architecture they hang on."""
+    channels = architecture.channels
+    safety = (item for item in channels.values() if isinstance(item, SafetyChannel))
+    seeing = frozenset(name for item in safety for name in item.object_monitors)
     return _dictionary(
-        layout.context.object_ids,
-        layout.context.road.lanes,
-        layout.sensors,
-        layout.channels,
-        (layout.monitors, tuple(dict.fromkeys((*layout.faults, *faults)))),
+        objects, lanes, tuple(architecture.sensors), tuple(channels), (*others, seeing)
     )
 
 
@@ -133,12 +141,12 @@ def _dictionary(
     lanes: int,
     sensors: tuple[str, ...],
     channels: tuple[str, ...],
-    others: tuple[tuple[str, ...], tuple[str, ...]],
+    others: tuple[tuple[str, ...], tuple[str, ...], frozenset[str]],
 ) -> Mapping[str, SignalType]:
-    monitors, faults = others
+    monitors, faults, seeing = others
     return {
         **scene_signals(objects, lanes),
-        **architecture_signals(sensors, channels, monitors, faults, objects),
+        **architecture_signals(sensors, channels, monitors, faults, objects, seeing),
         **series_signals(),
         # The distance declares "no conflict", for runs without any object.
         "any_actor.distance": SERIES["distance"].type,

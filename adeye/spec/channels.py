@@ -22,7 +22,7 @@ from adeye.spec.sensors import (
     PositiveFrequency,
     PositiveLength,
 )
-from adeye.spec.supervisor import PositiveAcceleration, Supervisor
+from adeye.spec.supervisor import OF_OBJECTS, PositiveAcceleration, Supervisor
 
 # --- A reference driver as an architecture: ground truth, one channel and the vehicle of another --
 
@@ -406,6 +406,12 @@ class SafetyChannel(_Channel):
             [name, monitor.kind, list(getattr(monitor, "watches", ()))]
             for name, monitor in supervisor.monitors.items()
         ]
+
+    @property
+    def object_monitors(self) -> tuple[str, ...]:
+        """Names of the monitors that only objects, or what is taken for one, make fire."""
+        own = self.monitors or [["object_danger", "object_danger"]]
+        return tuple(name for name, kind, *_ in own if kind in OF_OBJECTS)
 
     @finds
     def _rates_fit(self) -> Iterator[Problem]:

@@ -210,6 +210,8 @@ KINDS: Final[tuple[str, ...]] = tuple(
     get_args(record.model_fields["kind"].annotation)[0] for record in get_args(get_args(Monitor)[0])
 )
 """Kinds of monitors; kernels know them by their place here."""
+OF_OBJECTS: Final = ("object_danger", "critical_area", "rss_danger")
+"""Those of them that fire for nothing but objects, and for what is missing."""
 
 
 def _all_levels(given: dict[LevelKey, Manoeuvre]) -> dict[LevelKey, Manoeuvre]:

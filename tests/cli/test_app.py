@@ -113,6 +113,13 @@ def test_python_m_adeye_is_the_same_program_and_has_no_colour_in_a_pipe(tmp_path
     assert "\x1b" not in out
 
 
+def test_python_without_docstrings_is_an_environment_error(tmp_path: Path) -> None:
+    with start("plan", "x.yaml", cwd=tmp_path, env={"PYTHONOPTIMIZE": "2"}) as process:
+        said = process.communicate()
+    assert (process.returncode, said[0]) == (5, "")
+    assert (said[1].count("\n"), "Unset PYTHONOPTIMIZE" in said[1]) == (1, True)
+
+
 @pytest.mark.slow
 def test_shell_completion_offers(tmp_path: Path) -> None:
     for line, offered in (

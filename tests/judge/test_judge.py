@@ -1,7 +1,7 @@
 """Verdicts of FSRs on hand-made runs: every way not to be a PASS."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -99,12 +99,16 @@ def test_formula_that_only_objects_decide_asks_nothing_where_there_is_none(hand_
         "always(ego.speed <= 0.5 * gap / 1 s)",
         "eventually(standstill or max(ttc, mttc) > 5 s)",
         "always(ttc < 2 s implies ego.acceleration < 0 m/s^2)",
+        # No run of the scenario is as long as that.
+        "always(ttc >= 1 s and time <= 100 s)",
+        "always(ttc >= 1 s and (time <= 100 s or ego.speed <= 1 m/s))",
     ):
         found = judged(alone, fsr(formula=formula))
         assert (found.verdict, found.is_exercised, found.margin) == (VACUOUS, False, None), formula
         assert found.detail == "there is no object"
     for formula, verdict in (
         ("always(ttc >= 1 s and ego.speed <= 30 m/s)", PASS),
+        ("always(ttc >= 1 s and time <= 1 s)", FAIL),
         ("always(min(ttc, 1 s) * 40 m/s^2 >= ego.speed)", PASS),
         ("always(ego.acceleration <= 3 m/s^2 or contact)", PASS),
         ("always(ego.speed <= 10 m/s or contact)", FAIL),
@@ -113,6 +117,17 @@ def test_formula_that_only_objects_decide_asks_nothing_where_there_is_none(hand_
         found = judged(alone, fsr(formula=formula))
         assert (found.verdict, found.is_exercised) == (verdict, True), formula
     assert judged(hand_made(), fsr(formula="always(ttc >= 1 s)")).is_exercised
+
+
+def test_monitor_of_objects_tests_nothing_where_there_is_none(hand_made: Any) -> None:
+    def verdict(name: str, **of: Any) -> Any:
+        trace = hand_made(**of).trace()
+        trace = replace(trace, layout=replace(trace.layout, monitors=(name,)))
+        item = compile_requirement(fsr(formula=f"always(not monitor.{name}.confirmed)"))
+        return judge(trace, [item], np.array([True])).judgements[0][0].verdict
+
+    assert verdict("object_danger", objects=()) is VACUOUS
+    assert verdict("object_danger") is verdict("lane_departure", objects=()) is PASS
 
 
 def test_signal_of_objects_is_as_declared_where_there_is_none(hand_made: Any) -> None:

@@ -300,6 +300,13 @@ def test_wrong_supervisor_is_refused() -> None:
         assert match in wrong[0]["msg"] or match in str(wrong[0])
 
 
+def test_monitors_that_only_objects_make_fire_are_told() -> None:
+    kinds = {"near": "critical_area", "rss": "rss_danger", "path": "object_danger"}
+    monitors = {name: {"kind": kind} for name, kind in kinds.items()}
+    assert channel({"monitors": monitors | OFF}).object_monitors == ("near", "path", "rss")
+    assert SafetyChannel(kind="safety").object_monitors == ("object_danger",)
+
+
 def test_last_safe_stop_takes_a_planner() -> None:
     last = {"monitors": {"last": {"kind": "last_safe_stop"}}}
     assert channel(last).parameters.supervisor is not None

@@ -6,7 +6,8 @@ what is computed of two of them or of another signal, a little beside them, or o
 runs signals are pulled to where the formula fails, others are the nearest to failing of those
 before, altered. Time is the real one, for as long as a scenario lasts.
 
-A run that is found is a proof, one that is not found is none: who knows of one says so in the FSR.
+A run that is found is a proof: it fails without rounding, too, and by more than that of what is
+written. One that is not found is none: who knows of one says so in the FSR.
 There is no other way to tell what holds by its form alone: a proof of that would need a second
 meaning of formulas, and would find less.
 
@@ -18,7 +19,10 @@ Source:
 from __future__ import annotations
 
 import math
+import operator
+from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -33,8 +37,9 @@ from adeye.spec.plausible import farthest
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from adeye.judge.stl.batch import StlColumns
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.series import Series
     from adeye.signals import Floats, Ints, SignalType
@@ -48,14 +53,14 @@ class Runs(NamedTuple):
     Attributes:
         declared: Their signals; those of the formula, at least.
         step_s: Time between rows [s].
-        horizon: Last row at which an obligation may start.
-        last: Last row, with those of the tail.
+        horizon_s: Time within which an obligation may start [s].
+        tail_s: Time after it [s].
     """
 
     declared: Mapping[str, SignalType]
     step_s: float
-    horizon: int
-    last: int
+    horizon_s: float
+    tail_s: float
 
 
 _FOUND: Final[dict[tuple[object, ...], bool]] = {}
@@ -112,27 +117,45 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
     return False
 
 
-def asks_nothing(formula: Formula, declared: Mapping[str, SignalType], step_s: float) -> bool:
+def asks_nothing(formula: Formula, alone: Runs) -> bool:
     """Tell whether no run without any object was found that fails a formula about objects.
 
-    What is measured of objects is as it is without any. It is asked of runs that are as long as the
-    formula speaks of, so that the same formula is answered alike in every scenario.
+    What is measured of objects is as it is without any.
 
     Args:
         formula: The formula.
-        declared: Signals of such runs; its own, at least.
-        step_s: Time between rows [s].
+        alone: What such runs are like: a time that none of them reaches asks for nothing, either.
     """
-    absent = {}
+    declared = dict(alone.declared)
     for name in formula.names:
         if (item := declared[name]).of_objects:
             value = 0.0 if item.cap is None else math.inf
             labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
-            absent[name] = replace(item, least=value, most=value, most_per="", labels=labels)
-    horizon = 1 + syntax.last_row(max(_times(formula)), step_s)
-    tail = syntax.last_row(syntax.future_reach(formula.root, is_outermost=True), step_s)
-    runs = Runs({**declared, **absent}, step_s, horizon, horizon + tail)
-    return bool(absent) and not can_fail(formula, [runs])
+            declared[name] = replace(item, least=value, most=value, most_per="", labels=labels)
+    is_about = declared != alone.declared
+    return is_about and not can_fail(formula, [alone._replace(declared=declared)])
+
+
+_ROUNDING: Final = Fraction(1, 10**12)
+"""Numbers are no farther apart than units make them, that are by less than this part of what they
+are made of: of a conversion or operation it is 1e-16."""
+_EXACT: Final[Mapping[str, Callable[..., Fraction]]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "min": min, "max": max, "abs": abs, "negate": operator.neg,
+}  # fmt: skip
+
+
+def _exactly(term: syntax.Term, at: Mapping[str, Fraction]) -> tuple[Fraction, Fraction]:
+    """Calculate a term without rounding, and the size of what it is made of."""
+    if not isinstance(term, syntax.Arithmetic):
+        value = at[term.name] if isinstance(term, syntax.Signal) else Fraction(term.value)
+        # What is dropped by min or max, being no conflict, rounds nothing.
+        return value, abs(value) if value < 1e300 else Fraction()
+    values, sizes = zip(*(_exactly(part, at) for part in term.operands), strict=True)
+    size = math.prod(sizes) if term.operator in "*/" else max(sizes)
+    if term.operator == "/":
+        size /= values[1] ** 2
+    return _EXACT[term.operator](*values), size
 
 
 def _times(formula: Formula) -> Iterator[float]:
@@ -203,7 +226,9 @@ class _Search:
     """
 
     def __init__(self, formula: Formula, like: Runs) -> None:
-        self._formula, self._like, self._rows = formula, like, like.last + 1
+        ends = (like.horizon_s, like.horizon_s + like.tail_s)
+        self._horizon, last = (syntax.last_row(end, like.step_s) for end in ends)
+        self._formula, self._like, self._rows = formula, like, last + 1
         declared = {name: like.declared[name] for name in formula.names}
         self._bits = np.random.Philox(key=0)
         parts = list(syntax.walk(formula.root))
@@ -214,8 +239,8 @@ class _Search:
         numbers = np.unique([0.0, 1.0, *constants])
         self._numbers = np.clip(numbers, -_LARGEST, _LARGEST)
         self._names = [name for name in declared if name != "time"]
-        ends = [_ends(declared[name], like.last * like.step_s) for name in self._names]
-        self._least, self._most = np.reshape(ends, (-1, 2, 1, 1)).swapaxes(0, 1)
+        sizes = [_ends(declared[name], last * like.step_s) for name in self._names]
+        self._least, self._most = np.reshape(sizes, (-1, 2, 1, 1)).swapaxes(0, 1)
         self._near = [_near(name, parts) for name in self._names]
         self._whole = np.reshape([declared[name].is_whole for name in self._names], (-1, 1, 1))
         labels = [declared[name].labels or TRUTH_LABELS for name in self._names]
@@ -233,8 +258,9 @@ class _Search:
         """Tell whether one of the runs fails the formula."""
         nearest: tuple[Ints, Floats] | None = None
         runs, done = min(_FIRST_BATCH, self._largest_batch), 0
-        # Without signals, all runs are one.
-        while done < (_RUNS if self._names else 1):
+        is_varied = np.where(self._words > 0, self._words > 1, self._least < self._most)
+        # Where no signal varies, all runs are one.
+        while done < (_RUNS if is_varied.any() else 1):
             lengths, values = self._runs = self._made_up(runs, nearest)
             every = np.ones(runs, dtype=np.int64)
             result = evaluate_columns(
@@ -242,23 +268,40 @@ class _Search:
                 self,
                 step_s=self._like.step_s,
                 length=self._rows * every,
-                horizon=self._like.horizon * every,
+                horizon=self._horizon * every,
                 complete=every == 1,
                 chosen=every == 1,
             )
-            if (result.verdict == VIOLATED).any():
+            if self._fails(result):
                 return True
             order = np.argsort(result.robustness_high)[:_NEAREST]
             nearest = lengths[order], values[:, order]
             done, runs = done + runs, min(2 * runs, self._largest_batch)
         return False
 
+    def _fails(self, result: StlColumns) -> bool:
+        """Tell whether a run that fails does so by its numbers, and not by how they are rounded."""
+        lengths, values = self._runs
+        for run in np.flatnonzero(result.verdict == VIOLATED):
+            node, row = result.program.conditions[result.node[run]], result.row[run]
+            if not isinstance(node, syntax.Comparison):
+                return True
+            self._runs = lengths[[run]], values[:, [run]]
+            read = {name: self.series(name).values[0, row] for name in syntax.names_in(node)}
+            at = {name: Fraction(np.nan_to_num(value)) for name, value in read.items()}
+            with suppress(ZeroDivisionError):
+                gap, size = _exactly(syntax.Arithmetic(node.span, "-", (node.left, node.right)), at)
+                is_tie = gap == result.value[run] - result.threshold[run] == 0
+                if is_tie or abs(gap) > _ROUNDING * size:
+                    return True
+        return False
+
     def series(self, name: str) -> Series:
         """Give the samples (B, T) of a signal."""
         lengths, values = self._runs
         shape = len(lengths), self._rows
+        times = tick_times(np.arange(shape[1]), self._like.step_s)
         if name == "time":
-            times = tick_times(np.arange(shape[1]), self._like.step_s)
             samples = np.broadcast_to(times, shape)
         else:
             ends = np.minimum(np.cumsum(lengths, axis=1), shape[1])
@@ -266,6 +309,9 @@ class _Search:
             repeats = np.diff(ends, axis=1, prepend=0)
             own = values[self._names.index(name)]
             samples = np.repeat(own.ravel(), repeats.ravel()).reshape(shape)
+            if self._like.declared[name].most_per:
+                # Nothing is older than the run.
+                samples = np.minimum(samples, times)
         status = np.where(np.isinf(samples), SampleStatus.NO_CONFLICT, SampleStatus.VALUE)
         return declared_series(self._like.declared[name], samples, status.astype(np.int8))
 

@@ -148,11 +148,13 @@ class Program:
         names: S signals in the order of ``Tables.signals``.
         tables: Its parts in numbers.
         words: N, what people see.
+        conditions: N, as they were read.
     """
 
     names: tuple[str, ...]
     tables: Tables
     words: tuple[Words, ...]
+    conditions: tuple[syntax.Condition, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +207,7 @@ class _Compiler:
     nodes: list[list[int]] = field(default_factory=list)
     limits: list[tuple[float, ...]] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
+    conditions: list[syntax.Condition] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
 
     @property
@@ -231,7 +234,7 @@ class _Compiler:
             decided=np.array(decided, dtype=np.int64),
             nested=np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
         )
-        return Program(tuple(self.inputs), tables, tuple(self.words))
+        return Program(tuple(self.inputs), tables, tuple(self.words), tuple(self.conditions))
 
     def _implied(self) -> tuple[list[tuple[int, ...]], list[int], list[int]]:
         implied: list[tuple[int, ...]] = []
@@ -268,6 +271,7 @@ class _Compiler:
         self.nodes.append(row)
         self.limits.append(limits)
         self.words.append(words)
+        self.conditions.append(node)
         self.numbers[id(node)] = len(self.nodes) - 1
         return len(self.nodes) - 1
 

@@ -20,7 +20,8 @@ from adeye.errors import IntegrityError, SourceLocation, SpecError
 from adeye.identity import digest, unique_keys
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
 from adeye.outputs import require_plain, write_atomically
-from adeye.report.model.part import Asil, Count, Id, Margin, Part
+from adeye.report.model.part import Count, Id, Margin, Part
+from adeye.spec.concept import RequirementAsil
 
 # --- What a gate found, and which of it decides the exit code -------------------------------------
 
@@ -136,7 +137,7 @@ class BaselineFsr(Part):
 
     digest: Digest
     """Identity of all that its verdict depends on beside the trace."""
-    asil: Asil
+    asil: RequirementAsil
     mandatory: bool
     min_exercised: Annotated[int, Field(ge=1)]
     waived_until: str | None = None
@@ -214,6 +215,8 @@ class Baseline(Part):
     """What the gate says to channels that fail; not written where that is the default."""
     preventable_by: tuple[str, ...] = ()
     """Reference drivers whose contacts do not block; not written where the gate names none."""
+    uncertainty: Count = 0
+    """Situations by which margins are judged with what the step is worth; not written if none."""
     exit_code: ExitCode
     """Of the campaign; a baseline may hold failures that are known."""
     planned: Count
@@ -243,7 +246,7 @@ class Baseline(Part):
         return self
 
 
-_UNWRITTEN: Final = ("channel_failures", "preventable_by")
+_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty")
 """Fields that are only written where they are not the default."""
 
 

@@ -23,6 +23,7 @@ from adeye.report.claims import is_sample
 from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Finding, Kind
 from adeye.report.words import counted, quantity, unit_text
 from adeye.signals import Floats
+from adeye.spec.concept import rank
 from adeye.units import shown
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
@@ -325,18 +326,22 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if drivers and not set(then.preventable_by or ("none",)) <= set(drivers):
         text = f"contacts that {' and '.join(drivers)} cannot avoid blocked and are set aside now"
         yield Finding(Kind.RELAXED, text)
+    if now.uncertainty < then.uncertainty:
+        text = f"what the step is worth is told by {now.uncertainty} situations, {then.uncertainty}"
+        yield Finding(Kind.RELAXED, f"{text} before")
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:
             continue
-        if was.mandatory and not has.mandatory:
-            yield Finding(Kind.RELAXED, "was mandatory and is not any more", fsr=fsr)
-        if has.min_exercised < was.min_exercised:
-            text = f"asks for {has.min_exercised} exercised runs, {was.min_exercised} before"
-            yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
-        if (has.waived_until or "") > (was.waived_until or ""):
-            before = was.waived_until or "no waiver"
-            text = f"is waived until {has.waived_until}, {before} before"
+        asks, asked = has.min_exercised, was.min_exercised
+        waived, before = has.waived_until or "", was.waived_until or ""
+        less = {
+            "was mandatory and is not any more": was.mandatory and not has.mandatory,
+            f"has ASIL {has.asil}, {was.asil} before": rank(has.asil) < rank(was.asil),
+            f"asks for {asks} exercised runs, {asked} before": asks < asked,
+            f"is waived until {waived}, {before or 'no waiver'} before": waived > before,
+        }
+        for text in (text for text, is_less in less.items() if is_less):
             yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
 
 

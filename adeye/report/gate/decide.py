@@ -89,6 +89,7 @@ def take_down(
         gate=tuple(sorted(campaign.gate)),
         channel_failures=totals.channel_policy(repository, campaign),
         preventable_by=tuple(sorted(totals.preventable_by(repository, campaign))),
+        uncertainty=(odd["odd"].get("uncertainty") or {"situations": 0})["situations"],
         exit_code=code,
         planned=progress.planned,
         accounted=progress.accounted,

@@ -23,7 +23,7 @@ def test_what_is_written_is_read_and_the_same_campaign_has_the_same_bytes(path: 
     assert stored_baseline.read_baseline(path) == baseline()
     assert path.read_text("utf-8") == stored_baseline.baseline_text(baseline())
     # Only a gate that allows failures of channels, or sets contacts aside, is written so.
-    written = baseline(channel_failures="allow", preventable_by=("cc",))
+    written = baseline(channel_failures="allow", preventable_by=("cc",), uncertainty=20)
     stored_baseline.write_baseline(written, path.with_name("c.json"))
     assert stored_baseline.read_baseline(path.with_name("c.json")) == written
 
@@ -43,7 +43,8 @@ def test_document_follows_its_schema(path: Path) -> None:
     document, schema = json.loads(path.read_text("utf-8")), stored_baseline.json_schema()
     assert document["schema"] == stored_baseline.SCHEMA == schema["properties"]["schema"]["const"]
     assert set(document) == set(schema["required"])
-    assert set(schema["properties"]) - set(document) == {"channel_failures", "preventable_by"}
+    unwritten = {"channel_failures", "preventable_by", "uncertainty"}
+    assert set(schema["properties"]) - set(document) == unwritten
 
 
 @pytest.mark.parametrize(

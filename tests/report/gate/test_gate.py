@@ -79,9 +79,10 @@ def test_evidence_that_went_is_named() -> None:
         ({"numbers": range(3)}, Kind.MISSING, "1 of 4 test cases are gone"),
         ({"gate": (OTHER,)}, Kind.RELAXED, f"{GATE}: was in the gate"),
         ({"channel_failures": "allow"}, Kind.RELAXED, "were refused and are allowed"),
+        ({"uncertainty": 0}, Kind.RELAXED, "told by 0 situations, 20 before"),
     )
     for changed, kind, said in changes:
-        findings = found(baseline(), baseline(**changed))
+        findings = found(baseline(uncertainty=20), baseline(**{"uncertainty": 20, **changed}))
         assert any(item.kind is kind and item.decides and said in str(item) for item in findings)
 
 
@@ -94,6 +95,7 @@ def test_every_driver_more_that_has_to_fail_too_asks_for_more() -> None:
 def test_bar_that_was_lowered_is_named() -> None:
     changes: tuple[tuple[dict[str, Any], str], ...] = (
         ({"mandatory": False}, "was mandatory"),
+        ({"asil": "B(D)"}, "has ASIL B(D), D before"),
         ({"min_exercised": 1}, "asks for 1 exercised runs, 2 before"),
         ({"waived_until": "2999-01-01"}, "is waived until 2999-01-01, no waiver before"),
     )
