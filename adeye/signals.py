@@ -156,6 +156,8 @@ class RoadMap:
         slabs: (B, S, 4), see ``kernel.strips``; (B, 0, 4) where all lanes go one way all along.
             What is said above of lanes, shoulder and limit is else a summary.
         strips: (B, J, 8).
+        grades: (B, G, 2): from where on the road [m] it rises how much for each metre; (B, 0, 2) of
+            roads that are flat.
     """
 
     segments: Floats
@@ -168,11 +170,12 @@ class RoadMap:
     length: Floats
     slabs: Floats = field(default_factory=lambda: np.zeros((0, 0, SLAB_WIDTH)))
     strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
+    grades: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
 
     def __post_init__(self) -> None:
-        """Give parametric roads slabs and strips of no number."""
+        """Give roads that have none slabs, strips and grades of no number."""
         runs = self.segments.shape[0]
-        for name, width in (("slabs", SLAB_WIDTH), ("strips", STRIP_WIDTH)):
+        for name, width in (("slabs", SLAB_WIDTH), ("strips", STRIP_WIDTH), ("grades", 2)):
             if getattr(self, name).shape[0] != runs:
                 object.__setattr__(self, name, np.zeros((runs, 0, width)))
 

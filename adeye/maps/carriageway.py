@@ -30,6 +30,8 @@ SAMPLE: Final = 2.0
 """Between two samples of the edges of lanes [m]."""
 STRAIGHT: Final = 0.01
 """How far an edge may be from a straight line between the ends of a slab [m]."""
+EVERY: Final = 5
+"""Samples over which a road rises evenly."""
 _DIGITS: Final = 6
 
 _KINDS: Final = {
@@ -62,6 +64,7 @@ class Piece:
         heading: Of the line where it begins [rad].
         arcs: Length [m] and curvature [1/m] of each piece of the line.
         slabs: In the order of travel, the first at 0.
+        grades: From where on the line [m] it rises how much for each metre.
         places: Of samples on the road [m], in the order of travel.
         along: Of the same on the line [m].
         ends: Points of the line where it begins and ends, (2, 3): x, y, heading.
@@ -70,6 +73,7 @@ class Piece:
     heading: float
     arcs: tuple[tuple[float, float], ...]
     slabs: tuple[Slab, ...]
+    grades: tuple[tuple[float, float], ...]
     places: Floats
     along: Floats
     ends: Floats
@@ -173,6 +177,7 @@ class Lanes:
             float(rows[0, arcs.ARC_HEADING]),
             tuple((float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows),
             tuple(self._slabs(section, ordered, edge, places, along)),
+            tuple(self._grades(section, places, along)),
             places,
             along,
             points,
@@ -216,6 +221,20 @@ class Lanes:
                     numbers += [side[low], (side[high] - side[low]) / far]
                 found.append(tuple(round(float(value), _DIGITS) for value in numbers))
             yield round(float(along[low]), _DIGITS), tuple(found)
+
+    def _grades(
+        self, section: Section, places: Floats, along: Floats
+    ) -> Iterator[tuple[float, float]]:
+        """Yield from where on the line a cross-section rises how much, about every ten metres."""
+        heights = lanes.value_at(self.drive.roads[section.road].elevations, places)[0]
+        known = math.nan
+        at = [*range(0, len(places) - 1, EVERY), len(places) - 1]
+        for low, high in pairwise(at):
+            rise = (heights[high] - heights[low]) / (along[high] - along[low])
+            grade = round(float(rise), 4) + 0.0
+            if grade != known:
+                yield round(float(along[low]), _DIGITS), grade
+            known = grade
 
     def _way(self, row: int, section: Section) -> int:
         is_driven = self.graph.kind[row] in {network.DRIVE, network.BUS}

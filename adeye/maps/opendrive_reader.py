@@ -367,7 +367,11 @@ class _Reader:
     def _elevations(self, profile: Element | None, length: float) -> Floats:
         rows = self._cubics(profile.take("elevation") if profile is not None else (), length)
         if profile is not None and rows[:, 1:].any():
-            self.losses.add("approximated", profile, "heights part levels; roads are flat to drive")
+            self.losses.add(
+                "approximated",
+                profile,
+                "grades pull at the ego; sight over crests and pitch are not told",
+            )
         return rows
 
     def _superelevations(self, profile: Element | None, length: float) -> Floats:

@@ -107,6 +107,7 @@ class Place:
         heading: Of the line where the road begins, in the map [rad].
         line: Length [m] and curvature [1/m] of each piece of the line.
         slabs: What lies across it.
+        grades: From where on [m] it rises how much for each metre; none of a flat road.
     """
 
     key: str
@@ -120,6 +121,7 @@ class Place:
     heading: float
     line: tuple[tuple[float, float], ...]
     slabs: tuple[Slab, ...]
+    grades: tuple[tuple[float, float], ...]
 
     @cached_property
     def length(self) -> float:
@@ -309,6 +311,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     heading, begin = math.nan, 0.0
     line: list[tuple[float, float]] = []
     slabs: list[Slab] = []
+    grades: list[tuple[float, float]] = []
     for piece in pieces:
         first, last = max(low, begin), min(high, begin + piece.length)
         if last - first > 1e-6:
@@ -316,6 +319,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
             heading = turned if math.isnan(heading) else heading
             line += part
             slabs += _moved(piece, first - begin, last - begin, begin - low)
+            grades += _rising(piece, first - begin, last - begin, begin - low)
         begin += piece.length
     bend = max(abs(curvature) for _, curvature in line)
     radius = 1.0 / bend if bend > 1e-9 else math.inf
@@ -359,6 +363,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         heading=heading,
         line=tuple(line),
         slabs=tuple(slabs),
+        grades=tuple(grades) if any(grade for _, grade in grades) else (),
     )
 
 
@@ -409,6 +414,14 @@ def _beside_lanes(strips: Sequence[tuple[float, ...]]) -> Sequence[tuple[float, 
     while high + 1 < len(strips) and strips[high + 1][across.STRIP_KIND] != across.OTHER:
         high += 1
     return strips[low : high + 1]
+
+
+def _rising(piece: Piece, first: float, last: float, shift: float) -> Iterator[tuple[float, float]]:
+    """Yield the grades of a part of a piece, moved along the line."""
+    ends = [s for s, _ in piece.grades[1:]] + [piece.length]
+    for (begin, grade), end in zip(piece.grades, ends, strict=True):
+        if min(end, last) - max(begin, first) > 1e-6:
+            yield max(0.0, round(max(begin, first) + shift, 6)), grade
 
 
 def _summary(slabs: Sequence[Slab]) -> tuple[float, float]:

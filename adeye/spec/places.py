@@ -122,6 +122,7 @@ def _road(place: Any) -> dict[str, Any]:
         "heading": place.heading,
         "line": [list(piece) for piece in place.line],
         "slabs": [[s, [list(strip) for strip in strips]] for s, strips in place.slabs],
+        "grades": [list(item) for item in place.grades],
         "length": f"{place.length!r} m",
         "lanes": place.lanes,
         "lane_width": f"{place.lane_width!r} m",

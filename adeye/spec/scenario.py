@@ -107,6 +107,7 @@ class Road(q.GrownRecord):
         "heading",
         "line",
         "slabs",
+        "grades",
     )
 
     kind: Literal["straight", "curve", "s_curve", "imported"] = "straight"
@@ -137,6 +138,8 @@ class Road(q.GrownRecord):
     slabs: q.Many[q.Slab] = ()
     """Of an imported road: what lies across it, see ``kernel.strips``: where each slab begins [m],
     and its strips from right to left."""
+    grades: q.Many[q.Pair] = ()
+    """Of an imported road: from where on [m] it rises how much for each metre."""
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:

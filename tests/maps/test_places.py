@@ -10,7 +10,7 @@ from adeye.kernel import strips
 from adeye.maps.carriageway import Lanes
 from adeye.maps.opendrive import OpenDrive, Road, RoadLink
 from adeye.maps.places import Asked, Place, Places, places_of
-from tests.drawn_roads import lane, network, piece, road, section
+from tests.drawn_roads import cubics, lane, network, piece, road, section
 
 WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
 NARROWING = (0.0, 3.5, 0.0, -3.0 * 3.5 / 100.0**2, 2.0 * 3.5 / 100.0**3)
@@ -149,3 +149,12 @@ def test_a_road_begins_and_ends_as_far_along_the_edge_as_was_asked() -> None:
     first, last = ((math.sqrt(1.0 + 4.0 * 3.5 / 32e3 * end) - 1.0) * 32e3 / 7.0 for end in ends)
     # A spiral turns by half of its curvature times its length.
     assert turned == pytest.approx((last**2 - first**2) / 32e3, abs=5e-3)
+
+
+def test_a_road_rises_in_the_direction_of_travel_as_its_map_says() -> None:
+    rising = cubics((0.0, 5.0, 0.02, 0.0, 0.0), (200.0, 9.0, -0.01, 0.0, 0.0))
+    lanes = section(lane(1, WIDE), lane(0), lane(-1, WIDE))
+    drawn = network(straight(lanes, elevations=rising))
+    assert place_at(drawn, "m:1+150").grades == ((0.0, 0.02), (100.0, -0.01))
+    assert place_at(drawn, "m:1-250").grades == ((0.0, 0.01), (100.0, -0.02))
+    assert place_at(two_way(), "m:1+150").grades == ()

@@ -14,7 +14,15 @@ from adeye import signals
 from adeye.kernel.boxes import swept_contact, wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import FRICTION, advance_ego_fading, fade
+from adeye.kernel.motion import (
+    FRICTION,
+    GRAVITY,
+    MAX_ACCELERATION,
+    MAX_DECELERATION,
+    advance_ego_fading,
+    clip,
+    fade,
+)
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
 from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
 from adeye.kernel.storyboard import Events, begin_events, end_actions, move_actors
@@ -288,6 +296,7 @@ class Ego:
         vehicles = [case.architecture.vehicle for case in cases]
         step = context.step
         self._friction = context.surroundings.friction
+        self._grades = context.road.grades
         self._limits = np.array(
             [
                 [
@@ -314,6 +323,7 @@ class Ego:
         running: Bools,
         command: Floats,
         states: Floats,
+        s: Floats,
         friction: Floats | None = None,
     ) -> None:
         """Advance the ego of every run that has not ended by one tick.
@@ -322,13 +332,39 @@ class Ego:
             running: (B,).
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             states: (B, 7) in and out, see ``signals.EGO_COLUMNS``.
+            s: (B,) of the egos along the road [m].
             friction: (B,) of the tyres at this tick; None for that of the road.
         """
         limits = self._limits
         if friction is not None and friction is not self._friction:
             limits = limits.copy()
             limits[:, FRICTION] = friction
+        if self._grades.shape[1]:
+            command = command.copy()
+            pull_egos(running, limits, self._grades, s, command)
         move_egos(running, command, limits, self._step, states)
+
+
+@compiled
+def pull_egos(running: Bools, limits: Floats, grades: Floats, s: Floats, command: Floats) -> None:
+    """Add what gravity does on a grade to what the ego's drive and brakes can do of a command.
+
+    Args:
+        running: (B,).
+        limits: (B, 13), see ``kernel.motion.advance_ego_fading``.
+        grades: (B, G, 2), see ``signals.RoadMap``.
+        s: (B,) along the road [m].
+        command: (B, 2) in and out.
+    """
+    for run in range(running.shape[0]):
+        row = 0
+        while row + 1 < grades.shape[1] and grades[run, row + 1, 0] <= s[run]:
+            row += 1
+        grade = grades[run, row, 1]
+        if grade == 0.0 or not running[run]:
+            continue
+        can = clip(command[run, 0], -limits[run, MAX_DECELERATION], limits[run, MAX_ACCELERATION])
+        command[run, 0] = can - GRAVITY * grade / math.sqrt(1.0 + grade * grade)
 
 
 @compiled
@@ -574,7 +610,7 @@ class Stage:
         self._ego_place = self._ego_place.copy()
         self._object_places = self._object_places.copy()
         self._tick += 1
-        self._motion.move(running, command, self.ego, friction)
+        self._motion.move(running, command, self.ego, self._ego_place[:, 0], friction)
         world = self.world
         move_actors(
             running,

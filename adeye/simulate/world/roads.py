@@ -14,6 +14,7 @@ with a straight lead-in of ``LEAD_IN``:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -229,7 +230,18 @@ def _across(formulas: Formulas, width: Floats, shoulder: Floats, limit: Floats) 
             across[rows, number] = (begin, first, len(found), own)
             beside[rows, first : first + len(found)] = found
             first += len(found)
-    return {"slabs": across, "strips": beside}
+    return {"slabs": across, "strips": beside, "grades": _grades(formulas)}
+
+
+def _grades(formulas: Formulas) -> Floats:
+    """Return the grades of imported roads (B, G, 2), filled up at the end."""
+    parts = [(scenario.world.road.grades, rows) for scenario, rows, _ in formulas.parts]
+    grades = np.zeros((formulas.runs, max(len(rising) for rising, _ in parts), 2))
+    grades[:, :, 0] = np.inf
+    for rising, rows in parts:
+        if rising:
+            grades[rows, : len(rising)] = rising
+    return grades
 
 
 def _lane_ends(formulas: Formulas) -> Floats:
@@ -270,10 +282,12 @@ def _slabs(road: Road, ends: Floats, width: float, shoulder: float, limit: float
     def gone(s: float, which: NDArray[np.bool_]) -> float:
         return float(width * np.clip((s - first) / taper, 0.0, 1.0)[which].sum())
 
-    whole, slabs = road.lanes * width, []
+    whole = road.lanes * width
+    slabs: list[tuple[float, tuple[tuple[float, ...], ...]]] = []
     for begin, end in zip(begins, [*begins[1:], begins[-1] + 1.0], strict=True):
         far, number = end - begin, 0
         low, high = ((gone(s, sides), whole - gone(s, ~sides)) for s in (begin, end))
+        rows: list[tuple[float, float, float, Sequence[float], Sequence[float]]]
         rows = [(SHOULDER, 0.0, -1.0, (low[0] - shoulder, high[0] - shoulder), (low[0], high[0]))]
         for lane in range(road.lanes):
             right = [max(lane * width, edges[0]) for edges in (low, high)]

@@ -1,6 +1,7 @@
 """The stage: storyboards in closed loop, frozen runs, the order of a tick, and the ego."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -403,7 +404,9 @@ def driven(
     states = world.ego.copy()
     rows: list[Any] = []
     for _ in range(ticks):
-        stage.move(np.ones(runs, dtype=np.bool_), np.tile(command, (runs, 1)), states)
+        stage.move(
+            np.ones(runs, dtype=np.bool_), np.tile(command, (runs, 1)), states, np.zeros(runs)
+        )
         rows.append(states.copy())
     return np.stack(rows, axis=1)
 
@@ -426,6 +429,23 @@ def test_ego_brakes_as_vehicle_and_road_let_it_and_turns_left_by_a_positive_angl
         assert (driven((0.0, angle), 40)[0, -1, EGO_Y] - 5.25) / angle > 50.0
 
 
+def test_gravity_pulls_along_a_grade_and_brakes_that_hold_it_hold_the_ego() -> None:
+    cases = [make_case(make_scenario(), vehicle={"acceleration_lag": "0 s"})] * 3
+    world = compile_world(cases)
+    # Up by 4 % from 150 m on, down by 4 %, and flat.
+    grades = np.array([[[0.0, 0.0], [150.0, 0.04]], [[0.0, -0.04]] * 2, [[0.0, 0.0]] * 2])
+    road = replace(world.context.road, grades=grades)
+    stage = Ego(cases, replace(world.context, road=road))
+    states, s, moving = world.ego.copy(), np.full(3, 200.0), np.ones(3, dtype=np.bool_)
+    stage.move(moving, np.zeros((3, 2)), states, s)
+    pull = 9.80665 * 0.04 / math.hypot(1.0, 0.04)
+    gained = states[:, EGO_SPEED] - world.ego[:, EGO_SPEED]
+    np.testing.assert_allclose(gained, [-pull * 0.05, pull * 0.05, 0.0], atol=1e-9)
+    states[:, EGO_SPEED] = 0.0
+    stage.move(moving, np.full((3, 2), [-2.0, 0.0]), states, s)
+    assert states[:, EGO_SPEED].tolist() == [0.0, 0.0, 0.0]
+
+
 def test_runs_of_a_batch_have_the_bits_of_a_single_run() -> None:
     alone = driven((-2.0, 0.01), 60)
     together = driven((-2.0, 0.01), 60, runs=7)
@@ -436,6 +456,6 @@ def test_a_run_that_has_ended_stays_where_it_is() -> None:
     cases = [make_case(make_scenario())] * 2
     world = compile_world(cases)
     states = world.ego.copy()
-    Ego(cases, world.context).move(np.array([False, True]), np.zeros((2, 2)), states)
+    Ego(cases, world.context).move(np.array([False, True]), np.zeros((2, 2)), states, np.zeros(2))
     assert states[0].tolist() == world.ego[0].tolist()
     assert states[1, EGO_X] == pytest.approx(201.5)
