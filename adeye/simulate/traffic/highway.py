@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 
+from adeye.errors import UsageError
 from adeye.kernel.random import owner_id, uniform
 from adeye.signals import (
     EGO_HEADING,
@@ -131,7 +132,12 @@ class HighwayTraffic(Staged):
 
         Raises:
             SpecError: A value of a scenario is not possible.
+            UsageError: The road is imported.
         """
+        if cases[0].scenario.world.road.kind == "imported":
+            raise UsageError(
+                "the highway traffic has no imported roads", remedy="Use the batch traffic."
+            )
         world = compile_world(cases)
         self._stage = stage = Stage(world, cases)
         self._reactive = [int(actor) for actor in np.flatnonzero(~world.scripted)]
