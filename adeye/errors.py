@@ -7,14 +7,13 @@ AdeyeError
 ├── PlatformError   exit 5: database, disk, permissions
 │   └── LostConnection: to a server, which may answer again
 ├── IntegrityError  exit 4: stored evidence does not agree with itself
-├── PluginError     exit 3: code from outside raised where no run can record it
-└── ChannelError    recorded with the run; never ends a campaign
+└── PluginError     exit 3: code from outside raised where no run can record it
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -172,10 +171,6 @@ class PluginError(AdeyeError):
     exit_code = 3
 
 
-class ChannelError(AdeyeError):
-    """A channel failed; the run records it and goes on."""
-
-
 def code_of(error: AdeyeError) -> int:
     """Return the exit code of what an error is here: a class of a guest cannot choose one."""
     own = (kind for kind in type(error).__mro__ if kind.__module__ == __name__)
@@ -209,3 +204,15 @@ def suggest(word: str, allowed: Iterable[str]) -> str:
     if not known:
         return "Nothing is allowed here."
     return f"Allowed: {', '.join(known)}."
+
+
+def require_known(
+    names: Iterable[str],
+    allowed: Collection[str],
+    said: Callable[[str], str],
+    error: type[InputError] = UsageError,
+) -> None:
+    """Refuse the first name that is not among the allowed ones, and name the nearest of them."""
+    for name in names:
+        if name not in allowed:
+            raise error(said(name), remedy=suggest(name, allowed))

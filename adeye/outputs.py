@@ -32,7 +32,7 @@ laid: dict[int, int] = {}
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(
     {"", ".csv", ".htm", ".html", ".json", ".jsonl", ".mmd", ".npz", ".parquet", ".reqif"}
-    | {".sarif", ".sig", ".svg", ".txt", ".xml"}
+    | {".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
 )
 """Endings of what verbs write; what is there and ends otherwise is something else."""
 _PEM: Final = b"-----BEGIN"
@@ -43,6 +43,8 @@ _SIGNED: Final = re.compile(
 )
 """Evidence that is kept and signed: only the verb that writes it may write it anew, as it may a
 baseline only that reads it first."""
+_OWN_MAP: Final = b'vendor="adeye"'
+"""What stands in the header of a map that adeye wrote: others are drawn by somebody."""
 _HEAD_BYTES: Final = 1_000_000
 _SQLITE: Final = b"SQLite format 3\0"
 _DESCRIPTOR: Final = re.compile(
@@ -228,6 +230,7 @@ def _worth(ending: str, head: bytes, known: Collection[Pattern]) -> str:
             any(item not in known and item.match(head) for item in (_BASELINE, _SIGNED)),
             "is a baseline, a manifest or a signature",
         ),
+        (ending == ".xodr" and _OWN_MAP not in head, "is a map that adeye has not written"),
         (ending not in _WRITTEN, "is there and has an ending that adeye never writes"),
     )
     return next((why for is_so, why in kinds if is_so), "") if head else ""

@@ -270,6 +270,9 @@ class ScalarRoad:
         speed_limit: [m/s].
         verge: Width of free ground beside the shoulder [m].
         refuges: Parking bays and rest areas (R, 5), see ``signals.REFUGE_COLUMNS``.
+        slabs: Of an imported road, (S, 4), see ``kernel.strips``; else None. What is said above of
+            lanes, shoulder and limit is then a summary: most lanes, mean width, least limit.
+        strips: (J, 8).
     """
 
     segments: Floats
@@ -279,6 +282,8 @@ class ScalarRoad:
     speed_limit: float
     verge: float
     refuges: Floats
+    slabs: Floats | None = None
+    strips: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -211,9 +211,11 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
 
     Raises:
         InputError: There is no such campaign.
+        IntegrityError: Results are not as they were written.
     """
     with Repository.open(db, create=False) as repository:
         found = summary.find_called(repository, campaign)
+        repository.require_sound(found.id)
         builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
         return builder.build(lambda _: (), replays=0)
 
@@ -255,11 +257,13 @@ def compare_campaign(
 
     Raises:
         InputError: There is no such campaign or architecture.
+        IntegrityError: Results are not as they were written.
         PlatformError: The file cannot be written.
     """
     with guarding(db, {"html": html}):
         with Repository.open(db, create=False) as repository:
             campaign, architectures = _campaign_among(repository, names)
+            repository.require_sound(campaign.id)
             options = replace(options, architectures=architectures)
             comparison = compare(repository, campaign, options)
         if html is not None:

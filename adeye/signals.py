@@ -6,7 +6,7 @@ replaced. Compiled stages work on one run's slice; the column numbers below are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, get_args
 
@@ -14,6 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
+from adeye.kernel.road import Ground, Grounds
+from adeye.kernel.strips import (
+    SLAB_BEGIN,
+    SLAB_LANES,
+    SLAB_STRIPS,
+    SLAB_WIDTH,
+    STRIP_WIDTH,
+    lane_ends,
+    lanes_at,
+    opposite_ends,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -124,6 +135,10 @@ def _copied(record: _Copied) -> _Copied:
     )
 
 
+MOST_LANES: Final = 8
+"""Lanes that a road may have in one direction."""
+
+
 @dataclass(frozen=True, slots=True)
 class RoadMap:
     """The road of each run, as channels know it from the map.
@@ -131,13 +146,16 @@ class RoadMap:
     Attributes:
         segments: Reference line (right edge), (B, K, 5): x, y, heading, length, curvature.
         lane_width: (B,) [m].
-        lanes: Number of lanes, the same for the batch.
+        lanes: Number of lanes, the same for the batch; of an imported road ``MOST_LANES``.
         shoulder: Width beside the right edge (B,) [m].
         speed_limit: (B,) [m/s].
         verge: Width of free ground beside the shoulder (B,) [m].
         refuges: Parking bays and rest areas in the order of their places, (B, R, 5), see
             ``REFUGE_COLUMNS``.
         length: Where the road ends (B,) [m]; the reference line may go on behind it.
+        slabs: (B, S, 4), see ``kernel.strips``; (B, 0, 4) where all lanes go one way all along.
+            What is said above of lanes, shoulder and limit is else a summary.
+        strips: (B, J, 8).
     """
 
     segments: Floats
@@ -148,6 +166,15 @@ class RoadMap:
     verge: Floats
     refuges: Floats
     length: Floats
+    slabs: Floats = field(default_factory=lambda: np.zeros((0, 0, SLAB_WIDTH)))
+    strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
+
+    def __post_init__(self) -> None:
+        """Give parametric roads slabs and strips of no number."""
+        runs = self.segments.shape[0]
+        for name, width in (("slabs", SLAB_WIDTH), ("strips", STRIP_WIDTH)):
+            if getattr(self, name).shape[0] != runs:
+                object.__setattr__(self, name, np.zeros((runs, 0, width)))
 
     def covers(self, s: Floats) -> Bools:
         """Tell which places (B, ...) along the road lie between its begin and its end."""
@@ -156,9 +183,60 @@ class RoadMap:
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
-        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
         lanes = columns.pop("lanes")
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
+
+    def told(self, run: int) -> dict[str, Any]:
+        """Return the road of a run as guests are told it, without what fills arrays up."""
+        slabs = self.slabs[run][np.isfinite(self.slabs[run, :, SLAB_BEGIN])]
+        lanes = int(slabs[:, SLAB_LANES].max()) if len(slabs) else self.lanes
+        told = {
+            "segments": self.segments[run][self.segments[run, :, 3] > 0.0],
+            "lane_width": float(self.lane_width[run]),
+            "lanes": lanes,
+            "shoulder": float(self.shoulder[run]),
+            "speed_limit": float(self.speed_limit[run]),
+            "verge": float(self.verge[run]),
+            "refuges": self.refuges[run].copy(),
+        }
+        if len(slabs):
+            count = int(slabs[:, SLAB_STRIPS].sum())
+            told |= {"slabs": slabs, "strips": self.strips[run, :count].copy()}
+        return told
+
+    def grounds(self) -> Grounds:
+        """Return the roads as compiled stages ask them: their arrays are contiguous."""
+        names = [name for name in Grounds._fields if name != "lanes"]
+        columns = {name: np.ascontiguousarray(getattr(self, name)) for name in names}
+        return Grounds(**columns, lanes=self.lanes)
+
+    def ground(self, run: int) -> Ground:
+        """Return the road of one run as compiled code asks it."""
+        names = [name for name in Ground._fields if name != "lanes"]
+        return Ground(**{name: getattr(self, name)[run] for name in names}, lanes=self.lanes)
+
+    def centers(self, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
+        """Return d of the centre of a lane of each run (B,) [m]; NaN where it is not.
+
+        Args:
+            lane: Its number (B,) from the right of who drives there.
+            s: Along the road (B,) [m].
+            oncoming: Whether it is one of the other way.
+        """
+        if not (self.slabs.shape[1] or oncoming):
+            return np.asarray((lane + 0.5) * self.lane_width)
+        centers = np.full(len(lane), np.nan)
+        for run in range(len(lane) if self.slabs.shape[1] else 0):
+            table, number = (self.slabs[run], self.strips[run]), int(lane[run])
+            if oncoming:
+                ends = opposite_ends(*table, float(s[run]), number)
+            elif 0 <= number < lanes_at(table[0], float(s[run])):
+                ends = lane_ends(*table, float(s[run]), number)
+            else:
+                continue
+            centers[run] = 0.5 * (ends[0] + ends[1])
+        return centers
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 import adeye
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.summary import CampaignSummary
@@ -19,7 +17,7 @@ from adeye.store.repository import Repository
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
 from tests.store.rows import result_table_hash
-from tests.stored import known, stored
+from tests.stored import known, read_yaml, stored, write_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -93,13 +91,13 @@ class Project:
 
     def read(self, name: str) -> Any:
         """Read a YAML file of the project."""
-        return yaml.safe_load((self.folder / name).read_text("utf-8"))
+        return read_yaml(self.folder / name)
 
     def write(self, name: str, content: Any) -> Path:
         """Write a YAML file of the project."""
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        write_yaml(path, content)
         return path
 
     @contextmanager

@@ -8,10 +8,21 @@ import yaml
 Thing = TypeVar("Thing")
 
 
+def read_yaml(path: Path) -> Any:
+    """Read a YAML file, by the library in C where there is one: it is ten times as fast."""
+    return yaml.load(path.read_text("utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - safe, both
+
+
+def write_yaml(path: Path, content: Any) -> None:
+    """Write a YAML file, by the library in C where there is one."""
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    path.write_text(yaml.dump(content, Dumper=dumper, sort_keys=False), "utf-8")
+
+
 def stored(name: str) -> Any:
     """Read a file of ``tests/content``."""
     path = Path(__file__).parent / "content" / f"{name}.yaml"
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return read_yaml(path)
 
 
 def known(thing: Thing | None) -> Thing:

@@ -28,7 +28,7 @@ def test_only_what_the_user_causes_is_an_input_error_and_ends_with_2() -> None:
         assert issubclass(kind, errors.InputError)
         assert kind.exit_code == 2
     assert (errors.IntegrityError.exit_code, errors.PlatformError.exit_code) == (4, 5)
-    for other in (errors.IntegrityError, errors.PlatformError, errors.ChannelError):
+    for other in (errors.IntegrityError, errors.PlatformError):
         assert issubclass(other, errors.AdeyeError)
         assert not issubclass(other, errors.InputError)
 

@@ -38,6 +38,7 @@ from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
 from adeye.simulate.sensors.lidar import sample_bytes
 from adeye.store.evidence.roots import folder_of
+from adeye.store.evidence.verification import refuse
 from adeye.store.repository import Repository
 from adeye.store.write.planning import block_bounds
 from adeye.store.write.queue import WantedBlocks
@@ -573,7 +574,8 @@ def run_campaign(  # noqa: PLR0913 - all but the plan has a default
 
     Raises:
         UsageError: Workers or threads are no number of them.
-        IntegrityError: A result contradicts one that exists, or a plug-in was changed meanwhile.
+        IntegrityError: A result contradicts one that exists, one that was judged lacks verdicts, or
+            a plug-in was changed meanwhile.
         PlatformError: The database cannot be written, or the executor cannot go on.
     """
     _require_counts(workers, threads)
@@ -605,7 +607,7 @@ def judge_campaign(
 
     Raises:
         InputError: There is no database.
-        IntegrityError: A run does not come out as it was recorded.
+        IntegrityError: A run does not come out as it was recorded, or verdicts are gone.
         PlatformError: The database cannot be written.
     """
     _require_counts(workers, threads)
@@ -666,6 +668,9 @@ class _Campaign:
             block_size=size,
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
+        if stored.to_judge:
+            # What is gone would be judged anew from what is kept, and look as if it had been.
+            refuse("the database", repository.unsound(stored.campaign))
         if stored.is_new or stored.to_execute or stored.to_judge:
             repository.evidence.add_session(stored.campaign, record.provenance)
         repository.queue.requeue_quarantined(stored.campaign)
@@ -680,7 +685,8 @@ class _Campaign:
         halved, again = Halved(), Rejudged(0, 0, {}, {})
         state = Progress("run", 0, 0, 0)
         try:
-            if plan.samples:
+            # Who chose nothing has nothing to do, not even what the others need.
+            if plan.samples and tasks.chosen != 0:
                 halved = self._halve(lanes_of, tasks.unchanged, stored, executes=executes)
             # Without the uncertainty that was asked for nothing can be judged.
             if not halved.failures:

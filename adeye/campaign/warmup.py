@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -15,7 +14,7 @@ from adeye.campaign.work import BatchTask, compiled_parts, evaluate, execute
 from adeye.errors import PlatformError
 from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.judge.stl.table import Reading, judge_table, table_of
-from adeye.kernel.jit import is_cache_warm, mark_cache_warm
+from adeye.kernel.jit import mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.spec.clock import ticks
 
@@ -31,33 +30,17 @@ Part: TypeAlias = "tuple[Callable[[Any], object], BatchTask | None]"
 _MOST_ASIDE: Final = 4
 
 
-def warm_up(
-    plan: CampaignPlan,
-    progress: Callable[[Progress], None] | None = None,
-    *,
-    aside: int = 1,
-) -> float:
+def warm_up(plan: CampaignPlan, progress: Callable[[Progress], None] | None = None) -> None:
     """Execute and judge one test case of each structure of a plan, and throw the results away.
 
     Args:
         plan: A checked plan.
         progress: Called before each structure.
-        aside: In how many processes to compile most of it first; 1 for here.
-
-    Returns:
-        How long it took [s].
 
     Raises:
         PlatformError: A test case could not be executed.
     """
-    began = time.monotonic()
     examples = plan.examples()
-    if aside > 1 and not is_cache_warm(*plan.compiled_parts):
-        if progress is not None:
-            progress(Progress("compile", 0, len(examples), 0))
-        processes = begin_aside(aside)
-        compile_meanwhile(plan, processes)
-        compile_aside(plan, processes)
     for number, case in enumerate(examples):
         if progress is not None:
             progress(Progress("compile", number, len(examples), 0))
@@ -66,7 +49,6 @@ def warm_up(
             raise PlatformError(
                 f"{case.scenario_id} with {case.architecture.architecture}: {result.failure}"
             )
-    return time.monotonic() - began
 
 
 def begin_aside(processors: int) -> Processes[Part, bool]:

@@ -25,12 +25,11 @@ from adeye.cli.output import clean, emit, talk
 from adeye.cli.plan import coverage, dependencies, plan, signals
 from adeye.cli.preventability import preventability, reference
 from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
-from adeye.cli.query import export, query
+from adeye.cli.query import export, query, stl
 from adeye.cli.run import judge, report, run, warmup
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
 from adeye.cli.show import replay, show
-from adeye.cli.stl import stl
 from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to

@@ -177,13 +177,12 @@ def stale(
         adeye stale
         adeye stale odd/first.yaml --json
     """
-    from adeye.campaign.plan import make_plan
     from adeye.campaign.stale import find_stale
     from adeye.spec.load import odd_of
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
-        plan = None if odd is None else make_plan(odd, backend=backend, variant=variant)
+        plan = None if odd is None else opt.plan_of(odd, backend, variant)
         name = None if plan is None else plan.files.odd.spec.odd
         campaign = repository.latest_campaign(name)
         if campaign is None:
@@ -196,7 +195,7 @@ def stale(
                     f"the ODD of campaign {campaign.number} is no longer at {path}",
                     remedy="Name its file: adeye stale ODD",
                 )
-            plan = make_plan(path, backend=backend, variant=variant)
+            plan = opt.plan_of(path, backend, variant)
         repository.require_sound(campaign.id)
         found = find_stale(repository, plan, campaign)
     shown = partial(_print_stale, odd=path, db=db)

@@ -28,10 +28,12 @@ from typer.core import TyperCommand
 from typer.models import OptionInfo
 
 from adeye.cli.output import clean, csv_text, results_apart
+from adeye.cli.progress import waiting
 from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError, UsageError
 from adeye.units import shown
 
 if TYPE_CHECKING:
+    from adeye.campaign.plan import CampaignPlan
     from adeye.campaign.run import Session
 
 # --- Files that verbs write: how they may be called, and that none of them is what a verb reads ---
@@ -534,6 +536,29 @@ def seconds(text: str, option: str) -> float:
             remedy="Write a time with its unit, such as 8h, 90m, 30s or 1h30m.",
         )
     return found
+
+
+def plan_of(
+    odd: Path,
+    backend: str,
+    variant: str | None,
+    *,
+    quiet: bool = False,
+    meanwhile: Callable[[CampaignPlan], None] | None = None,
+) -> CampaignPlan:
+    """Make the plan of an ODD, and show on a terminal what is waited for.
+
+    Args:
+        odd: The file.
+        backend: As asked for.
+        variant: As asked for.
+        quiet: Show nothing.
+        meanwhile: Called before formulas are searched.
+    """
+    from adeye.campaign.plan import make_plan
+
+    with waiting(f"Checking {odd.name}; formulas are compiled the first time", quiet=quiet):
+        return make_plan(odd, backend=backend, variant=variant, meanwhile=meanwhile)
 
 
 def make_session(

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from adeye.cli import output as out
-from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option
-from adeye.errors import UsageError, suggest
+from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option, plan_of
+from adeye.errors import require_known
 
 if TYPE_CHECKING:
     from adeye.analysis.dependence import ChannelPair, Dependencies, Kind, Shared
@@ -41,9 +41,7 @@ def plan(
         adeye plan odd/first.yaml
         adeye plan odd/first.yaml --json
     """
-    from adeye.campaign.plan import make_plan
-
-    planned = make_plan(odd, backend=backend, variant=variant)
+    planned = plan_of(odd, backend, variant)
     out.emit_found("plan", planned, _print, json=json, document=_document)
 
 
@@ -245,9 +243,9 @@ def signals(odd: OddFile, json: Json = False) -> None:
     Examples:
         adeye signals odd/first.yaml
     """
-    from adeye.campaign.plan import make_plan, signal_table
+    from adeye.campaign.plan import signal_table
 
-    planned = make_plan(odd)
+    planned = plan_of(odd, "batch", None)
     found = signal_table(planned)
     if json:
         out.emit_json("signals", {"odd": planned.files.odd.spec.odd, "signals": found})
@@ -408,11 +406,8 @@ def dependencies(
     files = load_odd(odd)
     found = dependencies_of(files)
     if architecture is not None:
-        if architecture not in files.architectures:
-            raise UsageError(
-                f"the ODD has no architecture {out.clean(architecture)!r}",
-                remedy=suggest(architecture, files.architectures),
-            )
+        said = f"the ODD has no architecture {out.clean(architecture)!r}"
+        require_known([architecture], files.architectures, lambda _: said)
         found = [item for item in found if item.architecture == architecture]
     if json:
         out.emit_json("dependencies", {"odd": files.odd.spec.odd, "architectures": found})

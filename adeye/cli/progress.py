@@ -165,6 +165,21 @@ def watching(*, quiet: bool = False) -> AbstractContextManager[Report]:
     return reporting("", quiet=quiet) if quiet or is_live() else nullcontext(_nothing)
 
 
+def waiting(what: str, *, quiet: bool = False) -> AbstractContextManager[object]:
+    """Show on a terminal what is waited for, as long as it is.
+
+    Args:
+        what: In words.
+        quiet: Show nothing there either.
+    """
+    if quiet or not is_live():
+        return nullcontext()
+    from rich.console import Console
+    from rich.text import Text
+
+    return Console(stderr=True).status(Text(clean(what)))
+
+
 def _nothing(_what: object) -> None:
     """Show nothing."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import shlex
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +18,7 @@ import typer
 from adeye.cli import options as opt
 from adeye.cli import output as out
 from adeye.cli.progress import asking, duration, reporting
-from adeye.errors import ASKED_TO_END, AdeyeError, UsageError, suggest
+from adeye.errors import ASKED_TO_END, AdeyeError, IntegrityError, UsageError, suggest
 from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
 from adeye.report.words import quantity
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from adeye.campaign.summary import CampaignSummary, VerdictLine
     from adeye.campaign.traces import Wanted
     from adeye.campaign.warmup import Part
+    from adeye.report.model.report import Report
 
 # --- The table of verdicts that a campaign ends with, the worst first -----------------------------
 
@@ -264,7 +266,7 @@ def run(
     )
     wanted = _wanted(traces)
     is_near = asked is None or not asked.address
-    plan, aside = _plan(odd, backend, variant, is_near=is_near)
+    plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, threads, workers, executor)
@@ -325,6 +327,9 @@ def report(
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
 
+    Exit codes: 0 written, whatever the verdict; 2 input error, 4 written, but what the verdict is
+    folded from is not as it was written; 5 database or disk.
+
     Parameters:
         output: The HTML page; default: report.html if no other file is asked for.
         report_json: Write the report as JSON.
@@ -342,7 +347,9 @@ def report(
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
     if not any(files.values()):
         files["html"] = Path("report.html")
-    _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    written = _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    if written.exit_code is ExitCode.INTEGRITY:
+        raise IntegrityError(written.message)
 
 
 def usable_processors() -> int:
@@ -403,13 +410,12 @@ def _wanted(traces: str) -> Wanted:
 
 
 def _plan(
-    odd: Path, backend: str, variant: str | None, *, is_near: bool
+    odd: Path, backend: str, variant: str | None, *, is_near: bool = True, quiet: bool
 ) -> tuple[CampaignPlan, Processes[Part, bool] | None]:
     """Make the plan; tell which processes compile for it, unless this is done or one processor's.
 
     On a first start they begin before the plan is read.
     """
-    from adeye.campaign.plan import make_plan
     from adeye.campaign.warmup import begin_aside, compile_meanwhile
     from adeye.kernel.jit import is_cache_warm
 
@@ -417,7 +423,7 @@ def _plan(
     aside = begin_aside(processors) if processors > 1 and not is_cache_warm() else None
     try:
         begun = None if aside is None else partial(compile_meanwhile, processes=aside)
-        plan = make_plan(odd, backend=backend, variant=variant, meanwhile=begun)
+        plan = opt.plan_of(odd, backend, variant, quiet=quiet, meanwhile=begun)
     except BaseException:
         if aside is not None:
             aside.abandon()
@@ -474,16 +480,19 @@ def _write(
     *,
     baseline: Path | None = None,
     quiet: bool,
-) -> None:
+) -> Report:
     from adeye.reporting import write_reports
 
     asked = {form: path for form, path in files.items() if path is not None}
     own = {form: path for form, path in asked.items() if form in _OWN}
     exports = {form: path for form, path in asked.items() if form not in _OWN} or None
     with reporting("report", quiet=quiet) as progress:
-        write_reports(db, campaign, **own, exports=exports, baseline=baseline, progress=progress)
+        report = write_reports(
+            db, campaign, **own, exports=exports, baseline=baseline, progress=progress
+        )
     for path in asked.values():
         out.wrote(path)
+    return report
 
 
 def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> str:
@@ -532,10 +541,9 @@ def judge(
         adeye judge odd/first.yaml
         adeye judge odd/first.yaml --replay
     """
-    from adeye.campaign.plan import make_plan
     from adeye.campaign.run import judge_campaign
 
-    plan = make_plan(odd, backend=backend, variant=variant)
+    plan = opt.plan_of(odd, backend, variant, quiet=quiet)
     lanes = parallel(plan, threads, workers)
     if not quiet:
         for notice in plan.notices:
@@ -610,17 +618,22 @@ def warmup(
         adeye warmup
         adeye warmup odd/first.yaml
     """
-    from adeye.campaign.plan import make_plan
-    from adeye.campaign.warmup import warm_up
+    from adeye.campaign.run import Progress
+    from adeye.campaign.warmup import compile_aside, warm_up
     from adeye.kernel.jit import cache_directory
     from adeye.spec.load import shipped
 
-    taken = 0.0
     files = odds or [shipped("odd") / name for name in SHIPPED]
+    began = time.perf_counter()
     for odd in files:
-        plan = make_plan(odd, backend=backend, variant=variant)
         with reporting(f"compile for {odd.name}", quiet=quiet) as progress:
-            taken += warm_up(plan, progress, aside=usable_processors())
+            progress(Progress("compile", 0, 1, 0))
+            # What is compiled first is what the plan itself needs.
+            plan, aside = _plan(odd, backend, variant, quiet=True)
+            if aside is not None:
+                compile_aside(plan, aside)
+            warm_up(plan, progress)
+    taken = time.perf_counter() - began
     if json:
         out.emit_json("warmup", {"odds": files, "seconds": taken, "folder": cache_directory()})
     else:

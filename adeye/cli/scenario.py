@@ -10,7 +10,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Catalogue, Json, add, complete_scenarios
-from adeye.errors import InputError, InputErrors, SpecError, UsageError, suggest
+from adeye.errors import InputError, InputErrors, SpecError, UsageError, require_known
 from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
@@ -65,11 +65,8 @@ def show_scenario(
     from adeye.spec.load import catalogue_files, catalogue_folder, load_scenario
 
     known = catalogue_files(catalogue)
-    if name not in known:
-        raise UsageError(
-            f"there is no scenario {name!r} in {catalogue_folder(catalogue)}",
-            remedy=suggest(name, sorted(known)),
-        )
+    where = catalogue_folder(catalogue)
+    require_known([name], sorted(known), lambda name: f"there is no scenario {name!r} in {where}")
     loaded = load_scenario(known[name])
     if json:
         out.emit_json("scenario-show", {**_entry(name, loaded), "content": loaded.content})

@@ -19,7 +19,7 @@ from adeye.errors import UsageError, suggest
 from adeye.judge.safe_stop import ratings_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.grid import count_cover, cover_at, fill_ground, sweep
-from adeye.kernel.stops import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER, STOP_INTERVAL, Ground
+from adeye.kernel.stops import RULE_NAMES, RULE_OFF_ROAD, RULE_SHOULDER, STOP_INTERVAL
 from adeye.spec.grid import CellCosts, GridSettings, rating_costs
 
 if TYPE_CHECKING:
@@ -222,16 +222,7 @@ class _Making:
             run, row, [columns.EGO_X, columns.EGO_Y, columns.EGO_HEADING]
         ].astype(np.float64)
         self.layers: dict[str, NDArray[Any]] = {}
-        road = trace.layout.context.road
-        self._ground = Ground(
-            road.segments[run],
-            road.refuges[run],
-            float(road.lane_width[run]),
-            road.lanes,
-            float(road.shoulder[run]),
-            float(road.verge[run]),
-            float(road.speed_limit[run]),
-        )
+        self._ground = trace.layout.context.road.ground(run)
 
     @property
     def _cells(self) -> tuple[Floats, Floats, float]:
@@ -326,8 +317,7 @@ class _Making:
     ) -> None:
         cover_at(self.ego, body, 0.0, *self._cells, times)
         sweep(
-            self._ground.segments,
-            *self._ground[2:4],
+            self._ground,
             self.ego,
             body,
             velocity,

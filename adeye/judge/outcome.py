@@ -251,9 +251,8 @@ def on_road(road: RoadMap, places: Floats) -> Bools:
         road: Of B runs.
         places: (B, T, 6), see ``signals.PLACE_COLUMNS``; what is no number is not on the road.
     """
-    left = road.lanes * road.lane_width
     s, d = places[..., PLACE_S], places[..., PLACE_D]
-    marks: Bools = mark_on_road(road.refuges, road.shoulder, road.verge, left, s, d)
+    marks: Bools = mark_on_road(road.grounds(), 0.0, s, d)
     return np.asarray(marks & road.covers(s))
 
 
@@ -267,7 +266,7 @@ def in_refuge(context: SceneContext, places: Floats, headings: Floats) -> Bools:
     """
     road, align = context.road, headings - places[..., PLACE_HEADING]
     s, d = places[..., PLACE_S], places[..., PLACE_D]
-    marks: Bools = mark_in_refuge(road.refuges, road.shoulder, context.ego_size, s, d, align)
+    marks: Bools = mark_in_refuge(road.grounds(), context.ego_size, s, d, align)
     return marks
 
 

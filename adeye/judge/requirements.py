@@ -262,7 +262,7 @@ class JudgedPlan:
     monitors: Mapping[str, Sequence[str]] = field(default_factory=dict)
     attributes: Attributes | None = None
 
-    def dictionary(self, scenario: str, architecture: str) -> dict[str, SignalType]:
+    def dictionary(self, scenario: str, architecture: str) -> Mapping[str, SignalType]:
         """List what a formula may name in the runs of a scenario and an architecture."""
         return plan_dictionary(
             self.scenarios[scenario],

@@ -18,7 +18,7 @@ from adeye.kernel.boxes import signed_box_distance
 from adeye.kernel.elementary import atan, tan
 from adeye.kernel.jit import compiled
 from adeye.kernel.profiles import PATH_EXISTS, PATH_ROW, PATH_START, PROFILE_ROW, PROFILE_S, at_path
-from adeye.kernel.road import NO_REFUGE, position
+from adeye.kernel.road import NO_REFUGE, Ground, center_at, position
 from adeye.signals import parameter_record
 from adeye.spec.channels import SafetyChannel, SafetyParameters, StopRatings
 
@@ -46,17 +46,8 @@ def achieved_rating(trace: Trace, run: int, rules: Floats) -> float:
     ego, place = trace["ego"][run, last], trace["ego_place"][run, last]
     if not ego[columns.EGO_SPEED] <= STANDSTILL_SPEED:
         return np.nan
-    road = trace.layout.context.road
+    ground = trace.layout.context.road.ground(run)
     length, width = trace.layout.context.ego_size[run, :2]
-    ground = stops.Ground(
-        road.segments[run],
-        road.refuges[run],
-        road.lane_width[run],
-        road.lanes,
-        road.shoulder[run],
-        road.verge[run],
-        road.speed_limit[run],
-    )
     slope = tan(ego[columns.EGO_HEADING] - place[columns.PLACE_HEADING])
     return stops.rate_footprint(
         rules, ground, place[columns.PLACE_S], place[columns.PLACE_D], slope, length, width
@@ -73,16 +64,15 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
         rules: (RULES,).
     """
     record = _record(trace, run, trace.layout.architectures[run])
-    road = trace.layout.context.road
+    ground = trace.layout.context.road.ground(run)
     ego, place = trace["ego"][run, row], trace["ego_place"][run, row]
     s, d, speed = place[columns.PLACE_S], place[columns.PLACE_D], ego[columns.EGO_SPEED]
     slope = tan(ego[columns.EGO_HEADING] - place[columns.PLACE_HEADING])
-    lane = min(road.lanes - 1, max(0, int(d // road.lane_width[run])))
     paths = np.zeros((stops.LAID_PATHS, PATH_ROW))
     profiles = np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, PROFILE_ROW))
-    center, driven = (lane + 0.5) * road.lane_width[run], np.full(PATH_ROW, np.nan)
+    center, driven = center_at(ground, s, d), np.full(PATH_ROW, np.nan)
     curvature, acceleration = place[columns.PLACE_CURVATURE], ego[columns.EGO_ACCELERATION]
-    stops.lay_stops(record, s, d, slope, 0.0, speed, center, curvature, driven, paths)
+    stops.lay_stops(record, ground, s, d, slope, 0.0, speed, center, curvature, driven, paths)
     for level in range(stops.STOP_LEVELS):
         wanted, jerk = stops.stop_level(record, level), stops.stop_jerk(level)
         stops.fill_stop(
@@ -90,7 +80,7 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
         )
     stops.lay_refuge_stops(
         record,
-        road.refuges[run],
+        ground,
         stops.ANYWHERE,
         (s, d, speed, acceleration),
         (s, d, slope, 0.0),
@@ -112,8 +102,7 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
     return _best_of(
         record,
         rules,
-        road.segments[run],
-        road.refuges[run],
+        ground,
         (s, d),
         paths,
         profiles,
@@ -152,16 +141,11 @@ def rules_of(architecture: Architecture) -> Floats:
 
 
 def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
-    """Pack what the library reads of a run's vehicle and road."""
-    road, vehicle = trace.layout.context.road, architecture.vehicle
+    """Pack what the library reads of a run's vehicle."""
+    vehicle = architecture.vehicle
     fields = decelerations_of(architecture) | {
         "length": trace.layout.context.ego_size[run : run + 1, 0],
         "width": trace.layout.context.ego_size[run, 1],
-        "lane_width": road.lane_width[run],
-        "lanes": float(road.lanes),
-        "shoulder": road.shoulder[run],
-        "verge": road.verge[run],
-        "speed_limit": road.speed_limit[run],
         "acceleration_lag": vehicle.acceleration_lag,
         "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
     }
@@ -173,8 +157,7 @@ def _record(trace: Trace, run: int, architecture: Architecture) -> np.void:
 def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are feasible
     record: Any,
     rules: Floats,
-    segments: Floats,
-    refuges: Floats,
+    ground: Ground,
     start: tuple[float, float],
     paths: Floats,
     profiles: Floats,
@@ -186,8 +169,7 @@ def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are 
     Args:
         record: See ``_record``.
         rules: (RULES,).
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5).
+        ground: The road.
         start: Place of the ego on the road [m].
         paths: (LAID_PATHS, PATH_ROW).
         profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW).
@@ -200,10 +182,10 @@ def _best_of(  # noqa: PLR0913, PLR0917 - the stops, and what decides which are 
         path, profile = paths[stops.path_of(stop)], profiles[stops.profile_of(stop)]
         if path[PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
             continue
-        if not stops.fits_limits(record, refuges, path, s - path[PATH_START], profile, d):
+        if not stops.fits_limits(record, ground, path, s - path[PATH_START], profile, d):
             continue
-        rating = stops.rate_stop(record, rules, segments, refuges, s, path, profile)
-        if rating < best and _is_free(record, segments, s, path, profile, objects, sizes):
+        rating = stops.rate_stop(record, rules, ground, s, path, profile)
+        if rating < best and _is_free(record, ground.segments, s, path, profile, objects, sizes):
             best = rating
     return best
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
@@ -19,7 +19,15 @@ from adeye.judge.series import (
 )
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
-from adeye.signals import Bools, Bytes, Floats, SignalType, architecture_signals, scene_signals
+from adeye.signals import (
+    MOST_LANES,
+    Bools,
+    Bytes,
+    Floats,
+    SignalType,
+    architecture_signals,
+    scene_signals,
+)
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
@@ -78,7 +86,7 @@ def plan_dictionary(
     architecture: Architecture,
     faults: Sequence[str] = (),
     monitors: Sequence[str] = (),
-) -> dict[str, SignalType]:
+) -> Mapping[str, SignalType]:
     """List what a formula may name in the runs of a scenario and an architecture.
 
     Args:
@@ -90,17 +98,17 @@ def plan_dictionary(
     Returns:
         Signal types by name.
     """
-    object_ids = (*scenario.actors, *scenario.world.objects)
+    object_ids, road = (*scenario.actors, *scenario.world.objects), scenario.world.road
     return _dictionary(
         object_ids,
-        scenario.world.road.lanes,
+        MOST_LANES if road.kind == "imported" else road.lanes,
         tuple(architecture.sensors),
         tuple(architecture.channels),
         (tuple(monitors), tuple(faults)),
     )
 
 
-def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, SignalType]:
+def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> Mapping[str, SignalType]:
     """List what a formula may name in recorded runs.
 
     Args:
@@ -119,13 +127,14 @@ def trace_dictionary(layout: Layout, faults: Sequence[str] = ()) -> dict[str, Si
     )
 
 
+@lru_cache(maxsize=256)
 def _dictionary(
     objects: tuple[str, ...],
     lanes: int,
     sensors: tuple[str, ...],
     channels: tuple[str, ...],
     others: tuple[tuple[str, ...], tuple[str, ...]],
-) -> dict[str, SignalType]:
+) -> Mapping[str, SignalType]:
     monitors, faults = others
     return {
         **scene_signals(objects, lanes),
@@ -176,7 +185,7 @@ class TraceSignals:
         self._read: dict[str, Series] = {}
 
     @cached_property
-    def dictionary(self) -> dict[str, SignalType]:
+    def dictionary(self) -> Mapping[str, SignalType]:
         """Type of every signal, by name."""
         return trace_dictionary(self.trace.layout, self._faults)
 

@@ -16,8 +16,8 @@ from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos, tan
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.road import depth_at, lane_of, local, position, refuge_depth
-from adeye.kernel.stops import RULE_REFUGE, Ground, place_kind, rate_footprint
+from adeye.kernel.road import Ground, depth_at, lane_of, local, position, refuge_depth
+from adeye.kernel.stops import RULE_REFUGE, place_kind, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,12 +63,12 @@ def fill_ground(
         for j in range(ys.shape[0]):
             x = ego[0] + cosine * xs[i] - sine * ys[j]
             y = ego[1] + sine * xs[i] + cosine * ys[j]
-            s, d, heading, curvature = local(ground.segments, x, y)
-            depth = refuge_depth(ground.refuges, s)
-            kinds[i, j] = place_kind(ground, curvature, d, depth)
-            lane[i, j] = lane_of(d, ground.lane_width, ground.lanes)
+            s, d, heading, _ = local(ground.segments, x, y)
+            kinds[i, j] = place_kind(ground, s, d)
+            lane[i, j] = lane_of(ground, s, d)
             refuge[i, j] = -1
             if kinds[i, j] == RULE_REFUGE:
+                depth = refuge_depth(ground.refuges, s)
                 for row in range(ground.refuges.shape[0]):
                     if depth_at(ground.refuges[row], s) == depth:
                         refuge[i, j] = row
@@ -180,9 +180,7 @@ def cover_at(
 
 @allocating
 def sweep(
-    segments: Floats,
-    lane_width: float,
-    lanes: int,
+    ground: Ground,
     ego: Floats,
     body: Floats,
     velocity: Floats,
@@ -200,9 +198,7 @@ def sweep(
     Between two samples of the prediction the object goes on steadily.
 
     Args:
-        segments: (K, 5) reference line of the road.
-        lane_width: [m].
-        lanes: How many there are.
+        ground: The road.
         ego: (3,) x [m], y [m] and heading [rad] in the map.
         body: (5,) x, y [m], heading [rad], length, width [m]; where it is now is not covered.
         velocity: (2,) in the map [m/s].
@@ -215,7 +211,7 @@ def sweep(
         cell: Edge of a cell [m].
         times: (X, Y) in and out [s].
     """
-    s, d, heading, _ = local(segments, body[0], body[1])
+    s, d, heading, _ = local(ground.segments, body[0], body[1])
     sine, cosine = sin_cos(heading)
     forward = cosine * velocity[0] + sine * velocity[1]
     sideways = cosine * velocity[1] - sine * velocity[0]
@@ -226,7 +222,7 @@ def sweep(
     item, way = np.zeros(profiles.OBJECT_ROW), np.empty((samples, profiles.WAY_ROW))
     item[profiles.OBJECT_LENGTH], item[profiles.OBJECT_WIDTH] = body[3], body[4]
     item[profiles.OBJECT_S], item[profiles.OBJECT_D], item[profiles.OBJECT_SPEED] = s, d, forward
-    profiles.predict_body(item, sideways, is_free, acceleration, lane_width, lanes, interval, way)
+    profiles.predict_body(ground, s, item, sideways, is_free, acceleration, interval, way)
     box = np.empty(6)
     reach = 0.5 * (body[3] + body[4]) + cell
     for sample in range(samples):
@@ -234,7 +230,7 @@ def sweep(
         steps = math.ceil(2.0 * math.sqrt(ahead * ahead + aside * aside) / cell)
         for step in range(1, steps + 1):
             share = step / steps
-            x, y, heading = position(segments, s + share * ahead, d + share * aside)
+            x, y, heading = position(ground.segments, s + share * ahead, d + share * aside)
             place_box(ego, x, y, heading, body[3], body[4], box)
             if not (
                 xs[0] - reach < box[0] < xs[-1] + reach and ys[0] - reach < box[1] < ys[-1] + reach

@@ -180,7 +180,11 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def allocating(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function that makes arrays; in everything else like ``compiled``."""
+    """Compile a function that makes arrays; in everything else like ``compiled``.
+
+    It counts what ``compiled`` ones do not, so it cannot take an array from one, bare or in a
+    tuple: it would give back what was never counted, and memory that is in use would be freed.
+    """
     return _compiled(function, _nrt=True)
 
 

@@ -20,11 +20,14 @@ except ImportError:  # pragma: no cover - there is none on Windows
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags, compile_extra
+from numba.core.errors import TypingError
 from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.targetconfig import ConfigStack
 from numba.core.transforms import canonicalize_cfg
+from numba.core.types import Array
+from numba.core.types.containers import BaseTuple
 from numba.core.types.functions import Function
 from numba.core.types.misc import unliteral
 from numba.core.typing import make_concrete_template
@@ -181,6 +184,14 @@ def _alone(folder: str | None, name: str) -> Iterator[None]:
         yield
 
 
+def _refuse_arrays(name: str, returned: Any) -> None:
+    """Refuse what a kernel returns to one that counts views, which would give them back twice."""
+    if isinstance(returned, Array):
+        raise TypingError(f"{name} returns an array uncounted: an allocating kernel cannot take it")
+    for item in returned if isinstance(returned, BaseTuple) else ():
+        _refuse_arrays(name, item)
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A function that is compiled for Python when Python calls it, and for kernels when they do."""
 
@@ -202,6 +213,9 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             self._linked[key] = self._link(key)
         name = self.py_func.__name__
         signatures = [self._linked[key].signature]
+        caller = _our_options()
+        if caller is not None and caller.nrt and not self.targetoptions["_nrt"]:
+            _refuse_arrays(name, signatures[0].return_type)
         return make_concrete_template(name, name, signatures), pysig, key, {}
 
     def get_overload(self, sig: Any) -> Any:

@@ -17,7 +17,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.road import lane_center
+from adeye.kernel.road import Ground, center_ahead
 
 if TYPE_CHECKING:
     import numpy as np
@@ -234,24 +234,24 @@ _TURNING: Final = 2.0
 
 @inlined
 def predict_body(
+    ground: Ground,
+    s: float,
     body: Floats,
     sideways: float,
     is_free: bool,  # noqa: FBT001 - a kernel
     acceleration: float,
-    lane_width: float,
-    lanes: int,
     interval: float,
     way: Floats,
 ) -> None:
     """Predict one object.
 
     Args:
+        ground: The road.
+        s: Of it along the road [m].
         body: (OBJECT_ROW,) with its size, place and speed; the rest is written.
         sideways: Its speed to the left [m/s]; 0 for a vehicle that keeps its lane.
         is_free: Whether it goes on straight wherever that is: a cyclist or pedestrian.
         acceleration: Along the road [m/s²].
-        lane_width: [m].
-        lanes: How many there are.
         interval: Time between two samples [s]; the first is one interval ahead.
         way: (N, WAY_ROW) out, N samples.
     """
@@ -261,7 +261,7 @@ def predict_body(
     _set_heading(body, forward, sideways)
     goal = sideways * math.inf if sideways != 0.0 else d
     if not is_free and sideways != 0.0:
-        goal = lane_ahead(d, sideways, lane_width, lanes)
+        goal = center_ahead(ground, s, d, sideways)
     _fill_way(body, sideways, goal, interval, way)
 
 
@@ -276,23 +276,6 @@ def believed_braking(acceleration: float, forward: float) -> float:
     if forward <= 0.0 or acceleration > -_LEAST_BRAKING:
         return 0.0
     return max(-_MOST_BRAKING, acceleration)
-
-
-@inlined
-def lane_ahead(d: float, sideways: float, lane_width: float, lanes: int) -> float:
-    """Return where a vehicle that moves sideways will end: the next lane centre that way [m].
-
-    Args:
-        d: Where it is [m].
-        sideways: Its speed to the left, not 0 [m/s].
-        lane_width: [m].
-        lanes: How many there are; beyond the outermost centre it goes on, to infinity.
-    """
-    place = d / lane_width - 0.5
-    lane = math.floor(place) + 1.0 if sideways > 0.0 else math.ceil(place) - 1.0
-    if lane < 0.0 or lane >= lanes:
-        return sideways * math.inf
-    return lane_center(int(lane), lane_width)
 
 
 @inlined

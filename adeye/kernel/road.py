@@ -13,11 +13,12 @@ the evaluation of a trace and its pictures.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel import strips
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
@@ -104,42 +105,35 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
 def _local_of_many(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
     """Do what ``local`` does where there are many segments, and look closely at few of them.
 
-    The one that begins nearest comes first. What is compared is not the distance, but no less than
-    it divided by ``1 + distance * curvature``, on the outer side of an arc.
+    From the segment that begins nearest it goes on while the point is past the normal at the end,
+    and back while it is before that at the start. Neighbours share these, so that s and d have no
+    step there. Right for points nearer to the line than its radius.
     """
-    count = segments.shape[0]
-    first, nearest = 0, math.inf
-    for k in range(count):
-        dx, dy = x - segments[k, 0], y - segments[k, 1]
-        if dx * dx + dy * dy < nearest:
-            first, nearest = k, dx * dx + dy * dy
-    nearest = reach = math.inf
-    best, best_s, best_d = 0, math.nan, math.nan
-    for turn in range(count):
-        k = first + turn if first + turn < count else first + turn - count
-        length, curvature = segments[k, 3], segments[k, 4]
-        dx, dy = x - segments[k, 0], y - segments[k, 1]
-        # Its ends go on without end, so the first and the last are near to everything.
-        if 0 < k < count - 1:
-            least = math.sqrt(dx * dx + dy * dy) - length
-            if least > 0.0 and least * least > nearest * (1.0 + reach * abs(curvature)):
-                continue
+    last = segments.shape[0] - 1
+    k, nearest = 0, math.inf
+    for row in range(last + 1):
+        dx, dy = x - segments[row, 0], y - segments[row, 1]
+        distance = dx * dx + dy * dy
+        if distance < nearest:
+            k, nearest = row, distance
+    sine, cosine = sin_cos(segments[k, 2])
+    while k > 0 and (x - segments[k, 0]) * cosine + (y - segments[k, 1]) * sine < 0.0:
+        k -= 1
         sine, cosine = sin_cos(segments[k, 2])
-        s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
-        overshoot = 0.0
-        if s < 0.0 and k > 0:
-            overshoot = -s
-        elif s > length and k < count - 1:
-            overshoot = s - length
-        distance = d * d + overshoot * overshoot
-        if distance < nearest or (distance == nearest and k < best):
-            nearest, reach = distance, math.sqrt(distance)
-            best, best_s, best_d = k, s, d
+    while k < last:
+        ahead = sin_cos(segments[k + 1, 2])
+        way = (x - segments[k + 1, 0]) * ahead[1] + (y - segments[k + 1, 1]) * ahead[0]
+        if way < 0.0:
+            break
+        k += 1
+        sine, cosine = ahead
+    dx, dy = x - segments[k, 0], y - segments[k, 1]
+    length, curvature = segments[k, 3], float(segments[k, 4])
+    s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
     before = 0.0
-    for k in range(best):
-        before += segments[k, 3]
-    curvature = float(segments[best, 4])
-    return before + best_s, best_d, wrap_to_pi(segments[best, 2] + curvature * best_s), curvature
+    for row in range(k):
+        before += segments[row, 3]
+    return before + s, d, wrap_to_pi(segments[k, 2] + curvature * s), curvature
 
 
 @inlined
@@ -225,25 +219,258 @@ def lane_way(s: float, heading: float, d: float, other_s: float, other_heading: 
 
 
 @inlined
-def lane_center(lane: int, lane_width: float) -> float:
-    """Return d of a lane's centre [m]; lane 0 is the rightmost."""
-    return (lane + 0.5) * lane_width
+def curvature_at(segments: Floats, s: float) -> float:
+    """Return the curvature of a reference line [1/m].
+
+    Args:
+        segments: (K, 5), see the module.
+        s: Along it [m].
+    """
+    last = segments.shape[0] - 1
+    k = 0
+    while k < last and s > segments[k, 3]:
+        s -= segments[k, 3]
+        k += 1
+    return float(segments[k, 4])
+
+
+# --- What lies across a road: whoever asks where lanes and edges are asks these functions ---------
+#
+# They take the place along the road, although only the right edge of a parametric one depends on
+# it, so that nobody who asks relies on lanes that go on for ever.
+
+
+class Ground(NamedTuple):
+    """The road of one run with what lies beside it.
+
+    Attributes:
+        segments: (K, 5) reference line of the road.
+        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        lane_width: [m].
+        lanes: How many there are.
+        shoulder: Width beside the right edge [m].
+        verge: Width of free ground beside the shoulder [m].
+        speed_limit: [m/s].
+        slabs: (S, 4), see ``kernel.strips``; none where all lanes go one way all along. Lanes,
+            shoulder and limits are else those of the strips.
+        strips: (J, 8).
+    """
+
+    segments: Floats
+    refuges: Floats
+    lane_width: float
+    lanes: int
+    shoulder: float
+    verge: float
+    speed_limit: float
+    slabs: Floats = strips.NO_SLABS
+    strips: Floats = strips.NO_STRIPS
+
+
+class Grounds(NamedTuple):
+    """The roads of B runs: the fields of ``Ground`` with a leading axis, but for the lanes."""
+
+    segments: Floats
+    refuges: Floats
+    lane_width: Floats
+    lanes: int
+    shoulder: Floats
+    verge: Floats
+    speed_limit: Floats
+    slabs: Floats
+    strips: Floats
 
 
 @inlined
-def lane_of(d: float, lane_width: float, lanes: int) -> int:
+def ground_of(grounds: Grounds, run: int) -> Ground:
+    """Return the road of one run."""
+    return Ground(
+        grounds.segments[run],
+        grounds.refuges[run],
+        grounds.lane_width[run],
+        grounds.lanes,
+        grounds.shoulder[run],
+        grounds.verge[run],
+        grounds.speed_limit[run],
+        grounds.slabs[run],
+        grounds.strips[run],
+    )
+
+
+@inlined
+def has_strips(ground: Ground) -> bool:
+    """Tell whether lanes and what is beside them are told strip by strip."""
+    return ground.slabs.shape[0] > 0
+
+
+@inlined
+def lanes_at(ground: Ground, s: float) -> int:
+    """Return how many lanes of the ego's way there are at a place."""
+    if has_strips(ground):
+        return strips.lanes_at(ground.slabs, s)
+    return ground.lanes
+
+
+@inlined
+def lane_width(ground: Ground, s: float, d: float) -> float:
+    """Return the width of the lane at a place [m]."""
+    if has_strips(ground):
+        right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane_at(ground, s, d))
+        return left - right
+    return ground.lane_width
+
+
+@inlined
+def lane_edge(ground: Ground, s: float, lane: int) -> float:
+    """Return d of a lane's right edge [m], of the one behind the last for the left edge."""
+    if has_strips(ground):
+        return strips.lane_ends(ground.slabs, ground.strips, s, lane)[0]
+    return lane * ground.lane_width
+
+
+@inlined
+def lanes_right(ground: Ground, s: float) -> float:
+    """Return d of the right edge of the rightmost lane [m]."""
+    return lane_edge(ground, s, 0) if has_strips(ground) else 0.0
+
+
+@inlined
+def left_edge(ground: Ground, s: float) -> float:
+    """Return d of the left edge of the leftmost lane of the ego's way [m]."""
+    return lane_edge(ground, s, lanes_at(ground, s))
+
+
+@inlined
+def far_edge(ground: Ground, s: float) -> float:
+    """Return d of the left edge of what carries a vehicle [m], lanes of the other way included."""
+    if has_strips(ground):
+        return strips.paved_ends(ground.slabs, ground.strips, s)[1]
+    return left_edge(ground, s)
+
+
+@inlined
+def lane_center(ground: Ground, s: float, lane: int) -> float:
+    """Return d of a lane's centre [m]; lane 0 is the rightmost."""
+    if has_strips(ground):
+        right, left = strips.lane_ends(ground.slabs, ground.strips, s, lane)
+        return 0.5 * (right + left)
+    return (lane + 0.5) * ground.lane_width
+
+
+@inlined
+def lane_of(ground: Ground, s: float, d: float) -> int:
     """Return the lane that a point is in, 0 at the right; -1 off the lanes or for NaN.
 
     Args:
+        ground: Where it is.
+        s: Along the road [m].
         d: To the left of the right edge [m]; an edge between two lanes belongs to the left one.
-        lane_width: > 0 [m].
-        lanes: How many there are.
     """
-    if not 0.0 <= d < lanes * lane_width:
+    if has_strips(ground):
+        return strips.lane_of(ground.slabs, ground.strips, s, d)
+    if not 0.0 <= d < left_edge(ground, s):
         return -1
-    lane = int(d / lane_width)
+    lane = int(d / ground.lane_width)
     # The division may round up to the far edge.
-    return lane if lane < lanes else lanes - 1
+    return lane if lane < ground.lanes else ground.lanes - 1
+
+
+@inlined
+def lane_at(ground: Ground, s: float, d: float) -> int:
+    """Return the lane at a place, the outermost one for places off the lanes."""
+    lane = lane_of(ground, s, d)
+    if lane >= 0:
+        return lane
+    return 0 if is_beside(ground, s, d) else lanes_at(ground, s) - 1
+
+
+@inlined
+def center_at(ground: Ground, s: float, d: float) -> float:
+    """Return d of the centre of the lane at a place [m], see ``lane_at``."""
+    return lane_center(ground, s, lane_at(ground, s, d))
+
+
+@inlined
+def center_beside(ground: Ground, s: float, center: float, side: float) -> float:
+    """Return d of the centre of the next lane [m], be there one or not.
+
+    Args:
+        ground: Where it is.
+        s: Along the road [m].
+        center: Of the lane that it is beside [m].
+        side: 1 to the left, -1 to the right.
+    """
+    if has_strips(ground):
+        return lane_center(ground, s, lane_at(ground, s, center) + int(side))
+    return center + side * lane_width(ground, s, center)
+
+
+@inlined
+def center_ahead(ground: Ground, s: float, d: float, sideways: float) -> float:
+    """Return where a vehicle that moves sideways will end: the next lane centre that way [m].
+
+    Args:
+        ground: Where it is.
+        s: Along the road [m].
+        d: [m].
+        sideways: Its speed to the left, not 0 [m/s]; beyond the outermost centre it goes on, to
+            infinity.
+    """
+    if has_strips(ground):
+        return _next_center(ground, s, d, sideways)
+    place = d / ground.lane_width - 0.5
+    lane = math.floor(place) + 1.0 if sideways > 0.0 else math.ceil(place) - 1.0
+    if lane < 0.0 or lane >= ground.lanes:
+        return sideways * math.inf
+    return lane_center(ground, s, int(lane))
+
+
+@compiled
+def _next_center(ground: Ground, s: float, d: float, sideways: float) -> float:
+    """Return the next lane centre that way, see ``center_ahead``."""
+    count = lanes_at(ground, s)
+    for turn in range(count):
+        center = lane_center(ground, s, turn if sideways > 0.0 else count - 1 - turn)
+        if (center > d) if sideways > 0.0 else (center < d):
+            return center
+    return sideways * math.inf
+
+
+@inlined
+def is_on_lanes(ground: Ground, s: float, d: float) -> bool:
+    """Tell whether a place is on a lane of the ego's way or on an outer edge of them."""
+    return lanes_right(ground, s) <= d <= left_edge(ground, s)
+
+
+@inlined
+def is_beside(ground: Ground, s: float, d: float) -> bool:
+    """Tell whether a place is to the right of all lanes: on the shoulder or farther out."""
+    return d < lanes_right(ground, s)
+
+
+@inlined
+def shoulder_width(ground: Ground, s: float) -> float:
+    """Return the width of the shoulder [m], 0 for none."""
+    if has_strips(ground):
+        right, left = strips.shoulder_ends(ground.slabs, ground.strips, s)
+        return left - right
+    return ground.shoulder
+
+
+@inlined
+def shoulder_middle(ground: Ground, s: float) -> float:
+    """Return d of the middle of the shoulder [m]."""
+    if has_strips(ground):
+        return lanes_right(ground, s) - 0.5 * shoulder_width(ground, s)
+    return -0.5 * shoulder_width(ground, s)
+
+
+@inlined
+def limit_at(ground: Ground, s: float, d: float) -> float:
+    """Return the speed limit at a place [m/s]."""
+    if has_strips(ground):
+        return strips.limit_at(ground.slabs, ground.strips, s, d)
+    return ground.speed_limit
 
 
 # --- The right edge of the road: shoulder, free verge, and the parking bays and rest areas in it --
@@ -290,110 +517,103 @@ def refuge_depth(refuges: Floats, s: float) -> float:
 
 
 @inlined
-def right_edge(refuges: Floats, s: float, shoulder: float, verge: float) -> float:
-    """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge.
-
-    Args:
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
-        s: Along the road [m].
-        shoulder: Width beside the right edge of lane 0 [m].
-        verge: Width of free ground beside that [m].
-    """
-    return -shoulder - max(refuge_depth(refuges, s), verge)
+def right_edge(ground: Ground, s: float) -> float:
+    """Return the least d that carries a vehicle [m]: of shoulder, refuge or verge."""
+    if has_strips(ground):
+        beside = max(refuge_depth(ground.refuges, s), ground.verge)
+        return strips.paved_ends(ground.slabs, ground.strips, s)[0] - beside
+    return -shoulder_width(ground, s) - max(refuge_depth(ground.refuges, s), ground.verge)
 
 
 @inlined
-def body_edge(
-    refuges: Floats,
-    s: float,
-    slope: float,
-    length: float,
-    width: float,
-    shoulder: float,
-    verge: float,
-) -> float:
+def body_edge(ground: Ground, s: float, slope: float, length: float, width: float) -> float:
     """Return the least d of the centre of a body whose corners all keep to the road [m].
 
     Two corners are enough: tapers make the road wider and narrower, never both within a body.
 
     Args:
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        ground: Where it is.
         s: Of its centre along the road [m].
         slope: Tangent of its heading against the road's.
         length: Of the body [m].
         width: [m].
-        shoulder: [m].
-        verge: [m].
     """
     tilt, half = 0.5 * length * slope, 0.5 * width
-    front = right_edge(refuges, s + 0.5 * length, shoulder, verge)
-    rear = right_edge(refuges, s - 0.5 * length, shoulder, verge)
+    front = right_edge(ground, s + 0.5 * length)
+    rear = right_edge(ground, s - 0.5 * length)
     return max((half - tilt) + front, (half + tilt) + rear)
 
 
 @inlined
 def is_in_refuge(
-    refuge: Floats,
-    s: float,
-    d: float,
-    slope: float,
-    length: float,
-    width: float,
-    shoulder: float,
+    ground: Ground, refuge: Floats, s: float, d: float, slope: float, length: float, width: float
 ) -> bool:
     """Tell whether a body is wholly inside a refuge, beside the shoulder.
 
     A refuge is convex in road coordinates, so its corners are enough.
 
     Args:
+        ground: Where it is.
         refuge: (5,), see ``signals.REFUGE_COLUMNS``.
         s: Of the centre of the body along the road [m].
         d: From the right edge to the left [m].
         slope: Tangent of its heading against the road's.
         length: Of the body [m].
         width: [m].
-        shoulder: [m].
     """
     is_inside = True
     for end in (-0.5, 0.5):
         x = end * length
         for side in (-0.5, 0.5):
-            y = d + slope * x + side * width + shoulder
+            y = d + slope * x + side * width + shoulder_width(ground, s)
             is_inside = is_inside and -depth_at(refuge, s + x) - 1e-9 <= y <= 1e-9
     return is_inside
 
 
+@inlined
+def is_on_road(grounds: Grounds, run: int, margin: float, s: float, d: float) -> bool:
+    """Tell whether a place of a run is on what carries a vehicle, see ``mark_on_road``."""
+    ground = ground_of(grounds, run)
+    return right_edge(ground, s) - margin <= d <= far_edge(ground, s) + margin
+
+
+@inlined
+def is_in_any_refuge(
+    grounds: Grounds, run: int, size: Floats, s: float, d: float, slope: float
+) -> bool:
+    """Tell whether a body of a run is wholly inside one of its refuges, see ``mark_in_refuge``."""
+    ground = ground_of(grounds, run)
+    is_inside = False
+    for row in range(ground.refuges.shape[0]):
+        is_inside = is_inside or is_in_refuge(
+            ground, ground.refuges[row], s, d, slope, size[0], size[1]
+        )
+    return is_inside
+
+
 @allocating
-def mark_on_road(
-    refuges: Floats, shoulder: Floats, verge: Floats, left: Floats, s: Floats, d: Floats
-) -> Bools:
+def mark_on_road(grounds: Grounds, margin: float, s: Floats, d: Floats) -> Bools:
     """Tell which places (B, T) are on a lane, the shoulder, a refuge or the verge.
 
     Args:
-        refuges: (B, R, 5), see ``signals.REFUGE_COLUMNS``.
-        shoulder: (B,) [m].
-        verge: (B,) [m].
-        left: (B,) d of the left edge [m].
+        grounds: Of B runs.
+        margin: How far beyond the edges still counts [m].
         s: (B, T) along the road [m].
         d: (B, T) from the right edge to the left [m]; what is no number is not on the road.
     """
     marks = np.zeros(d.shape, dtype=np.bool_)
     for run in range(d.shape[0]):
         for row in range(d.shape[1]):
-            edge = right_edge(refuges[run], s[run, row], shoulder[run], verge[run])
-            marks[run, row] = edge <= d[run, row] <= left[run]
+            marks[run, row] = is_on_road(grounds, run, margin, s[run, row], d[run, row])
     return marks
 
 
 @allocating
-def mark_in_refuge(
-    refuges: Floats, shoulder: Floats, size: Floats, s: Floats, d: Floats, align: Floats
-) -> Bools:
+def mark_in_refuge(grounds: Grounds, size: Floats, s: Floats, d: Floats, align: Floats) -> Bools:
     """Tell at which places (B, T) a body is wholly inside a parking bay or rest area.
 
     Args:
-        refuges: (B, R, 5), see ``signals.REFUGE_COLUMNS``.
-        shoulder: (B,) [m].
+        grounds: Of B runs.
         size: (B, 3) length and width of the body first [m].
         s: (B, T) of its centre along the road [m].
         d: (B, T) from the right edge to the left [m].
@@ -403,15 +623,7 @@ def mark_in_refuge(
     for run in range(d.shape[0]):
         for row in range(d.shape[1]):
             sine, cosine = sin_cos(align[run, row])
-            slope = sine / cosine
-            for number in range(refuges.shape[1]):
-                marks[run, row] = marks[run, row] or is_in_refuge(
-                    refuges[run, number],
-                    s[run, row],
-                    d[run, row],
-                    slope,
-                    size[run, 0],
-                    size[run, 1],
-                    shoulder[run],
-                )
+            marks[run, row] = is_in_any_refuge(
+                grounds, run, size[run], s[run, row], d[run, row], sine / cosine
+            )
     return marks

@@ -39,7 +39,25 @@ from adeye.kernel.profiles import (
     fill_profile,
     lay_path,
 )
-from adeye.kernel.road import NO_REFUGE, REST_AREA, body_edge, is_in_refuge, lane_of, refuge_depth
+from adeye.kernel.road import (
+    NO_REFUGE,
+    REST_AREA,
+    Ground,
+    body_edge,
+    center_beside,
+    curvature_at,
+    is_beside,
+    is_in_refuge,
+    lane_center,
+    lane_of,
+    lanes_right,
+    left_edge,
+    limit_at,
+    refuge_depth,
+    right_edge,
+    shoulder_middle,
+    shoulder_width,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -103,28 +121,6 @@ _BRISK: Final = (0.5, 5.0)
 who must. Our choice."""
 
 
-class Ground(NamedTuple):
-    """The road with what lies beside it, and how fast others come.
-
-    Attributes:
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
-        lane_width: [m].
-        lanes: How many there are.
-        shoulder: Width beside the right edge [m].
-        verge: Width of free ground beside the shoulder [m].
-        speed_limit: Of who comes from behind [m/s].
-    """
-
-    segments: Floats
-    refuges: Floats
-    lane_width: float
-    lanes: int
-    shoulder: float
-    verge: float
-    speed_limit: float
-
-
 @inlined
 def sight_distance(curvature: float, inside: float) -> float:
     """Return how far a driver sees along a curve if the view ends at the inner edge of the road.
@@ -145,54 +141,39 @@ def sight_distance(curvature: float, inside: float) -> float:
 
 
 @inlined
-def curvature_at(segments: Floats, s: float) -> float:
-    """Return the curvature of a reference line [1/m].
-
-    Args:
-        segments: (K, 5), see ``kernel.road``.
-        s: Along it [m].
-    """
-    last = segments.shape[0] - 1
-    k = 0
-    while k < last and s > segments[k, 3]:
-        s -= segments[k, 3]
-        k += 1
-    return float(segments[k, 4])
-
-
-@inlined
-def place_kind(ground: Ground, curvature: float, d: float, depth: float) -> int:
+def place_kind(ground: Ground, s: float, d: float) -> int:
     """Return what kind of place a cell is, an index into the rules.
 
     Args:
         ground: Where it is.
-        curvature: Of the reference line there [1/m].
+        s: Along the road [m].
         d: From the right edge to the left [m].
-        depth: How far a refuge reaches beyond the shoulder there [m].
     """
-    shoulder = ground.shoulder
-    if not -shoulder - max(depth, ground.verge) <= d <= ground.lanes * ground.lane_width:
+    shoulder = shoulder_width(ground, s)
+    if not right_edge(ground, s) <= d <= left_edge(ground, s):
         return RULE_OFF_ROAD
-    if d < -shoulder:
+    if d < lanes_right(ground, s) - shoulder:
+        depth = refuge_depth(ground.refuges, s)
         return RULE_REFUGE if d >= -shoulder - depth else RULE_VERGE
-    if d < 0.0:
+    if is_beside(ground, s, d):
         return RULE_SHOULDER
-    return _lane_kind(ground, curvature, d)
+    return _lane_kind(ground, s, d)
 
 
 @inlined
-def _lane_kind(ground: Ground, curvature: float, d: float) -> int:
+def _lane_kind(ground: Ground, s: float, d: float) -> int:
     """Return what kind of place a cell in a lane is; see ``place_kind``."""
-    lane_width, lanes, speed_limit = ground.lane_width, ground.lanes, ground.speed_limit
-    lane = max(0, lane_of(d, lane_width, lanes))
-    middle = (lane + 0.5) * lane_width
-    inside = lanes * lane_width - middle if curvature > 0.0 else middle + ground.shoulder
-    sight = sight_distance(curvature, inside)
-    if sight < stopping_distance(speed_limit, _BRISK[0], _BRISK[1]):
+    curvature, limit = curvature_at(ground.segments, s), limit_at(ground, s, d)
+    lane = max(0, lane_of(ground, s, d))
+    middle = lane_center(ground, s, lane)
+    left = left_edge(ground, s) - middle
+    right = middle - (lanes_right(ground, s) - shoulder_width(ground, s))
+    sight = sight_distance(curvature, left if curvature > 0.0 else right)
+    if sight < stopping_distance(limit, _BRISK[0], _BRISK[1]):
         return RULE_CURVE
     if lane > 0:
         return RULE_FAST_LANE
-    if sight < stopping_distance(speed_limit, _CALM[0], _CALM[1]):
+    if sight < stopping_distance(limit, _CALM[0], _CALM[1]):
         return RULE_SLOW_LANE
     return RULE_SLOW_LANE_IN_SIGHT
 
@@ -223,12 +204,7 @@ def rate_footprint(
         for j in range(across + 1):
             y = width * (j / across - 0.5)
             place = s + cosine * x - sine * y
-            kind = place_kind(
-                ground,
-                curvature_at(ground.segments, place),
-                d + sine * x + cosine * y,
-                refuge_depth(ground.refuges, place),
-            )
+            kind = place_kind(ground, place, d + sine * x + cosine * y)
             worst = max(worst, rules[kind])
     return worst
 
@@ -392,6 +368,7 @@ def stop_length(record: Any, speed: float, height: float) -> float:
 @compiled
 def lay_stops(
     record: Any,
+    ground: Ground,
     s: float,
     d: float,
     slope: float,
@@ -405,7 +382,8 @@ def lay_stops(
     """Lay the lateral paths from a lateral state, but for those into a refuge.
 
     Args:
-        record: Has ``lane_width``, ``lanes``, ``shoulder``, ``width`` and ``max_curvature``.
+        record: Has ``width`` and ``max_curvature`` of the vehicle.
+        ground: The road.
         s: Where they begin along the road [m].
         d: Lateral place there, from the right edge to the left [m].
         slope: Its change along the road.
@@ -421,11 +399,11 @@ def lay_stops(
         path = paths[row]
         target, exists = center, True
         if row == RIGHT_LANE:
-            target = center - record["lane_width"]
-            exists = target > 0.0
+            target = center_beside(ground, s, center, -1.0)
+            exists = lane_of(ground, s, target) >= 0
         elif row == SHOULDER:
-            target = -0.5 * record["shoulder"]
-            exists = record["shoulder"] >= record["width"]
+            target = shoulder_middle(ground, s)
+            exists = shoulder_width(ground, s) >= record["width"]
         path[PATH_EXISTS] = 1.0 if exists else 0.0
         path[PATH_LANE] = math.nan if row == SHOULDER else target
         if row == STRAIGHT:
@@ -473,15 +451,15 @@ def lateral_movement(
 
 @compiled
 def fits_limits(
-    record: Any, refuges: Floats, path: Floats, begun: float, profile: Floats, d: float
+    record: Any, ground: Ground, path: Floats, begun: float, profile: Floats, d: float
 ) -> bool:
     """Tell whether a stop keeps to the lateral limits and between the edges of the road.
 
     The path straight on has no limits: it is what the vehicle does without steering.
 
     Args:
-        record: Has ``width``, ``length``, ``lane_width``, ``lanes``, ``shoulder`` and ``verge``.
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        record: Has ``width`` and ``length``.
+        ground: The road.
         path: (PATH_ROW,).
         begun: Way along the path that is behind the ego [m].
         profile: (STOP_SAMPLES, PROFILE_ROW).
@@ -494,17 +472,9 @@ def fits_limits(
         speed, braking = profile[sample, PROFILE_SPEED], profile[sample, PROFILE_ACCELERATION]
         place, slope, _ = at_path(path, way)
         reach = half + 0.5 * record["length"] * abs(slope)
-        edge = body_edge(
-            refuges,
-            path[PATH_START] + way,
-            slope,
-            record["length"],
-            record["width"],
-            record["shoulder"],
-            record["verge"],
-        )
-        lowest = min(edge, d)
-        highest = max(record["lanes"] * record["lane_width"] - reach, d)
+        s = path[PATH_START] + way
+        lowest = min(body_edge(ground, s, slope, record["length"], record["width"]), d)
+        highest = max(left_edge(ground, s) - reach, d)
         if not lowest - 1e-9 <= place <= highest + 1e-9:
             return False
         aside, jerk = lateral_movement(path, way, speed, braking)
@@ -517,36 +487,20 @@ def fits_limits(
 
 @compiled
 def rate_stop(
-    record: Any,
-    rules: Floats,
-    segments: Floats,
-    refuges: Floats,
-    s: float,
-    path: Floats,
-    profile: Floats,
+    record: Any, rules: Floats, ground: Ground, s: float, path: Floats, profile: Floats
 ) -> float:
     """Return the rating of the place where a stop ends, see ``kernel.stops``.
 
     Args:
-        record: Has the body of the ego, the lanes, shoulder, verge and ``speed_limit``.
+        record: Has the body of the ego.
         rules: (RULES,).
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        ground: The road.
         s: Of the ego now [m].
         path: (PATH_ROW,).
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
     end = s + profile[STOP_SAMPLES - 1, PROFILE_S]
     d, slope, _ = at_path(path, end - path[PATH_START])
-    ground = Ground(
-        segments,
-        refuges,
-        record["lane_width"],
-        int(record["lanes"]),
-        record["shoulder"],
-        record["verge"],
-        record["speed_limit"],
-    )
     return rate_footprint(rules, ground, end, d, slope, record["length"], record["width"])
 
 
@@ -581,7 +535,7 @@ class Approach(NamedTuple):
     """From where a refuge is approached; the fields are arguments of ``lay_refuge_stops``."""
 
     record: Any
-    refuges: Floats
+    ground: Ground
     here: tuple[float, float, float, float]
     start: tuple[float, float, float, float]
     wait: float
@@ -592,7 +546,7 @@ class Approach(NamedTuple):
 @compiled
 def lay_refuge_stops(
     record: Any,
-    refuges: Floats,
+    ground: Ground,
     places: int,
     here: tuple[float, float, float, float],
     start: tuple[float, float, float, float],
@@ -606,9 +560,8 @@ def lay_refuge_stops(
     """Lay path and profile of each level into the first refuge that can be had.
 
     Args:
-        record: Has the body, ``lane_width``, ``lanes``, ``shoulder``, ``verge``,
-            ``max_curvature``, ``acceleration_lag`` and the two decelerations.
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        record: Has the body, ``max_curvature``, ``acceleration_lag`` and the two decelerations.
+        ground: The road.
         places: ``ONLY_REST_AREA`` leaves parking bays out.
         here: s, d, speed and acceleration of the ego now.
         start: s, d, slope and bend where a path would begin, after the wait.
@@ -620,7 +573,7 @@ def lay_refuge_stops(
         profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out, those of the refuge only; the
             others are filled.
     """
-    approach = Approach(record, refuges, here, start, wait, center, driven)
+    approach = Approach(record, ground, here, start, wait, center, driven)
     for level in range(STOP_LEVELS):
         stop = REFUGE * STOP_LEVELS + level
         path, profile = paths[path_of(stop)], profiles[profile_of(stop)]
@@ -628,8 +581,8 @@ def lay_refuge_stops(
         at_once = profiles[level]
         if stands_at(at_once) == STOP_SAMPLES:
             continue
-        for row in range(refuges.shape[0]):
-            refuge = refuges[row]
+        for row in range(ground.refuges.shape[0]):
+            refuge = ground.refuges[row]
             if places == ONLY_REST_AREA and refuge[_KIND] != REST_AREA:
                 continue
             for sample in range(STOP_SAMPLES):
@@ -653,10 +606,10 @@ def _enters(
 
     ``profile`` holds that of braking at once.
     """
-    record, here, start = approach.record, approach.here, approach.start
+    record, ground, here, start = approach.record, approach.ground, approach.here, approach.start
     center, driven = approach.center, approach.driven
     first, last = standing_room(record, refuge)
-    target, middle = refuge_target(record, refuge), 0.5 * (first + last)
+    target, middle = refuge_target(record, ground, refuge), 0.5 * (first + last)
     soonest = here[0] + profile[STOP_SAMPLES - 1, PROFILE_S]
     # The brakes may miss a place by part of the room that was left for it.
     farthest = last + 0.5 * ROOM_ALONG if is_kept else last
@@ -687,9 +640,7 @@ def _enters(
             lay_path(path, start[0], start[1], start[2], start[3], target, end - start[0])
         else:
             lay_path(path, end - length, center, 0.0, 0.0, target, length)
-        if fits_limits(
-            record, approach.refuges, path, here[0] - path[PATH_START], profile, here[1]
-        ):
+        if fits_limits(record, ground, path, here[0] - path[PATH_START], profile, here[1]):
             return True
     return False
 
@@ -702,9 +653,10 @@ def standing_room(record: Any, refuge: Floats) -> tuple[float, float]:
 
 
 @inlined
-def refuge_target(record: Any, refuge: Floats) -> float:
+def refuge_target(record: Any, ground: Ground, refuge: Floats) -> float:
     """Return the lateral place of a body that stands in a refuge [m]: in its middle, or nearer."""
-    return -record["shoulder"] - min(0.5 * refuge[_DEPTH], 0.5 * record["width"] + ROOM_BESIDE)
+    beside = min(0.5 * refuge[_DEPTH], 0.5 * record["width"] + ROOM_BESIDE)
+    return -shoulder_width(ground, refuge[_S]) - beside
 
 
 @inlined
@@ -743,12 +695,12 @@ def _drive_on(approach: Approach, level: int, end: float, profile: Floats) -> No
 
 
 @inlined
-def refuge_of(record: Any, refuges: Floats, s: float, path: Floats, profile: Floats) -> int:
+def refuge_of(record: Any, ground: Ground, s: float, path: Floats, profile: Floats) -> int:
     """Return the kind of the refuge that the body wholly stands in after a stop, or ``NO_REFUGE``.
 
     Args:
-        record: Has the body of the ego and ``shoulder``.
-        refuges: (R, 5), see ``signals.REFUGE_COLUMNS``.
+        record: Has the body of the ego.
+        ground: The road.
         s: Of the ego now [m].
         path: (PATH_ROW,).
         profile: (STOP_SAMPLES, PROFILE_ROW).
@@ -756,15 +708,8 @@ def refuge_of(record: Any, refuges: Floats, s: float, path: Floats, profile: Flo
     end = s + profile[STOP_SAMPLES - 1, PROFILE_S]
     d, slope, _ = at_path(path, end - path[PATH_START])
     kind = NO_REFUGE
-    for row in range(refuges.shape[0]):
-        if is_in_refuge(
-            refuges[row],
-            end,
-            d,
-            slope,
-            record["length"],
-            record["width"],
-            record["shoulder"],
-        ):
-            kind = int(refuges[row, _KIND])
+    for row in range(ground.refuges.shape[0]):
+        refuge = ground.refuges[row]
+        if is_in_refuge(ground, refuge, end, d, slope, record["length"], record["width"]):
+            kind = int(refuge[_KIND])
     return kind

@@ -1,10 +1,10 @@
-"""What lies across an imported road at a place: lanes either way, shoulders and other strips.
+"""What lies across a road at a place: lanes either way, shoulders and other strips.
 
 A road is cut into slabs along its line, (S, 4): where a slab begins [m], its first strip, how many
 it has, and how many of these are lanes of the ego's way. Strips (J, 8) stand from right to left:
 kind, way (1 as the ego's, -1 opposite, 0 neither), speed limit [m/s], number of the lane from the
 right among those of the ego's way or -1, and d of its right and its left edge where the slab
-begins [m], each with its slope. A parametric road has neither slabs nor strips.
+begins [m], each with its slope. A road whose lanes go one way all along has neither.
 """
 
 from __future__ import annotations
@@ -38,6 +38,13 @@ KINDS: Final = ("driving", "shoulder", "parking", "cycling", "walking", "other")
 DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
 
 OWN, OPPOSITE = 1.0, -1.0
+
+LEAST_LANE: Final = 2.0
+"""Narrower, a lane that begins or ends is none yet, or none any more [m]. Our choice."""
+
+NO_SLABS: Final = np.zeros((0, SLAB_WIDTH))
+NO_STRIPS: Final = np.zeros((0, STRIP_WIDTH))
+"""Those of a road without."""
 
 
 @inlined
@@ -115,6 +122,42 @@ def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
     """Return the lane of the ego's way that a place is in, from the right; -1 off them."""
     row = strip_at(slabs, strips, s, d)
     return int(strips[row, STRIP_LANE]) if row >= 0 else -1
+
+
+@compiled
+def opposite_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[float, float]:
+    """Return d of the right and the left edge of a lane of the other way [m]; NaN if it is not.
+
+    Args:
+        slabs: (S, 4), see the module.
+        strips: (J, 8).
+        s: Along the line [m].
+        lane: Its number from the right of who drives there: from the left.
+    """
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    number = 0
+    for row in range(first + int(slabs[slab, SLAB_STRIPS]) - 1, first - 1, -1):
+        if strips[row, STRIP_WAY] == OPPOSITE and strips[row, STRIP_KIND] == DRIVING:
+            if number == lane:
+                return _ends(slabs, strips, s, row, slab)
+            number += 1
+    return math.nan, math.nan
+
+
+@compiled
+def limit_at(slabs: Floats, strips: Floats, s: float, d: float) -> float:
+    """Return the speed limit of the lane of the ego's way that is nearest to a place [m/s]."""
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    nearest, limit = math.inf, math.inf
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        if strips[row, STRIP_LANE] >= 0.0:
+            right, left = _ends(slabs, strips, s, row, slab)
+            away = max(0.0, right - d, d - left)
+            if away < nearest:
+                nearest, limit = away, strips[row, STRIP_LIMIT]
+    return limit
 
 
 @compiled

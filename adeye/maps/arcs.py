@@ -13,7 +13,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel.alignment import (
+from adeye.kernel.boxes import wrap_to_pi
+from adeye.kernel.elementary import atan2, sin_cos
+from adeye.kernel.jit import compiled, inlined
+from adeye.maps.alignment import (
     BEFORE,
     BEHIND,
     CURVATURE,
@@ -24,9 +27,6 @@ from adeye.kernel.alignment import (
     place_beside,
     row_at,
 )
-from adeye.kernel.boxes import wrap_to_pi
-from adeye.kernel.elementary import atan2, sin_cos
-from adeye.kernel.jit import compiled, inlined
 from adeye.maps.lanes import LaidRoad, Strip
 
 Floats = NDArray[np.float64]
@@ -55,7 +55,7 @@ class Course(NamedTuple):
     """A centre line in the direction in which it is driven.
 
     Attributes:
-        pieces: (G, 15), see ``adeye.kernel.alignment``.
+        pieces: (G, 15), see ``adeye.maps.alignment``.
         center: (M, 5).
         scratch: (``SCRATCH``,).
         start: Where it begins on the road [m].
@@ -315,5 +315,6 @@ def course_arcs(course: Course) -> Floats:
         rows = np.empty((room, ARC_WIDTH))
         count = fill_arcs(course, rows)
         if count >= 0:
-            return rows[:count]
+            # Of a copy, the room that was not needed is given back.
+            return rows[:count].copy()
         room *= 4

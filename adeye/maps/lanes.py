@@ -1,7 +1,7 @@
 """Where the lanes of a road lie: borders, centres, widths, headings, curvatures and lengths.
 
 A road is laid once, ``laid``; then every line along it is a cubic of the place beside the reference
-line, as ``adeye.kernel.alignment`` has it, and everything else is asked of these.
+line, as ``adeye.maps.alignment`` has it, and everything else is asked of these.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel import alignment
+from adeye.maps import alignment
 from adeye.maps.opendrive import Geometry, Lane, OpenDrive, Road, Section
 
 Floats = NDArray[np.float64]
@@ -84,9 +84,9 @@ class LaidRoad:
 
     Attributes:
         road: As the file says it.
-        pieces: (G, 15) of the reference line, see ``adeye.kernel.alignment``.
+        pieces: (G, 15) of the reference line, see ``adeye.maps.alignment``.
         strips: For each section its lanes from left to right, lane 0 left out.
-        scratch: For the functions of ``adeye.kernel.alignment``.
+        scratch: For the functions of ``adeye.maps.alignment``.
     """
 
     road: Road

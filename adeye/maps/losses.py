@@ -72,11 +72,13 @@ class Losses:
     def __init__(self) -> None:
         self.about = ""
         self._found: list[Loss] = []
-        self._ignored: dict[str, int] = {}
+        self._counts: dict[str, int] = {}
 
     def __iter__(self) -> Iterator[Loss]:
         """Give them one after the other."""
-        return iter(self._found)
+        for loss in self._found:
+            is_counted = loss.message == _NOT_READ
+            yield replace(loss, count=self._counts[loss.element]) if is_counted else loss
 
     def __len__(self) -> int:
         """Count them; what is not read at all counts once for each kind of it."""
@@ -99,13 +101,9 @@ class Losses:
             # For the programs that wrote it, by the standard.
             return
         element = f"{part.path}{end}"
-        known = self._ignored.get(element)
-        if known is None:
-            self._ignored[element] = len(self._found)
+        if element not in self._counts:
             self._found.append(Loss("ignored", part.line, element, _NOT_READ, column=part.column))
-        else:
-            loss = self._found[known]
-            self._found[known] = replace(loss, count=loss.count + 1)
+        self._counts[element] = self._counts.get(element, 0) + 1
 
     def ignore_rest(self, part: Element) -> None:
         """Note of an element what nobody took out of it."""

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf, nan
 from operator import itemgetter
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final, Protocol, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,22 @@ from adeye.maps.opendrive import (
 )
 from adeye.maps.opendrive_links import linked
 from adeye.maps.xml_source import MOST, Element, listed, parts_of
+from adeye.notices import notice
 from adeye.units import shown
+
+
+class Rules(Protocol):
+    """What people say of a map where its file leaves it to a guess."""
+
+    def lane_type(self, written: str) -> str:
+        """Return which type of lanes is meant."""
+
+    def lanes(self, junction: str, connection: str) -> Sequence[tuple[int, int]]:
+        """Return the lanes of a connection that names none, as far as they are given."""
+
+    def require_used(self) -> None:
+        """Refuse rules of what the map does not leave to a guess."""
+
 
 Record = TypeVar("Record", Road, Junction)
 
@@ -44,13 +59,18 @@ ROUNDING: Final = 0.01
 """Lengths that differ by no more are taken for one [m]: files are written with two decimals."""
 REPAIRED: Final = 0.5
 """Lengths that differ by more are an error [m], less is repaired. Our choice."""
+LEAST: Final = 1e-6
+"""Shortest piece of a line or section of lanes [m]."""
 MOST_LENGTH: Final = 1e6
 """Longest road [m]. Our choice, as the others."""
 MOST_WIDTH: Final = 1_000.0
 MOST_CURVATURE: Final = 10.0
-MOST_HEADING: Final = 1_000.0
+MOST_TURN: Final = 1_000.0
+"""Largest heading, and largest turn of one piece [rad]."""
+MOST_STRETCH: Final = 10.0
+"""How much farther than its length a piece may lead away from its start."""
 STEEP: Final = 0.1
-"""Slope across the road from which on its neglect is told apart."""
+"""Slope across the road from which on a notice tells that it is not driven."""
 
 _CUBIC: Final = ("a", "b", "c", "d")
 _KINDS: Final[dict[GeometryKind, tuple[str, ...]]] = {
@@ -80,11 +100,14 @@ LANE_TYPES: Final = frozenset(
 """Those of the standard, deprecated ones included."""
 
 
-def read_opendrive(path: str | Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
+def read_opendrive(
+    path: str | Path, rules: Rules | None = None, *, strict: bool = False
+) -> tuple[OpenDrive, Losses]:
     """Read a map.
 
     Args:
         path: Of the file.
+        rules: What people say of what it leaves to a guess.
         strict: Whether anything that is not taken as it is written is an error.
 
     Returns:
@@ -94,9 +117,11 @@ def read_opendrive(path: str | Path, *, strict: bool = False) -> tuple[OpenDrive
         SpecError: It is no such file, or says what cannot be; with line and column.
         InputErrors: It is not taken as it is written, and that was asked for.
     """
-    reader = _Reader(str(path))
+    reader = _Reader(str(path), rules)
     for part in parts_of(Path(path)):
         reader.read(part)
+    if rules is not None:
+        rules.require_used()
     drive = linked(reader.finished(), reader.columns, reader.losses)
     if strict:
         require_none(reader.losses, str(path))
@@ -111,10 +136,11 @@ class _Reader:
         columns: Of links, lanes and connections, by the identity of their records.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, rules: Rules | None) -> None:
         self.losses = Losses()
         self.columns: dict[int, int] = {}
         self._path = path
+        self._rules = rules
         self._root: Element | None = None
         self._header: OpenDrive | None = None
         self._roads: dict[str, Road] = {}
@@ -189,7 +215,7 @@ class _Reader:
             geometries=geometries,
             elevations=self._elevations(elevation, length),
             superelevations=self._superelevations(lateral, length),
-            offsets=self._cubics(lanes.take("laneOffset"), length),
+            offsets=self._cubics(lanes.take("laneOffset"), length, "s", MOST_WIDTH),
             sections=self._read_sections(lanes, length),
             signals=tuple(
                 self._read_signal(item, length)
@@ -249,7 +275,7 @@ class _Reader:
         found: list[Geometry] = []
         for s, part in self._ordered(plan.take("geometry")):
             piece = self._read_geometry(s, part)
-            if piece.length == 0.0:
+            if piece.length < LEAST:
                 self.losses.add("repaired", part, f"the piece at {s:g} m has no length: left out")
                 continue
             end = found[-1].s + found[-1].length if found else 0.0
@@ -282,17 +308,19 @@ class _Reader:
         shape = part.take_one(kind)
         assert shape is not None
         most = MOST_CURVATURE if kind in {"arc", "spiral"} else MOST
-        return Geometry(
+        piece = Geometry(
             kind=kind,
             s=s,
             x=part.number("x"),
             y=part.number("y"),
-            heading=part.number("hdg", None, -MOST_HEADING, MOST_HEADING),
+            heading=part.number("hdg", None, -MOST_TURN, MOST_TURN),
             length=part.number("length", None, 0.0, MOST_LENGTH),
             parameters=tuple(shape.number(name, None, -most, most) for name in _KINDS[kind]),
             normalized=kind == "paramPoly3" and self._is_normalized(shape),
             line=part.line,
         )
+        _check_extent(part, piece)
+        return piece
 
     def _is_normalized(self, shape: Element) -> bool:
         if "pRange" not in shape.attributes:
@@ -310,8 +338,10 @@ class _Reader:
                 return sorted(found, key=itemgetter(0))
         return found
 
-    def _cubics(self, parts: Sequence[Element], end: float, name: str = "s") -> Floats:
-        """Read functions along the road: rows (s, a, b, c, d)."""
+    def _cubics(
+        self, parts: Sequence[Element], end: float, name: str = "s", most: float = MOST
+    ) -> Floats:
+        """Read functions along the road, no larger than that: rows (s, a, b, c, d)."""
         if not parts:
             return _NO_CUBICS
         rows: list[tuple[float, ...]] = []
@@ -328,6 +358,10 @@ class _Reader:
             rows.append(row)
         found = np.array(rows, dtype=np.float64).reshape(-1, 5)
         found.setflags(write=False)
+        if _largest(found, end) > most:
+            raise parts[0].error(
+                f"it comes to {_largest(found, end):g} m", f"Up to {most:g} m are read."
+            )
         return found
 
     def _elevations(self, profile: Element | None, length: float) -> Floats:
@@ -347,14 +381,11 @@ class _Reader:
         ):
             steepest = _largest(leaning, length)
             if steepest:
-                said = ", more than 10 %: driving on it is not that of the road" * (
-                    steepest > STEEP
-                )
-                self.losses.add(
-                    "approximated",
-                    profile,
-                    f"{tag} of up to {100.0 * steepest:.3g} % is not driven: roads are flat{said}",
-                )
+                what = f"{tag} of up to {100.0 * steepest:.3g} % is not driven: roads are flat"
+                self.losses.add("approximated", profile, what)
+            if steepest > STEEP:
+                where = f"{self._path}:{profile.line}: {self.losses.about}"
+                notice(f"{where}: {what}", topic=self._path, every_s=60.0)
         return rows
 
     # --- Lanes ------------------------------------------------------------------------------------
@@ -362,7 +393,7 @@ class _Reader:
     def _read_sections(self, lanes: Element, length: float) -> tuple[Section, ...]:
         """Read the sections: each begins behind the one before, within the road."""
         placed = self._ordered(lanes.take("laneSection"))
-        inside = [item for item in placed if item[0] < length]
+        inside = [item for item in placed if item[0] <= length - LEAST]
         for s, part in placed[len(inside) :]:
             what = f"s is {s:g} m, and the road is {length:g} m long"
             if not inside or s > length + REPAIRED:
@@ -376,7 +407,7 @@ class _Reader:
         sections: list[Section] = []
         for number, (_, part) in enumerate(inside):
             start, end = starts[number : number + 2]
-            if not start < end:
+            if end - start < LEAST:
                 raise part.error(f"two sections begin at {end:g} m", "Leave one out.")
             section = self._read_section(part, start, end)
             if part.choice("singleSide", ("true", "false"), "false") == "true" and sections:
@@ -411,6 +442,8 @@ class _Reader:
         part.name = f"lane {number}"
         link = part.take_one("link")
         kind = part.word("type", "none")
+        if kind not in LANE_TYPES and self._rules is not None:
+            kind = self._rules.lane_type(kind)
         if kind not in LANE_TYPES:
             self.losses.add("guessed", part, f"type {shown(kind)} is not known: not driven on")
         lane = Lane(
@@ -435,8 +468,8 @@ class _Reader:
 
     def _read_widths(self, part: Element, number: int, length: float) -> dict[str, Floats]:
         """Read how wide a lane is, or where its outer border is; of both, the widths count."""
-        widths = self._cubics(part.take("width"), length, "sOffset")
-        borders = self._cubics(part.take("border"), length, "sOffset")
+        widths = self._cubics(part.take("width"), length, "sOffset", MOST_WIDTH)
+        borders = self._cubics(part.take("border"), length, "sOffset", MOST_WIDTH)
         if number == 0:
             if len(widths) or len(borders):
                 self.losses.add("ignored", part, "lane 0 has no width")
@@ -447,17 +480,16 @@ class _Reader:
         rows = widths if len(widths) else borders
         if not len(rows):
             raise part.error("it has neither <width> nor <border>", "Write how wide it is.")
-        least = -ROUNDING if len(widths) else -MOST_WIDTH
-        wrong = rows[(rows[:, 1] < least) | (rows[:, 1] > MOST_WIDTH), 1]
-        if len(wrong):
-            raise part.error(
-                f"{'width' if len(widths) else 'border'} is {wrong[0]:g} m",
-                f"Write one from {max(0.0, least):g} to {MOST_WIDTH:g} m.",
-            )
+        if len(widths) and rows[:, 1].min() < -ROUNDING:
+            raise part.error(f"width is {rows[:, 1].min():g} m", "Write one of 0 m or more.")
         if rows[0, 0] > 0.0:
             self._check_joint(part, float(rows[0, 0]), 0.0, "the section begins")
             # Before its first row it is as wide as at it.
             rows = np.vstack([(0.0, rows[0, 1], 0.0, 0.0, 0.0), rows])
+        if len(borders) and rows[0, 1] * number < 0.0:
+            message = "its border is on the other side: taken for a distance to its own"
+            self.losses.add("repaired", part, message)
+            rows = rows * np.array([1.0, -1.0, -1.0, -1.0, -1.0])
         return {
             "widths": rows if len(widths) else _NO_CUBICS,
             "borders": _NO_CUBICS if len(widths) else rows,
@@ -502,7 +534,7 @@ class _Reader:
         part.name = self.losses.about = f"junction {shown(junction)}"
         kind = part.choice("type", ("default", "virtual", "direct", "crossing"), "default")
         # Where a virtual junction is at its main road is where its connections are.
-        found = [self._read_connection(item, kind) for item in part.take("connection")]
+        found = [self._read_connection(item, junction, kind) for item in part.take("connection")]
         return Junction(
             id=junction,
             name=part.word("name", ""),
@@ -514,17 +546,22 @@ class _Reader:
             line=part.line,
         )
 
-    def _read_connection(self, part: Element, kind: str) -> Connection | None:
-        name = "linkedRoad" if kind == "direct" else "connectingRoad"
+    def _read_connection(self, part: Element, junction: str, kind: str) -> Connection | None:
+        # Those of direct junctions link another road, by the name of 1.7.
+        name = "linkedRoad" if "linkedRoad" in part.attributes else "connectingRoad"
         if kind == "virtual" and name not in part.attributes:
             self.losses.add("ignored", part, "a connection without a road of its own")
             return None
+        number = part.word("id")
+        lanes = [(item.whole("from"), item.whole("to")) for item in part.take("laneLink")]
+        if not lanes and self._rules is not None:
+            lanes += self._rules.lanes(junction, number)
         connection = Connection(
-            id=part.word("id"),
+            id=number,
             incoming=part.word("incomingRoad"),
             connecting=part.word(name),
             contact=part.choice("contactPoint", ("start", "end")),
-            lanes=tuple((item.whole("from"), item.whole("to")) for item in part.take("laneLink")),
+            lanes=tuple(lanes),
             line=part.line,
         )
         self.columns[id(connection)] = part.column
@@ -556,6 +593,27 @@ def _require_whole(part: Element, before: Section, section: Section) -> None:
             raise part.error(
                 "singleSide is true: sections of one side are not read",
                 "Write the lanes of both sides in it.",
+            )
+
+
+def _check_extent(part: Element, piece: Geometry) -> None:
+    """Refuse a piece that turns or leads away as no road of its length does."""
+    kind, length = piece.kind, piece.length
+    if kind in {"arc", "spiral"}:
+        turn = length * max(map(abs, piece.parameters))
+        if turn > MOST_TURN:
+            raise part.error(
+                f"it turns by {turn:g} rad", f"Up to {MOST_TURN:g} rad are read: shorten it."
+            )
+    elif piece.parameters:
+        rows = np.array(piece.parameters).reshape(-1, 4)
+        rows = np.hstack([np.zeros((len(rows), 1)), rows])
+        far = max(_largest(row[np.newaxis], 1.0 if piece.normalized else length) for row in rows)
+        if far == 0.0 and kind == "paramPoly3":
+            raise part.error("it leads nowhere", "Check its polynomials.")
+        if far > MOST_STRETCH * (length + 1.0):
+            raise part.error(
+                f"it is {length:g} m long, and leads {far:g} m away", "Check its polynomials."
             )
 
 

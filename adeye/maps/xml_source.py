@@ -18,7 +18,7 @@ from adeye.units import shown
 
 MAX_BYTES: Final = 400_000_000
 """Some 500,000 lanes as others write them. Our choice, as the bounds below."""
-MAX_ELEMENTS: Final = 1_000_000
+MAX_ELEMENTS: Final = 200_000
 """In one part of a file, such as a road: it is held until it is read."""
 MAX_DEPTH: Final = 50
 MAX_ATTRIBUTES: Final = 100
@@ -31,6 +31,9 @@ MOST: Final = 1e7
 
 _CHUNK: Final = 65_536
 _PACKED: Final = {b"\x1f\x8b": "gzip", b"PK": "zip", b"BZh": "bzip2", b"\xfd7zXZ": "xz"}
+
+_INCLUDING: Final = frozenset({"include", "xi:include"})
+"""Elements of OpenDRIVE and of XML that stand for what is in another file."""
 
 
 class Element:
@@ -259,6 +262,11 @@ class _Source:
             raise self._error(f"a name has more than {MAX_NAME} letters")
         if len(attributes) > MAX_ATTRIBUTES:
             raise self._error(f"<{tag}> has more than {MAX_ATTRIBUTES} attributes")
+        if tag in _INCLUDING:
+            named = shown(next(iter(attributes.values()), ""))
+            raise self._error(
+                f"<{tag}> names another file, {named}, which is not read", "Put its content here."
+            )
         if self._elements > MAX_ELEMENTS:
             raise self._error(f"more than {MAX_ELEMENTS:,} elements in one part")
         # One text for all elements of a kind.

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from adeye.campaign.parts import use_plugin_metrics
-from adeye.errors import AdeyeError, UsageError, code_of, suggest
+from adeye.errors import AdeyeError, code_of, require_known
 from adeye.judge.statistics import clopper_pearson
 from adeye.report.credibility import SelfTestResult
 from adeye.selftest.bench import GROUPS, Bench, Master, Seen, is_good
@@ -66,12 +66,7 @@ def choose(names: Sequence[str] = (), *, quick: bool = False) -> tuple[Master, .
         UsageError: There is no such master.
     """
     known = {master.name: master for master in MASTERS}
-    for name in names:
-        if name not in known:
-            raise UsageError(
-                f"there is no master {name!r}",
-                remedy=suggest(name, known) or "adeye selftest --list lists them.",
-            )
+    require_known(names, known, lambda name: f"there is no master {name!r}")
     chosen = [known[name] for name in dict.fromkeys(names)] or list(MASTERS)
     if quick:
         chosen = [

@@ -17,6 +17,9 @@ PLACE: Final = "place"
 ROAD: Final = ("world", "road")
 """What it writes into a scenario."""
 
+RULES: Final = "rules.yaml"
+"""File beside a map that says what it leaves to a guess."""
+
 SOME_ROAD: Final[Mapping[str, object]] = {
     "length": "1000 m",
     "lanes": 1,
@@ -51,12 +54,18 @@ def is_on_map(content: Any) -> bool:
 
 
 def map_files(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> list[Path]:
-    """Return the maps of a scenario.
+    """Return the maps of a scenario and the rules beside them.
 
     Args:
         scenario: Any.
         locate: Finds where a part of it was written, for a map lies beside that file.
     """
+    maps = _maps(scenario, locate)
+    beside = {path.with_name(RULES) for path in maps}
+    return [*maps, *(rules for rules in sorted(beside) if rules.is_file())]
+
+
+def _maps(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> list[Path]:
     named = scenario.world.map.files if scenario.world.map else ()
     folder = Path(locate(("world", "map", "file")).path).parent
     return [folder / name for name in named]
@@ -78,6 +87,7 @@ def find_places(
         SpecError: A map cannot be read, or no place has it.
     """
     from adeye.maps.places import Asked, places_of
+    from adeye.spec.map_rules import read_lanes
 
     query = scenario.world.place
     if query is None:
@@ -86,11 +96,11 @@ def find_places(
             where=locate(("world", "map")),
             remedy="Write world.place with an anchor and how far the road goes behind it.",
         )
-    asked = Asked(**query.model_dump(exclude={"anchor"}))
+    asked = Asked(**query.model_dump())
     found: list[PlaceRoad] = []
     reasons: dict[str, int] = {}
-    for path in map_files(scenario, locate):
-        with_reasons = places_of(path, asked)
+    for path in _maps(scenario, locate):
+        with_reasons = places_of(read_lanes(path), path.stem, asked)
         found += [PlaceRoad(place.key, _road(place)) for place in with_reasons.places]
         for reason, count in with_reasons.refused.items():
             reasons[reason] = reasons.get(reason, 0) + count
@@ -111,6 +121,7 @@ def _road(place: Any) -> dict[str, Any]:
         "place": place.key,
         "heading": place.heading,
         "line": [list(piece) for piece in place.line],
+        "slabs": [[s, [list(strip) for strip in strips]] for s, strips in place.slabs],
         "length": f"{place.length!r} m",
         "lanes": place.lanes,
         "lane_width": f"{place.lane_width!r} m",

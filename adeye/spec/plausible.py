@@ -11,17 +11,7 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 from functools import cache, lru_cache
 from importlib import resources
-from typing import (
-    Annotated,
-    Any,
-    ClassVar,
-    Final,
-    NamedTuple,
-    Protocol,
-    get_args,
-    get_origin,
-    runtime_checkable,
-)
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, get_args, get_origin
 
 import numpy as np
 import yaml
@@ -72,14 +62,6 @@ class FileRecord(GrownRecord):
         return {}
 
 
-@runtime_checkable
-class Various(Protocol):
-    """A record in which another value decides what a quantity is of."""
-
-    def own_dimensions(self) -> Mapping[str, Dimension]:
-        """Return the dimensions by the names of such fields."""
-
-
 class Implausible(NamedTuple):
     """A quantity beyond its bound.
 
@@ -124,6 +106,8 @@ def implausible(
         elif value_of:
             continue
         low, high = limits.get(name) or _in_si(name, dimension)
+        if value_of is None and low <= value <= high:
+            continue
         values, low, high = np.broadcast_arrays(value, low, high)
         beyond = np.flatnonzero(
             (differences(values, low) < 0.0) | (differences(values, high) > 0.0)
@@ -190,7 +174,8 @@ def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:
         Place, value in SI or expression, and dimension; conditions have none.
     """
     if isinstance(record, BaseModel):
-        own = record.own_dimensions() if isinstance(record, Various) else {}
+        # Where another value decides what a quantity is of.
+        own: Mapping[str, Dimension] = getattr(record, "own_dimensions", dict)()
         for name, required in {**_dimensions(type(record)), **own}.items():
             for place, item in _leaves(getattr(record, name), (*loc, name)):
                 if isinstance(item, Expression) or (required and isinstance(item, float)):

@@ -240,6 +240,9 @@ Many = Annotated[tuple[T, ...], Strict(strict=False)]
 Pair = Annotated[tuple[float, float], Strict(strict=False)]
 """Two plain numbers, a list in YAML."""
 
+Slab = Annotated[tuple[float, Many[Many[float]]], Strict(strict=False)]
+"""A number and rows of numbers, lists in YAML."""
+
 
 def _in_order(parts: dict[str, T]) -> dict[str, T]:
     return dict(sorted(parts.items()))

@@ -85,10 +85,29 @@ class Bay(q.Record):
     """Length of each taper [m]."""
 
 
+class LaneEnd(q.Record):
+    """Where the outermost lane on one side ends: it narrows to nothing, linearly."""
+
+    side: Literal["right", "left"]
+    s: q.LengthFormula
+    """Where it begins to narrow [m]."""
+    taper: q.LengthFormula
+    """How long it does [m]."""
+
+
 class Road(q.GrownRecord):
     """A road with parallel lanes, numbered from 0 at the right."""
 
-    later: ClassVar[tuple[str, ...]] = ("verge", "bays", "place", "heading", "line")
+    later: ClassVar[tuple[str, ...]] = (
+        "verge",
+        "bays",
+        "opposite_lanes",
+        "lane_ends",
+        "place",
+        "heading",
+        "line",
+        "slabs",
+    )
 
     kind: Literal["straight", "curve", "s_curve", "imported"] = "straight"
     """An imported road is that of a place of a map; adeye writes it."""
@@ -106,12 +125,18 @@ class Road(q.GrownRecord):
     """Width of free ground on the right beside the shoulder, which carries a vehicle [m], default
     0; bays lie in it."""
     bays: q.ById[Bay] = {}
+    opposite_lanes: Annotated[int, Field(ge=0, le=4)] = 0
+    """Lanes of the other way, to the left of the others."""
+    lane_ends: q.ById[LaneEnd] = {}
     place: str = ""
     """Of an imported road: its key in the map."""
     heading: float = 0.0
     """Of an imported road: that of its start in the map [rad]."""
     line: q.Many[q.Pair] = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
+    slabs: q.Many[q.Slab] = ()
+    """Of an imported road: what lies across it, see ``kernel.strips``: where each slab begins [m],
+    and its strips from right to left."""
 
     @finds
     def _radius_fits_kind(self) -> Iterator[Problem]:
@@ -119,6 +144,20 @@ class Road(q.GrownRecord):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
         if bool(self.line) != (self.kind == "imported"):
             yield (), "a place of a map gives a road its line; write world.map instead of it"
+        if self.kind == "imported" and (self.opposite_lanes or self.lane_ends):
+            yield (), "the lanes of an imported road are those of its map"
+        if len(self.lane_ends) >= self.lanes:
+            yield (
+                ("lane_ends",),
+                f"{len(self.lane_ends)} of {self.lanes} lanes end, and none is left",
+            )
+        if self.bays and any(end.side == "right" for end in self.lane_ends.values()):
+            yield ("lane_ends",), "a road with bays keeps its right lane"
+
+    @property
+    def has_strips(self) -> bool:
+        """Whether what lies across it is told strip by strip."""
+        return self.kind == "imported" or bool(self.opposite_lanes or self.lane_ends)
 
 
 class StaticObject(q.Record):
@@ -148,16 +187,19 @@ class MapUse(q.Record):
 
 
 class PlaceQuery(q.Record):
-    """Which places of the maps; each limit is kept along the whole road of a place."""
+    """Which places of the maps."""
 
-    anchor: Literal["carriageway"]
-    """What is at the place: one every 50 m of carriageway."""
+    anchor: Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
+    """What is at the place: one every 50 m of carriageway, the lane of a ramp that comes in or
+    leaves, a lane that begins or ends beside others, one that is closed for works."""
     before: Annotated[q.Length, Field(ge=0.0)] = 0.0
     """How far before the place its road begins [m]: where s is 0."""
     after: Annotated[q.Length, Field(gt=0.0)]
     """How far behind it the road ends [m]."""
     lanes: Annotated[int, Field(ge=1, le=8)] | None = None
-    """In the direction of travel."""
+    """In the direction of travel, at the place."""
+    two_way: bool | None = None
+    """Whether traffic comes towards one right beside, at the place."""
     road_type: Literal["motorway", "rural", "urban"] | None = None
     min_radius: Annotated[q.Length, Field(gt=0.0)] | None = None
     """No bend is narrower than this [m]."""
@@ -220,7 +262,7 @@ class Size(q.Record):
 class Start(q.GrownRecord):
     """Initial place of an actor: along the road, or by a bumper-to-bumper gap to another."""
 
-    later: ClassVar[tuple[str, ...]] = ("off_road",)
+    later: ClassVar[tuple[str, ...]] = ("off_road", "oncoming")
 
     lane: q.NumberFormula | None = None
     offset: q.LengthFormula | None = None
@@ -234,6 +276,9 @@ class Start(q.GrownRecord):
     off_road: bool = False
     """It is meant to start where there is no road: before the begin, behind the end, or a vehicle
     beside lanes, shoulder, bay and verge."""
+    oncoming: bool = False
+    """The lane is one of the other way, counted from the right of who drives there, and the heading
+    is against the road's."""
 
     @finds
     def _one_place(self) -> Iterator[Problem]:

@@ -87,7 +87,7 @@ def record_plugin_metrics(
     Args:
         connection: In a write transaction.
         block: Results; the results themselves are in the database.
-        differing: Results whose second execution may give other metrics.
+        differing: Results that were there with another trace, which have no other metrics.
 
     Raises:
         IntegrityError: A result has other values of the same plug-in.
@@ -102,14 +102,13 @@ def record_plugin_metrics(
         of_number = {new[0]: result for new, result in zip(made, results, strict=True)}
 
         def refuse(new: Row, of: Mapping[int, str] = of_number, plugin: str = item.plugin) -> None:
-            if of[new[0]] not in differing:
-                raise IntegrityError(
-                    f"run {of[new[0]][:12]}: plug-in {plugin!r} measured something else before. "
-                    "Its metrics must depend on the trace only; a changed metric needs another id."
-                )
+            raise IntegrityError(
+                f"run {of[new[0]][:12]}: plug-in {plugin!r} measured something else before. "
+                "Its metrics must depend on the trace only; a changed metric needs another id."
+            )
 
         # Of a result that came twice the first execution counts.
-        once = {new[0]: new for new in reversed(made)}
+        once = {new[0]: new for new in reversed(made) if of_number[new[0]] not in differing}
         insert_new(connection, table, reversed(once.values()), refuse)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -236,7 +236,8 @@ def parameter_value(parameter: Parameter, text: Level) -> float:
     value = parameter_quantity(parameter, text)
     if parameter.range is not None:
         low, high = ends_of(parameter.range)
-        if not differences(value, low) >= 0.0 >= differences(value, high):
+        is_inside = low <= value <= high
+        if not is_inside and not differences(value, low) >= 0.0 >= differences(value, high):
             raise SweepError(
                 f"{text} is outside the scenario's range "
                 f"[{parameter.range[0]}, {parameter.range[1]}]",
@@ -282,6 +283,12 @@ def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
         if not math.isfinite(text):
             raise SweepError(f"{text!r} is not a finite number")
         return float(text), Dimension.NONE
+    return _read(text)
+
+
+@lru_cache(maxsize=4096)
+def _read(text: str) -> tuple[float | str, Dimension | None]:
+    """Read a text; a plan asks for the same in each of its sections."""
     try:
         expression = parse(text)
         if expression.names or not expression.is_constant:
@@ -522,7 +529,7 @@ def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
 def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
     changed = copy.deepcopy(dict(content))
     for change in changes:
-        value = list(change.value) if isinstance(change.value, tuple) else change.value
+        value: Any = list(change.value) if isinstance(change.value, tuple) else change.value
         value = dict(value.content) if isinstance(value, PlaceRoad) else value
         set_path(changed, change.path, value)
     try:

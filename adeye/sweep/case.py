@@ -231,8 +231,7 @@ def _of_scenario(scenario: LogicalScenario) -> Any:
     environment.pop("illumination")
     if scenario.world.road.kind == "imported":
         # Places of a map are values: their roads differ in numbers only.
-        world = scenario.world.model_dump(mode="json", exclude={"map", "place", "road"})
-        content["world"] = {**world, "lanes": scenario.world.road.lanes}
+        content["world"] = scenario.world.model_dump(mode="json", exclude={"map", "place", "road"})
     return {**content, "environment": environment}
 
 

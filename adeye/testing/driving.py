@@ -171,7 +171,7 @@ def drive(  # noqa: PLR0913 - what a loop consists of
 
 def _start(world: World, road: RoadMap) -> Floats:
     ego = np.zeros(7)
-    d = (world.lane + 0.5) * road.lane_width[0] + world.offset
+    d = road.centers(np.array([world.lane]), np.zeros(1))[0] + world.offset
     ego[columns.EGO_X], ego[columns.EGO_Y], ego[columns.EGO_HEADING] = position(
         road.segments[0], 0.0, d
     )

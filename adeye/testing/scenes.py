@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from adeye import signals as columns
-from adeye.kernel.road import local
 from adeye.ports import ChannelContext
 from adeye.signals import Floats, Measurement, RoadMap
+from adeye.simulate.traffic.stage import locate
 from adeye.spec.architecture import Vehicle
 
 
@@ -109,14 +109,8 @@ def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
     estimate = np.zeros((ego.shape[0], len(columns.ESTIMATE_COLUMNS)))
     estimate[:, : columns.ESTIMATE_PLACE] = ego
     for run, row in enumerate(estimate):
-        s, d, heading, curvature = local(road.segments[run], row[columns.EGO_X], row[columns.EGO_Y])
-        width = road.lane_width[run]
-        nearest = min(max(math.floor(d / width), 0), road.lanes - 1)
-        place = row[columns.ESTIMATE_PLACE :]
-        place[columns.PLACE_S], place[columns.PLACE_D] = s, d
-        place[columns.PLACE_HEADING], place[columns.PLACE_CURVATURE] = heading, curvature
-        place[columns.PLACE_LANE] = nearest if 0.0 <= d < road.lanes * width else -1
-        place[columns.PLACE_OFFSET] = d - (nearest + 0.5) * width
+        x, y = row[columns.EGO_X], row[columns.EGO_Y]
+        locate(road.ground(run), x, y, row[columns.ESTIMATE_PLACE :])
     return estimate
 
 

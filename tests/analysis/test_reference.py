@@ -63,6 +63,22 @@ def test_defaults_fill_what_the_file_does_not_say(scenes: np.ndarray) -> None:
     assert set(scenes[:, columns.S_EGO_WIDTH]) == {1.9}
 
 
+def test_least_gap_of_a_scene_is_none_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "cases.csv"
+    for scene, other in (
+        ("cut_out", "front_gap_m,lateral_speed_mps"),
+        ("deceleration", "max_deceleration_mps2"),
+    ):
+        header = f"ego_speed_mps,other_speed_mps,gap_m,{other}\n20,20"
+        rest = ",6" * len(other.split(","))
+        path.write_text(f"{header},0{rest}", "utf-8")
+        scenes = read(path, scene)[1]
+        assert scenes[0, columns.S_GAP] == 0.0
+        assert drive(scenes, Question(scene), "cc")[0, columns.R_MIN_GAP] <= 0.0
+        path.write_text(f"{header},-0.1{rest}", "utf-8")
+        refused(UsageError, read, path, scene, says=r"gap_m is '-0\.1'")
+
+
 def test_question_without_models_and_what_is_no_plain_number_are_refused(tmp_path: Path) -> None:
     refused(UsageError, check_question, Question(models=()), says="no model")
     path = tmp_path / "cases.csv"

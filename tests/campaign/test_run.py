@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -507,6 +508,19 @@ def test_every_block_that_is_held_is_renewed_until_the_end(error: Exception | No
         assert is_enough.wait(timeout=30.0)
     assert error or renewed[:4] == [(3, 0.04), (4, 0.04)] * 2
     assert "heartbeat" not in {thread.name for thread in threading.enumerate()}
+
+
+def test_lease_is_renewed_four_times_in_its_time_and_not_after_the_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    waited: list[float] = []
+    renewed: list[int] = []
+    over: Any = SimpleNamespace(wait=waited.append, is_set=lambda: bool(renewed))
+    leases: Any = SimpleNamespace(renew_lease=lambda block, _: renewed.append(block.id))
+    monkeypatch.setattr(runner, "meanwhile", lambda beat, _: nullcontext(beat(over)))
+    blocks = [Block(number, "c", 1, ()) for number in (3, 4)]
+    with runner.renewing(leases, lambda: blocks, 40.0):
+        assert (waited, renewed) == ([10.0], [3])
 
 
 # --- what a session is without options, and when it has ended

@@ -28,7 +28,7 @@ from adeye.campaign.selection import Keyword, Shard
 from adeye.cli import main
 from adeye.cli.options import seconds
 from adeye.errors import AdeyeError
-from adeye.judge.stl.parser import parse_text
+from adeye.judge.stl.parser import parse_with
 from adeye.report.gate.baseline import read_baseline
 from adeye.spec.expression import parse
 from adeye.spec.load import load_grid
@@ -178,7 +178,7 @@ KINDS: Final[dict[str, Kind]] = {
                   lambda _: main(["reference", "cases.csv", "--models", "cc", "--json"])),
     "table": Kind("table.csv", mutation.table, lambda _: stl(FORMULAS[0])),
     "formula": Kind("", spoilt_formula, stl, valid=FORMULAS[0]),
-    "condition": Kind("", spoilt_formula, by_raising(parse_text), valid=FORMULAS[0]),
+    "condition": Kind("", spoilt_formula, by_raising(partial(parse_with, {})), valid=FORMULAS[0]),
     "expression": Kind("", spoilt_expression, by_raising(parse), valid=EXPRESSIONS[0]),
     "option": Kind("", spoilt_option, options, valid=OPTIONS[0]),
 }  # fmt: skip

@@ -3,6 +3,7 @@
 import json
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ import adeye.campaign.plan
 import adeye.campaign.warmup
 import adeye.kernel.jit
 from adeye import __version__
-from adeye.cli import doctor
+from adeye.cli import doctor, run
 from adeye.cli.doctor import Status, capabilities
 from adeye.cli.run import SHIPPED
 from adeye.kernel.jit import cache_directory
@@ -150,18 +151,23 @@ def test_plugins_of_an_odd_are_listed(adeye: Verb, folder: Path) -> None:
 
 
 class Warm:
-    """Stands for planning and compiling; remembers what was asked."""
+    """Stands for planning and compiling, a second each; remembers what was asked."""
 
     def __init__(self) -> None:
         self.plans: list[tuple[Path, dict[str, Any]]] = []
+        self.aside: list[Any] = []
+        self.now = 0.0
 
-    def make_plan(self, path: Path, **options: Any) -> str:
+    def make_plan(self, path: Path, **options: Any) -> Any:
+        self.now += 1.0
         self.plans.append((path, options))
-        return path.name
+        return SimpleNamespace(compiled_parts=frozenset())
 
-    def warm_up(self, _plan: str, _progress: Any, *, aside: int) -> float:
-        assert aside >= 1
-        return 2.0
+    def compile_aside(self, *given: Any) -> None:
+        self.aside.append(given[1])
+
+    def warm_up(self, _plan: Any, _progress: Any) -> None:
+        self.now += 1.0
 
 
 @pytest.fixture
@@ -169,7 +175,20 @@ def warm(monkeypatch: pytest.MonkeyPatch) -> Warm:
     fake = Warm()
     monkeypatch.setattr(adeye.campaign.plan, "make_plan", fake.make_plan)
     monkeypatch.setattr(adeye.campaign.warmup, "warm_up", fake.warm_up)
+    monkeypatch.setattr(adeye.campaign.warmup, "compile_aside", fake.compile_aside)
+    monkeypatch.setattr(adeye.kernel.jit, "is_cache_warm", lambda *_: True)
+    monkeypatch.setattr(run, "time", SimpleNamespace(perf_counter=lambda: fake.now))
     return fake
+
+
+def test_all_is_compiled_aside_where_nothing_was_before(
+    adeye: Any, warm: Warm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adeye.kernel.jit.is_cache_warm", lambda *_: False)
+    monkeypatch.setattr("adeye.campaign.warmup.begin_aside", lambda count: count)
+    monkeypatch.setattr(run, "usable_processors", lambda: 2)
+    adeye("warmup", "a.yaml")
+    assert (warm.plans[0][1]["meanwhile"].keywords, warm.aside) == ({"processes": 2}, [2])
 
 
 def test_shipped_odds_are_compiled_for_unless_some_are_named(adeye: Any, warm: Warm) -> None:
@@ -181,7 +200,7 @@ def test_shipped_odds_are_compiled_for_unless_some_are_named(adeye: Any, warm: W
 
 def test_named_odds_and_options_are_passed_on(adeye: Any, warm: Warm) -> None:
     document = adeye("warmup", "a.yaml", "b.yaml", "--variant", "fast", "--json").document
-    options = {"backend": "batch", "variant": "fast"}
+    options = {"backend": "batch", "variant": "fast", "meanwhile": None}
     assert warm.plans == [(Path("a.yaml"), options), (Path("b.yaml"), options)]
     assert (document["odds"], document["seconds"]) == (["a.yaml", "b.yaml"], 4.0)
 

@@ -12,7 +12,7 @@ from lxml import etree
 
 from adeye.report.gate.baseline import baseline_text, read_baseline
 from adeye.store.repository import Repository
-from tests.project import CONCEPT, Executed, Project
+from tests.project import CONCEPT, Executed, Project, count_rows
 from tests.sql import alter
 
 # --- ``gate``: what is printed, the document, JUnit, options that do not go together
@@ -231,7 +231,10 @@ def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Pa
 )
 @pytest.mark.parametrize(
     "verb",
-    [("check",), ("stale",), ("export", "-o", "out"), ("confidence",), ("manifest", "write")],
+    [
+        *(("check",), ("stale",), ("export", "-o", "out"), ("confidence",), ("manifest", "write")),
+        *(("matrix",), ("compare",), ("coverage",), ("faults",)),
+    ],
 )
 def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
     verb: tuple[str, ...], change: str, adeye: Any, mini: Executed, folder: Path
@@ -242,6 +245,29 @@ def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
     done = adeye(*asked, "--db", "x.db")
     assert done.code == 4
     assert "the database is not as it was written: verdict " in done.err
+
+
+@pytest.mark.parametrize("verb", ["run", "judge"])
+def test_verdict_that_is_gone_is_not_given_anew(
+    verb: str, adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", "DELETE FROM verdict WHERE run_number = 3")
+    left = count_rows(folder / "x.db", "verdict")
+    done = adeye(verb, str(mini.project.odd), "--db", "x.db")
+    assert done.code == 4
+    assert "is missing, though its block is done" in done.err
+    assert count_rows(folder / "x.db", "verdict") == left
+
+
+def test_report_of_evidence_that_is_gone_is_written_and_tells(
+    adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", "DELETE FROM verdict WHERE run_number = 3")
+    done = adeye("report", "--db", "x.db", "--json", "r.json")
+    assert (done.code, "is missing, though its block is done" in done.err) == (4, True)
+    assert "is not as it was written" in json.loads((folder / "r.json").read_text())["message"]
 
 
 def test_results_that_stay_without_a_trace_are_told(

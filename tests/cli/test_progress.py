@@ -6,12 +6,15 @@ import sys
 import threading
 import time
 from dataclasses import dataclass
+from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
-from adeye.campaign import executors
+from adeye.campaign import executors, plan
 from adeye.campaign.run import Stop
 from adeye.cli import progress
+from adeye.cli.options import plan_of
 from adeye.errors import Terminated
 
 # --- rate, remaining time, and who is shown a live line
@@ -71,12 +74,29 @@ def test_error_inside_prints_no_end(capsys: pytest.CaptureFixture[str]) -> None:
     assert "done" not in capsys.readouterr().err
 
 
-def test_terminal_shows_rate_and_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+def watched(monkeypatch: pytest.MonkeyPatch) -> Screen:
+    """Let somebody watch."""
     screen = Screen()
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.delenv("CI", raising=False)
+    return screen
+
+
+def test_terminal_shows_what_a_plan_waits_for_unless_quiet(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    screen = watched(monkeypatch)
+    monkeypatch.setattr(plan, "make_plan", Mock())
+    for quiet, shown in ((True, ""), (False, "Checking [b]odd.yaml; formulas are compiled")):
+        plan_of(Path("[b]o\x1bdd.yaml"), "batch", None, quiet=quiet)
+        assert shown in screen.getvalue()
+        assert bool(shown) == bool(screen.getvalue())
+
+
+def test_terminal_shows_rate_and_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = watched(monkeypatch)
     with progress.reporting("work") as report:
         report(State(0, phase="r\x1bun"))
         report(State(10, failures=3, phase="r\x1bun"))

@@ -83,12 +83,13 @@ class Campaign:
             raise self.summary
         return self.summary
 
-    def write_reports(self, db: str | None, campaign: str | None, **options: Any) -> None:
+    def write_reports(self, db: str | None, campaign: str | None, **options: Any) -> Any:
         if self.report_error is not None:
             raise self.report_error
         options.pop("progress")(Progress("report", 1, 2, 0))
         asked = {kind: str(path) for kind, path in options.items() if path is not None}
         self.reports.append((db, campaign, asked))
+        return SimpleNamespace(exit_code=ExitCode.FAILED)
 
 
 @pytest.fixture

@@ -2,6 +2,9 @@
 
 from typing import Any
 
+import numpy as np
+
+from adeye.kernel.road import Ground
 from adeye.signals import parameter_record
 
 LIMITS = {
@@ -9,11 +12,6 @@ LIMITS = {
     "emergency_deceleration": 8.0,
     "length": 4.5,
     "width": 1.8,
-    "lane_width": 3.5,
-    "lanes": 3.0,
-    "shoulder": 2.5,
-    "verge": 0.0,
-    "speed_limit": 36.1,
     "max_curvature": 0.25,
     "acceleration_lag": 0.15,
     "lateral_margin": 0.2,
@@ -21,6 +19,11 @@ LIMITS = {
     "follower_deceleration": 3.0,
     "rear_sight": 0.0,
 }
+
+
+STRAIGHT = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
+GROUND = Ground(STRAIGHT, np.zeros((0, 5)), 3.5, 3, 2.5, 0.0, 36.1)
+"""Three lanes of 3.5 m and a shoulder of 2.5 m, without bays."""
 
 
 def limits(**changes: float) -> Any:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from adeye.kernel.grid import count_cover, cover, cover_at, fill_ground, sweep
-from adeye.kernel.road import local, position
-from adeye.kernel.stops import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, Ground, rate_footprint
+from adeye.kernel.road import Ground, local, position
+from adeye.kernel.stops import DEFAULT_RULES, RULE_OFF_ROAD, RULE_REFUGE, rate_footprint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,8 +61,8 @@ def swept(
     where = np.array(ego)
     cover_at(where, np.array(body), 0.0, XS, YS, CELL, times)
     sweep(
-        segments, 3.5, 3, where, np.array(body), np.array(velocity), acceleration, is_free,
-        0.2, 80, XS, YS, CELL, times,
+        Ground(segments, BAYS, *ROAD), where, np.array(body), np.array(velocity), acceleration,
+        is_free, 0.2, 80, XS, YS, CELL, times,
     )  # fmt: skip
     return times
 

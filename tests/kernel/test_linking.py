@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from numba.core.compiler import Flags
+from numba.core.errors import TypingError
 from numba.core.targetconfig import ConfigStack
 
 from adeye.kernel.jit import allocating, compiled, inlined
@@ -228,3 +229,20 @@ def test_a_kernel_survives_pickling() -> None:
     again = pickle.loads(pickle.dumps(bent))  # noqa: S301 - just made
     assert isinstance(again, Kernel)
     assert numba_of(again)(3.0) == bent(3.0)
+
+
+@compiled
+def halves(values: Floats) -> tuple[Floats, Floats]:
+    return values[::2], values[1::2]
+
+
+@allocating
+def taken(values: Floats) -> Floats:
+    found: Floats = np.zeros(1) + halves(values)[0][0]
+    return found
+
+
+def test_a_kernel_that_counts_views_takes_none_from_one_that_does_not() -> None:
+    """It would free memory that is in use."""
+    with pytest.raises(TypingError, match="halves returns an array uncounted"):
+        taken(np.ones(4))

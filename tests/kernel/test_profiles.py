@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from adeye.kernel import profiles
 from adeye.signals import Floats
+from tests.kernel.stop_limits import GROUND
 
 INTERVAL = 0.25
 SAMPLES = 16
@@ -107,7 +106,7 @@ def ways(
 ) -> tuple[Floats, Floats]:
     body, way = np.zeros(profiles.OBJECT_ROW), np.zeros((8, profiles.WAY_ROW))
     body[profiles.OBJECT_D], body[profiles.OBJECT_SPEED] = LANE, speed
-    profiles.predict_body(body, sideways, is_free, acceleration, 3.5, 3, 0.5, way)
+    profiles.predict_body(GROUND, 0.0, body, sideways, is_free, acceleration, 0.5, way)
     return body, way
 
 
@@ -135,18 +134,6 @@ def test_who_brakes_stands_and_moves_sideways_no_more() -> None:
 def test_little_braking_is_noise_and_too_much_is_not_believed() -> None:
     seen = [(-1.0, 20.0), (-4.0, 20.0), (-30.0, 20.0), (-4.0, -20.0)]
     assert [profiles.believed_braking(*it) for it in seen] == [0.0, -4.0, -10.0, 0.0]
-
-
-def test_lane_change_ends_at_the_next_centre_that_way() -> None:
-    for d, sideways, goal in (
-        (8.6, -1.0, LANE),
-        (8.8, -1.0, 8.75),
-        (LANE, 1.0, 8.75),
-        (2.0, -1.0, 1.75),
-        (1.0, -1.0, -math.inf),
-        (9.0, 1.0, math.inf),
-    ):
-        assert profiles.lane_ahead(d, sideways, 3.5, 3) == goal, (d, sideways)
 
 
 def test_margin_grows_with_time_and_faster_for_those_who_may_turn() -> None:

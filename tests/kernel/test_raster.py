@@ -245,6 +245,13 @@ def test_contact_is_the_foot_of_the_columns_in_which_it_is_seen() -> None:
         assert Parts(*lines).column(raster.PART_CONTACT) == contacts, what
 
 
+def test_nearest_column_of_a_part_is_the_first_whose_foot_is_nearest() -> None:
+    images = {("333", "303", "..."): 1, ("33", "00", ".."): 0, ("3300", "3300", "...."): 2}
+    for lines, column in images.items():
+        parts = Parts(*lines)
+        assert parts.runs[parts.column(raster.PART_NEAREST), raster.RUN_COLUMN] == [column], lines
+
+
 def test_mirrored_image_has_mirrored_parts() -> None:
     draw = np.random.default_rng(5)
     signs = np.array(list("...0123?"))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from adeye.kernel import road
 from adeye.kernel.storyboard import advance
 from adeye.signals import REFUGE_KINDS
+from tests.kernel.stop_limits import GROUND
 
 Floats = NDArray[np.float64]
 
@@ -56,12 +57,14 @@ def test_of_many_segments_the_place_is_the_nearest_of_theirs() -> None:
     draw = np.random.default_rng(5)
     line = chain(*zip(draw.uniform(3.0, 40.0, 30), draw.uniform(-0.02, 0.02, 30), strict=True))
     before = np.concatenate([[0.0], np.cumsum(line[:, 3])])
-    for x, y in draw.uniform(-60.0, 400.0, (300, 2)):
+    for s, d in zip(draw.uniform(-50.0, 700.0, 300), draw.uniform(-12.0, 12.0, 300), strict=True):
+        x, y, _ = road.position(line, s, d)
         places = []
         for k in range(30):
-            s, d, heading, curvature = road.local(line[k : k + 1], x, y)
-            beyond = max(0.0, -s if k > 0 else 0.0, s - line[k, 3] if k < 29 else 0.0)
-            places.append((d * d + beyond * beyond, before[k] + s, d, heading, curvature))
+            way, aside, heading, curvature = road.local(line[k : k + 1], x, y)
+            beyond = max(0.0, -way if k > 0 else 0.0, way - line[k, 3] if k < 29 else 0.0)
+            error = aside * aside + beyond * beyond
+            places.append((error, before[k] + way, aside, heading, curvature))
         assert road.local(line, x, y) == pytest.approx(min(places)[1:], abs=1e-9)
 
 
@@ -114,15 +117,35 @@ def test_inner_lane_of_a_left_curve_is_tighter() -> None:
 
 
 def test_lanes_are_counted_from_the_right() -> None:
-    assert [road.lane_of(d, 3.5, 3) for d in (0.0, 1.75, 3.5, 5.0, 10.49)] == [0, 0, 1, 1, 2]
-    assert [road.lane_of(d, 3.5, 3) for d in (-0.01, 10.5, 99.0, math.nan)] == [-1, -1, -1, -1]
+    places = (0.0, 1.75, 3.5, 5.0, 10.49, -0.01, 10.5, 99.0, math.nan)
+    lanes = [road.lane_of(GROUND, 0.0, d) for d in places]
+    assert lanes == [0, 0, 1, 1, 2, -1, -1, -1, -1]
+
+
+def test_place_off_the_lanes_belongs_to_the_outermost_lane() -> None:
+    for d, lane in ((-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)):
+        assert road.lane_at(GROUND, 0.0, d) == lane
+        assert road.center_at(GROUND, 0.0, d) == 3.5 * lane + 1.75
+
+
+def test_lane_change_ends_at_the_next_centre_that_way() -> None:
+    for d, sideways, goal in (
+        (8.6, -1.0, 5.25),
+        (8.8, -1.0, 8.75),
+        (5.25, 1.0, 8.75),
+        (2.0, -1.0, 1.75),
+        (1.0, -1.0, -math.inf),
+        (9.0, 1.0, math.inf),
+    ):
+        assert road.center_ahead(GROUND, 0.0, d, sideways) == goal, (d, sideways)
 
 
 @pytest.mark.parametrize("width", [2.9, 3.1, 3.5, 3.7])
 def test_centre_of_a_lane_is_in_it_up_to_its_edges(width: float) -> None:
+    ground = GROUND._replace(lane_width=width, lanes=4)
     for lane in range(4):
-        assert road.lane_of(road.lane_center(lane, width), width, 4) == lane
-    assert road.lane_of(math.nextafter(4 * width, 0.0), width, 4) == 3
+        assert road.lane_of(ground, 0.0, road.lane_center(ground, 0.0, lane)) == lane
+    assert road.lane_of(ground, 0.0, math.nextafter(4 * width, 0.0)) == 3
 
 
 def way(segments: Floats, s: float, d: float, other_s: float) -> float:
@@ -191,22 +214,24 @@ def test_a_taper_without_length_is_a_step() -> None:
 
 
 def test_the_edge_is_that_of_shoulder_bay_or_verge() -> None:
-    assert road.right_edge(NONE, 0.0, 2.5, 0.0) == -2.5
-    assert road.right_edge(NONE, 0.0, 2.5, 1.0) == -3.5
-    assert road.right_edge(TWO, 430.0, 2.5, 1.0) == -6.5
+    verge = GROUND._replace(refuges=TWO, verge=1.0)
+    assert road.right_edge(GROUND, 0.0) == -2.5
+    assert road.right_edge(verge, 0.0) == -3.5
+    assert road.right_edge(verge, 430.0) == -6.5
     # The bay lies in the verge.
-    assert road.right_edge(TWO, 382.5, 2.5, 1.0) == -3.5
+    assert road.right_edge(verge, 382.5) == -3.5
 
 
 def test_a_body_keeps_its_corners_on_the_road() -> None:
-    straight = road.body_edge(NONE, 0.0, 0.0, 4.5, 1.8, 2.5, 0.0)
+    bays = GROUND._replace(refuges=TWO)
+    straight = road.body_edge(GROUND, 0.0, 0.0, 4.5, 1.8)
     assert straight == pytest.approx(0.9 - 2.5)
     for slope in (-0.2, 0.2):
-        turned = road.body_edge(NONE, 0.0, slope, 4.5, 1.8, 2.5, 0.0)
+        turned = road.body_edge(GROUND, 0.0, slope, 4.5, 1.8)
         assert turned == pytest.approx(straight + 0.45)
     # Of the corners in the taper the rear one has less room, unless the body is turned into it.
-    assert road.body_edge(TWO, 390.0, 0.0, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 1.55)
-    assert road.body_edge(TWO, 390.0, -0.2, 4.5, 1.8, 2.5, 0.0) == pytest.approx(0.9 - 2.5 - 2.0)
+    assert road.body_edge(bays, 390.0, 0.0, 4.5, 1.8) == pytest.approx(0.9 - 2.5 - 1.55)
+    assert road.body_edge(bays, 390.0, -0.2, 4.5, 1.8) == pytest.approx(0.9 - 2.5 - 2.0)
 
 
 BODIES: list[tuple[float, float, float, bool]] = [
@@ -224,15 +249,23 @@ BODIES: list[tuple[float, float, float, bool]] = [
 
 def test_a_body_is_in_a_bay_with_all_of_its_corners() -> None:
     for s, d, slope, inside in BODIES:
-        assert road.is_in_refuge(BAY, s, d, slope, 4.5, 1.8, 2.5) == inside, (s, d, slope)
+        assert road.is_in_refuge(GROUND, BAY, s, d, slope, 4.5, 1.8) == inside, (s, d, slope)
+
+
+def grounds(*beside: tuple[float, float]) -> road.Grounds:
+    """Return roads with bays, of each the width of its shoulder and of its verge."""
+    runs = len(beside)
+    shoulder, verge = np.array(beside).T.copy()
+    lines, bays = np.tile(GROUND.segments, (runs, 1, 1)), np.tile(TWO, (runs, 1, 1))
+    width, limit = np.full(runs, 3.5), np.full(runs, 36.1)
+    across = np.zeros((runs, 0, 4)), np.zeros((runs, 0, 8))
+    return road.Grounds(lines, bays, width, 3, shoulder, verge, limit, *across)
 
 
 def test_places_on_the_road_are_marked_run_by_run() -> None:
-    refuges = np.stack([TWO, TWO])
     s = np.array([[430.0, 430.0, 430.0, 300.0, 300.0, math.nan]] * 2)
     d = np.array([[10.5, 10.6, -6.0, -6.0, -3.0, math.nan]] * 2)
-    shoulder, verge, left = np.array([2.5, 0.0]), np.array([0.0, 3.0]), np.array([10.5, 10.5])
-    marks = road.mark_on_road(refuges, shoulder, verge, left, s, d)
+    marks = road.mark_on_road(grounds((2.5, 0.0), (0.0, 3.0)), 0.0, s, d)
     assert marks.tolist() == [
         [True, False, True, False, False, False],
         [True, False, False, False, True, False],
@@ -242,9 +275,9 @@ def test_places_on_the_road_are_marked_run_by_run() -> None:
 @pytest.mark.slow
 def test_bodies_in_refuges_are_marked_run_by_run() -> None:
     s, d = np.array([[430.0, 650.0, 500.0]]), np.full((1, 3), -4.5)
-    shoulder, size = np.array([2.5]), np.array([[4.5, 1.8, 1.5]])
+    size = np.array([[4.5, 1.8, 1.5]])
     for turn, inside in ((0.0, [True, True, False]), (0.5 * math.pi, [False] * 3)):
-        marks = road.mark_in_refuge(TWO[np.newaxis], shoulder, size, s, d, np.full((1, 3), turn))
+        marks = road.mark_in_refuge(grounds((2.5, 0.0)), size, s, d, np.full((1, 3), turn))
         assert marks.tolist() == [inside]
 
 
@@ -252,6 +285,6 @@ def test_the_width_of_a_bay_in_a_curve_is_across_the_road() -> None:
     """Road coordinates bend with the road: the edge of a bay is a line of equal distance."""
     segments = np.array([[0.0, 0.0, 0.0, 900.0, 1.0 / 600.0]])
     for s in (400.0, 430.0, 460.0):
-        inner = road.position(segments, s, road.right_edge(NONE, s, 2.5, 0.0))
-        outer = road.position(segments, s, road.right_edge(TWO, s, 2.5, 0.0))
+        inner = road.position(segments, s, road.right_edge(GROUND, s))
+        outer = road.position(segments, s, road.right_edge(GROUND._replace(refuges=TWO), s))
         assert math.dist(inner[:2], outer[:2]) == pytest.approx(4.0)

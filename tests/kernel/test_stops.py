@@ -2,20 +2,18 @@
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from adeye.kernel import profiles, stops
-from adeye.kernel.road import NO_REFUGE, PARKING_BAY, REST_AREA, body_edge
+from adeye.kernel.road import NO_REFUGE, PARKING_BAY, REST_AREA, Ground, body_edge, curvature_at
 from adeye.signals import Floats
 from adeye.spec.channels import StopRatings
-from tests.kernel.stop_limits import limits
+from tests.kernel.stop_limits import GROUND, limits
 
 RECORD = limits()
-ROAD = np.array([[0.0, 0.0, 0.0, 2000.0, 0.0]])
-NONE = np.zeros((0, 5))
 RULES = np.array(stops.DEFAULT_RULES)
 
 
@@ -28,11 +26,12 @@ def stop(
 
 
 def paths(
-    d: float, speed: float, *, lane: int, curvature: float = 0.0, slope: float = 0.0, **more: float
+    d: float, speed: float, *, lane: int, curvature: float = 0.0, slope: float = 0.0, **more: Any
 ) -> Floats:
     made = np.zeros((stops.LAID_PATHS, profiles.PATH_ROW))
     driven, middle = np.full(profiles.PATH_ROW, np.nan), 3.5 * (lane + 0.5)
-    stops.lay_stops(limits(**more), 0.0, d, slope, 0.0, speed, middle, curvature, driven, made)
+    ground = GROUND._replace(**more)
+    stops.lay_stops(RECORD, ground, 0.0, d, slope, 0.0, speed, middle, curvature, driven, made)
     return made
 
 
@@ -100,12 +99,12 @@ def test_no_stop_to_the_side_leaves_its_lateral_limits(speed: float, level: int)
             aside, jerk = stops.lateral_movement(path, way, now, -acceleration)
             assert abs(aside) <= stops.LATERAL_ACCELERATION
             assert abs(jerk) <= stops.LATERAL_JERK
-        assert stops.fits_limits(RECORD, NONE, path, 0.0, stop(speed, acceleration), 5.5)
+        assert stops.fits_limits(RECORD, GROUND, path, 0.0, stop(speed, acceleration), 5.5)
 
 
 def test_turned_hard_aside_no_stop_to_the_shoulder_is_within_the_limits() -> None:
     path = paths(1.75, 25.0, lane=0, slope=0.3)[stops.SHOULDER]
-    assert not stops.fits_limits(RECORD, NONE, path, 0.0, stop(25.0, 4.0), 1.75)
+    assert not stops.fits_limits(RECORD, GROUND, path, 0.0, stop(25.0, 4.0), 1.75)
 
 
 def test_shoulder_and_right_lane_are_where_they_are() -> None:
@@ -127,12 +126,12 @@ def test_in_a_curve_the_lane_is_followed_and_straight_on_leaves_the_road() -> No
     assert profiles.at_path(made[stops.IN_LANE], 100.0)[0] == pytest.approx(1.75)
     assert profiles.at_path(made[stops.STRAIGHT], 60.0)[0] == pytest.approx(1.75 - 60.0**2 / 600.0)
     profile = stop(30.0, 4.0)
-    assert stops.fits_limits(RECORD, NONE, made[stops.IN_LANE], 0.0, profile, 1.75)
-    assert not stops.fits_limits(RECORD, NONE, made[stops.STRAIGHT], 0.0, profile, 1.75)
+    assert stops.fits_limits(RECORD, GROUND, made[stops.IN_LANE], 0.0, profile, 1.75)
+    assert not stops.fits_limits(RECORD, GROUND, made[stops.STRAIGHT], 0.0, profile, 1.75)
 
 
 def rated(path: Floats, profile: Floats) -> float:
-    return stops.rate_stop(RECORD, RULES, ROAD, NONE, 0.0, path, profile)
+    return stops.rate_stop(RECORD, RULES, GROUND, 0.0, path, profile)
 
 
 def test_ends_are_rated_by_their_place() -> None:
@@ -146,7 +145,7 @@ def test_stop_that_ends_half_way_to_the_shoulder_is_rated_by_the_lane() -> None:
     path, hard = paths(1.75, 30.0, lane=0)[stops.SHOULDER], stop(30.0, 8.0, jerk=100.0)
     d = profiles.at_path(path, hard[-1, profiles.PROFILE_S])[0]
     assert -1.0 < d < 1.0
-    assert stops.rate_stop(RECORD, RULES, ROAD, NONE, 0.0, path, hard) == 3.0
+    assert stops.rate_stop(RECORD, RULES, GROUND, 0.0, path, hard) == 3.0
 
 
 def test_speed_falls_and_the_way_ends_with_it() -> None:
@@ -162,13 +161,15 @@ LIMIT = 130.0 / 3.6
 BENT = np.array([[0.0, 0.0, 0.0, 500.0, 0.0], [500.0, 0.0, 0.0, 500.0, 1.0 / 250.0]])
 
 
-def ground(*, refuges: Floats = NONE, verge: float = 0.0, limit: float = LIMIT) -> stops.Ground:
+def ground(**more: Any) -> Ground:
     """Three lanes of 3.5 m with a bend, and a shoulder of 2.5 m."""
-    return stops.Ground(BENT, refuges, 3.5, 3, 2.5, verge, limit)
+    changed: dict[str, Any] = {"segments": BENT, "speed_limit": LIMIT} | more
+    return GROUND._replace(**changed)
 
 
 def kind(d: float, curvature: float = 0.0, limit: float = LIMIT) -> int:
-    return stops.place_kind(ground(limit=limit), curvature, d, 0.0)
+    line = np.array([[0.0, 0.0, 0.0, 500.0, curvature]])
+    return stops.place_kind(ground(segments=line, speed_limit=limit), 100.0, d)
 
 
 def rate(s: float, d: float, slope: float = 0.0) -> float:
@@ -213,21 +214,23 @@ def test_worst_cell_under_the_body_counts() -> None:
 
 
 def test_body_that_reaches_into_a_curve_is_in_it() -> None:
-    assert stops.curvature_at(BENT, 499.0) == 0.0
-    assert stops.curvature_at(BENT, 501.0) == 1.0 / 250.0
+    assert curvature_at(BENT, 499.0) == 0.0
+    assert curvature_at(BENT, 501.0) == 1.0 / 250.0
     assert (rate(497.0, 1.75), rate(499.0, 8.75)) == (3.0, 6.0)
 
 
 def test_beside_the_shoulder_a_refuge_is_best_then_a_verge() -> None:
-    def beside(d: float) -> int:
-        return stops.place_kind(ground(verge=3.0), 0.0, d, 2.0)
+    bay = np.array([[0.0, 80.0, 60.0, 2.0, 20.0]])
+
+    def beside(d: float, s: float = 100.0) -> int:
+        return stops.place_kind(ground(refuges=bay, verge=3.0), s, d)
 
     kinds = [beside(d) for d in (-2.4, -2.6, -4.5, -4.6, -5.5, -5.6)]
     assert kinds == [
         *(stops.RULE_SHOULDER, stops.RULE_REFUGE, stops.RULE_REFUGE),
         *(stops.RULE_VERGE, stops.RULE_VERGE, stops.RULE_OFF_ROAD),
     ]
-    assert stops.place_kind(ground(verge=3.0), 0.0, -2.6, 0.0) == stops.RULE_VERGE
+    assert beside(-2.6, 300.0) == stops.RULE_VERGE
     assert [RULES[kind] for kind in kinds] == [1.0, 0.0, 0.0, 2.0, 2.0, 7.0]
 
 
@@ -275,7 +278,7 @@ def lay(
     shoulder: float = 2.5,
 ) -> Laid:
     """Lay the stops in refuges from a state: s, d, speed and acceleration of the ego."""
-    record = limits(shoulder=shoulder)
+    record, ground = RECORD, GROUND._replace(refuges=refuges, shoulder=shoulder)
     s, d, speed, acceleration = state
     made_paths = np.zeros((stops.LAID_PATHS, profiles.PATH_ROW))
     made = np.zeros((stops.LAID_PROFILES, stops.STOP_SAMPLES, profiles.PROFILE_ROW))
@@ -285,7 +288,7 @@ def lay(
     before = np.full(profiles.PATH_ROW, np.nan) if driven is None else driven
     place = (s, d, 0.0, 0.0)
     stops.lay_refuge_stops(
-        record, refuges, places, state, place, 0.0, SLOW, kept, before, made_paths, made
+        record, ground, places, state, place, 0.0, SLOW, kept, before, made_paths, made
     )
     return Laid(made_paths, made)
 
@@ -314,7 +317,10 @@ def test_every_level_stands_in_the_middle_of_the_bay() -> None:
         assert profiles.at_path(path, 230.0 - path[profiles.PATH_START]) == pytest.approx(
             (-4.5, 0.0, 0.0)
         )
-        assert stops.refuge_of(RECORD, LONG, 0.0, path, profile) == PARKING_BAY
+        assert (
+            stops.refuge_of(RECORD, GROUND._replace(refuges=LONG), 0.0, path, profile)
+            == PARKING_BAY
+        )
         hardest = -profile[:, profiles.PROFILE_ACCELERATION].min()
         assert hardest == pytest.approx(stops.stop_level(RECORD, level))
 
@@ -330,6 +336,7 @@ def test_no_stop_leaves_its_limits_or_the_road(speed: float, shoulder: float, le
     if not laid.exists()[level]:
         return
     path, profile = laid.path(level), laid.profile(level)
+    ground = GROUND._replace(refuges=BAY, shoulder=shoulder)
     ways = np.linspace(0.0, profile[-1, profiles.PROFILE_S], 400)
     speeds = np.sqrt(
         np.interp(ways, profile[:, profiles.PROFILE_S], profile[:, profiles.PROFILE_SPEED] ** 2)
@@ -337,7 +344,7 @@ def test_no_stop_leaves_its_limits_or_the_road(speed: float, shoulder: float, le
     for way, now in zip(ways, speeds, strict=True):
         s = start + way
         d, slope, _ = profiles.at_path(path, s - path[profiles.PATH_START])
-        assert d >= body_edge(BAY, s, slope, 4.5, 1.8, shoulder, 0.0) - 0.05
+        assert d >= body_edge(ground, s, slope, 4.5, 1.8) - 0.05
         aside, jerk = stops.lateral_movement(path, s - path[profiles.PATH_START], now, 0.0)
         assert abs(aside) <= stops.LATERAL_ACCELERATION
         assert abs(jerk) <= stops.LATERAL_JERK
@@ -369,7 +376,10 @@ def test_a_bay_behind_the_ego_is_passed_over_for_the_next() -> None:
     two = np.concatenate([BAY, [[1.0, 500.0, 100.0, 8.0, 40.0]]])
     laid = lay(two, at(300.0))
     assert laid.exists()[1]
-    assert stops.refuge_of(RECORD, two, 300.0, laid.path(1), laid.profile(1)) == REST_AREA
+    assert (
+        stops.refuge_of(RECORD, GROUND._replace(refuges=two), 300.0, laid.path(1), laid.profile(1))
+        == REST_AREA
+    )
     assert not any(lay(BAY, at(300.0)).exists())
 
 
@@ -378,7 +388,10 @@ def test_parking_bays_are_left_out_where_a_rest_area_is_asked_for() -> None:
     assert lay(two).profile(1)[-1, profiles.PROFILE_S] == pytest.approx(160.0)
     rest = lay(two, places=stops.ONLY_REST_AREA)
     assert rest.exists()[3]
-    assert stops.refuge_of(RECORD, two, 0.0, rest.path(3), rest.profile(3)) == REST_AREA
+    assert (
+        stops.refuge_of(RECORD, GROUND._replace(refuges=two), 0.0, rest.path(3), rest.profile(3))
+        == REST_AREA
+    )
     assert not any(lay(BAY, places=stops.ONLY_REST_AREA).exists())
 
 
@@ -393,8 +406,8 @@ def test_a_bay_smaller_than_the_vehicle_is_none(refuge: tuple[float, ...]) -> No
 
 def test_deep_areas_are_not_entered_farther_than_needed() -> None:
     shallow, deep = np.array([0.0, 0.0, 60.0, 2.0, 0.0]), np.array([0.0, 0.0, 60.0, 20.0, 0.0])
-    assert stops.refuge_target(RECORD, shallow) == -3.5
-    assert stops.refuge_target(RECORD, deep) == pytest.approx(-2.5 - 0.9 - 1.5)
+    assert stops.refuge_target(RECORD, GROUND, shallow) == -3.5
+    assert stops.refuge_target(RECORD, GROUND, deep) == pytest.approx(-2.5 - 0.9 - 1.5)
     assert stops.standing_room(RECORD, deep) == (
         2.25 + stops.ROOM_ALONG,
         60.0 - 2.25 - stops.ROOM_ALONG,
@@ -436,6 +449,6 @@ def test_edges_of_the_taper_bind_where_there_is_no_shoulder() -> None:
     """The same path fits with a shoulder beside it and does not without one."""
     path, profile = lay().path(1), lay().profile(1)
     for shoulder in (2.5, 0.0):
-        record, here = limits(shoulder=shoulder), -path[profiles.PATH_START]
-        fits = stops.fits_limits(record, BAY, path, here, profile, SLOW)
+        ground, here = GROUND._replace(refuges=BAY, shoulder=shoulder), -path[profiles.PATH_START]
+        fits = stops.fits_limits(RECORD, ground, path, here, profile, SLOW)
         assert fits == (shoulder > 0.0)

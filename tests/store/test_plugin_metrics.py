@@ -68,11 +68,17 @@ def test_same_metrics_again_are_kept_once_and_others_are_an_error(store: Store) 
 
 
 def test_machine_dependent_result_keeps_its_first_metrics(store: Store) -> None:
-    complete(store, COMFORT, is_machine_dependent=True)
-    store.example.thresholds["FSR1"] = "3 m"
+    blocks = []
+    for version in ("1", "2"):
+        store.example.with_odd(version)
+        blocks.append(store.claim(store.plan(2).campaign))
     changed = {**COMFORT, "sway_m": replace(COMFORT["sway_m"], value=0.6)}
-    result = complete(store, changed, trace_digest="f" * 32)
-    stored = store.run(result)
+    measured = ({"comfort": COMFORT}, {"comfort": changed, "pitch": COMFORT})
+    for block, metrics, trace in zip(blocks, measured, ("e" * 32, "f" * 32), strict=True):
+        changes = {"trace_digest": trace, "is_machine_dependent": True, "plugin_metrics": metrics}
+        runs = [store.example.run(case, **changes) for case in block.cases]
+        assert store.complete(block, runs)
+    stored = store.run(runs[0].result_digest)
     assert list(stored.plugin_metrics.values()) == [COMFORT]
 
 

@@ -87,10 +87,11 @@ def campaign_injections(
 
     Raises:
         InputError: There is no such campaign.
-        IntegrityError: A run does not come out as it was recorded.
+        IntegrityError: Results are not as they were written, or a run does not come out so.
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
+        repository.require_sound(info.id)
         designs = _designs(repository.content("odd", info.odd_digest))
         known = {item.run: item for item in repository.hindsight.injections(info.id)}
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)

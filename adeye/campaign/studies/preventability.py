@@ -10,7 +10,7 @@ from adeye.campaign.executors import InProcess, Threads
 from adeye.campaign.plan import Contents
 from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, recalled_parts
 from adeye.campaign.work import describe, evaluate, grouped
-from adeye.errors import InputError, IntegrityError, UsageError, suggest
+from adeye.errors import InputError, IntegrityError, UsageError, require_known
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
 from adeye.kernel.reference_drivers.reactions import EDITIONS, MODELS, parameters_of
 from adeye.simulate.engine import identity
@@ -96,15 +96,8 @@ def check_models(models: Sequence[str], edition: str) -> None:
     """
     if not models:
         raise UsageError("--model: names no model", remedy=f"There are: {', '.join(MODELS)}.")
-    for name in models:
-        if name not in MODELS:
-            raise UsageError(
-                f"--model: there is no reference driver {name!r}", remedy=suggest(name, MODELS)
-            )
-    if edition not in EDITIONS:
-        raise UsageError(
-            f"--edition: there is no edition {edition!r}", remedy=suggest(edition, EDITIONS)
-        )
+    require_known(models, MODELS, lambda name: f"--model: there is no reference driver {name!r}")
+    require_known([edition], EDITIONS, lambda name: f"--edition: there is no edition {name!r}")
 
 
 def prevent(  # noqa: PLR0913 - what is asked, and how

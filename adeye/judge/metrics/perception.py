@@ -23,7 +23,7 @@ from adeye.kernel.boxes import box_distance
 from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.relation import tick_times
-from adeye.kernel.road import lane_way
+from adeye.kernel.road import Grounds, ground_of, lane_way, lane_width
 from adeye.kernel.sight import visible_fraction
 from adeye.ports import MetricColumn
 from adeye.signals import (
@@ -360,7 +360,7 @@ NEXT_LANE: Final = 1.5
 
 @allocating
 def rear_margins(
-    scene: Scene, lane_width: Floats, detected: Bools, sensors: Ints
+    scene: Scene, grounds: Grounds, detected: Bools, sensors: Ints
 ) -> tuple[Floats, Ints, Ints, Bytes]:
     """Find who comes from behind in the next lane and is seen latest for what a lane change needs.
 
@@ -368,7 +368,7 @@ def rear_margins(
 
     Args:
         scene: The runs.
-        lane_width: (B,) [m].
+        grounds: Their roads.
         detected: (B, T, S, M).
         sensors: Those that count.
 
@@ -387,8 +387,8 @@ def rear_margins(
             margin, last = math.inf, 0
             for row in range(length[run] - 1):
                 behind, critical = _approach(
-                    ego[run, row], ego_place[run, row], ego_size[run], objects[run, row, thing],
-                    places[run, row, thing], sizes[run, thing], lane_width[run],
+                    grounds, run, ego[run, row], ego_place[run, row], ego_size[run],
+                    objects[run, row, thing], places[run, row, thing], sizes[run, thing],
                 )  # fmt: skip
                 if math.isnan(behind):
                     codes[run] = ERROR
@@ -411,13 +411,14 @@ def rear_margins(
 
 @inlined
 def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
+    grounds: Grounds,
+    run: int,
     own: Floats,
     place: Floats,
     size: Floats,
     other: Floats,
     other_place: Floats,
     other_size: Floats,
-    lane_width: float,
 ) -> tuple[float, float]:
     """Return how far behind the ego somebody faster in the next lane is, and what is critical [m].
 
@@ -438,7 +439,8 @@ def _approach(  # noqa: PLR0913, PLR0917 - a part of the kernel
     ) - 0.5 * (size[0] + other_size[0])  # fmt: skip
     beside = abs(place[PLACE_D] - other_place[PLACE_D])
     closing = other[OBJECT_SPEED] - own[EGO_SPEED]
-    is_next = 0.5 * (size[1] + other_size[1]) <= beside < NEXT_LANE * lane_width
+    width = lane_width(ground_of(grounds, run), place[PLACE_S], place[PLACE_D])
+    is_next = 0.5 * (size[1] + other_size[1]) <= beside < NEXT_LANE * width
     if behind <= 0.0 or closing <= 0.0 or not is_next:
         return 0.0, 0.0
     braked = closing * closing / (2.0 * REAR_BRAKING)
@@ -539,8 +541,8 @@ def rear_detection_margin(series: TraceSeries) -> MetricColumn:
     away than needed at first; one that is never detected while behind is at 0 m. The worst counts.
     Not applicable without such an object or a measuring sensor that is linked to a channel.
     """
-    lane_width = series.trace.layout.context.road.lane_width
-    margin, row, thing, codes = rear_margins(series.scene, lane_width, *_sensed(series))
+    grounds = series.trace.layout.context.road.grounds()
+    margin, row, thing, codes = rear_margins(series.scene, grounds, *_sensed(series))
     return column_of(series, codes, row, margin, thing)
 
 

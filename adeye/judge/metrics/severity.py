@@ -15,6 +15,7 @@ from adeye.judge.outcome import on_road
 from adeye.judge.trace_signals import STANDSTILL_SPEED
 from adeye.kernel.boxes import boxes_overlap
 from adeye.kernel.criticality import fatality_probability, speed_change
+from adeye.kernel.road import lane_width
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:
@@ -148,9 +149,10 @@ def _is_within_lane(
 ) -> bool:
     """Tell whether the body of the ego is on the road and within the lane of its centre."""
     place = series.column("ego_place")[run, row]
-    road = series.trace.layout.context.road.of(np.array([run]))
-    if not on_road(road, place[np.newaxis, np.newaxis])[0, 0]:
+    road = series.trace.layout.context.road
+    if not on_road(road.of(np.array([run])), place[np.newaxis, np.newaxis])[0, 0]:
         return False
     turned = series.column("ego")[run, row, columns.EGO_HEADING] - place[columns.PLACE_HEADING]
     extent = half_width * abs(math.cos(turned)) + half_length * abs(math.sin(turned))
-    return bool(abs(place[columns.PLACE_OFFSET]) + extent <= 0.5 * road.lane_width[0])
+    width = lane_width(road.ground(run), place[columns.PLACE_S], place[columns.PLACE_D])
+    return bool(abs(place[columns.PLACE_OFFSET]) + extent <= 0.5 * width)

@@ -154,15 +154,6 @@ Parameters: TypeAlias = Mapping[str, tuple[float, tuple[int, int, int]]]
 """Values in SI with their exponents of length, time and angle, by name."""
 
 
-def parse_text(text: str, where: SourceLocation | None = None) -> syntax.Condition:
-    """Parse a formula without parameters.
-
-    Raises:
-        ExpressionError: The text is no formula; the message gives the position in it.
-    """
-    return parse_with({}, text, where)[0]
-
-
 def parse_with(
     parameters: Parameters, text: str, where: SourceLocation | None = None
 ) -> tuple[syntax.Condition, frozenset[str]]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 
-from adeye.errors import InputError, SourceLocation, suggest
+from adeye.errors import InputError, SourceLocation, require_known
 from adeye.judge.evaluate import Frame
 from adeye.judge.stl.batch import HELD, NEEDED, evaluate_columns, evaluate_rows
 from adeye.judge.stl.formula import TRUTH_LABELS, parse_formula
@@ -87,11 +87,8 @@ class Table:
         Raises:
             InputError: There is none of that name.
         """
-        if name not in self.columns:
-            raise InputError(
-                f"{self.name} has no column {shown(name)}",
-                remedy=suggest(name, self.columns),
-            )
+        said = f"{self.name} has no column {shown(name)}"
+        require_known([name], self.columns, lambda _: said, InputError)
         return self.columns[name]
 
     def place(self, row: int) -> str:
@@ -637,12 +634,13 @@ def _check_names(formula: Formula, table: Table, parameters: Parameters) -> None
             raise InputError(
                 f"the formula does not name parameter {shown(name)}", remedy="Remove it or name it."
             )
-    for name in formula.names:
-        if name not in table.columns:
-            raise InputError(
-                f"{table.name} has no column {shown(name)}, which the formula names",
-                remedy=suggest(name, table.columns),
-            )
+    has_not = f"{table.name} has no column"
+    require_known(
+        formula.names,
+        table.columns,
+        lambda name: f"{has_not} {shown(name)}, which the formula names",
+        InputError,
+    )
 
 
 def _horizon(text: str | None, grid: tuple[float, float], rows: int) -> tuple[float, int]:

@@ -124,16 +124,14 @@ def cc_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> fl
     gap stops closing.
 
     Args:
-        view: What it sees, shape (VIEW_SIZE,).
+        view: What it sees, shape (VIEW_SIZE,), all known.
         parameters: ``CarefulDriver.vector()``.
         state: What it remembers, shape (STATE_SIZE,); changed in place.
         step: Length of the tick [s].
 
     Returns:
-        Infinity where it asks for nothing, NaN if something in the view is.
+        Infinity where it asks for nothing.
     """
-    if is_unknown(view):
-        return math.nan
     note_side(view, state)
     in_path = view[columns.LATERAL_GAP] <= 0.0
     closing = view[columns.EGO_SPEED] - view[columns.OTHER_SPEED]
@@ -179,16 +177,14 @@ def fsm_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> f
     """Return the acceleration that the fuzzy safety model allows [m/s^2].
 
     Args:
-        view: What it sees, shape (VIEW_SIZE,).
+        view: What it sees, shape (VIEW_SIZE,), all known.
         parameters: ``FuzzyDriver.vector()``.
         state: What it remembers, shape (STATE_SIZE,); changed in place.
         step: Length of the tick [s].
 
     Returns:
-        Infinity where it asks for nothing, NaN if something in the view is.
+        Infinity where it asks for nothing.
     """
-    if is_unknown(view):
-        return math.nan
     wanted = 0.0
     if _concerns_fsm(view, parameters):
         comfortable = parameters[columns.FSM_COMFORTABLE]
@@ -227,16 +223,14 @@ def rss_limit(view: Floats, parameters: Floats, state: Floats, step: float) -> f
     after the response time the ego brakes until one of them is long enough.
 
     Args:
-        view: What it sees, shape (VIEW_SIZE,).
+        view: What it sees, shape (VIEW_SIZE,), all known.
         parameters: ``ResponsibleDriver.vector()``.
         state: What it remembers, shape (STATE_SIZE,); changed in place.
         step: Length of the tick [s].
 
     Returns:
-        Infinity where it asks for nothing, NaN if something in the view is.
+        Infinity where it asks for nothing.
     """
-    if is_unknown(view):
-        return math.nan
     is_dangerous = False
     if is_ahead(view, parameters):
         only = parameters[columns.RSS_OTHER_ONLY] > 0.0
@@ -297,16 +291,14 @@ def reg157_limit(view: Floats, parameters: Floats, state: Floats, step: float) -
     counted that it brakes on; one that brakes hard is answered at once.
 
     Args:
-        view: What it sees, shape (VIEW_SIZE,).
+        view: What it sees, shape (VIEW_SIZE,), all known.
         parameters: ``CutInRule.vector()``.
         state: What it remembers, shape (STATE_SIZE,); changed in place.
         step: Length of the tick [s].
 
     Returns:
-        Infinity where it asks for nothing, NaN if something in the view is.
+        Infinity where it asks for nothing.
     """
-    if is_unknown(view):
-        return math.nan
     closing = view[columns.EGO_SPEED] - view[columns.OTHER_SPEED]
     is_in = (
         view[columns.LATERAL_GAP] <= parameters[columns.REG157_LATERAL_GAP]
@@ -352,6 +344,8 @@ def reference_limit(
     Returns:
         Infinity where it asks for nothing, NaN if something in the view is or the model is none.
     """
+    if is_unknown(view):
+        return math.nan
     if model == columns.CC:
         return cc_limit(view, parameters, state, step)
     if model == columns.FSM:

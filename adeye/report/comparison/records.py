@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from adeye.errors import UsageError, suggest
+from adeye.errors import UsageError, require_known, suggest
 from adeye.judge.verdict import Verdict
 from adeye.report.model.part import Count, Id, Part
 
@@ -318,10 +318,6 @@ class Comparison(Part):
         """Find an architecture."""
         return next(item for item in self.candidates if item.id == name)
 
-    def differences_of(self, a: str, b: str, kind: ClusterKind = "all") -> list[Difference]:
-        """List the differences of two architectures."""
-        return [item for item in self.differences if (item.a, item.b, item.kind) == (a, b, kind)]
-
 
 # --- What a comparison is asked: which architectures, measured by what; refused where it is wrong -
 
@@ -370,12 +366,8 @@ class CompareOptions:
         wanted = list(dict.fromkeys(self.architectures)) or list(known)
         if self.baseline is not None and self.baseline not in wanted:
             wanted.append(self.baseline)
-        for name in wanted:
-            if name not in known:
-                raise UsageError(
-                    f"the campaign has no architecture {name!r}, but {', '.join(known)}",
-                    remedy=suggest(name, known),
-                )
+        but = f"but {', '.join(known)}"
+        require_known(wanted, known, lambda it: f"the campaign has no architecture {it!r}, {but}")
         if len(wanted) < 2:
             raise UsageError(
                 f"there is nothing to compare {wanted[0]!r} with"

@@ -93,7 +93,7 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
         track = tracks[row]
         x = ego_x + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = ego_y + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(seen.segments[run], x, y)
+        s, d, heading, _ = local(seen.grounds.segments[run], x, y)
         if s <= ego_s:
             continue
         apart = lane_way(ego_s, road, ego_d, s, heading)

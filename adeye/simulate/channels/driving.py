@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.kernel.control import idm_acceleration, lane_keeping_steering
-from adeye.kernel.jit import inlined
-from adeye.kernel.road import lane_center, lane_of, local, offset_curvature, position
+from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.road import (
+    Ground,
+    center_at,
+    has_strips,
+    limit_at,
+    local,
+    offset_curvature,
+    position,
+)
+from adeye.kernel.strips import SLAB_BEGIN, slab_at
 from adeye.signals import parameter_record, spec_columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -57,16 +66,11 @@ _FIELDS: Final = (
 
 
 def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
-    """List what the compiled steps read of vehicle, road and clock, for the parameter record."""
-    vehicles, road = context.vehicles, context.road
+    """List what the compiled steps read of vehicle and clock, for the parameter record."""
+    vehicles = context.vehicles
     names = ("length", "width", "wheelbase", "max_steering_angle")
     return {
         **spec_columns(vehicles, lambda vehicle: {name: getattr(vehicle, name) for name in names}),
-        "lane_width": road.lane_width,
-        "lanes": road.lanes,
-        "shoulder": road.shoulder,
-        "verge": road.verge,
-        "speed_limit": road.speed_limit,
         "desired_speed": context.desired_speed,
         "period": context.period,
     }
@@ -98,18 +102,15 @@ def parameter_columns(context: ChannelContext, names: Iterable[str]) -> dict[str
 
 
 @inlined
-def lane_at(d: float, lane_width: float, lanes: int) -> int:
-    """Return the lane at a lateral place, the outermost one for places off the lanes.
+def path_in_lane(ground: Ground, s: float, kept: float) -> float:
+    """Return the lateral place of a path that keeps to a lane: on an imported road lanes shift [m].
 
     Args:
-        d: From the right edge to the left [m].
-        lane_width: [m].
-        lanes: How many there are.
+        ground: The road.
+        s: Along it [m].
+        kept: That of the path before [m].
     """
-    lane = lane_of(d, lane_width, lanes)
-    if lane >= 0:
-        return lane
-    return 0 if d < 0.0 else lanes - 1
+    return center_at(ground, s, kept) if has_strips(ground) else kept
 
 
 @inlined
@@ -137,16 +138,20 @@ def steer(record: Any, pose: Floats, path_d: float) -> float:
 
 
 @inlined
-def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) -> float:
+def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> float:
     """Return the speed that desire, speed limit and the curves ahead allow [m/s].
 
     Args:
-        record: Has ``desired_speed``, ``speed_limit`` and ``comfort_deceleration``.
-        segments: (K, 5) reference line of the road.
+        record: Has ``desired_speed`` and ``comfort_deceleration``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the path [m].
     """
-    allowed = min(record["desired_speed"], record["speed_limit"])
+    segments = ground.segments
+    if has_strips(ground):
+        braking = record["comfort_deceleration"]
+        return allowed_ahead(ground, pose[POSE_S], path_d, record["desired_speed"], braking)
+    allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
     if segments.shape[0] == 1 and segments[0, 4] == 0.0:
         return float(allowed)
     for seconds in _CURVE_PREVIEWS:
@@ -157,6 +162,40 @@ def allowed_speed(record: Any, segments: Floats, pose: Floats, path_d: float) ->
             square = MAX_LATERAL / bend + record["comfort_deceleration"] * way
             allowed = min(allowed, math.sqrt(square))
     return float(allowed)
+
+
+@compiled
+def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: float) -> float:
+    """Return the speed that lets a vehicle keep to every limit and bend ahead of it [m/s].
+
+    Args:
+        ground: An imported road.
+        s: Of the vehicle [m].
+        d: Of its path [m].
+        desired: [m/s].
+        braking: Deceleration that is comfortable; half of it is counted on [m/s²].
+    """
+    square = desired * desired
+    begin = 0.0
+    for k in range(ground.segments.shape[0]):
+        length, curvature = ground.segments[k, 3], ground.segments[k, 4]
+        way = max(0.0, begin - s)
+        if braking * way >= square:
+            break
+        bend = abs(offset_curvature(curvature, d))
+        if begin + length > s and bend > 0.0:
+            square = min(square, MAX_LATERAL / bend + braking * way)
+        begin += length
+    slab = slab_at(ground.slabs, s)
+    while slab < ground.slabs.shape[0]:
+        begin = ground.slabs[slab, SLAB_BEGIN]
+        way = max(0.0, begin - s)
+        if braking * way >= square:
+            break
+        limit = limit_at(ground, max(s, begin), d)
+        square = min(square, limit * limit + braking * way)
+        slab += 1
+    return math.sqrt(square)
 
 
 @inlined
@@ -189,18 +228,6 @@ def follow(
     if speed < STANDSTILL and wanted <= 0.0:
         return -min(HOLD_DECELERATION, hardest)
     return wanted
-
-
-@inlined
-def path_of_lane(record: Any, d: float) -> float:
-    """Return the lateral place of the centre of the lane at a lateral place [m].
-
-    Args:
-        record: Has ``lane_width`` and ``lanes``.
-        d: From the right edge to the left [m].
-    """
-    lanes = int(record["lanes"])
-    return lane_center(lane_at(d, record["lane_width"], lanes), record["lane_width"])
 
 
 @inlined

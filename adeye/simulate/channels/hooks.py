@@ -79,7 +79,7 @@ class Hooks:
             pose = seen.pose[run]
             # A map that lies to the left puts the ego to the right of where it is on it.
             pose[POSE_D] -= self._offset[run]
-            x, y, _ = position(seen.segments[run], pose[POSE_S], pose[POSE_D])
+            x, y, _ = position(seen.grounds.segments[run], pose[POSE_S], pose[POSE_D])
             pose[POSE_X], pose[POSE_Y] = x, y
 
     def answer(self, command: ControlCommand) -> ControlCommand:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.road import center_at, ground_of
 from adeye.signals import DEGRADED, FAULT, OK, Floats, Ints
 from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import PerceivingChannel
-from adeye.simulate.channels.perception.pose import POSE_D, POSE_SPEED, has_pose
+from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_SPEED, has_pose
 from adeye.spec.channels import NominalParameters
 
 if TYPE_CHECKING:
@@ -48,17 +49,18 @@ def nominal_step(
     Returns:
         OK, or FAULT without a recent ego estimate: then it coasts with the steering held.
     """
-    record, pose = seen.records[run], seen.pose[run]
+    record, ground, pose = seen.records[run], ground_of(seen.grounds, run), seen.pose[run]
     if not has_pose(pose, time):
         command[0] = 0.0
         return FAULT
     if np.isnan(memory[MEMORY_PATH]):
-        memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
+        memory[MEMORY_PATH] = center_at(ground, pose[POSE_S], pose[POSE_D])
+    memory[MEMORY_PATH] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_PATH])
     path_d = memory[MEMORY_PATH]
     corridor.view_path(seen, run, path_d, path)
     speed = pose[POSE_SPEED]
     hardest = min(record["emergency_threshold"], record["emergency_deceleration"])
-    allowed = driving.allowed_speed(record, seen.segments[run], pose, path_d)
+    allowed = driving.allowed_speed(record, ground, pose, path_d)
     acceleration = driving.follow(
         record, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
     )

@@ -23,10 +23,10 @@ import numpy as np
 
 from adeye.errors import SpecError
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.road import lane_center, offset_curvature
+from adeye.kernel.road import Ground, center_at, ground_of, left_edge, limit_at, offset_curvature
 from adeye.plugins import Part, load_part
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation
-from adeye.simulate.channels.driving import channel_records, lane_at, parameter_columns
+from adeye.simulate.channels.driving import channel_records, parameter_columns
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
 from adeye.simulate.channels.perception import tracks as columns
@@ -35,6 +35,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
     POSE_CURVATURE,
     POSE_D,
+    POSE_S,
     POSE_SPEED,
     POSE_YAW_RATE,
     has_pose,
@@ -167,7 +168,7 @@ class Kinematics:
 
         Args:
             context: Of the channel.
-            records: (B,) parameters, vehicle and road, see ``driving.channel_records``.
+            records: (B,) parameters and vehicle, see ``driving.channel_records``.
         """
         runs = context.runs
         self._perception = Perception(context, records)
@@ -205,24 +206,23 @@ def _describe(seen: Seen, time: float, is_known: Bools, ego: Floats, objects: Fl
         if seen.running[run]:
             record, end = seen.records[run], int(seen.notes[run, NOTE_END])
             is_known[run] = has_pose(seen.pose[run], time)
-            _describe_ego(record, seen.pose[run], ego[run])
+            _describe_ego(record, ground_of(seen.grounds, run), seen.pose[run], ego[run])
             _describe_objects(record, seen.pose[run], seen.tracks[run], end, objects[run])
 
 
 @inlined
-def _describe_ego(record: Any, pose: Floats, ego: Floats) -> None:
+def _describe_ego(record: Any, ground: Ground, pose: Floats, ego: Floats) -> None:
     """Write the features of the ego, in the order of ``EGO_FEATURES``."""
-    d, width = pose[POSE_D], record["lane_width"]
-    lane = lane_at(d, width, int(record["lanes"]))
+    s, d = pose[POSE_S], pose[POSE_D]
     ego[0] = pose[POSE_SPEED]
     ego[1] = pose[POSE_ACCELERATION]
     ego[2] = pose[POSE_YAW_RATE]
     ego[3] = pose[POSE_ALIGN]
-    ego[4] = d - lane_center(lane, width)
+    ego[4] = d - center_at(ground, s, d)
     ego[5] = d
-    ego[6] = record["lanes"] * width - d
+    ego[6] = left_edge(ground, s) - d
     ego[7] = offset_curvature(pose[POSE_CURVATURE], d)
-    ego[8] = min(record["desired_speed"], record["speed_limit"])
+    ego[8] = min(record["desired_speed"], limit_at(ground, s, d))
 
 
 @inlined

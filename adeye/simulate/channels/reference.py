@@ -18,7 +18,7 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
 from adeye.kernel.reference_drivers import drivers
 from adeye.kernel.reference_drivers import reactions as columns
-from adeye.kernel.road import lane_way, local
+from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_way, lane_width, local
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation
 from adeye.simulate.channels import driving
 from adeye.simulate.channels.perception.pose import (
@@ -206,8 +206,9 @@ def _see_again(
 
 
 @inlined
-def look_at(
+def look_at(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
+    ground: Ground,
     things: Floats,
     row: int,
     pose: Floats,
@@ -217,7 +218,8 @@ def look_at(
     """Fill in what the driver sees of one object, except the ego's own acceleration.
 
     Args:
-        record: Has ``length``, ``width`` and ``lane_width`` of ego and road.
+        record: Has ``length`` and ``width`` of the ego.
+        ground: The road.
         things: (THINGS, THING_SIZE).
         row: Of the object.
         pose: (POSE_WIDTH,).
@@ -239,7 +241,8 @@ def look_at(
     lateral = abs(aside)
     half = 0.5 * (record["width"] + thing[THING_WIDTH])
     inward = -thing[THING_SIDEWAYS] if aside > 0.0 else thing[THING_SIDEWAYS]
-    if inward < MIN_LATERAL_SPEED and lateral > 0.5 * record["lane_width"]:
+    lane = lane_width(ground, pose[POSE_S], path_d)
+    if inward < MIN_LATERAL_SPEED and lateral > 0.5 * lane:
         thing[THING_LED] = 0.0 if inward > -MIN_LATERAL_SPEED else thing[THING_LED]
     is_in_path = lateral <= half
     revealed, hider = _revealed(things, row, pose) if is_in_path else (0.0, VISIBLE)
@@ -259,10 +262,10 @@ def look_at(
     smaller = min(record["width"], thing[THING_WIDTH])
     view[columns.OVERLAP] = min(max(half - lateral, 0.0), smaller) / smaller
     from_centre = abs(thing[THING_D] - path_d)
-    view[columns.INTRUSION] = 0.5 * (record["lane_width"] + thing[THING_WIDTH]) - from_centre
+    view[columns.INTRUSION] = 0.5 * (lane + thing[THING_WIDTH]) - from_centre
     view[columns.CUE] = revealed
     if inward >= MIN_LATERAL_SPEED:
-        view[columns.CUE] = max(revealed, record["lane_width"] - lateral)
+        view[columns.CUE] = max(revealed, lane - lateral)
     if is_in_path and revealed == 0.0:
         if view[columns.EGO_SPEED] <= view[columns.OTHER_SPEED]:
             thing[THING_IS_NEW] = 0.0
@@ -333,7 +336,7 @@ class ReferenceChannel:
             records=driving.channel_records(context, fields),
             models=np.array([columns.MODELS[item.model] for item in specs], dtype=np.int64),
             parameters=np.array([columns.vector(item) for item in found]),
-            segments=np.ascontiguousarray(context.road.segments),
+            grounds=context.road.grounds(),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
             things=np.zeros((runs, THINGS, THING_SIZE)),
@@ -372,7 +375,7 @@ class Drivers(NamedTuple):
         records: (B,) see ``driving.channel_records``.
         models: (B,) of the drivers.
         parameters: (B, PARAMETER_SIZE) of these.
-        segments: (B, K, 5) reference line of the road.
+        grounds: The roads.
         running: (B,) runs that have not ended; the others are left alone.
         pose: (B, POSE_WIDTH).
         things: (B, THINGS, THING_SIZE) objects; in and out.
@@ -385,7 +388,7 @@ class Drivers(NamedTuple):
     records: Any
     models: Ints
     parameters: Floats
-    segments: Floats
+    grounds: Grounds
     running: Bools
     pose: Floats
     things: Floats
@@ -407,24 +410,25 @@ def _act(
     for run in range(batch.records.shape[0]):
         if not batch.running[run]:
             continue
-        record, segments = batch.records[run], batch.segments[run]
+        record, ground = batch.records[run], ground_of(batch.grounds, run)
         pose, memory, command = batch.pose[run], batch.memory[run], batch.command[run]
         # The filter of the pose takes noise out, and here is none.
         clear_pose(pose)
         if time - stamp[run] <= _LATE:
-            update_pose(pose, segments, estimate[run], stamp[run], time, record["period"])
+            update_pose(pose, ground.segments, estimate[run], stamp[run], time, record["period"])
         batch.status[run] = signals.FAULT
         if not has_pose(pose, time):
             command[0] = 0.0
             memory[MEMORY_SPEED] = math.nan
             continue
         if math.isnan(memory[MEMORY_PATH]):
-            memory[MEMORY_PATH] = driving.path_of_lane(record, pose[POSE_D])
+            memory[MEMORY_PATH] = center_at(ground, pose[POSE_S], pose[POSE_D])
+        memory[MEMORY_PATH] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_PATH])
         path_d = memory[MEMORY_PATH]
         update_things(
             batch.things[run],
             pose,
-            segments,
+            ground.segments,
             path_d,
             masks[run],
             detections[run],
@@ -445,7 +449,7 @@ def _longitudinal(batch: Drivers, run: int) -> float:
     record, model, parameters = batch.records[run], batch.models[run], batch.parameters[run]
     pose, things, memory = batch.pose[run], batch.things[run], batch.memory[run]
     view = batch.scene
-    speed, path_d = pose[POSE_SPEED], memory[MEMORY_PATH]
+    ground, speed, path_d = ground_of(batch.grounds, run), pose[POSE_SPEED], memory[MEMORY_PATH]
     before = memory[MEMORY_SPEED]
     memory[MEMORY_SPEED] = speed
     view[columns.EGO_ACCELERATION] = (
@@ -454,7 +458,7 @@ def _longitudinal(batch: Drivers, run: int) -> float:
     limit = math.inf
     lead, nearest = -1, math.inf
     for row in range(things.shape[0]):
-        seen = look_at(record, things, row, pose, path_d, view)
+        seen = look_at(record, ground, things, row, pose, path_d, view)
         if seen != VISIBLE:
             for column in range(THING_STATE, THING_SIZE):
                 # Who brakes for the vehicle ahead does not begin anew with what it reveals.
@@ -473,7 +477,7 @@ def _longitudinal(batch: Drivers, run: int) -> float:
         speed,
         nearest,
         things[lead, THING_FORWARD] if lead >= 0 else 0.0,
-        driving.allowed_speed(record, batch.segments[run], pose, path_d),
+        driving.allowed_speed(record, ground, pose, path_d),
         max(room, 0.0) / max(speed, 1.0),
         record["standstill_gap"],
         record["max_acceleration"],

@@ -126,22 +126,13 @@ def _number(value: Any) -> float:
 
 
 def _context(context: ChannelContext, run: int) -> ports.ScalarContext:
-    road = context.road
     return ports.ScalarContext(
         channel_id=context.channel_id,
         links=context.links,
         sensors=dict(context.sensors),
         mounts={name: poses[run].copy() for name, poses in context.mounts.items()},
         vehicle=context.vehicles[run],
-        road=ports.ScalarRoad(
-            road.segments[run].copy(),
-            float(road.lane_width[run]),
-            road.lanes,
-            float(road.shoulder[run]),
-            float(road.speed_limit[run]),
-            float(road.verge[run]),
-            road.refuges[run].copy(),
-        ),
+        road=ports.ScalarRoad(**context.road.told(run)),
         desired_speed=float(context.desired_speed[run]),
         step=context.step,
         period=context.period,

@@ -11,6 +11,7 @@ import numpy as np
 from adeye import signals
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import compiled
+from adeye.kernel.road import Grounds, ground_of
 from adeye.signals import Bools, Floats, Measurement, RoadMap
 from adeye.simulate.traffic.stage import locate
 from adeye.spec.sensor_faults import SIGNALS
@@ -46,7 +47,7 @@ def relocate(road: RoadMap, runs: Bools, estimate: Floats) -> None:
 
     What is not finite, or beyond ``FARTHEST``, is nowhere: NaN.
     """
-    _relocate(road.segments, road.lane_width, road.lanes, runs, estimate)
+    _relocate(road.grounds(), runs, estimate)
 
 
 @compiled
@@ -100,16 +101,14 @@ def _turn(x: Floats, y: Floats, angle: Floats) -> None:
 
 
 @compiled
-def _relocate(
-    segments: Floats, lane_width: Floats, lanes: int, runs: Bools, estimate: Floats
-) -> None:
+def _relocate(grounds: Grounds, runs: Bools, estimate: Floats) -> None:
     for run in range(estimate.shape[0]):
         if not runs[run]:
             continue
         x, y = estimate[run, signals.EGO_X], estimate[run, signals.EGO_Y]
         place = estimate[run, signals.ESTIMATE_PLACE :]
         if abs(x) <= FARTHEST and abs(y) <= FARTHEST:
-            locate(segments[run], lane_width[run], lanes, x, y, place)
+            locate(ground_of(grounds, run), x, y, place)
         else:
             place[:] = math.nan
             place[signals.PLACE_LANE] = -1.0

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final, Protocol, cast
 
-from adeye.errors import UsageError, suggest
+from adeye.errors import UsageError, require_known, suggest
 from adeye.ports import TrafficBackend
 
 if TYPE_CHECKING:
@@ -71,8 +71,7 @@ def variant_of(name: str, variant: str | None = None) -> str:
 
 def _find(name: str, variant: str | None) -> str:
     """Return the variant without its version."""
-    if name not in BACKENDS:
-        raise UsageError(f"there is no traffic {name!r}", remedy=suggest(name, BACKENDS))
+    require_known([name], BACKENDS, lambda name: f"there is no traffic {name!r}")
     known = VARIANTS[name]
     if variant is None:
         return next(iter(known))

@@ -81,7 +81,7 @@ class BatchTraffic(Staged):
         self._is_reactive = not world.scripted.all()
         vehicles, marks = _begin_vehicles(world)
         road, self._rails = world.context.road, None
-        if cases[0].scenario.world.road.kind == "imported":
+        if cases[0].scenario.world.road.has_strips:
             if self._is_reactive:
                 self._rails = lay_rails(world, stage.scene(), vehicles, marks)
             return world.context, stage.scene()

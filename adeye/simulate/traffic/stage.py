@@ -16,7 +16,7 @@ from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import FRICTION, advance_ego_fading, fade
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
-from adeye.kernel.road import lane_center, lane_of, local
+from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
 from adeye.kernel.storyboard import Events, begin_events, end_actions, move_actors
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.spec.clock import ticks
@@ -468,39 +468,29 @@ def end_runs(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
-def locate(
-    segments: Floats, lane_width: float, lanes: int, x: float, y: float, place: Floats
-) -> None:
+def locate(ground: Ground, x: float, y: float, place: Floats) -> None:
     """Write the place of a point on the road.
 
     Args:
-        segments: (K, 5) reference line.
-        lane_width: [m].
-        lanes: Number of lanes.
+        ground: The road.
         x: [m].
         y: [m].
         place: (6,) out, see ``signals.PLACE_COLUMNS``; off the lanes the lane is -1 and the offset
             counts from the nearest one. All NaN if the point is, but for the lane.
     """
-    s, d, heading, curvature = local(segments, x, y)
+    s, d, heading, curvature = local(ground.segments, x, y)
     place[signals.PLACE_S], place[signals.PLACE_D] = s, d
     place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
-    place[signals.PLACE_LANE] = lane_of(d, lane_width, lanes)
-    if math.isnan(d):
-        place[signals.PLACE_OFFSET] = math.nan
-    else:
-        nearest = min(max(math.floor(d / lane_width), 0), lanes - 1)
-        place[signals.PLACE_OFFSET] = d - lane_center(int(nearest), lane_width)
+    place[signals.PLACE_LANE] = lane_of(ground, s, d)
+    place[signals.PLACE_OFFSET] = d - center_at(ground, s, d)
 
 
 @compiled
-def locate_all(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+def locate_all(
     running: Bools,
     ego: Floats,
     objects: Floats,
-    segments: Floats,
-    lane_width: Floats,
-    lanes: int,
+    grounds: Grounds,
     ego_place: Floats,
     object_places: Floats,
 ) -> None:
@@ -510,20 +500,18 @@ def locate_all(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         running: (B,).
         ego: (B, 7) states.
         objects: (B, M, 5) states.
-        segments: (B, K, 5) reference lines.
-        lane_width: (B,) [m].
-        lanes: Number of lanes.
+        grounds: Their roads.
         ego_place: (B, 6) out.
         object_places: (B, M, 6) out.
     """
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        road, width = segments[run], lane_width[run]
-        locate(road, width, lanes, ego[run, 0], ego[run, 1], ego_place[run])
+        ground = ground_of(grounds, run)
+        locate(ground, ego[run, 0], ego[run, 1], ego_place[run])
         for thing in range(objects.shape[1]):
             x, y = objects[run, thing, 0], objects[run, thing, 1]
-            locate(road, width, lanes, x, y, object_places[run, thing])
+            locate(ground, x, y, object_places[run, thing])
 
 
 # --- The ego, the scripted actors and the static objects of a batch in motion ---------------------
@@ -555,6 +543,7 @@ class Stage:
             road_length=context.road.length,
         )
         self._tick = 0
+        self._grounds = context.road.grounds()
         self._actors: Floats = world.actors.copy()
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
@@ -625,9 +614,7 @@ class Stage:
             running,
             self.ego,
             self.objects,
-            world.context.road.segments,
-            world.context.road.lane_width,
-            world.context.road.lanes,
+            self._grounds,
             self._ego_place,
             self._object_places,
         )

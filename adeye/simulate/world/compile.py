@@ -33,7 +33,13 @@ from adeye.signals import (
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick, Situation
 from adeye.simulate.world.objects import DEFAULT_REFLECTIVITY, DEFAULT_SIZES, class_indices
 from adeye.simulate.world.roads import build_roads
-from adeye.simulate.world.storyboard import WALKER, TriggerTable, check_lanes, compile_script
+from adeye.simulate.world.storyboard import (
+    WALKER,
+    TriggerTable,
+    centers,
+    check_lanes,
+    compile_script,
+)
 from adeye.spec.expression import Expression
 
 if TYPE_CHECKING:
@@ -91,6 +97,7 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
     scenario = formulas.scenario
     actors, statics = list(scenario.actors), list(scenario.world.objects)
     shape = (formulas.runs, len(actors) + len(statics))
+    ego_s = formulas.values("ego.s", lambda s: s.ego.s)
     starts = Starts(
         s=np.zeros(shape),
         d=np.zeros(shape),
@@ -98,8 +105,10 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         speed=np.zeros(shape),
         reflectivity=np.zeros(shape),
         sizes=np.zeros((*shape, 3)),
-        ego_s=formulas.values("ego.s", lambda s: s.ego.s),
-        ego_d=_lateral(formulas, road, "ego", lambda s: s.ego.lane, lambda s: s.ego.offset),
+        ego_s=ego_s,
+        ego_d=_lateral(
+            formulas, road, ego_s, ("ego", lambda s: s.ego.lane, lambda s: s.ego.offset)
+        ),
         ego_speed=formulas.limited(
             "ego.speed", lambda s: s.ego.speed, above=BELOW_ZERO, unit="m/s"
         ),
@@ -130,6 +139,9 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         ]
         # The way along the lane less that along the reference line: nothing on a straight.
         places[name][:] = places[base] + gap + half + bend
+        oncoming = scenario.actors[name].start.oncoming
+        lane = _start_lane(name)
+        beside[name][:] = _lateral(formulas, road, places[name], lane, oncoming=oncoming)
     _check_on_road("ego", "s", starts.ego_s, starts.ego_d, road, is_beside=False)
     for column, (name, actor) in enumerate(scenario.actors.items()):
         if not actor.start.off_road:
@@ -160,9 +172,8 @@ def _check_on_road(
         )
     if is_beside:
         return
-    at, left = s[:, np.newaxis], road.lanes * road.lane_width
-    edges = road.shoulder + ROAD_EDGE, road.verge, left + ROAD_EDGE
-    outside = ~mark_on_road(road.refuges, *edges, at, d[:, np.newaxis])[:, 0]
+    at, beside = s[:, np.newaxis], d[:, np.newaxis]
+    outside = ~mark_on_road(road.grounds(), ROAD_EDGE, at, beside)[:, 0]
     if outside.any():
         raise SpecError(
             f"{where}.offset: {d[outside][0]:g} m from the right edge of the road is neither on a "
@@ -212,24 +223,39 @@ def _chain(scenario: LogicalScenario, first: str) -> list[str]:
     return chain
 
 
-def _lateral(formulas: Formulas, road: RoadMap, where: str, lane: Pick, offset: Pick) -> Floats:
+def _lateral(
+    formulas: Formulas,
+    road: RoadMap,
+    s: Floats,
+    start: tuple[str, Pick, Pick],
+    *,
+    oncoming: bool = False,
+) -> Floats:
+    """Return d of a start (B,) [m]: from a lane's centre at s, or from the edge of the road."""
+    where, lane, offset = start
     beside = formulas.values(f"{where}.offset", offset, 0.0)
     if lane(formulas.scenario) is None:
         return beside
     number = formulas.values(f"{where}.lane", lane)
-    check_lanes(f"{where}.lane", number, road.lanes)
-    return (number + 0.5) * road.lane_width + beside
+    if not oncoming:
+        check_lanes(f"{where}.lane", number, road.lanes)
+    return centers(f"{where}.lane", road, number, s, oncoming=oncoming) + beside
+
+
+def _start_lane(name: str) -> tuple[str, Pick, Pick]:
+    return f"actors.{name}.start", _start(name, "lane"), _start(name, "offset")
 
 
 def _fill_actor(starts: Starts, column: int, name: str, formulas: Formulas, road: RoadMap) -> None:
     where = f"actors.{name}"
-    lateral = _lateral(
-        formulas, road, f"{where}.start", _start(name, "lane"), _start(name, "offset")
-    )
-    starts.d[:, column] = lateral
+    start = formulas.scenario.actors[name].start
     starts.s[:, column] = formulas.values(f"{where}.start.s", _start(name, "s"), 0.0)
+    if start.ahead_of is None:
+        starts.d[:, column] = _lateral(
+            formulas, road, starts.s[:, column], _start_lane(name), oncoming=start.oncoming
+        )
     starts.heading[:, column] = formulas.values(
-        f"{where}.start.heading", _start(name, "heading"), 0.0
+        f"{where}.start.heading", _start(name, "heading"), np.pi if start.oncoming else 0.0
     )
     starts.speed[:, column] = formulas.limited(
         f"{where}.start.speed", _start(name, "speed"), above=BELOW_ZERO, unit="m/s"
@@ -374,7 +400,8 @@ def compile_world(cases: Sequence[Situation], formulas: Formulas | None = None) 
         event_ids=tuple(scenario.storyboard),
     )
     triggers = TriggerTable.of(cases, context)
-    script = compile_script(formulas, road, triggers.index, context.step)
+    begins = {name: starts.s[:, column] for column, name in enumerate(scenario.actors)}
+    script = compile_script(formulas, road, begins, triggers.index, context.step)
     speeds = script.actions[..., storyboard.ACTION_RELATIVE]
     triggers.watch(script.programs, speeds[speeds >= 0.0].astype(np.int64))
     wheelbase = np.array([vehicle.wheelbase for vehicle in vehicles])

@@ -145,7 +145,10 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
     """What must be equal in the scenarios of one batch; values and conditions may differ."""
     return (
         scenario.world.road.kind,
-        scenario.world.road.lanes,
+        # Places of a map are values: their roads differ in numbers only.
+        0 if scenario.world.road.kind == "imported" else scenario.world.road.lanes,
+        scenario.world.road.opposite_lanes,
+        tuple(end.side for end in scenario.world.road.lane_ends.values()),
         tuple((name, bay.kind) for name, bay in scenario.world.road.bays.items()),
         scenario.ego.goal is None,
         tuple((name, item.kind) for name, item in scenario.world.objects.items()),

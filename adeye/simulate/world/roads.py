@@ -17,13 +17,29 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
-from adeye.signals import Floats, Ints, RoadMap
+from adeye.kernel.strips import (
+    DRIVING,
+    LEAST_LANE,
+    OPPOSITE,
+    OWN,
+    SHOULDER,
+    SLAB_BEGIN,
+    SLAB_WIDTH,
+    STRIP_LANE,
+    STRIP_WIDTH,
+)
+from adeye.signals import MOST_LANES, Floats, Ints, RoadMap
 from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, Pick
+from adeye.spec.scenario import Road
+
+Across = dict[str, Floats]
+Slabs = tuple[tuple[float, tuple[tuple[float, ...], ...]], ...]
 
 # --- Parking bays and rest areas beside a road, and where they may be -----------------------------
 
@@ -149,7 +165,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
         radius = formulas.values("world.road.radius", lambda s: s.world.road.radius)
         arcs = 1 if road.kind == "curve" else 2
         arc = (length - LEAD_IN) / arcs
-        _check_arcs(road.kind, radius, arc, road.lanes * lane_width)
+        _check_arcs(road.kind, radius, arc, (road.lanes + road.opposite_lanes) * lane_width)
         straight = np.zeros(formulas.runs)
         pieces = [(np.full(formulas.runs, LEAD_IN), straight)]
         pieces += [(arc, (-1.0) ** number / radius) for number in range(arcs)]
@@ -157,7 +173,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
     return RoadMap(
         segments=_join(pieces, heading),
         lane_width=lane_width,
-        lanes=road.lanes,
+        lanes=MOST_LANES if road.kind == "imported" else road.lanes,
         shoulder=shoulder,
         speed_limit=limit,
         verge=formulas.limited(
@@ -165,20 +181,129 @@ def build_roads(formulas: Formulas) -> RoadMap:
         ),
         refuges=build_refuges(formulas, length),
         length=length,
+        **(_across(formulas, lane_width, shoulder, limit) if road.has_strips else {}),
     )
 
 
 def _imported(formulas: Formulas) -> tuple[list[tuple[Floats, Floats]], Floats]:
-    """Return the pieces of the lines, shorter ones filled up with pieces of no length; headings."""
+    """Return the pieces of the lines with their run-out, and the headings that they begin with.
+
+    Shorter ones are filled up with pieces of no length at the very end, where nobody drives.
+    """
     heading = np.zeros(formulas.runs)
     most = max(len(scenario.world.road.line) for scenario, _, _ in formulas.parts)
     lines = np.zeros((formulas.runs, most + 1, 2))
-    lines[:, most, 0] = RUN_OUT
     for scenario, rows, _ in formulas.parts:
         road = scenario.world.road
         lines[rows, : len(road.line)] = road.line
+        lines[rows, len(road.line), 0] = RUN_OUT
         heading[rows] = road.heading
     return [(lines[:, at, 0], lines[:, at, 1]) for at in range(most + 1)], heading
+
+
+def _across(formulas: Formulas, width: Floats, shoulder: Floats, limit: Floats) -> Across:
+    """Return slabs (B, S, 4) and strips (B, J, 8), filled up at the end.
+
+    Args:
+        formulas: Scenarios of the batch with their parameters.
+        width: Of the lanes of each run (B,) [m], as the others for a parametric road.
+        shoulder: (B,) [m].
+        limit: (B,) [m/s].
+    """
+    parts = [(scenario.world.road.slabs, rows) for scenario, rows, _ in formulas.parts]
+    if formulas.scenario.world.road.kind != "imported":
+        ends = _lane_ends(formulas)
+        parts = [
+            (_slabs(formulas.scenario.world.road, *numbers), np.array([run]))
+            for run, numbers in enumerate(zip(ends, width, shoulder, limit, strict=True))
+        ]
+    most = max(len(slabs) for slabs, _ in parts)
+    many = max(sum(len(found) for _, found in slabs) for slabs, _ in parts)
+    across = np.zeros((formulas.runs, most, SLAB_WIDTH))
+    beside = np.zeros((formulas.runs, many, STRIP_WIDTH))
+    across[:, :, SLAB_BEGIN] = np.inf
+    for slabs, rows in parts:
+        first = 0
+        for number, (begin, found) in enumerate(slabs):
+            own = sum(strip[STRIP_LANE] >= 0.0 for strip in found)
+            across[rows, number] = (begin, first, len(found), own)
+            beside[rows, first : first + len(found)] = found
+            first += len(found)
+    return {"slabs": across, "strips": beside}
+
+
+def _lane_ends(formulas: Formulas) -> Floats:
+    """Return where lanes of each run begin to narrow and how long they do (B, E, 2) [m]."""
+    names = list(formulas.scenario.world.road.lane_ends)
+    ends = np.zeros((formulas.runs, len(names), 2))
+    for row, name in enumerate(names):
+        where = f"world.road.lane_ends.{name}"
+        for column, field in enumerate(("s", "taper")):
+            ends[:, row, column] = formulas.limited(
+                f"{where}.{field}", _end(name, field), above=0.0
+            )
+    return ends
+
+
+def _end(name: str, field: str) -> Pick:
+    return lambda scenario: getattr(scenario.world.road.lane_ends[name], field)
+
+
+def _slabs(road: Road, ends: Floats, width: float, shoulder: float, limit: float) -> Slabs:
+    """Return what lies across a parametric road of one run, slab by slab.
+
+    Args:
+        road: How many lanes it has, and on which sides lanes end.
+        ends: (E, 2) where each begins to narrow and how long it does [m].
+        width: Of a lane [m].
+        shoulder: [m].
+        limit: [m/s].
+    """
+    sides = np.array([end.side == "right" for end in road.lane_ends.values()], dtype=np.bool_)
+    first, taper = ends[:, 0], ends[:, 1]
+    # Narrower than the least, a lane is none any more.
+    narrow = min(LEAST_LANE, width)
+    begins = np.unique(
+        np.concatenate([[0.0], first, first + taper * (1.0 - narrow / width), first + taper])
+    )
+
+    def gone(s: float, which: NDArray[np.bool_]) -> float:
+        return float(width * np.clip((s - first) / taper, 0.0, 1.0)[which].sum())
+
+    whole, slabs = road.lanes * width, []
+    for begin, end in zip(begins, [*begins[1:], begins[-1] + 1.0], strict=True):
+        far, number = end - begin, 0
+        low, high = ((gone(s, sides), whole - gone(s, ~sides)) for s in (begin, end))
+        rows = [(SHOULDER, 0.0, -1.0, (low[0] - shoulder, high[0] - shoulder), (low[0], high[0]))]
+        for lane in range(road.lanes):
+            right = [max(lane * width, edges[0]) for edges in (low, high)]
+            left = [min((lane + 1) * width, edges[1]) for edges in (low, high)]
+            wide = [b - a for a, b in zip(right, left, strict=True)]
+            if max(wide) <= 0.0:
+                continue
+            is_lane = min(wide) >= narrow - _ROUNDING
+            rows.append((DRIVING, OWN, float(number if is_lane else -1), right, left))
+            number += is_lane
+        rows.append((SHOULDER, 0.0, -1.0, (low[1], high[1]), (whole, whole)))
+        rows += [
+            (DRIVING, OPPOSITE, -1.0, [whole + k * width] * 2, [whole + (k + 1) * width] * 2)
+            for k in range(road.opposite_lanes)
+        ]
+        slabs.append(
+            (
+                float(begin),
+                tuple(
+                    (
+                        *(float(kind), way, limit, lane),
+                        *(right[0], (right[1] - right[0]) / far),
+                        *(left[0], (left[1] - left[0]) / far),
+                    )
+                    for kind, way, lane, right, left in rows
+                    if max(b - a for a, b in zip(right, left, strict=True)) > 0.0
+                ),
+            )
+        )
+    return tuple(slabs)
 
 
 def _check_arcs(kind: str, radius: Floats, arc: Floats, width: Floats) -> None:

@@ -47,13 +47,18 @@ _ROUNDING: Final = 1e-9
 
 
 def compile_script(
-    formulas: Formulas, road: RoadMap, index: Mapping[str, int], step: float
+    formulas: Formulas,
+    road: RoadMap,
+    begins: Mapping[str, Floats],
+    index: Mapping[str, int],
+    step: float,
 ) -> Script:
     """Compile the storyboard of each run.
 
     Args:
         formulas: Scenarios of the batch with their parameters.
         road: The road of each run.
+        begins: Where each actor starts along it (B,) [m].
         index: Column of each trigger variable.
         step: Master clock [s].
 
@@ -77,7 +82,7 @@ def compile_script(
             unit="s",
         )
         row[:, storyboard.ACTION_DELAY] = np.ceil(delay / step - _ROUNDING)
-        _fill_action(row, name, formulas, road)
+        _fill_action(row, name, formulas, road, begins)
         if event.speed is not None and event.speed.relative_to is not None:
             row[:, storyboard.ACTION_RELATIVE] = index[f"{event.speed.relative_to}.speed"]
     events = list(scenario.storyboard)
@@ -87,11 +92,13 @@ def compile_script(
     return Script(actions, programs, numbers, order)
 
 
-def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
+def _fill_action(
+    row: Floats, name: str, formulas: Formulas, road: RoadMap, begins: Mapping[str, Floats]
+) -> None:
     event = formulas.scenario.storyboard[name]
     where = f"storyboard.{name}"
     if event.lane_change is not None:
-        _fill_lane_change(row, name, formulas, road)
+        _fill_lane_change(row, name, formulas, road, begins)
     elif event.cross is not None:
         if formulas.scenario.actors[event.actor].kind != WALKER:
             raise SpecError(
@@ -127,7 +134,9 @@ def _fill_action(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> N
             )
 
 
-def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap) -> None:
+def _fill_lane_change(
+    row: Floats, name: str, formulas: Formulas, road: RoadMap, begins: Mapping[str, Floats]
+) -> None:
     event = formulas.scenario.storyboard[name]
     action, actor = event.lane_change, event.actor
     if formulas.scenario.actors[actor].kind != WALKER:
@@ -158,7 +167,9 @@ def _fill_lane_change(row: Floats, name: str, formulas: Formulas, road: RoadMap)
     row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_TO
     lane = formulas.values(f"{part}.to_lane", _field(name, "lane_change", "to_lane"))
     check_lanes(f"{part}.to_lane", lane, road.lanes)
-    row[:, storyboard.ACTION_TARGET] = (lane + 0.5) * road.lane_width
+    # On an imported road a lane may shift: its centre is taken where the actor starts.
+    begin = begins[formulas.scenario.storyboard[name].actor]
+    row[:, storyboard.ACTION_TARGET] = centers(f"{part}.to_lane", road, lane, begin)
 
 
 def check_lanes(what: str, lane: Floats, lanes: int) -> None:
@@ -178,6 +189,30 @@ def check_lanes(what: str, lane: Floats, lanes: int) -> None:
             f"{what}: {lane[bad][0]:g} is no lane of a road with lanes 0 to {lanes - 1}",
             remedy="Lanes are counted from 0 at the right.",
         )
+
+
+def centers(what: str, road: RoadMap, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
+    """Return d of the centre of a lane of each run (B,) [m].
+
+    Args:
+        what: Name of the field, for the message.
+        road: The road of each run.
+        lane: (B,) numbers.
+        s: Along the road (B,) [m].
+        oncoming: Whether the lanes are those of the other way.
+
+    Raises:
+        SpecError: Such a lane is not there.
+    """
+    found = road.centers(lane, s, oncoming=oncoming)
+    missing = np.isnan(found)
+    if missing.any():
+        way = "the other way" if oncoming else "the ego's way"
+        raise SpecError(
+            f"{what}: the road has no lane {lane[missing][0]:g} of {way} at {s[missing][0]:g} m",
+            remedy="Start elsewhere, name another lane, or ask for other places.",
+        )
+    return found
 
 
 def _field(event: str, action: str, field: str) -> Pick:

@@ -395,6 +395,8 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
     # A withdrawal that is gone lets a result count that is no evidence.
     yield from differing(connection, tables.withdrawal)
     yield from _lost(connection, campaign)
+    for name in ("run", "verdict"):
+        yield from _counted(connection, name)
     for item in connection.execute(_TOO_MANY, {"campaign": campaign}):
         judged = f"{item.planned - item.n_not_run} verdicts for {item.planned} planned cases"
         yield Finding("tally", f"{item.fsr} {item.architecture} {item.scenario}", judged)
@@ -416,8 +418,9 @@ def require_sound(connection: Connection, campaign: str) -> None:
     Raises:
         IntegrityError: A row is altered, gone, or was never written by adeye.
     """
-    told = _as_far_as_readable("ledger", unbalanced(connection))
-    refuse("the database", chain(unsound(connection, campaign), _altered(connection), told))
+    checks = {"ledger": unbalanced, "campaign_case": wrong_plans, "work": _work}
+    told = [_as_far_as_readable(name, check(connection)) for name, check in checks.items()]
+    refuse("the database", chain(unsound(connection, campaign), _altered(connection), *told))
 
 
 def refuse(what: str, findings: Iterable[Finding]) -> None:
@@ -429,6 +432,17 @@ def refuse(what: str, findings: Iterable[Finding]) -> None:
     # To the end: what is left of a stream would hold its cursor.
     if named := "; ".join(map(str, list(findings)[:_NAMED])):
         raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
+
+
+def _counted(connection: Connection, table: str) -> Iterator[Finding]:
+    """Compare how many rows a table has with how many were written, whoever else may miss them."""
+    there, written = connection.exec_driver_sql(
+        f"SELECT (SELECT COUNT(*) FROM {table}), COALESCE(SUM(row_count), 0) "  # noqa: S608
+        "FROM ledger WHERE table_name = ?",
+        (table,),
+    ).one()
+    if there != written:
+        yield Finding(table, "", f"{there} rows are there, {written} were written")
 
 
 def _lost(connection: Connection, campaign: str) -> Iterator[Finding]:

@@ -19,7 +19,7 @@ from typing import Any, Final, Literal
 
 from sqlalchemy import Connection, text
 
-from adeye.errors import InputError, suggest
+from adeye.errors import InputError, require_known
 from adeye.store.evidence.verification import require_sound
 from adeye.store.location import Place
 from adeye.store.read import campaigns as reading
@@ -482,12 +482,9 @@ def open_export(
         PlatformError: The database cannot be read.
     """
     chosen = list(dict.fromkeys(names))
-    for name in chosen:
-        if name not in TABLES:
-            raise InputError(
-                f"export: there is no table {name!r}, only {', '.join(TABLES)}",
-                remedy=suggest(name, TABLES),
-            )
+    only = f"only {', '.join(TABLES)}"
+    said = "export: there is no table"
+    require_known(chosen, TABLES, lambda name: f"{said} {name!r}, {only}", InputError)
     with opened(place) as connection:
         found = reading.find_campaign(connection, campaign)
         require_sound(connection, found.id)

@@ -337,7 +337,7 @@ def complete_block(
     if judged and judged.result_digests:
         results.require_same_traces(connection, judged)
         results.record_basis(connection, judged.result_digests, judged.basis)
-        results.record_verdicts(connection, judged, differing=recorded.differing)
+        results.record_verdicts(connection, judged)
     elif runs and not recorded.existing:
         counted = results.count_block(connection, block.id, runs)
         if counted is not None:

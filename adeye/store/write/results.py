@@ -290,7 +290,7 @@ class Recorded:
 
     Attributes:
         existing: Digests of results that were there before, or came twice.
-        differing: Those that may differ, because they depend on the machine.
+        differing: Those that were there with another trace, because they depend on the machine.
     """
 
     existing: frozenset[str]
@@ -318,10 +318,8 @@ def record_runs(connection: Connection, block: RunBlock) -> Recorded:
     dependent = block.machine_dependent.tolist()
     differing: set[str] = set()
     for run in again:
-        digest = block.result_digests[run]
-        first = place[digest]
-        if _differs(block, run, block.trace_digests[first], is_excused=dependent[first]):
-            differing.add(digest)
+        first = place[block.result_digests[run]]
+        _differs(block, run, block.trace_digests[first], is_excused=dependent[first])
     existing = _existing(connection, block.result_digests)
     for digest, (trace_digest, machine_dependent) in existing.items():
         run = place[digest]
@@ -349,6 +347,8 @@ def record_judged_runs(connection: Connection, block: RunBlock) -> Recorded:
         ValueError: The block lacks a metric or has another one.
     """
     recorded = record_runs(connection, block)
+    if recorded.differing:
+        _require_alike(connection, block, recorded.differing)
     record_verdicts(
         connection,
         JudgedBlock(block.result_digests, block.verdicts),
@@ -357,6 +357,37 @@ def record_judged_runs(connection: Connection, block: RunBlock) -> Recorded:
         differing=recorded.differing,
     )
     return recorded
+
+
+def _require_alike(connection: Connection, block: RunBlock, differing: frozenset[str]) -> None:
+    """Refuse other executions of results that depend on the machine, unless they are judged alike.
+
+    Raises:
+        IntegrityError: A verdict or margin is another one than that of the first, or it has none.
+    """
+    numbers = numbers_of(connection, differing)
+    columns = "run_number, fsr_digest, verdict, margin"
+    found = rows_among(connection, tables.verdict, columns, "run_number", numbers.values())
+    first = {(run, fsr): _words(*judged) for run, fsr, *judged in found}
+    told = block.verdicts
+    again = zip(told.run.tolist(), told.fsr_digest.values(), told.fsr_id.values(), strict=True)
+    for place, (run, fsr_digest, fsr_id) in enumerate(again):
+        result = block.result_digests[run]
+        if result not in differing:
+            continue
+        now = _words(VERDICTS[told.verdict[place]], _finite(told.numbers[place, _MARGIN]))
+        before = first.get((numbers[result], fsr_digest), "not judged")
+        if now != before:
+            raise IntegrityError(
+                f"run {result[:12]}: FSR {fsr_id} is {before} in its first execution, {now} in "
+                "another one. The machine had its part in it, such as by a deadline. The first "
+                "stays, and nothing of the other is kept: give its channel more time, or make it "
+                "deterministic."
+            )
+
+
+def _words(verdict: object, margin: float | None) -> str:
+    return f"{verdict} with margin {margin}"
 
 
 def _differs(block: RunBlock, run: int, trace_digest: str, *, is_excused: bool) -> bool:

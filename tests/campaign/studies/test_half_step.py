@@ -13,6 +13,7 @@ import pytest
 from adeye.campaign import run as runner
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.replay import describe_run, replay_run, rerun
+from adeye.campaign.selection import Choice, Shard
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.half_step import twin_of, uncertainty_table
@@ -457,6 +458,15 @@ def test_situations_too_few_for_an_uncertainty(tmp_path: Path) -> None:
     assert {line[9] for line in found} == {None}
     details = rows(project.db, "SELECT DISTINCT detail FROM v_verdicts")
     assert not any("numeric uncertainty" in (detail or "") for (detail,) in details)
+
+
+def test_empty_shard_has_nothing_to_do(tmp_path: Path) -> None:
+    project = Project(tmp_path, {**one_scenario(gap=GAPS[:2]), **SAMPLED})
+    session = runner.Session(choice=Choice(shard=Shard(3, 3)))
+    summary = runner.run_campaign(project.plan(), db=project.db, session=session)
+    assert (summary.selected, summary.executed, summary.twins) == (0, 0, 0)
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert "an empty selection is no success" in summary.message
 
 
 # --- twins as runs

@@ -10,7 +10,7 @@ from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl import syntax
 from adeye.judge.stl.batch import evaluate_rows
 from adeye.judge.stl.formula import check_condition, parse_formula, unit_exponents
-from adeye.judge.stl.parser import parse_text
+from adeye.judge.stl.parser import parse_with
 from adeye.signals import SignalType, architecture_signals, scene_signals
 from tests.judge.stl.batch import Signals, numbers
 from tests.refusals import refused
@@ -84,7 +84,7 @@ DICTIONARY_OF_CHECK = {
 
 
 def check(text: str) -> None:
-    check_condition(parse_text(text), DICTIONARY_OF_CHECK, text)
+    check_condition(parse_with({}, text)[0], DICTIONARY_OF_CHECK, text)
 
 
 @pytest.mark.parametrize("text", TABLES["what fits the dictionary passes"])
@@ -113,13 +113,13 @@ def test_units_of_signals_are_read_with_their_powers() -> None:
 
 
 def test_names_come_once_each_in_the_order_of_the_text() -> None:
-    root = parse_text("always (b > a and rise(c.d) implies (b < 2) until[0, 1] (e == on))")
+    root = parse_with({}, "always (b > a and rise(c.d) implies (b < 2) until[0, 1] (e == on))")[0]
     assert syntax.names_in(root) == ("b", "a", "c.d", "e")
 
 
 def test_a_label_is_no_name_but_a_dotted_word_is() -> None:
-    assert syntax.names_in(parse_text("switch.reason == staleness")) == ("switch.reason",)
-    assert syntax.names_in(parse_text("a.status != b.status")) == ("a.status", "b.status")
+    assert syntax.names_in(parse_with({}, "switch.reason == staleness")[0]) == ("switch.reason",)
+    assert syntax.names_in(parse_with({}, "a.status != b.status")[0]) == ("a.status", "b.status")
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_a_label_is_no_name_but_a_dotted_word_is() -> None:
 def test_reach_is_the_sum_of_nested_windows_below_the_outermost_operator(
     text: str, reach: float
 ) -> None:
-    assert syntax.future_reach(parse_text(text)) == reach
+    assert syntax.future_reach(parse_with({}, text)[0]) == reach
 
 
 def test_needed_time_counts_the_horizon_only_for_outermost_operators() -> None:
@@ -147,7 +147,7 @@ def test_needed_time_counts_the_horizon_only_for_outermost_operators() -> None:
         ("always((eventually[0, 3] a) since[2, 4] b)", 13.0),
         ("always(a since[2, 4] (eventually[0, 3] b))", 11.0),
     ):
-        assert syntax.needed_time(parse_text(text), 10.0) == time
+        assert syntax.needed_time(parse_with({}, text)[0], 10.0) == time
 
 
 @pytest.mark.parametrize(
@@ -165,11 +165,13 @@ def test_a_window_between_two_rows_is_refused() -> None:
 
 
 def test_implications_count_at_the_top_and_under_one_always_only() -> None:
-    root = parse_text("always ((p implies (q implies r)) and (s implies t)) and (u implies v)")
+    root = parse_with({}, "always ((p implies (q implies r)) and (s implies t)) and (u implies v)")[
+        0
+    ]
     found = [(len(parts), isinstance(operator, syntax.Temporal)) for parts, operator in
              syntax.find_implications(root)]  # fmt: skip
     assert found == [(2, True), (1, True), (1, False)]
-    nested = parse_text("always (eventually (p implies q) or (r implies s))")
+    nested = parse_with({}, "always (eventually (p implies q) or (r implies s))")[0]
     assert list(syntax.find_implications(nested)) == []
 
 
@@ -179,7 +181,7 @@ def test_implications_count_at_the_top_and_under_one_always_only() -> None:
 def test_formula_is_about_the_channels_whose_silence_implies_something(
     text: str, channels: list[str]
 ) -> None:
-    assert syntax.silence_of(parse_text(text)) == tuple(channels)
+    assert syntax.silence_of(parse_with({}, text)[0]) == tuple(channels)
 
 
 SAME = [

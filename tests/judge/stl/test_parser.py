@@ -4,7 +4,7 @@ import pytest
 
 from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl import syntax
-from adeye.judge.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_text, parse_with, scan
+from adeye.judge.stl.parser import MAX_DEPTH, MAX_TOKENS, parse_with, scan
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -89,12 +89,12 @@ def shape(node: syntax.Node) -> str:  # noqa: C901, PLR0911 - one for each kind 
 
 @pytest.mark.parametrize(("text", "tree"), TABLES["a text has one reading"])
 def test_a_text_has_one_reading(text: str, tree: str) -> None:
-    assert shape(parse_text(text)) == tree
+    assert shape(parse_with({}, text)[0]) == tree
 
 
 def test_every_node_quotes_what_was_written() -> None:
     text = "always ((x + y) * 2 > 1 m and (a or b))"
-    root = parse_text(text)
+    root = parse_with({}, text)[0]
     assert isinstance(root, syntax.Temporal)
     assert isinstance(root.operand, syntax.Connective)
     left = root.operand.left
@@ -111,11 +111,11 @@ def test_what_is_no_formula_is_refused_at_its_place(
     text: str, column: int | None, what: str | None
 ) -> None:
     if column is None:
-        assert shape(parse_text(text)) == text
+        assert shape(parse_with({}, text)[0]) == text
         return
     where = SourceLocation("concept.yaml", 12, 5)
     with pytest.raises(ExpressionError) as caught:
-        parse_text(text, where)
+        parse_with({}, text, where)
     assert f"formula '{text}', character {column}: " in caught.value.message
     assert what is not None
     assert what in caught.value.message
@@ -128,7 +128,7 @@ def test_a_formula_too_deep_or_long_is_refused_and_never_overflows() -> None:
         "not " * (MAX_DEPTH + 1) + "a",
         " and ".join(["a"] * MAX_TOKENS),
     ):
-        refused(ExpressionError, parse_text, text, says="Split the formula")
+        refused(ExpressionError, parse_with, {}, text, says="Split the formula")
 
 
 def test_parameters_stand_for_constants_in_terms_and_windows() -> None:
@@ -146,9 +146,9 @@ def test_a_parameter_that_does_not_fit_is_refused(text: str, message: str) -> No
 
 def test_since_twice_is_refused() -> None:
     for text in ("a since b since c", "a until b since c"):
-        refused(ExpressionError, parse_text, text, says="can be read in two ways")
+        refused(ExpressionError, parse_with, {}, text, says="can be read in two ways")
 
 
 def test_looking_back_at_a_connective_needs_parentheses() -> None:
     for text in ("once a and b", "historically[0 s, 1 s] a implies b"):
-        refused(ExpressionError, parse_text, text, says="can be read in two ways")
+        refused(ExpressionError, parse_with, {}, text, says="can be read in two ways")

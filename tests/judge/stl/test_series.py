@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.stl.parser import parse_text
+from adeye.judge.stl.parser import parse_with
 from adeye.judge.stl.series import Scale, Series, combined, label_code, unit_of
 from adeye.judge.stl.syntax import PREDICATES
 from tests.judge.stl.batch import numbers, truths, words
@@ -106,6 +106,6 @@ def test_both_sides_of_a_predicate_have_the_unit_of_a_signal() -> None:
             "speed": numbers([0.0], unit="m/s"),
             "contact": truths([0]),
         }
-        predicate = parse_text(text)
+        predicate = parse_with({}, text)[0]
         assert isinstance(predicate, PREDICATES), text
         assert unit_of(predicate, inputs) == unit, text

@@ -61,13 +61,15 @@ def shown(  # noqa: PLR0913 - each is one thing that a test may want to set
     return observe(links, time, readings, {}, None, running, protect=protect)
 
 
-def perceived(fields: dict[str, Any], pose: Floats, tracks: Floats, segments: Floats) -> Seen:
+def perceived(
+    fields: dict[str, Any], pose: Floats, tracks: Floats, road: RoadMap | None = None
+) -> Seen:
     """Return what is known in one run, of as many tracks as there are rows."""
     notes = np.zeros((1, NOTE_WIDTH))
     notes[0, NOTE_END] = len(tracks)
     return Seen(
         parameter_record({name: np.array([value]) for name, value in fields.items()}),
-        segments[np.newaxis],
+        (road or straight_road()).grounds(),
         np.ones(1, dtype=np.bool_),
         pose[np.newaxis],
         tracks[np.newaxis],

@@ -11,6 +11,7 @@ from adeye.simulate.channels.perception import pose as poses
 from adeye.simulate.channels.perception import tracks as kept
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
+from tests.kernel.stop_limits import GROUND
 from tests.simulate.channels.perceived import perceived
 
 LANE = 5.25
@@ -25,11 +26,11 @@ def view(
     curvature: float = 0.0,
 ) -> Floats:
     """Look at objects x, y, vx, vy in the vehicle frame of an ego on the lane at d = 5.25 m."""
-    segments = straight_road(curvature=curvature).segments[0]
+    road = straight_road(curvature=curvature)
     pose = np.zeros(poses.POSE_WIDTH)
     pose[poses.POSE_D], pose[poses.POSE_SPEED] = ego_d, speed
     pose[poses.POSE_X], pose[poses.POSE_Y], pose[poses.POSE_HEADING] = position(
-        segments, 0.0, ego_d
+        road.segments[0], 0.0, ego_d
     )
     pose[poses.POSE_S] = 0.0
     tracks = np.zeros((kept.TRACKS, kept.TRACK_STATE))
@@ -40,7 +41,7 @@ def view(
     tracks[:, kept.TRACK_BRAKING] = braking
     path = np.zeros(subject.PATH_WIDTH)
     ego = {"length": 4.5, "width": 1.8, "lateral_margin": 0.3, "confirm_hits": 3.0}
-    subject.view_path(perceived(ego, pose, tracks, segments), 0, LANE, path)
+    subject.view_path(perceived(ego, pose, tracks, road), 0, LANE, path)
     return path
 
 
@@ -151,12 +152,6 @@ def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_paramet
     assert safety["desired_speed"] == 30.0
 
 
-def test_place_off_the_lanes_belongs_to_the_outermost_lane() -> None:
-    for d, lane in ((-1.0, 0), (0.0, 0), (3.6, 1), (10.4, 2), (12.0, 2)):
-        assert driving.lane_at(d, 3.5, 3) == lane
-        assert driving.path_of_lane(RECORD, d) == pytest.approx(3.5 * lane + 1.75)
-
-
 def test_ego_left_of_its_path_steers_right() -> None:
     assert (
         driving.steer(RECORD, pose(d=5.75), 5.25) < 0.0 < driving.steer(RECORD, pose(d=4.75), 5.25)
@@ -165,23 +160,21 @@ def test_ego_left_of_its_path_steers_right() -> None:
 
 
 def test_free_straight_road_allows_the_lower_of_desire_and_limit() -> None:
-    segments = straight_road().segments[0]
-    assert driving.allowed_speed(RECORD, segments, pose(), 5.25) == 30.0
-    limited = RECORD.copy()
-    limited["speed_limit"] = 22.0
-    assert driving.allowed_speed(limited, segments, pose(), 5.25) == 22.0
+    assert driving.allowed_speed(RECORD, GROUND, pose(), 5.25) == 30.0
+    assert driving.allowed_speed(RECORD, GROUND._replace(speed_limit=22.0), pose(), 5.25) == 22.0
 
 
 def test_curve_allows_the_lateral_acceleration_that_is_planned_for() -> None:
-    segments = straight_road(curvature=0.01).segments[0]
-    allowed = driving.allowed_speed(RECORD, segments, pose(curvature=0.01), 0.0)
+    ground = straight_road(curvature=0.01).ground(0)
+    allowed = driving.allowed_speed(RECORD, ground, pose(curvature=0.01), 0.0)
     assert allowed == pytest.approx(np.sqrt(driving.MAX_LATERAL * 100.0))
 
 
 def test_curve_ahead_slows_down_before_it() -> None:
-    segments = np.array([[0.0, 0.0, 0.0, 60.0, 0.0], [60.0, 0.0, 0.0, 100.0, 0.02]])
-    assert driving.allowed_speed(RECORD, segments, pose(), 0.0) < 30.0
-    assert driving.allowed_speed(RECORD, segments, pose(speed=5.0), 0.0) == 30.0
+    line = np.array([[0.0, 0.0, 0.0, 60.0, 0.0], [60.0, 0.0, 0.0, 100.0, 0.02]])
+    ground = GROUND._replace(segments=line)
+    assert driving.allowed_speed(RECORD, ground, pose(), 0.0) < 30.0
+    assert driving.allowed_speed(RECORD, ground, pose(speed=5.0), 0.0) == 30.0
 
 
 def test_standing_ego_is_held_while_it_may_not_go_and_nobody_brakes_harder_than_allowed() -> None:

@@ -19,6 +19,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceParameters
 from adeye.testing import channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
+from tests.kernel.stop_limits import GROUND
 from tests.motorway import ARCHITECTURE
 
 STEP = 0.05
@@ -233,9 +234,7 @@ def test_a_reference_driver_sees_ground_truth_or_nothing() -> None:
 # What a reference driver knows of objects: speeds from places, and who hides whom.
 
 PERIOD = 0.05
-RECORD: Any = np.array(
-    [(4.5, 1.8, 3.5)], dtype=[("length", "f8"), ("width", "f8"), ("lane_width", "f8")]
-)[0]
+RECORD: Any = np.array([(4.5, 1.8)], dtype=[("length", "f8"), ("width", "f8")])[0]
 
 
 def pose(speed: float = 20.0) -> Floats:
@@ -283,7 +282,7 @@ def test_gap_and_speed_in_a_bend_are_those_along_the_lane(side: float) -> None:
         rows = np.array([[x - 500.0, y - LANE, 0.0, 0.0, 4.5, 1.8, 0.0]])
         subject.update_things(things, here, segments, LANE, np.ones(1, bool), rows, PERIOD)
     assert things[0, subject.THING_FORWARD] == pytest.approx(12.0, abs=1e-4)
-    subject.look_at(RECORD, things, 0, here, LANE, view)
+    subject.look_at(RECORD, GROUND, things, 0, here, LANE, view)
     assert view[columns.GAP] == pytest.approx(way - 4.5, abs=1e-4)
 
 
@@ -308,11 +307,15 @@ def test_a_vehicle_ahead_hides_the_next_until_it_leaves() -> None:
     things, view = nothing(), np.zeros(columns.VIEW_SIZE)
     for _ in range(3):
         see(things, (20.0, 0.0), (60.0, 0.0))
-        seen = [subject.look_at(RECORD, things, row, pose(), LANE, view) for row in range(2)]
+        seen = [
+            subject.look_at(RECORD, GROUND, things, row, pose(), LANE, view) for row in range(2)
+        ]
     assert seen == [subject.VISIBLE, 0]
     for tick in range(1, 6):
         see(things, (20.0, 0.1 * tick), (60.0, 0.0))
-        seen = [subject.look_at(RECORD, things, row, pose(), LANE, view) for row in range(2)]
+        seen = [
+            subject.look_at(RECORD, GROUND, things, row, pose(), LANE, view) for row in range(2)
+        ]
         assert seen == [subject.VISIBLE, subject.VISIBLE if 0.1 * tick > 0.375 else 0]
     assert view[columns.CUE] == pytest.approx(0.5)
     assert view[columns.GAP] == pytest.approx(55.5)
@@ -324,4 +327,4 @@ def test_what_is_behind_is_not_looked_at() -> None:
     for _ in range(3):
         see(things, (-20.0, 0.0))
     row = int(np.argmin(np.abs(things[:, subject.THING_S] - 480.0)))
-    assert subject.look_at(RECORD, things, row, pose(), LANE, view) == subject.UNSEEN
+    assert subject.look_at(RECORD, GROUND, things, row, pose(), LANE, view) == subject.UNSEEN

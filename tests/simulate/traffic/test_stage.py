@@ -14,6 +14,8 @@ from adeye.simulate.world.compile import compile_world
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import TestCase
+from adeye.testing.scenes import straight_road
+from tests.kernel.stop_limits import GROUND
 from tests.motorway import make_case, make_scenario
 
 
@@ -333,7 +335,7 @@ LEFT = np.array([[0.0, 0.0, 0.0, 300.0, 0.01]])
 
 def place(x: float, y: float, road: Floats = STRAIGHT) -> Floats:
     out = np.zeros(6)
-    locate(road, 3.5, 3, x, y, out)
+    locate(GROUND._replace(segments=road), x, y, out)
     return out
 
 
@@ -374,8 +376,8 @@ def test_ego_and_objects_of_running_runs_are_located() -> None:
     objects = np.zeros((2, 2, 5))
     objects[:, :, 0], objects[:, :, 1] = [[20.0, 30.0]], [[5.25, -1.0]]
     ego_place, places = np.full((2, 6), 7.0), np.full((2, 2, 6), 7.0)
-    roads, widths = np.stack([STRAIGHT] * 2), np.array([3.5, 3.5])
-    locate_all(np.array([True, False]), ego, objects, roads, widths, 3, ego_place, places)
+    grounds = straight_road(2).grounds()
+    locate_all(np.array([True, False]), ego, objects, grounds, ego_place, places)
     assert ego_place[0, :2].tolist() == [10.0, 1.75]
     assert places[0, :, signals.PLACE_S].tolist() == [20.0, 30.0]
     assert places[0, :, signals.PLACE_LANE].tolist() == [1.0, -1.0]

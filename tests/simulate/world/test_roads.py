@@ -7,6 +7,7 @@ import pytest
 
 from adeye.errors import SpecError
 from adeye.kernel.road import position
+from adeye.kernel.strips import lane_ends, lanes_at, opposite_ends
 from adeye.signals import REFUGE_KIND, REFUGE_KINDS, REFUGE_S, RoadMap
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import LEAD_IN, RUN_OUT, build_roads
@@ -142,3 +143,45 @@ def test_scenarios_with_other_kinds_of_bays_are_not_one_batch() -> None:
     cases = [make_case(make_scenario(world={"road": road})) for road in kinds]
     with pytest.raises(SpecError, match="differ in structure"):
         Formulas.of(cases)
+
+
+# --- Lanes of the other way, and lanes that end ---------------------------------------------------
+
+
+def edges_at(road: RoadMap, s: float) -> list[tuple[float, float]]:
+    """Return the edges of the lanes of the ego's way at a place, from the right."""
+    slabs, strips = road.slabs[0], road.strips[0]
+    return [lane_ends(slabs, strips, s, lane) for lane in range(lanes_at(slabs, s))]
+
+
+def test_lanes_of_the_other_way_lie_left_of_the_others() -> None:
+    road = built(lanes=1, opposite_lanes=1)
+    assert edges_at(road, 50.0) == [(0.0, 3.5)]
+    assert opposite_ends(road.slabs[0], road.strips[0], 50.0, 0) == (3.5, 7.0)
+    assert road.centers(np.zeros(1), np.full(1, 50.0), oncoming=True).tolist() == [5.25]
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_lane_ends_over_its_taper_on_its_side(side: str) -> None:
+    drop = {"side": side, "s": "100 m", "taper": "70 m"}
+    road = built(lanes=2, lane_ends={"drop": drop})
+    assert edges_at(road, 99.0) == [(0.0, 3.5), (3.5, 7.0)]
+    # It narrows by a metre in 20 m, and is none from 2 m on.
+    narrowing = [(1.0, 3.5), (3.5, 7.0)] if side == "right" else [(0.0, 3.5), (3.5, 6.0)]
+    np.testing.assert_allclose(edges_at(road, 120.0), narrowing)
+    rest = [(3.5, 7.0)] if side == "right" else [(0.0, 3.5)]
+    assert [edges_at(road, s) for s in (131.0, 300.0)] == [rest, rest]
+
+
+def test_where_a_lane_ends_varies_from_run_to_run() -> None:
+    drop = {"side": "left", "s": "10 * gap", "taper": "70 m"}
+    road = built(lanes=2, lane_ends={"drop": drop}, gaps=(10.0, 30.0))
+    assert [lanes_at(slabs, 200.0) for slabs in road.slabs] == [1, 2]
+
+
+def test_a_road_keeps_a_lane_and_its_bays() -> None:
+    drop = {"side": "right", "s": "100 m", "taper": "70 m"}
+    with pytest.raises(ValueError, match="none is left"):
+        built(lanes=1, lane_ends={"drop": drop})
+    with pytest.raises(ValueError, match="keeps its right lane"):
+        built(lanes=2, lane_ends={"drop": drop}, bays={"one": bay()})

@@ -34,7 +34,8 @@ def script(*boards: dict[str, Any], gaps: tuple[float, ...] = (40.0,)) -> k.Scri
         scenario = make_scenario(actors=ACTORS, storyboard=board)
         cases += [make_case(scenario, {"gap": gap}) for gap in gaps]
     formulas = Formulas.of(cases)
-    return compile_script(formulas, build_roads(formulas), INDEX, 0.05)
+    begins = {name: np.zeros(formulas.runs) for name in formulas.scenario.actors}
+    return compile_script(formulas, build_roads(formulas), begins, INDEX, 0.05)
 
 
 def event(when: str = "time >= 1 s", *, actor: str = "two", **action: Any) -> dict[str, Any]:
@@ -157,10 +158,8 @@ def values_at(
     """Return the trigger variables of test cases where they begin, by name and run."""
     world, runs = compile_world(cases), len(cases)
     places = np.zeros((runs, 6)), np.zeros((runs, len(world.objects[0]), 6))
-    road = world.context.road
-    whole = np.ones(runs, dtype=np.bool_)
-    lanes = road.segments, road.lane_width, road.lanes
-    locate_all(whole, world.ego, world.objects, *lanes, *places)
+    grounds, whole = world.context.road.grounds(), np.ones(runs, dtype=np.bool_)
+    locate_all(whole, world.ego, world.objects, grounds, *places)
     events = len(cases[0].scenario.storyboard)
     scene = Scene(
         tick=tick,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -299,7 +300,10 @@ def test_what_changes_a_verdict(store: Store, mixed: str, statement: str, table:
     [
         *(
             f"DELETE FROM {name} WHERE row_hash = (SELECT min(row_hash) FROM {name})"  # noqa: S608
-            for name in (*(item.name for item in tables.RESULTS), "fork", "injection")
+            for name in (
+                *(item.name for item in (*tables.RESULTS, *tables.RECOUNTED)),
+                *("fork", "injection"),
+            )
         ),
         "UPDATE injection SET safe_s = 99",
         "UPDATE case_run SET run_number = CASE run_number WHEN 1 THEN 2 ELSE 1 END",
@@ -312,6 +316,18 @@ def test_nothing_is_handed_on_beside_a_row_that_is_gone_or_altered(
     tamper(full.raw, statement)
     with pytest.raises(IntegrityError, match="the database is not as it was written"):
         full.repository.require_sound(campaign)
+
+
+@pytest.mark.parametrize("table", ["run", "verdict"])
+def test_row_that_another_campaign_lost_is_missed(store: Store, mixed: str, table: str) -> None:
+    store.example.with_odd("2")
+    store.example.engine = replace(store.example.engine, variant="float64")
+    other = str(store.campaign(4))
+    key = "number" if table == "run" else "run_number"
+    tamper(store.raw, f"DELETE FROM {table} WHERE {key} = (SELECT max({key}) FROM {table})")  # noqa: S608
+    for campaign in (mixed, other):
+        found = store.repository.unsound(campaign)
+        assert table in {item.table for item in found if not item.row}
 
 
 def test_dropped_trigger_is_named(store: Store, mixed: str) -> None:

@@ -16,9 +16,9 @@ from adeye.store.accounts import done_cases
 from adeye.store.block import RunBlock
 from adeye.store.records import Block, MetricValue, VerdictRecord
 from adeye.store.repository import Repository
-from adeye.store.write.results import Counted, count_block, tally_rows
+from adeye.store.write.results import Counted, count_block, record_judged_runs, tally_rows
 from tests.store.conftest import Store
-from tests.store.rows import add_verdicts, run_block
+from tests.store.rows import RunRecord, add_verdicts, run_block
 from tests.stored import known
 
 
@@ -82,22 +82,51 @@ def test_same_result_again_is_kept_once(store: Store) -> None:
     assert stored.row["executed_by"] == "host 1"
 
 
+def executed_twice(store: Store, *, first_depends: bool = True) -> tuple[RunRecord, RunRecord]:
+    """Execute a run while somebody else does so, too; return theirs and ours, not yet completed."""
+    ours = claimed(store, 1)
+    store.example.with_odd("2")
+    theirs = claimed(store, 1)
+    first = store.example.run(theirs.cases[0], is_machine_dependent=first_depends)
+    assert store.complete(theirs, [first])
+    changes = {"trace_digest": "f" * 32, "is_machine_dependent": not first_depends}
+    return first, store.example.run(ours.cases[0], **changes)
+
+
+def save_again(store: Store, run: RunRecord) -> None:
+    with store.repository._database.write() as connection:
+        record_judged_runs(connection, run_block([run]))
+
+
 @pytest.mark.parametrize("first_depends", [True, False])
-def test_machine_dependent_result_may_differ(store: Store, *, first_depends: bool) -> None:
-    block = claimed(store, 1)
-    first = store.example.run(block.cases[0], is_machine_dependent=first_depends)
-    assert store.complete(block, [first])
-    store.example.thresholds["FSR1"] = "3 m"
-    block = claimed(store, 1)
-    store.example.verdict_of = lambda _case, _fsr: Verdict.FAIL
-    case = replace(block.cases[0], missing_fsrs=("FSR1", "FSR2"))
-    again = store.example.run(case, trace_digest="f" * 32, is_machine_dependent=not first_depends)
-    assert store.complete(block, [again])
+def test_machine_dependent_result_that_is_judged_alike_is_kept_once(
+    store: Store, *, first_depends: bool
+) -> None:
+    first, again = executed_twice(store, first_depends=first_depends)
+    save_again(store, replace(again, verdicts=[replace(v, time_s=2.0) for v in again.verdicts]))
     stored = store.run(first.result_digest)
     assert stored.trace_digest == first.trace_digest
-    kept = {(item.fsr_digest, str(item.verdict)) for item in stored.verdicts}
-    assert (store.example.fsr_digest("FSR1"), "FAIL") in kept
-    assert (store.example.fsr_digest("FSR2"), "PASS") in kept
+    assert {item.time_s for item in stored.verdicts} == {1.5}
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"verdict": Verdict.FAIL, "margin": -0.5}, "FAIL with margin -0.5"),
+        ({"margin": 9.0}, "PASS with margin 9.0"),
+        # What only the other execution was judged on is not told of the first.
+        ({"fsr_digest": "e" * 64}, "not judged in its first execution"),
+    ],
+)
+def test_machine_dependent_result_that_is_judged_otherwise_is_told_and_the_first_stays(
+    store: Store, changes: dict[str, Any], told: str
+) -> None:
+    first, again = executed_twice(store)
+    other = [replace(again.verdicts[0], **changes), *again.verdicts[1:]]
+    with pytest.raises(IntegrityError, match=told):
+        save_again(store, replace(again, verdicts=other))
+    assert {str(item.verdict) for item in store.run(first.result_digest).verdicts} == {"PASS"}
+    assert store.repository.info().rows["verdict"] == len(first.verdicts)
 
 
 @pytest.mark.parametrize("words", ["gap >= 2", "gap>=200 cm", None])

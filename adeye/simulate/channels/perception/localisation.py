@@ -42,7 +42,7 @@ from adeye import signals
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan, atan2, exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.road import lane_center, lane_of, local
+from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
 from adeye.signals import Floats, parameter_record, spec_columns
 
 if TYPE_CHECKING:
@@ -604,7 +604,7 @@ class Localiser:
         self.gnss = gnss
         self.imu = imu
         self._records = _records(context, gnss, imu)
-        self._segments: Floats = np.ascontiguousarray(context.road.segments)
+        self._grounds = context.road.grounds()
         # A unit has at most one sample a tick.
         self._queue: Floats = np.zeros((runs, int(LATEST_FIX / context.step) + 2, 3))
         self._scratch: Floats = np.zeros(SCRATCH)
@@ -638,7 +638,7 @@ class Localiser:
         """
         _update(
             self._records,
-            self._segments,
+            self._grounds,
             (fix, fix_stamp, sample, sample_stamp),
             (self.states, self.covariances, self.rows, self._queue, self._scratch),
             self.estimate,
@@ -647,7 +647,7 @@ class Localiser:
 
 
 def _records(context: ChannelContext, gnss: str, imu: str | None) -> Any:
-    """Pack what the compiled steps read: what is assumed of the sensors, levers, lanes."""
+    """Pack what the compiled steps read: what is assumed of the sensors, and levers."""
     receiver = context.data_sheets[gnss]
     unit: Mapping[str, Any] = {
         "acceleration_noise": 0.0,
@@ -685,8 +685,6 @@ def _records(context: ChannelContext, gnss: str, imu: str | None) -> Any:
             "unit_y": place[:, 1],
             "rear": rear,
             "wheelbase": columns["wheelbase"],
-            "lane_width": context.road.lane_width,
-            "lanes": context.road.lanes,
         }
     )
 
@@ -694,7 +692,7 @@ def _records(context: ChannelContext, gnss: str, imu: str | None) -> Any:
 @compiled
 def _update(
     records: Any,
-    segments: Floats,
+    grounds: Grounds,
     newest: tuple[Floats, Floats, Floats, Floats],
     filters: tuple[Floats, Floats, Floats, Floats, Floats],
     estimate: Floats,
@@ -705,7 +703,7 @@ def _update(
     for run in range(rows.shape[0]):
         record, state, covariance = records[run], states[run], covariances[run]
         row = rows[run]
-        of = Filter(record, segments[run], state, covariance, row, queue[run], scratch)
+        of = Filter(record, grounds.segments[run], state, covariance, row, queue[run], scratch)
         if sample_stamp[run] > row[SEEN] and is_number(sample[run]):
             add_sample(of, sample[run], sample_stamp[run])
         if fix_stamp[run] > row[FIX_TIME]:
@@ -717,12 +715,12 @@ def _update(
             variance = lateral_variance(state, covariance, record["rear"], age)
             # NaN compares false: it is no estimate.
             if variance + record["least_variance"] <= MOST_DEVIATION * MOST_DEVIATION:
-                _write(record, segments[run], state, row, estimate[run])
+                _write(record, ground_of(grounds, run), state, row, estimate[run])
                 stamp[run] = row[NOW_TIME]
 
 
 @inlined
-def _write(record: Any, segments: Floats, state: Floats, row: Floats, estimate: Floats) -> None:
+def _write(record: Any, ground: Ground, state: Floats, row: Floats, estimate: Floats) -> None:
     """Write the estimate of the box centre and its place on the road."""
     heading, rate = row[NOW_HEADING], row[NOW_RATE] - state[YAW_RATE_BIAS]
     sine, cosine = sin_cos(heading)
@@ -736,11 +734,9 @@ def _write(record: Any, segments: Floats, state: Floats, row: Floats, estimate: 
         atan(record["wheelbase"] * rate / speed) if speed > MOVING else 0.0
     )
     estimate[signals.EGO_YAW_RATE] = rate
-    s, d, road_heading, curvature = local(segments, x, y)
-    width, lanes = record["lane_width"], int(record["lanes"])
-    lane = lane_of(d, width, lanes)
-    nearest = lane if lane >= 0 else (0 if d < 0.0 else lanes - 1)
+    s, d, road_heading, curvature = local(ground.segments, x, y)
     place = estimate[signals.ESTIMATE_PLACE :]
     place[signals.PLACE_S], place[signals.PLACE_D] = s, d
     place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = road_heading, curvature
-    place[signals.PLACE_LANE], place[signals.PLACE_OFFSET] = lane, d - lane_center(nearest, width)
+    place[signals.PLACE_LANE] = lane_of(ground, s, d)
+    place[signals.PLACE_OFFSET] = d - center_at(ground, s, d)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from adeye.kernel.road import Grounds
     from adeye.ports import ChannelContext
 
 # --- What a channel sees, laid out for its compiled step: the samples of all linked sensors -------
@@ -187,8 +188,8 @@ class Seen(NamedTuple):
     """What a channel knows of the ego and of the objects around it, run by run.
 
     Attributes:
-        records: (B,) parameters, vehicle and road, see ``driving.channel_records``.
-        segments: (B, R, 5) reference line of the road.
+        records: (B,) parameters and vehicle, see ``driving.channel_records``.
+        grounds: The roads.
         running: (B,) runs that had not ended at the newest tick; the others are left alone.
         pose: (B, POSE_WIDTH).
         tracks: (B, K, TRACK_STATE).
@@ -198,7 +199,7 @@ class Seen(NamedTuple):
     """
 
     records: Any
-    segments: Floats
+    grounds: Grounds
     running: Bools
     pose: Floats
     tracks: Floats
@@ -230,7 +231,7 @@ class Perception:
         self._used = np.full(self._sight.mounts.shape[:2], -1.0)
         self.seen = Seen(
             records=records,
-            segments=np.ascontiguousarray(context.road.segments),
+            grounds=context.road.grounds(),
             running=np.zeros(runs, dtype=np.bool_),
             pose=first_poses(context.vehicles),
             tracks=np.zeros((runs, TRACKS, columns.TRACK_STATE)),
@@ -280,7 +281,7 @@ def _perceive_block(
         if running[run]:
             update_pose(
                 pose[run],
-                seen.segments[run],
+                seen.grounds.segments[run],
                 samples.estimate[run],
                 samples.estimate_stamp[run],
                 time,

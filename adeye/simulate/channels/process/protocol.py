@@ -54,7 +54,6 @@ def hello(context: ChannelContext, run: int) -> dict[str, Any]:
         context: Of the batch.
         run: Which of its runs.
     """
-    road = context.road
     parameters = context.parameters[run]
     return {
         "hello": PROTOCOL,
@@ -80,13 +79,8 @@ def hello(context: ChannelContext, run: int) -> dict[str, Any]:
         },
         "vehicle": context.vehicles[run].model_dump(mode="json"),
         "road": {
-            "segments": _listed(road.segments[run]),
-            "lane_width": float(road.lane_width[run]),
-            "lanes": road.lanes,
-            "shoulder": float(road.shoulder[run]),
-            "speed_limit": float(road.speed_limit[run]),
-            "verge": float(road.verge[run]),
-            "refuges": _listed(road.refuges[run]),
+            name: _listed(value) if isinstance(value, np.ndarray) else value
+            for name, value in context.road.told(run).items()
         },
     }
 

@@ -17,12 +17,19 @@ from adeye import signals
 from adeye.kernel.control import limit_jerk
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
+from adeye.kernel.road import center_at, ground_of, is_on_lanes
 from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation, spec_columns
 from adeye.simulate.channels import corridor, driving
 from adeye.simulate.channels.hooks import SAFETY_HOOKS, PerceivingChannel
 from adeye.simulate.channels.links import SWITCH, linked_channels
-from adeye.simulate.channels.perception.pose import POSE_ACCELERATION, POSE_D, POSE_SPEED, has_pose
+from adeye.simulate.channels.perception.pose import (
+    POSE_ACCELERATION,
+    POSE_D,
+    POSE_S,
+    POSE_SPEED,
+    has_pose,
+)
 from adeye.spec.channels import BESIDE_NUMBERS, SafetyParameters
 
 if TYPE_CHECKING:
@@ -47,7 +54,7 @@ OBJECT_DANGER: Final = 2
     SEEN_POSE,  # whether the ego knows where it is
     SEEN_REQUIRED,  # required deceleration for the objects in the path [m/s²]
     SEEN_OFFSET,  # distance from the nearest lane's centre [m]
-    SEEN_D,  # lateral place from the right edge [m]
+    SEEN_ON_LANES,  # whether that is on the lanes, edges included
 ) = range(11)
 EVIDENCE_WIDTH: Final = 11
 
@@ -116,13 +123,13 @@ def lane_departure(record: Any, seen: Floats) -> bool:
     """Fire when the ego is too far from the centre of every lane, or off the lanes.
 
     Args:
-        record: Has ``max_lane_offset``, ``lane_width`` [m] and ``lanes``.
+        record: Has ``max_lane_offset`` [m].
         seen: (EVIDENCE_WIDTH,).
     """
     if seen[SEEN_POSE] <= 0.0:
         return False
     is_near = abs(seen[SEEN_OFFSET]) <= record["max_lane_offset"]
-    return not (is_near and 0.0 <= seen[SEEN_D] <= record["lanes"] * record["lane_width"])
+    return not (is_near and seen[SEEN_ON_LANES] > 0.0)
 
 
 @inlined
@@ -410,8 +417,8 @@ def tell(batch: Batch, run: int, state: int) -> None:
 def look(batch: Batch, run: int) -> None:
     """Take the evidence of the scene: the lane, and the objects in the path."""
     record, pose, memory = batch.seen.records[run], batch.seen.pose[run], batch.memory[run]
-    path, seen = batch.path, batch.evidence
-    nearest = driving.path_of_lane(record, pose[POSE_D])
+    path, seen, ground = batch.path, batch.evidence, ground_of(batch.seen.grounds, run)
+    nearest = center_at(ground, pose[POSE_S], pose[POSE_D])
     offset = pose[POSE_D] - nearest
     # A lane is taken over once the ego is well inside it, so a departure leads back.
     if np.isnan(memory[MEMORY_PATH]) or abs(offset) <= 0.5 * record["max_lane_offset"]:
@@ -420,7 +427,7 @@ def look(batch: Batch, run: int) -> None:
     seen[SEEN_POSE] = 1.0
     seen[SEEN_REQUIRED] = path[corridor.PATH_REQUIRED]
     seen[SEEN_OFFSET] = offset
-    seen[SEEN_D] = pose[POSE_D]
+    seen[SEEN_ON_LANES] = is_on_lanes(ground, pose[POSE_S], pose[POSE_D])
 
 
 @inlined
@@ -477,7 +484,7 @@ def follow_lane(batch: Batch, run: int) -> float:
         record,
         pose[POSE_SPEED],
         driving.allowed_speed(
-            record, batch.seen.segments[run], pose, batch.memory[run, MEMORY_PATH]
+            record, ground_of(batch.seen.grounds, run), pose, batch.memory[run, MEMORY_PATH]
         ),
         path[corridor.PATH_GAP],
         path[corridor.PATH_SPEED],

@@ -16,7 +16,19 @@ import numpy as np
 from adeye.kernel import profiles, stops
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.road import NO_REFUGE, REST_AREA, position
+from adeye.kernel.road import (
+    NO_REFUGE,
+    REST_AREA,
+    Ground,
+    center_beside,
+    ground_of,
+    is_beside,
+    is_on_lanes,
+    lane_center,
+    lane_width,
+    lanes_at,
+    position,
+)
 from adeye.signals import FAULT, Floats, spec_columns
 from adeye.simulate.channels.corridor import PATH_REQUIRED
 from adeye.simulate.channels.driving import MAX_LATERAL, parameter_columns
@@ -51,8 +63,7 @@ class StopTask(NamedTuple):
     Attributes:
         record: Parameters, see ``PlannedSafetyChannel``.
         rules: (RULES,) rating of each kind of place.
-        segments: (K, 5) reference line of the road.
-        refuges: (R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         center: Centre of the ego's lane [m].
         others: The predicted objects, with STOP_SAMPLES each.
@@ -65,8 +76,7 @@ class StopTask(NamedTuple):
 
     record: Any
     rules: Floats
-    segments: Floats
-    refuges: Floats
+    ground: Ground
     pose: Floats
     center: float
     others: Others
@@ -88,10 +98,10 @@ def cuts_up(task: StopTask, row: int, path: Floats, begun: float, profile: Float
         begun: Way along the path that is behind the ego [m].
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
-    record, d, others = task.record, task.pose[POSE_D], task.others
-    target, width = path[profiles.PATH_TARGET], record["lane_width"]
-    speed = 0.0
-    if np.isnan(target) or target < 0.0:
+    record, ground, others = task.record, task.ground, task.others
+    s, d = place = task.pose[POSE_S], task.pose[POSE_D]
+    target, speed = path[profiles.PATH_TARGET], 0.0
+    if np.isnan(target) or is_beside(ground, s, target):
         # Only those who come before the ego has left the lane count.
         for sample in range(stops.STOP_SAMPLES):
             way = begun + profile[sample, profiles.PROFILE_S]
@@ -101,14 +111,14 @@ def cuts_up(task: StopTask, row: int, path: Floats, begun: float, profile: Float
             if is_out:
                 speed = profile[sample, profiles.PROFILE_SPEED]
                 break
-        if is_cut_up(record, target, False, d, 0.0, others):  # noqa: FBT003 - a kernel
+        if is_cut_up(record, ground, place, target, False, 0.0, others):  # noqa: FBT003 - a kernel
             return True
-    lane = 0.5 * width
-    while lane < d - 0.5 * width:
+    lane, half = lane_center(ground, s, 0), 0.5 * lane_width(ground, s, d)
+    while lane < d - half:
         is_entered = lane >= target - 0.01
-        if is_entered and is_cut_up(record, lane, True, d, speed, others):  # noqa: FBT003
+        if is_entered and is_cut_up(record, ground, place, lane, True, speed, others):  # noqa: FBT003
             return True
-        lane += width
+        lane = center_beside(ground, s, lane, 1.0)
     return False
 
 
@@ -122,18 +132,18 @@ def strays(task: StopTask, path: Floats, begun: float, profile: Floats) -> bool:
         begun: Way along the path that is behind the ego [m].
         profile: (STOP_SAMPLES, PROFILE_ROW).
     """
-    record, center = task.record, task.center
+    record, ground, s, center = task.record, task.ground, task.pose[POSE_S], task.center
     end = profiles.at_path(path, begun + profile[stops.STOP_SAMPLES - 1, profiles.PROFILE_S])[0]
-    width = record["lane_width"]
+    width = lane_width(ground, s, center)
     beside = 0.5 * (width + record["width"])
-    for row in range(int(record["lanes"])):
-        lane = (row + 0.5) * width
+    for row in range(lanes_at(ground, s)):
+        lane = lane_center(ground, s, row)
         # Beyond its own lane as far as the one in which it ends up, if only with its side. Whoever
         # is over the edge of its lane already can still come back, so that is asked, too.
         is_left = center + 0.5 * width < lane < end + beside
         is_right = end - beside < lane < center - 0.5 * width
         is_entered = is_left or is_right
-        if is_entered and is_cut_up(record, lane, True, center, 0.0, task.others):  # noqa: FBT003
+        if is_entered and is_cut_up(record, ground, (s, center), lane, True, 0.0, task.others):  # noqa: FBT003
             return True
     return False
 
@@ -185,7 +195,9 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
     paths, speeds = task.paths, task.profiles
     s, d, slope, bend = _start(pose, wait, kept, driven)
     speed, curvature = pose[POSE_SPEED], pose[POSE_CURVATURE]
-    stops.lay_stops(record, s, d, slope, bend, speed, task.center, curvature, driven, paths)
+    stops.lay_stops(
+        record, task.ground, s, d, slope, bend, speed, task.center, curvature, driven, paths
+    )
     for stop in range(stops.STOPS):
         row, level = stop // stops.STOP_LEVELS, stop % stops.STOP_LEVELS
         # What is laid out as it is needed costs nothing where the first stop will do.
@@ -202,7 +214,7 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
         if stop == stops.REFUGE * stops.STOP_LEVELS:
             stops.lay_refuge_stops(
                 record,
-                task.refuges,
+                task.ground,
                 places,
                 (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
                 (s, d, slope, bend),
@@ -243,20 +255,20 @@ def _start(
 @compiled
 def _judge(task: StopTask, row: int, path: Floats, profile: Floats, found: Floats) -> None:
     """Find whether a stop is feasible, what it meets and how its end is rated."""
-    record, refuges, pose = task.record, task.refuges, task.pose
+    record, ground, pose = task.record, task.ground, task.pose
     found[FOUND_FEASIBLE], found[FOUND_RATING] = 0.0, math.inf
     found[FOUND_IMPACT], found[FOUND_PLACE] = math.inf, stops.ANYWHERE
     if path[profiles.PATH_EXISTS] == 0.0 or stops.stands_at(profile) == stops.STOP_SAMPLES:
         return
     begun = pose[POSE_S] - path[profiles.PATH_START]
-    fits = stops.fits_limits(record, refuges, path, begun, profile, pose[POSE_D])
+    fits = stops.fits_limits(record, ground, path, begun, profile, pose[POSE_D])
     # To stay in the lane is to be had in any case.
     if not fits and row != stops.IN_LANE:
         return
     if row == stops.SHOULDER:
         found[FOUND_PLACE] = stops.ROADSIDE
     elif row == stops.REFUGE:
-        kind = stops.refuge_of(record, refuges, pose[POSE_S], path, profile)
+        kind = stops.refuge_of(record, ground, pose[POSE_S], path, profile)
         if kind == NO_REFUGE:
             return
         found[FOUND_PLACE] = stops.ONLY_REST_AREA if kind == REST_AREA else stops.ROADSIDE
@@ -266,9 +278,7 @@ def _judge(task: StopTask, row: int, path: Floats, profile: Floats, found: Float
         return
     if row == stops.STRAIGHT and strays(task, path, begun, profile):
         return
-    found[FOUND_RATING] = stops.rate_stop(
-        record, task.rules, task.segments, refuges, pose[POSE_S], path, profile
-    )
+    found[FOUND_RATING] = stops.rate_stop(record, task.rules, ground, pose[POSE_S], path, profile)
     is_near, impact = meet_objects(record, path, begun, profile, task.others, task.line)
     found[FOUND_FEASIBLE] = 0.0 if is_near or not fits else 1.0
     found[FOUND_IMPACT] = impact
@@ -385,7 +395,6 @@ class Plans(NamedTuple):
 
     Attributes:
         rules: (B, RULES) rating of each kind of place.
-        refuges: (B, R, 5) parking bays and rest areas, see ``signals.REFUGE_COLUMNS``.
         kept: (B, KEPT_ROW) choice so far; in and out.
         driven: (B, PATH_ROW) its path; in and out.
         others: Room for the predicted objects; scratch, as all that follows.
@@ -396,7 +405,6 @@ class Plans(NamedTuple):
     """
 
     rules: Floats
-    refuges: Floats
     kept: Floats
     driven: Floats
     others: Others
@@ -453,7 +461,7 @@ def planned_step(batch: Batch, plans: Plans, run: int, time: float, shows: bool)
 def foresee(batch: Batch, plans: Plans, run: int) -> Others:
     """Predict the objects, and take the stop that is driven for the lane."""
     if _is_driven(batch.memory[run], plans.kept[run]):
-        _look_along(batch.seen.pose[run], batch.memory[run], plans.driven[run], batch.evidence)
+        _look_along(batch, run, plans.driven[run])
     return predict_objects(batch.seen, run, stops.STOP_INTERVAL, plans.others)
 
 
@@ -472,8 +480,7 @@ def ask_for_stop(  # noqa: PLR0913, PLR0917 - a kernel
     task = StopTask(
         batch.seen.records[run],
         plans.rules[run],
-        batch.seen.segments[run],
-        plans.refuges[run],
+        ground_of(batch.seen.grounds, run),
         batch.seen.pose[run],
         batch.memory[run, in_lane.MEMORY_PATH],
         others,
@@ -535,11 +542,12 @@ def _is_driven(memory: Floats, kept: Floats) -> bool:
 
 
 @inlined
-def _look_along(pose: Floats, memory: Floats, driven: Floats, seen: Floats) -> None:
+def _look_along(batch: Batch, run: int, driven: Floats) -> None:
     """Take a departure for one from the stop that is driven, wherever that leads."""
-    way = pose[POSE_S] - driven[profiles.PATH_START]
-    seen[in_lane.SEEN_OFFSET] = pose[POSE_D] - profiles.at_path(driven, way)[0]
-    seen[in_lane.SEEN_D] = memory[in_lane.MEMORY_PATH]
+    pose, ground = batch.seen.pose[run], ground_of(batch.seen.grounds, run)
+    way, center = pose[POSE_S] - driven[profiles.PATH_START], batch.memory[run, in_lane.MEMORY_PATH]
+    batch.evidence[in_lane.SEEN_OFFSET] = pose[POSE_D] - profiles.at_path(driven, way)[0]
+    batch.evidence[in_lane.SEEN_ON_LANES] = is_on_lanes(ground, pose[POSE_S], center)
 
 
 @inlined
@@ -600,7 +608,7 @@ def show_stops(seen: Seen, plans: Plans, run: int, shown: Shown) -> None:
 
     Stops that do not exist stay NaN; what is not feasible costs infinity.
     """
-    pose, segments = seen.pose[run], seen.segments[run]
+    pose, segments = seen.pose[run], seen.grounds.segments[run]
     paths, speeds, found = plans.paths, plans.profiles, plans.found
     places, costs = shown.candidates[run], shown.costs[run]
     for stop in range(stops.STOPS):
@@ -646,7 +654,6 @@ class PlannedSafetyChannel(SafetyChannel):
         rules = spec_columns(context.parameters, _rules)
         self._plans = Plans(
             rules=np.stack([rules[name] for name in stops.RULE_NAMES], axis=1),
-            refuges=np.ascontiguousarray(context.road.refuges),
             kept=np.zeros((runs, KEPT_ROW)),
             driven=np.zeros((runs, profiles.PATH_ROW)),
             others=Others(

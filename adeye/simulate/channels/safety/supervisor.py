@@ -16,7 +16,7 @@ from adeye.kernel.criticality import rss_longitudinal_distance
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import REST_AREA as REST_AREA_KIND
-from adeye.kernel.road import lane_way, local, right_edge
+from adeye.kernel.road import far_edge, ground_of, lane_way, local, right_edge, shoulder_width
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
@@ -232,20 +232,19 @@ def sensor_silent(watch: Watch, run: int, sensor: int, time: float, rule: Floats
 
 
 @inlined
-def off_road(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
+def off_road(batch: Batch, run: int, rule: Floats) -> bool:
     """Fire when the centre of the ego is where nothing carries a vehicle."""
-    record, pose = batch.seen.records[run], batch.seen.pose[run]
-    right = right_edge(refuges, pose[POSE_S], record["shoulder"], record["verge"])
-    left = record["lanes"] * record["lane_width"]
+    ground, pose = ground_of(batch.seen.grounds, run), batch.seen.pose[run]
+    right, left = right_edge(ground, pose[POSE_S]), far_edge(ground, pose[POSE_S])
     return not right - rule[RULE_FIRST] <= pose[POSE_D] <= left + rule[RULE_FIRST]
 
 
 @inlined
-def lane_departure(batch: Batch, run: int, rule: Floats) -> bool:
+def lane_departure(batch: Batch, rule: Floats) -> bool:
     """Fire when the ego is too far from its lane or from the stop that is driven."""
-    record, seen = batch.seen.records[run], batch.evidence
+    seen = batch.evidence
     is_near = abs(seen[in_lane.SEEN_OFFSET]) <= rule[RULE_FIRST]
-    return not (is_near and 0.0 <= seen[in_lane.SEEN_D] <= record["lanes"] * record["lane_width"])
+    return not (is_near and seen[in_lane.SEEN_ON_LANES] > 0.0)
 
 
 @inlined
@@ -280,7 +279,7 @@ def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
             continue
         x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(batch.seen.segments[run], x, y)
+        s, d, heading, _ = local(batch.seen.grounds.segments[run], x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, batch.memory[run, in_lane.MEMORY_PATH], pose[POSE_D]))
         long, wide = 0.5 * track[columns.TRACK_LENGTH], 0.5 * track[columns.TRACK_WIDTH]
@@ -339,13 +338,13 @@ def of_watched(batch: Batch, watch: Watch, run: int, monitor: int, time: float) 
 
 
 @inlined
-def of_scene(batch: Batch, refuges: Floats, run: int, rule: Floats) -> bool:
+def of_scene(batch: Batch, run: int, rule: Floats) -> bool:
     """Tell whether a monitor of the scene fires; the ego knows where it is."""
     kind = int(rule[RULE_KIND])
     if kind == OFF_ROAD:
-        return off_road(batch, refuges, run, rule)
+        return off_road(batch, run, rule)
     if kind == LANE_DEPARTURE:
-        return lane_departure(batch, run, rule)
+        return lane_departure(batch, rule)
     if kind == OBJECT_DANGER:
         return object_danger(batch, rule)
     if kind == CRITICAL_AREA:
@@ -599,7 +598,7 @@ def _ask_monitors(  # noqa: PLR0913, PLR0917 - a kernel
             wait = (steps_to_confirm(rule) * force.settings[run, SET_EVERY] + 1.0) * period
             fires = planned_stop.is_last_stop(batch, plans, run, others, wait)
         elif knows_pose:
-            fires = of_scene(batch, plans.refuges[run], run, rule)
+            fires = of_scene(batch, run, rule)
         counted = batch.states[run, monitor]
         if counted[in_lane.STATE_FROZEN]:
             fires = counted[in_lane.STATE_RAW] > 0
@@ -630,8 +629,9 @@ def _choose(  # noqa: PLR0913, PLR0917 - a kernel
     was_stopping = memory[in_lane.MEMORY_STOPPING] > 0.0
     if not was_stopping:
         record, settings = batch.seen.records[run], force.settings[run]
-        shown = look_ahead(settings, plans.refuges[run], batch.seen.pose[run, POSE_S])
-        has_parking = shown > ANYWHERE or record["shoulder"] >= record["width"]
+        ground, s = ground_of(batch.seen.grounds, run), batch.seen.pose[run, POSE_S]
+        shown = look_ahead(settings, ground.refuges, s)
+        has_parking = shown > ANYWHERE or shoulder_width(ground, s) >= record["width"]
         give_way(state, settings, planned and shown == ONLY_REST_AREA, planned and has_parking)
     held = int(state[FORCE_HELD])
     if was_stopping:

@@ -21,7 +21,20 @@ from adeye.kernel.control import lane_keeping_steering
 from adeye.kernel.elementary import atan, sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip
-from adeye.kernel.road import lane_center, offset_curvature, position
+from adeye.kernel.road import (
+    Ground,
+    center_at,
+    center_beside,
+    ground_of,
+    is_beside,
+    lane_width,
+    lanes_right,
+    left_edge,
+    offset_curvature,
+    position,
+    shoulder_middle,
+    shoulder_width,
+)
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Ints, spec_columns
 from adeye.simulate.channels import driving
 from adeye.simulate.channels.hooks import POINTS, PerceivingChannel, Shown
@@ -142,12 +155,12 @@ _ONE_PLACE: Final = 0.01
 
 @inlined
 def start_of_paths(
-    record: Any, pose: Floats, memory: Floats, path: Floats
+    ground: Ground, pose: Floats, memory: Floats, path: Floats
 ) -> tuple[float, float, float]:
     """Return the lateral state that the paths begin with: that of the path being driven.
 
     Args:
-        record: Parameters, see ``channel.TrajectoryChannel``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         memory: (MEMORY_WIDTH,) in and out.
         path: (PATH_ROW,) that is being driven.
@@ -156,11 +169,11 @@ def start_of_paths(
         Lateral place [m], slope and bend [1/m].
     """
     if not np.isnan(memory[MEMORY_LANE]):
+        memory[MEMORY_LANE] = driving.path_in_lane(ground, pose[POSE_S], memory[MEMORY_LANE])
         d, slope, bend = profiles.at_path(path, pose[POSE_S] - path[profiles.PATH_START])
         if abs(d - pose[POSE_D]) < LOST:
             return d, slope, bend
-    lane = driving.lane_at(pose[POSE_D], record["lane_width"], int(record["lanes"]))
-    memory[MEMORY_LANE] = lane_center(lane, record["lane_width"])
+    memory[MEMORY_LANE] = center_at(ground, pose[POSE_S], pose[POSE_D])
     # No target is this one, so no path counts as gone on with.
     path[profiles.PATH_TARGET] = math.nan
     return pose[POSE_D], sin_cos(pose[POSE_ALIGN])[0], 0.0
@@ -168,25 +181,21 @@ def start_of_paths(
 
 @compiled
 def lay_paths(
-    record: Any,
-    pose: Floats,
-    memory: Floats,
-    driven: Floats,
-    paths: Floats,
+    record: Any, ground: Ground, pose: Floats, memory: Floats, driven: Floats, paths: Floats
 ) -> None:
     """Lay the lateral paths of the fan.
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         memory: (MEMORY_WIDTH,) in and out.
         driven: (PATH_ROW,) path that is being driven.
         paths: (PATHS, PATH_ROW) out.
     """
-    d, slope, bend = start_of_paths(record, pose, memory, driven)
-    center = memory[MEMORY_LANE]
-    width = record["lane_width"]
-    room = 0.5 * (width - record["width"])
+    d, slope, bend = start_of_paths(ground, pose, memory, driven)
+    s, center = pose[POSE_S], memory[MEMORY_LANE]
+    room = 0.5 * (lane_width(ground, s, center) - record["width"])
     nudge = min(record["nudge"], max(0.0, room))
     for row in range(PATHS):
         target, lane = center, center
@@ -195,34 +204,34 @@ def lay_paths(
         elif row == NUDGE_RIGHT:
             target = center - nudge
         elif row in (CHANGE_LEFT, DODGE_LEFT):
-            target = lane = center + width
+            target = lane = center_beside(ground, s, center, 1.0)
         elif row in (CHANGE_RIGHT, DODGE_RIGHT):
-            target = lane = center - width
-        if target < 0.0:
-            # Beside the rightmost lane: the middle of the shoulder.
-            target, lane = -0.5 * record["shoulder"], math.nan
-        paths[row, profiles.PATH_EXISTS] = 1.0 if _is_on_road(record, row, target, d) else 0.0
+            target = lane = center_beside(ground, s, center, -1.0)
+        if is_beside(ground, s, target):
+            target, lane = shoulder_middle(ground, s), math.nan
+        exists = _is_on_road(record, ground, row, s, target, d)
+        paths[row, profiles.PATH_EXISTS] = 1.0 if exists else 0.0
         paths[row, profiles.PATH_LANE] = lane
         length = _length(record, row, pose[POSE_SPEED], target - d)
         if abs(target - driven[profiles.PATH_TARGET]) < _ONE_PLACE:
             # What has been begun is finished as it was begun.
-            left = driven[profiles.PATH_START] + driven[profiles.PATH_LENGTH] - pose[POSE_S]
+            left = driven[profiles.PATH_START] + driven[profiles.PATH_LENGTH] - s
             length = min(length, left)
-        profiles.lay_path(paths[row], pose[POSE_S], d, slope, bend, target, length)
+        profiles.lay_path(paths[row], s, d, slope, bend, target, length)
 
 
 @inlined
-def _is_on_road(record: Any, row: int, target: float, d: float) -> bool:
+def _is_on_road(record: Any, ground: Ground, row: int, s: float, target: float, d: float) -> bool:
     """Tell whether a target can be had: on lanes or shoulder, and no more than a lane away."""
     if row == KEEP:
         return True
     half = 0.5 * record["width"]
     if row in (NUDGE_LEFT, NUDGE_RIGHT) and record["nudge"] <= 0.0:
         return False
-    if target < 0.0 and record["shoulder"] < record["width"]:
+    if is_beside(ground, s, target) and shoulder_width(ground, s) < record["width"]:
         return False
-    highest = record["lanes"] * record["lane_width"] - half
-    return bool(target <= highest and abs(target - d) <= 1.6 * record["lane_width"])
+    highest = left_edge(ground, s) - half
+    return bool(target <= highest and abs(target - d) <= 1.6 * lane_width(ground, s, d))
 
 
 @inlined
@@ -273,6 +282,7 @@ class Fan(NamedTuple):
 
     Attributes:
         record: Parameters, see ``channel.TrajectoryChannel``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         allowed: Speed that desire, limit and curves allow [m/s].
         others: The predicted objects.
@@ -287,6 +297,7 @@ class Fan(NamedTuple):
     """
 
     record: Any
+    ground: Ground
     pose: Floats
     allowed: float
     others: Others
@@ -334,9 +345,8 @@ def candidate_cost(fan: Fan, row: int, column: int, limit: float) -> float:
         return float(total)
     slowest = min(fan.pose[POSE_SPEED], profile[SAMPLES - 1, profiles.PROFILE_SPEED])
     is_lane = not np.isnan(path[profiles.PATH_LANE])
-    if cost.is_cut_up(
-        record, path[profiles.PATH_TARGET], is_lane, fan.pose[POSE_D], slowest, others
-    ):
+    place, target = (fan.pose[POSE_S], fan.pose[POSE_D]), path[profiles.PATH_TARGET]
+    if cost.is_cut_up(record, fan.ground, place, target, is_lane, slowest, others):
         return math.inf
     total += drive_path(fan, path, profile, row == KEEP)
     count = others.objects.shape[0]
@@ -368,11 +378,12 @@ def drive_path(fan: Fan, path: Floats, profile: Floats, is_last_resort: bool) ->
         profile: (SAMPLES, PROFILE_ROW).
         is_last_resort: Whether it is to be had in any case.
     """
-    record, pose = fan.record, fan.pose
+    record, ground, pose = fan.record, fan.ground, fan.pose
     half = 0.5 * record["width"]
     # Who is beyond an edge already may come back.
-    lowest = min(half - record["shoulder"], pose[POSE_D])
-    highest = max(record["lanes"] * record["lane_width"] - half, pose[POSE_D])
+    edge = lanes_right(ground, pose[POSE_S]) - shoulder_width(ground, pose[POSE_S])
+    lowest = min(half + edge, pose[POSE_D])
+    highest = max(left_edge(ground, pose[POSE_S]) - half, pose[POSE_D])
     return cost.drive_line(
         record,
         path,
@@ -459,7 +470,7 @@ def plan_step(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kernel
     Returns:
         The candidate of the fan that cost least.
     """
-    lay_paths(fan.record, fan.pose, fan.memory, fan.driven, fan.paths)
+    lay_paths(fan.record, fan.ground, fan.pose, fan.memory, fan.driven, fan.paths)
     best = choose_candidate(fan, is_shown)
     refine(fan, best)
     path = fan.paths[best // PROFILES]
@@ -686,7 +697,7 @@ def _act(
             if best >= 0:
                 show_candidates(
                     seen.pose[run],
-                    seen.segments[run],
+                    seen.grounds.segments[run],
                     plans.paths,
                     plans.profiles,
                     shown.candidates[run],
@@ -718,16 +729,17 @@ def trajectory_step(
         The best candidate of the fan; -1 without a recent ego estimate: then it coasts with the
         steering held.
     """
-    record, segments, pose = seen.records[run], seen.segments[run], seen.pose[run]
+    record, ground, pose = seen.records[run], ground_of(seen.grounds, run), seen.pose[run]
     memory, driven, plan = plans.memory[run], plans.driven[run], plans.plan[run]
     if not has_pose(pose, time):
         command[0] = memory[MEMORY_WANTED] = memory[MEMORY_COMMAND] = 0.0
         memory[MEMORY_LANE] = plan[:] = np.nan
         return -1
     others = cost.predict_objects(seen, run, record["horizon"] / SAMPLES, plans.others)
-    allowed = driving.allowed_speed(record, segments, pose, pose[POSE_D])
+    allowed = driving.allowed_speed(record, ground, pose, pose[POSE_D])
     fan = Fan(
         record,
+        ground,
         pose,
         allowed,
         others,
@@ -749,5 +761,5 @@ def trajectory_step(
         return -1
     command[0], command[1] = acceleration, steering
     memory[MEMORY_COMMAND] = acceleration
-    show_plan(pose, segments, plans.profiles[PROFILES], plans.line, plan)
+    show_plan(pose, ground.segments, plans.profiles[PROFILES], plans.line, plan)
     return best

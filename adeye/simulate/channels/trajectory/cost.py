@@ -20,7 +20,7 @@ from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import at_path, margin_at, predict_body
-from adeye.kernel.road import local
+from adeye.kernel.road import Ground, ground_of, lane_width, limit_at, local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
 from adeye.simulate.channels.perception import tracks as columns
@@ -62,7 +62,7 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
     Returns:
         As many of it as there are objects.
     """
-    record, pose = seen.records[run], seen.pose[run]
+    record, ground, pose = seen.records[run], ground_of(seen.grounds, run), seen.pose[run]
     objects, ways = room.objects, room.ways
     count = 0
     sine, cosine = sin_cos(pose[POSE_HEADING])
@@ -73,7 +73,7 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
             continue
         x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(seen.segments[run], x, y)
+        s, d, heading, _ = local(ground.segments, x, y)
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
         forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
         sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
@@ -94,16 +94,8 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
         )
         if not is_free and not is_sure:
             sideways = 0.0
-        predict_body(
-            body,
-            sideways,
-            is_free,
-            track[columns.TRACK_BRAKING],
-            record["lane_width"],
-            int(record["lanes"]),
-            interval,
-            ways[count],
-        )
+        braking = track[columns.TRACK_BRAKING]
+        predict_body(ground, s, body, sideways, is_free, braking, interval, ways[count])
         count += 1
     return Others(objects[:count], ways[:count])
 
@@ -414,11 +406,12 @@ def overlap(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @compiled
-def is_cut_up(
+def is_cut_up(  # noqa: PLR0913, PLR0917 - a kernel
     record: Any,
+    ground: Ground,
+    place: tuple[float, float],
     target: float,
     is_lane: bool,  # noqa: FBT001 - a kernel
-    d: float,
     ego_speed: float,
     others: Others,
 ) -> bool:
@@ -430,19 +423,21 @@ def is_cut_up(
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
+        ground: The road.
+        place: s and d of the ego now [m].
         target: Lateral place of the lane that is to be entered [m].
         is_lane: False for the shoulder, where nobody is taken to drive who is not seen.
-        d: Of the ego now [m].
         ego_speed: Its lowest speed over the horizon [m/s].
         others: The predicted objects.
 
     Source:
         UN R79, 5.6.4.7: the critical distance at the beginning of a lane change.
     """
-    if abs(target - d) <= 0.5 * (record["lane_width"] + record["width"]):
+    s, d = place
+    if abs(target - d) <= 0.5 * (lane_width(ground, s, d) + record["width"]):
         return False
     unseen = record["rear_sight"] - 0.5 * record["length"]
-    if is_lane and unseen < critical_distance(record, record["speed_limit"], ego_speed):
+    if is_lane and unseen < critical_distance(record, limit_at(ground, s, target), ego_speed):
         return True
     for row in range(others.objects.shape[0]):
         body = others.objects[row]

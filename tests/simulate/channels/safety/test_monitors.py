@@ -24,8 +24,6 @@ RECORD = parameter_record(
         "max_steering_angle": 0.6,
         "danger_threshold": 4.5,
         "max_lane_offset": 1.0,
-        "lane_width": 3.5,
-        "lanes": 3,
         "confirm_ticks": 2,
         "heal_ticks": 3,
     }
@@ -34,7 +32,7 @@ RECORD = parameter_record(
 
 def evidence(**changes: float) -> Floats:
     seen = np.zeros(in_lane.EVIDENCE_WIDTH)
-    defaults = {"channels": 1.0, "heard": 1.0, "time": 1.0, "pose": 1.0, "d": 5.25}
+    defaults = {"channels": 1.0, "heard": 1.0, "time": 1.0, "pose": 1.0, "on_lanes": 1.0}
     for name, value in (defaults | changes).items():
         seen[getattr(in_lane, f"SEEN_{name.upper()}")] = value
     return seen
@@ -71,8 +69,7 @@ FIRES: dict[Any, list[tuple[dict[str, float], bool]]] = {
         ({"offset": 1.0}, False),
         ({"offset": -1.01}, True),
         ({"offset": NAN}, True),
-        ({"d": -0.1}, True),
-        ({"d": 10.6}, True),
+        ({"on_lanes": 0.0}, True),
         ({"offset": 2.0, "pose": 0.0}, False),
     ],
 }

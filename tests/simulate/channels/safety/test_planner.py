@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 
 from adeye.kernel import profiles, stops
+from adeye.kernel.road import Ground
 from adeye.signals import Floats
 from adeye.simulate.channels.perception.pose import POSE_ALIGN
 from adeye.simulate.channels.safety import planned_stop
 from adeye.simulate.channels.trajectory.cost import Others
-from tests.kernel.stop_limits import limits
+from tests.kernel.stop_limits import GROUND, limits
 from tests.simulate.channels.trajectory.record import pose
 
 SLOW, MIDDLE, HARD_SHOULDER = 1.75, 5.25, -1.25
 TIMES = stops.STOP_INTERVAL * np.arange(1, stops.STOP_SAMPLES + 1)
-ROAD = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
-NONE = np.zeros((0, 5))
 
 Thing = tuple[float, float, float, float]
 """Place along and across [m], speed [m/s], acceleration until it stands [m/s²]."""
@@ -45,7 +44,7 @@ def plan(
     d: float = SLOW,
     speed: float = 25.0,
     align: float = 0.0,
-    refuges: Floats = NONE,
+    ground: Ground = GROUND,
     places: int = stops.ANYWHERE,
     **changes: float,
 ) -> tuple[int, Floats]:
@@ -56,8 +55,7 @@ def plan(
     task = planned_stop.StopTask(
         record,
         np.array(stops.DEFAULT_RULES),
-        ROAD,
-        refuges,
+        ground,
         place,
         3.5 * math.floor(d / 3.5) + 1.75,
         predict(things),
@@ -179,49 +177,54 @@ def test_least_harm_is_the_lowest_impact_then_the_lowest_rating() -> None:
     assert found[4, planned_stop.FOUND_RATING] == 3.0
 
 
-BAY = np.array([[0.0, 200.0, 60.0, 4.0, 20.0]])
-REST = np.array([[0.0, 150.0, 60.0, 4.0, 20.0], [1.0, 280.0, 150.0, 8.0, 40.0]])
+def bays(*rows: tuple[float, ...]) -> Ground:
+    return GROUND._replace(refuges=np.array(rows))
+
+
+BAY = bays((0.0, 200.0, 60.0, 4.0, 20.0))
+REST = bays((0.0, 150.0, 60.0, 4.0, 20.0), (1.0, 280.0, 150.0, 8.0, 40.0))
+BARE = GROUND._replace(shoulder=0.0)
 
 
 def test_a_bay_ahead_is_preferred_to_the_shoulder() -> None:
-    chosen, found = plan([], refuges=BAY)
+    chosen, found = plan([], ground=BAY)
     assert chosen == number(stops.REFUGE, 1)
     assert found[chosen].tolist() == [1.0, 0.0, 0.0, 0.0, stops.ROADSIDE]
 
 
 def test_a_bay_that_is_taken_leaves_the_shoulder() -> None:
-    taken = plan([(s, -4.5, 0.0, 0.0) for s in (205.0, 230.0, 255.0)], refuges=BAY)
+    taken = plan([(s, -4.5, 0.0, 0.0) for s in (205.0, 230.0, 255.0)], ground=BAY)
     assert taken[0] == number(stops.SHOULDER, 1)
     assert not taken[1][number(stops.REFUGE, 0) :, planned_stop.FOUND_FEASIBLE].any()
 
 
 def test_a_bay_is_entered_where_it_is_neither_too_near_nor_too_far() -> None:
-    near, far = (np.add(BAY, [0.0, way, 0.0, 0.0, 0.0]) for way in (-140.0, 500.0))
-    assert plan([], refuges=near, speed=33.0)[0] == number(stops.SHOULDER, 1)
-    assert plan([], refuges=near, speed=15.0)[0] == number(stops.REFUGE, 1)
-    assert plan([], refuges=far)[0] == number(stops.SHOULDER, 1)
+    near, far = (bays((0.0, s, 60.0, 4.0, 20.0)) for s in (60.0, 700.0))
+    assert plan([], ground=near, speed=33.0)[0] == number(stops.SHOULDER, 1)
+    assert plan([], ground=near, speed=15.0)[0] == number(stops.REFUGE, 1)
+    assert plan([], ground=far)[0] == number(stops.SHOULDER, 1)
     # Without a shoulder it is entered over its taper.
-    chosen, found = plan([], refuges=BAY, shoulder=0.0)
+    chosen, found = plan([], ground=BAY._replace(shoulder=0.0))
     assert chosen // stops.STOP_LEVELS == stops.REFUGE
     assert found[chosen, planned_stop.FOUND_RATING] == 0.0
 
 
 def test_places_are_what_is_asked_for_or_nothing() -> None:
-    assert plan([], refuges=REST, places=stops.ROADSIDE)[0] == number(stops.REFUGE, 1)
-    chosen, found = plan([], refuges=REST, places=stops.ONLY_REST_AREA)
+    assert plan([], ground=REST, places=stops.ROADSIDE)[0] == number(stops.REFUGE, 1)
+    chosen, found = plan([], ground=REST, places=stops.ONLY_REST_AREA)
     assert chosen == number(stops.REFUGE, 1)
     assert found[chosen, planned_stop.FOUND_PLACE] == stops.ONLY_REST_AREA
-    assert plan([], refuges=BAY, places=stops.ONLY_REST_AREA)[0] == planned_stop.NO_STOP
+    assert plan([], ground=BAY, places=stops.ONLY_REST_AREA)[0] == planned_stop.NO_STOP
     assert plan([], places=stops.ROADSIDE)[0] == number(stops.SHOULDER, 1)
-    assert plan([], places=stops.ROADSIDE, shoulder=0.0)[0] == planned_stop.NO_STOP
-    assert plan([], places=stops.ANYWHERE, shoulder=0.0)[0] == number(stops.IN_LANE, 1)
+    assert plan([], places=stops.ROADSIDE, ground=BARE)[0] == planned_stop.NO_STOP
+    assert plan([], places=stops.ANYWHERE, ground=BARE)[0] == number(stops.IN_LANE, 1)
 
 
 @pytest.mark.slow
 def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> None:
-    assert plan([], d=MIDDLE, refuges=BAY)[0] == number(stops.IN_LANE, 1)
-    assert plan([], d=MIDDLE, refuges=BAY, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.REFUGE
-    taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, refuges=BAY, rear_sight=500.0)
+    assert plan([], d=MIDDLE, ground=BAY)[0] == number(stops.IN_LANE, 1)
+    assert plan([], d=MIDDLE, ground=BAY, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.REFUGE
+    taken = plan([(-40.0, SLOW, 33.0, 0.0)], d=MIDDLE, ground=BAY, rear_sight=500.0)
     assert taken[0] == number(stops.IN_LANE, 1)
 
 

@@ -30,10 +30,6 @@ def record(**changes: float) -> Any:
         "max_steering_angle": 0.6,
         "max_curvature": 0.25,
         "steering_lag": 0.1,
-        "lane_width": 3.5,
-        "lanes": 3.0,
-        "shoulder": 2.5,
-        "speed_limit": 36.0,
         "desired_speed": 30.0,
         "period": 0.05,
     }

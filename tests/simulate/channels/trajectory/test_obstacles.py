@@ -12,6 +12,7 @@ from adeye.signals import OBJECT_CLASSES, Floats
 from adeye.simulate.channels.perception import tracks as kept
 from adeye.simulate.channels.perception.step import Seen
 from adeye.simulate.channels.trajectory import cost as subject
+from tests.kernel.stop_limits import GROUND
 from tests.simulate.channels.perceived import perceived
 from tests.simulate.channels.trajectory.record import LANE, pose, record
 
@@ -121,7 +122,7 @@ def test_critical_distance_is_that_of_the_regulation() -> None:
 
 def cut_up(*items: Any, d: float = LANE, is_lane: bool = True, **more: float) -> bool:
     limits = record(**({"rear_sight": 100.0} | more))
-    return subject.is_cut_up(limits, LANE + 3.5, is_lane, d, 30.0, others(*items))
+    return subject.is_cut_up(limits, GROUND, (0.0, d), LANE + 3.5, is_lane, 30.0, others(*items))
 
 
 @pytest.mark.slow
@@ -154,9 +155,7 @@ def predicted(*tracks: Floats) -> tuple[int, Floats, Floats]:
     room = subject.Others(
         np.zeros((8, profiles.OBJECT_ROW)), np.zeros((8, subject.SAMPLES, profiles.WAY_ROW))
     )
-    segments = np.array([[0.0, 0.0, 0.0, 3000.0, 0.0]])
-    road = {"length": 4.5, "lane_width": 3.5, "lanes": 3.0, "confirm_hits": 3.0}
-    seen = perceived(road, pose(), np.array(tracks), segments)
+    seen = perceived({"length": 4.5, "confirm_hits": 3.0}, pose(), np.array(tracks))
     return _predicted(seen, INTERVAL, room), room.objects, room.ways
 
 

@@ -18,12 +18,13 @@ from adeye.kernel.profiles import (
     fill_profile,
     lay_path,
 )
-from adeye.kernel.road import position
+from adeye.kernel.road import Ground, position
 from adeye.signals import Floats
 from adeye.simulate.channels.driving import HOLD_DECELERATION
 from adeye.simulate.channels.hooks import POINTS
 from adeye.simulate.channels.trajectory import channel as planner
 from adeye.simulate.channels.trajectory.cost import LINE_D, LINE_ROW, LINE_SLOPE, SAMPLES
+from tests.kernel.stop_limits import GROUND
 from tests.simulate.channels.trajectory.record import LANE, memory, pose, record
 from tests.simulate.channels.trajectory.test_obstacles import others, thing
 
@@ -39,6 +40,7 @@ class Plan:
         self.costs = np.zeros(planner.CANDIDATES)
         fan = planner.Fan(
             record(rear_sight=100.0, **more),
+            GROUND,
             pose(),
             30.0,
             others(*items),
@@ -167,14 +169,14 @@ def nothing_driven() -> Floats:
     return driven
 
 
-def laid(where: Floats, kept: Floats, driven: Floats, **more: float) -> Floats:
+def laid(where: Floats, kept: Floats, driven: Floats, ground: Ground = GROUND) -> Floats:
     paths = np.zeros((planner.PATHS, profiles.PATH_ROW))
-    planner.lay_paths(record(**more), where, kept, driven, paths)
+    planner.lay_paths(record(), ground, where, kept, driven, paths)
     return paths
 
 
-def first(d: float = LANE, **more: float) -> Floats:
-    return laid(pose(d=d), memory(np.nan), nothing_driven(), **more)
+def first(d: float = LANE, ground: Ground = GROUND) -> Floats:
+    return laid(pose(d=d), memory(np.nan), nothing_driven(), ground)
 
 
 def test_fan_in_the_middle_lane_leads_to_both_neighbours() -> None:
@@ -193,7 +195,8 @@ def test_beside_the_outer_lanes_is_nothing_but_the_shoulder_if_there_is_room() -
     paths = first(d=1.75)
     assert paths[planner.CHANGE_RIGHT, profiles.PATH_TARGET] == -1.25
     assert math.isnan(paths[planner.CHANGE_RIGHT, profiles.PATH_LANE])
-    assert first(d=1.75, shoulder=1.0)[planner.CHANGE_RIGHT, profiles.PATH_EXISTS] == 0.0
+    narrow = GROUND._replace(shoulder=1.0)
+    assert first(1.75, narrow)[planner.CHANGE_RIGHT, profiles.PATH_EXISTS] == 0.0
     assert first(d=8.75)[planner.CHANGE_LEFT, profiles.PATH_EXISTS] == 0.0
 
 

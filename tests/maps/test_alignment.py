@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from adeye.kernel import alignment
-from adeye.maps import lanes
+from adeye.maps import alignment, lanes
 from tests.drawn_roads import cubics, lane, piece, road, section
 
 Floats = NDArray[np.float64]

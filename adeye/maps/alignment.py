@@ -215,7 +215,7 @@ def _parameter(piece: Floats, t: float, scratch: Floats, number: int) -> float:
     The whole of a paramPoly3 is as long as the file says: who rounded its length has still named
     its end. Of a poly3 the file says no end but by the length.
     """
-    span = piece[RANGE]
+    span = float(piece[RANGE])
     if scratch[PANELS + 1] != number:
         scratch[0] = 0.0
         for panel in range(PANELS):
@@ -223,7 +223,7 @@ def _parameter(piece: Floats, t: float, scratch: Floats, number: int) -> float:
             scratch[panel + 1] = scratch[panel] + _length_of(piece, ends[0], ends[1])
         scratch[PANELS + 1] = number
     if not scratch[PANELS] > 0.0:
-        return span * t / piece[LENGTH]
+        return span * t / float(piece[LENGTH])
     target = t
     if piece[KIND] == PARAM_POLY3:
         target *= scratch[PANELS] / piece[LENGTH]
@@ -242,7 +242,7 @@ def _parameter(piece: Floats, t: float, scratch: Floats, number: int) -> float:
         p += step
         if abs(step) <= _NEWTON_TOLERANCE * span:
             break
-    return p
+    return float(p)
 
 
 @inlined

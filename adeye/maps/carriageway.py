@@ -1,0 +1,270 @@
+"""A carriageway as who drives on it meets it: cross-sections one after the other, and their strips.
+
+A cross-section is a lane section of a road in one direction of travel. Which follows which is told
+by most of its lanes. One lane that goes on all along, the rightmost such, gives the line: its right
+edge, as arcs. What lies across is told along that line, in slabs between whose ends edges are
+straight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel import strips as across
+from adeye.maps import arcs, lanes, network
+from adeye.maps.lanes import LaidRoad, Strip
+from adeye.maps.opendrive import OpenDrive
+
+Floats = NDArray[np.float64]
+
+SAMPLE: Final = 2.0
+"""Between two samples of the edges of lanes [m]."""
+STRAIGHT: Final = 0.01
+"""How far an edge may be from a straight line between the ends of a slab [m]."""
+_DIGITS: Final = 6
+
+_KINDS: Final = {
+    "drive": across.DRIVING,
+    "bus": across.DRIVING,
+    "bicycle": across.CYCLING,
+    "shoulder": across.SHOULDER,
+    "parking": across.PARKING,
+    "sidewalk": across.WALKING,
+}
+
+
+class Section(NamedTuple):
+    """A cross-section: which road, which of its lane sections, and the direction of travel."""
+
+    road: str
+    number: int
+    way: int
+
+
+Slab = tuple[float, tuple[tuple[float, ...], ...]]
+"""Where it begins on the line [m], and its strips from right to left, see ``kernel.strips``."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A cross-section along the line of one of its lanes.
+
+    Attributes:
+        heading: Of the line where it begins [rad].
+        arcs: Length [m] and curvature [1/m] of each piece of the line.
+        slabs: In the order of travel, the first at 0.
+        places: Of samples on the road [m], in the order of travel.
+        along: Of the same on the line [m].
+        ends: Points of the line where it begins and ends, (2, 3): x, y, heading.
+    """
+
+    heading: float
+    arcs: tuple[tuple[float, float], ...]
+    slabs: tuple[Slab, ...]
+    places: Floats
+    along: Floats
+    ends: Floats
+
+    @property
+    def length(self) -> float:
+        """Of the line [m]."""
+        return float(self.along[-1])
+
+    def on_line(self, place: float) -> float:
+        """Return where a place of the road is on the line [m]."""
+        way = 1.0 if self.places[-1] >= self.places[0] else -1.0
+        return float(np.interp(way * place, way * self.places, self.along))
+
+
+@dataclass
+class Lanes:
+    """A map's lanes as cross-sections.
+
+    Attributes:
+        drive: As the file says it.
+        rows: Its lanes by their keys.
+        graph: How they follow each other.
+    """
+
+    drive: OpenDrive
+    rows: network.Rows
+    graph: network.Network
+    _laid: dict[str, LaidRoad] = field(default_factory=dict)
+    _pieces: dict[tuple[Section, int], Piece] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, drive: OpenDrive) -> Lanes:
+        """Take the lanes of a map."""
+        rows = network.Rows(drive)
+        return cls(drive, rows, network.build_of_rows(rows))
+
+    @cached_property
+    def own(self) -> dict[Section, tuple[int, ...]]:
+        """Rows of the lanes to drive in, of each cross-section from right to left."""
+        found: dict[Section, list[int]] = {}
+        for row, (road, number, _) in enumerate(self.rows.keys):
+            way = int(self.graph.way[row])
+            if way != 0 and self.graph.kind[row] == network.DRIVE:
+                found.setdefault(Section(road, number, way), []).append(row)
+        # Rows ascend with the ids of lanes: from right to left along s.
+        return {key: tuple(found[key][:: key.way]) for key in sorted(found)}
+
+    def laid(self, road: str) -> LaidRoad:
+        """Return a road with its lines."""
+        if road not in self._laid:
+            self._laid[road] = lanes.laid(self.drive.roads[road])
+        return self._laid[road]
+
+    def follow(self, row: int, sense: int) -> Sequence[int]:
+        """Return the lanes that follow one (1), or that it follows (-1)."""
+        found = self.graph.following(row) if sense > 0 else self.graph.preceding(row)
+        return [int(item) for item in found]
+
+    def section_of(self, row: int) -> Section:
+        """Return the cross-section of a lane."""
+        road, number, _ = self.rows.keys[row]
+        return Section(road, number, int(self.graph.way[row]))
+
+    def next_section(self, section: Section, sense: int) -> Section | None:
+        """Return where most lanes of a cross-section lead to (1), or come from (-1)."""
+        found = Counter(
+            self.section_of(other)
+            for row in self.own.get(section, ())
+            for other in {self.section_of(item): item for item in self.follow(row, sense)}.values()
+        )
+        # Of as many, the one that has most lanes itself: the carriageway, not the ramp.
+        ranked = sorted(found, key=lambda item: (-found[item], -len(self.own.get(item, ())), item))
+        return ranked[0] if ranked else None
+
+    def piece(self, section: Section, lane: int) -> Piece:
+        """Return a cross-section along the right edge of one of its lanes."""
+        key = section, lane
+        if key not in self._pieces:
+            self._pieces[key] = self._cut(section, lane)
+        return self._pieces[key]
+
+    def _cut(self, section: Section, lane: int) -> Piece:
+        laid, way = self.laid(section.road), section.way
+        ordered = laid.strips[section.number][::-way]
+        through = next(strip for strip in ordered if strip.lane.id == lane)
+        edge = right_edge(through, way)
+        start, end = (through.start, through.end)[::way]
+        count = max(2, math.ceil(abs(end - start) / SAMPLE) + 1)
+        places = np.linspace(start, end, count)
+        line = lanes.along(laid, edge, places)
+        course = arcs.Course(laid.pieces, edge, laid.scratch, start, end)
+        rows = arcs.course_arcs(course)
+        total = math.fsum(rows[:, arcs.LENGTH].tolist())
+        steps = 0.5 * (line.rate[1:] + line.rate[:-1]) * np.abs(np.diff(places))
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        along *= total / along[-1]
+        turned = line.heading if way > 0 else line.heading + np.pi
+        points = np.column_stack([line.x, line.y, turned])[[0, -1]]
+        return Piece(
+            float(rows[0, arcs.ARC_HEADING]),
+            tuple((float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows),
+            tuple(self._slabs(section, ordered, edge, places, along)),
+            places,
+            along,
+            points,
+        )
+
+    def _slabs(
+        self,
+        section: Section,
+        ordered: Sequence[Strip],
+        edge: Floats,
+        places: Floats,
+        along: Floats,
+    ) -> Iterator[Slab]:
+        """Cut a cross-section into slabs along its line."""
+        base = lanes.value_at(edge, places)[0]
+        sides = np.array(
+            [
+                [lanes.value_at(border, places)[0] for border in (strip.inner, strip.outer)]
+                for strip in ordered
+            ]
+        )
+        ends = section.way * (sides - base)
+        right, left = ends.min(axis=1), ends.max(axis=1)
+        rows = [
+            self.rows.find(section.road, section.number, strip.lane.id) or 0 for strip in ordered
+        ]
+        width = np.minimum(left[:, 1:] - right[:, 1:], left[:, :-1] - right[:, :-1])
+        own = np.isin(rows, self.own.get(section, ()))
+        is_lane = (width >= across.LEAST_LANE) & own[:, np.newaxis]
+        for low, high in _straights(np.concatenate([right, left]), is_lane, along):
+            found, number = [], 0
+            far = along[high] - along[low]
+            for item, row in enumerate(rows):
+                kind = _KINDS.get(network.KINDS[self.graph.kind[row]], across.OTHER)
+                if max(width[item, low:high]) <= 0.0:
+                    continue
+                lane = number if is_lane[item, low] else -1
+                number += lane >= 0
+                numbers = [float(kind), float(self._way(row, section)), self._limit(row), lane]
+                for side in (right[item], left[item]):
+                    numbers += [side[low], (side[high] - side[low]) / far]
+                found.append(tuple(round(float(value), _DIGITS) for value in numbers))
+            yield round(float(along[low]), _DIGITS), tuple(found)
+
+    def _way(self, row: int, section: Section) -> int:
+        is_driven = self.graph.kind[row] in {network.DRIVE, network.BUS}
+        return int(self.graph.way[row]) * section.way if is_driven else 0
+
+    def _limit(self, row: int) -> float:
+        limit = float(self.graph.limit[row])
+        return limit if math.isfinite(limit) else -1.0
+
+
+def right_edge(strip: Strip, way: int) -> Floats:
+    """Return the line of a lane's edge to the right of who drives on the road one way."""
+    return strip.outer if (strip.lane.id < 0) == (way > 0) else strip.inner
+
+
+def _straights(edges: Floats, marks: NDArray[np.bool_], along: Floats) -> Iterator[tuple[int, int]]:
+    """Yield from sample to sample where edges (E, N) are straight and marks (L, N - 1) stay."""
+    last = len(along) - 1
+    low = 0
+    while low < last:
+        changed = np.flatnonzero((marks[:, low:] != marks[:, low : low + 1]).any(axis=0))
+        most = low + int(changed[0]) if len(changed) else last
+        high = most
+        while high > low + 1 and not _is_straight(edges[:, low : high + 1], along[low : high + 1]):
+            high = low + (high - low) // 2
+        # Halving goes too far back: forward again as long as it is straight.
+        step = max(1, (high - low) // 2)
+        while step:
+            if high + step <= most and _is_straight(
+                edges[:, low : high + step + 1], along[low : high + step + 1]
+            ):
+                high += step
+            else:
+                step //= 2
+        yield low, high
+        low = high
+
+
+def _is_straight(edges: Floats, along: Floats) -> bool:
+    share = (along - along[0]) / (along[-1] - along[0])
+    straight = edges[:, :1] + (edges[:, -1:] - edges[:, :1]) * share
+    return bool(np.max(np.abs(edges - straight)) <= STRAIGHT)
+
+
+def steps_of(pieces: Sequence[Piece]) -> tuple[float, float]:
+    """Return the widest gap [m] and the sharpest kink [rad] between pieces in their order."""
+    gap = kink = 0.0
+    for before, behind in pairwise(pieces):
+        x, y, turn = behind.ends[0] - before.ends[1]
+        gap = max(gap, math.hypot(x, y))
+        kink = max(kink, abs(math.remainder(turn, 2.0 * math.pi)))
+    return gap, kink

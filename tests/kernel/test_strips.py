@@ -1,0 +1,74 @@
+"""What lies across an imported road: lanes are found where they are, and nowhere else."""
+
+import math
+
+import numpy as np
+import pytest
+
+from adeye.kernel import strips
+
+# A shoulder, two lanes of which the right one begins at 100 m from nothing, one of the other way
+# behind a kerb of none, and a walk beyond a gap.
+SLABS = np.array([[0.0, 0.0, 4.0, 1.0], [100.0, 4.0, 5.0, 2.0], [math.inf, 0.0, 0.0, 0.0]])
+STRIPS = np.array(
+    [
+        [strips.SHOULDER, 0, 20.0, -1, -2.5, 0.0, 0.0, 0.0],
+        [strips.DRIVING, 1, 20.0, 0, 0.0, 0.0, 3.5, 0.0],
+        [strips.DRIVING, -1, 15.0, -1, 3.5, 0.0, 6.5, 0.0],
+        [strips.WALKING, 0, 1.0, -1, 7.0, 0.0, 8.5, 0.0],
+        [strips.SHOULDER, 0, 20.0, -1, -5.5, 0.0, -3.0, 0.0],
+        [strips.DRIVING, 1, 10.0, 0, -3.0, 0.0, 0.0, 0.02],
+        [strips.DRIVING, 1, 20.0, 1, 0.0, 0.02, 3.5, 0.02],
+        [strips.DRIVING, -1, 15.0, -1, 3.5, 0.02, 6.5, 0.02],
+        [strips.WALKING, 0, 1.0, -1, 7.0, 0.02, 8.5, 0.02],
+    ]
+)
+
+
+def test_a_slab_goes_on_to_the_next_and_the_outer_ones_for_ever() -> None:
+    found = [strips.slab_at(SLABS, s) for s in (-9.0, 0.0, 99.9, 100.0, 1e6)]
+    assert found == [0, 0, 0, 1, 1]
+
+
+def test_lanes_of_the_way_are_counted_from_the_right_where_they_are() -> None:
+    assert [strips.lanes_at(SLABS, s) for s in (50.0, 150.0)] == [1, 2]
+    assert strips.lane_ends(SLABS, STRIPS, 50.0, 0) == (0.0, 3.5)
+    assert strips.lane_ends(SLABS, STRIPS, 150.0, 1) == pytest.approx((1.0, 4.5))
+
+
+def test_a_lane_that_is_not_there_is_beside_the_outermost_and_as_wide() -> None:
+    assert strips.lane_ends(SLABS, STRIPS, 50.0, 1) == (3.5, 7.0)
+    assert strips.lane_ends(SLABS, STRIPS, 50.0, -1) == (-3.5, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("s", "d", "lane"),
+    [(50.0, 0.0, 0), (50.0, 3.5, -1), (50.0, -0.1, -1), (150.0, -1.0, 0), (150.0, 4.4, 1)],
+)
+def test_a_place_is_in_the_lane_between_whose_edges_it_lies(s: float, d: float, lane: int) -> None:
+    assert strips.lane_of(SLABS, STRIPS, s, d) == lane
+
+
+def test_lanes_of_the_other_way_are_counted_from_the_right_of_who_drives_there() -> None:
+    assert strips.opposite_ends(SLABS, STRIPS, 50.0, 0) == (3.5, 6.5)
+    assert math.isnan(strips.opposite_ends(SLABS, STRIPS, 50.0, 1)[0])
+
+
+def test_the_limit_is_that_of_the_nearest_lane_of_the_way() -> None:
+    places = [(50.0, 1.0), (150.0, -1.0), (150.0, 2.0), (150.0, 9.0), (150.0, -9.0)]
+    assert [strips.limit_at(SLABS, STRIPS, *place) for place in places] == [20, 10, 20, 20, 10]
+
+
+def test_what_carries_a_vehicle_ends_where_strips_do_not_touch_or_one_walks() -> None:
+    assert strips.paved_ends(SLABS, STRIPS, 50.0) == (-2.5, 6.5)
+    apart = STRIPS.copy()
+    apart[0, strips.STRIP_LEFT] = -1.0
+    assert strips.paved_ends(SLABS, apart, 50.0) == (0.0, 6.5)
+
+
+def test_a_shoulder_is_one_only_beside_the_rightmost_lane() -> None:
+    assert strips.shoulder_ends(SLABS, STRIPS, 50.0) == (-2.5, 0.0)
+    assert strips.shoulder_ends(SLABS, STRIPS, 150.0) == (-5.5, -3.0)
+    apart = STRIPS.copy()
+    apart[0, strips.STRIP_LEFT] = -1.0
+    assert strips.shoulder_ends(SLABS, apart, 50.0) == (0.0, 0.0)

@@ -1,0 +1,68 @@
+"""Pictures of maps: whole, told in words too, the same bytes, and small."""
+
+import math
+import re
+from dataclasses import replace
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from adeye.maps.drawing import draw_map
+from adeye.maps.opendrive import Signal
+from tests.drawn_roads import WIDE, crossing, lane, network, piece, road, section
+
+IS_LIGHT = True
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def test_every_lane_is_drawn_and_told() -> None:
+    light = Signal("7", 90.0, -4.0, "+", IS_LIGHT, "DE", "1000001", "-1", math.nan, "", (), 1)
+    drive = crossing()
+    roads = {**drive.roads, "a": replace(drive.roads["a"], signals=(light,))}
+    text = draw_map(replace(drive, roads=roads), "a & b")
+    root = ET.fromstring(text)  # noqa: S314 - written by us
+    assert root.get("aria-labelledby") == "title desc"
+    assert root.findtext(f"{SVG}title") == "a & b"
+    assert "junctions: 1, lanes: 6" in (root.findtext(f"{SVG}desc") or "")
+    told = [item.findtext(f"{SVG}title") for item in root if item.findtext(f"{SVG}title")]
+    assert told[0] == "road a, section 0, lane -1: driving, 3.00 m wide half-way"
+    assert (len(told), told[-1]) == (7, "signal 7: light 1000001")
+    words = {item.text for item in root.iter(f"{SVG}text")}
+    assert {"road a", "junction j", "drive", "light", "N"} <= words
+    assert draw_map(replace(drive, roads=roads), "a & b") == text
+
+
+def test_arrows_point_where_lanes_are_driven_to() -> None:
+    drawn = road([piece("line", 40.0)], section(lane(1, WIDE), lane(0), lane(-1, WIDE)))
+    turned = re.findall(r'#a" transform="[^"]*rotate\((-?\d+)\)', draw_map(network(drawn), ""))
+    assert [abs(int(turn)) for turn in turned] == [0, 180]
+
+
+def test_words_of_a_road_too_narrow_for_them_are_in_its_cross_section() -> None:
+    wide = road([piece("line", 40.0)], section(lane(1, WIDE), lane(0), lane(-1, WIDE)))
+    long = replace(wide, geometries=(piece("line", 4000.0),), length=4000.0)
+    assert "\N{MINUS SIGN}1 \N{MIDDLE DOT} 3.00 m<" in draw_map(network(wide), "")
+    assert "Lanes as seen" not in draw_map(network(wide), "")
+    text = draw_map(network(long), "")
+    assert "Such as road 1, section 0: 4,000 m in all" in text
+    assert "\N{MINUS SIGN}1\N{UPWARDS ARROW}<" in text
+    assert "1\N{DOWNWARDS ARROW}<" in text
+
+
+@pytest.mark.parametrize("width", [(0.0, 3.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0)])
+def test_one_road_without_height_is_drawn(width: tuple[float, float, float, float, float]) -> None:
+    drawn = road([piece("line", 0.5)], section(lane(0), lane(-1, width)))
+    assert "nan" not in draw_map(network(drawn), "")
+
+
+@pytest.mark.slow
+def test_ten_thousand_lanes_are_less_than_twenty_megabytes() -> None:
+    roads = [
+        road(
+            [piece("arc", 120.0, 1 / 90, pose=(150.0 * (k % 20), 150.0 * (k // 20), 0.3 * k))],
+            section(*(lane(-number, WIDE) for number in range(1, 21))),
+            id=str(k),
+        )
+        for k in range(500)
+    ]
+    assert len(draw_map(network(*roads), "").encode()) < 20_000_000

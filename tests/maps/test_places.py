@@ -1,0 +1,151 @@
+"""Places of a map: roads that lead over several of them, with the lanes that are there."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from adeye.kernel import strips
+from adeye.maps.carriageway import Lanes
+from adeye.maps.opendrive import OpenDrive, Road, RoadLink
+from adeye.maps.places import Asked, Place, Places, places_of
+from tests.drawn_roads import lane, network, piece, road, section
+
+WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
+NARROWING = (0.0, 3.5, 0.0, -3.0 * 3.5 / 100.0**2, 2.0 * 3.5 / 100.0**3)
+
+
+def found(
+    drawn: OpenDrive, anchor: Any = "carriageway", before: float = 50.0, **asked: Any
+) -> Places:
+    return places_of(
+        Lanes.of(drawn), "m", Asked(anchor, before, asked.pop("after", 100.0), **asked)
+    )
+
+
+def place_at(drawn: OpenDrive, key: str, **asked: Any) -> Place:
+    return next(place for place in found(drawn, **asked).places if place.key == key)
+
+
+def straight(*sections: Any, length: float = 400.0, **changed: Any) -> Road:
+    return road([piece("line", length)], *sections, **changed)
+
+
+def two_way() -> OpenDrive:
+    return network(straight(section(lane(1, WIDE), lane(0), lane(-1, WIDE))))
+
+
+def own(place: Place) -> list[list[Sequence[float]]]:
+    return [
+        [strip for strip in across if strip[strips.STRIP_LANE] >= 0] for _, across in place.slabs
+    ]
+
+
+def test_each_direction_has_its_places_and_the_other_lane_on_its_left() -> None:
+    drawn = two_way()
+    assert [place.key for place in found(drawn).places][:2] == ["m:1+50", "m:1+100"]
+    for key, heading in (("m:1+100", 0.0), ("m:1-100", math.pi)):
+        place = place_at(drawn, key)
+        assert math.isclose(abs(place.heading), heading)
+        assert place.line == ((150.0, 0.0),)
+        (begin, across), *others = place.slabs
+        assert begin == 0.0
+        assert not others
+        edges = [(strip[strips.STRIP_RIGHT], strip[strips.STRIP_LEFT]) for strip in across]
+        assert edges == [(0.0, 3.5), (3.5, 7.0)]
+        assert [strip[strips.STRIP_WAY] for strip in across] == [1.0, -1.0]
+
+
+def test_a_place_too_near_to_an_end_has_no_road_and_is_counted() -> None:
+    refused = found(two_way()).refused
+    # Of 0, 50, … 400 m each way: 0 m lacks what is before it, 350 and 400 m what is behind.
+    assert refused == {"too near to the end of the way": 6}
+
+
+def test_a_road_leads_on_over_the_next_one_however_that_is_drawn() -> None:
+    lanes = section(lane(1, WIDE), lane(0), lane(-1, WIDE, successors=(1,)))
+    there = section(lane(1, WIDE, successors=(-1,)), lane(0), lane(-1, WIDE))
+    first = straight(lanes, id="1", length=100.0, successor=RoadLink("road", "2", "end", 1))
+    turned = [piece("arc", 200.0, -0.01, pose=_end_of_arc(200.0, 0.01, 100.0))]
+    second = road(turned, there, id="2", successor=RoadLink("road", "1", "end", 1))
+    place = place_at(network(first, second), "m:1+50")
+    assert place.length == pytest.approx(150.0, abs=0.1)
+    assert [round(curvature, 5) for _, curvature in place.line] == [0.0, 0.00966]
+
+
+def _end_of_arc(length: float, curvature: float, x: float) -> tuple[float, float, float]:
+    turn = curvature * length
+    end = x + math.sin(turn) / curvature, (1.0 - math.cos(turn)) / curvature
+    return *end, turn + math.pi
+
+
+def test_the_line_keeps_to_the_lane_that_goes_on_and_the_others_end_beside_it() -> None:
+    begin = section(lane(0), lane(-1, WIDE, successors=(-1,)), lane(-2, WIDE, successors=(-2,)))
+    end = section(lane(0), lane(-1, WIDE, successors=(-1,)), lane(-2, NARROWING), s=100.0)
+    rest = section(lane(0), lane(-1, WIDE), s=200.0)
+    drawn = network(straight(begin, end, rest))
+    (place,) = found(drawn, "lane_end", before=150.0).places
+    assert place.key == "m:1+200"
+    assert place.lanes == 2
+    counts = [len(lanes) for lanes in own(place)]
+    assert (counts[0], counts[-1]) == (2, 1)
+    assert sorted(counts, reverse=True) == counts
+    # The right lane is beside the line until it is too narrow to be one.
+    ends = [lanes[0][strips.STRIP_RIGHT] for lanes in own(place) if len(lanes) == 2]
+    assert ends[0] == -3.5
+    for begin_at, across in place.slabs:
+        edge = across[0][strips.STRIP_RIGHT] if len(across) == 2 else 0.0
+        t = begin_at - 50.0
+        width = 3.5 if t < 0 else 3.5 - 3 * 3.5 * (t / 100) ** 2 + 2 * 3.5 * (t / 100) ** 3
+        if t < 100.0:
+            assert edge == pytest.approx(-width, abs=0.02)
+
+
+def test_edges_are_within_a_centimetre_of_what_the_map_says() -> None:
+    wave = (0.0, 3.0, 0.0, 3.0e-4, -1.0e-6)
+    drawn = network(straight(section(lane(0), lane(-1, wave), lane(-2, WIDE))))
+    place = place_at(drawn, "m:1+100", lanes=2)
+    for begin, across in place.slabs:
+        s = 50.0 + begin
+        width = 3.0 + 3.0e-4 * s**2 - 1.0e-6 * s**3
+        left = across[1][strips.STRIP_LEFT]
+        assert left - across[1][strips.STRIP_RIGHT] == pytest.approx(width, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("asked", "count"),
+    [({"lanes": 1}, 12), ({"lanes": 2}, 0), ({"two_way": False}, 0), ({"road_type": "rural"}, 12)],
+)
+def test_only_places_that_have_what_is_asked_are_found(asked: dict[str, Any], count: int) -> None:
+    assert len(found(two_way(), **asked).places) == count
+
+
+def test_a_road_that_nobody_reaches_changes_no_place() -> None:
+    far = straight(section(lane(0), lane(-1, WIDE)), id="0")
+    alone, with_it = (
+        found(drawn).places for drawn in (two_way(), network(*two_way().roads.values(), far))
+    )
+    assert [place for place in with_it if place.key.startswith("m:1")] == list(alone)
+
+
+def test_places_in_left_hand_traffic_and_near_junctions_are_refused_with_the_reason() -> None:
+    left = straight(section(lane(0), lane(-1, WIDE)), left_hand=True)
+    assert set(found(network(left)).refused) == {"in left-hand traffic"}
+
+
+def test_a_way_that_comes_near_itself_has_no_road() -> None:
+    ring = road([piece("arc", 300.0, 1.0 / 40.0)], section(lane(0), lane(-1, WIDE)))
+    refused = found(network(ring), before=50.0, after=230.0).refused
+    assert "where the way comes near itself" in refused
+
+
+def test_a_road_begins_and_ends_as_far_along_the_edge_as_was_asked() -> None:
+    spiral = road([piece("spiral", 200.0, 0.0, 1.0 / 80.0)], section(lane(0), lane(-1, WIDE)))
+    place = place_at(network(spiral), "m:1+100")
+    turned = math.fsum(length * curvature for length, curvature in place.line)
+    # The right edge is 3.5 m farther out, so that it is longer by as much for each radian.
+    ends = [100.0 + 3.5 * 100.0**2 / 32e3 + way for way in (-50.0, 100.0)]
+    first, last = ((math.sqrt(1.0 + 4.0 * 3.5 / 32e3 * end) - 1.0) * 32e3 / 7.0 for end in ends)
+    # A spiral turns by half of its curvature times its length.
+    assert turned == pytest.approx((last**2 - first**2) / 32e3, abs=5e-3)

@@ -1,0 +1,172 @@
+"""What is wrong between the lanes of a map: hand-made maps with one thing wrong each."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from adeye.maps.opendrive import OpenDrive, Road, RoadLink
+from adeye.maps.topology import Finding, check_topology
+from tests.drawn_roads import WIDE, crossing, cubics, lane, network, piece, road, section
+
+HIGH = cubics((0.0, 6.0, 0.0, 0.0, 0.0))
+ALONE = section(lane(0), lane(-1, WIDE))
+
+
+def found(drive: OpenDrive) -> dict[str, Finding]:
+    """Return findings by kind, without the notes of where the map ends."""
+    return {item.kind: item for item in check_topology(drive) if item.severity != "note"}
+
+
+def changed(name: str, **fields: Any) -> OpenDrive:
+    """Return the crossing with a road that is changed."""
+    drive = crossing()
+    return replace(drive, roads={**drive.roads, name: replace(drive.roads[name], **fields)})
+
+
+def moved(drive: OpenDrive, name: str, pose: tuple[float, float, float]) -> OpenDrive:
+    only = drive.roads[name]
+    shifted = (piece("line", only.length, pose=pose),)
+    return replace(drive, roads={**drive.roads, name: replace(only, geometries=shifted)})
+
+
+def without(connection: int, road_id: str = "") -> OpenDrive:
+    """Return the crossing without a connection, and without a road."""
+    drive = crossing()
+    junction = drive.junctions["j"]
+    kept = tuple(item for item in junction.connections if item.id != str(connection))
+    roads = {key: item for key, item in drive.roads.items() if key != road_id}
+    return replace(drive, roads=roads, junctions={"j": replace(junction, connections=kept)})
+
+
+def test_sound_map_only_ends() -> None:
+    kinds = [(item.kind, item.severity) for item in check_topology(crossing())]
+    assert kinds == [("map_edge", "note")] * 2
+
+
+@pytest.mark.parametrize(
+    ("pose", "kind", "severity", "value"),
+    [
+        ((100.0, 0.02, 0.0), "gap", "warning", 0.02),
+        ((100.0, 0.6, 0.0), "gap", "error", 0.6),
+        ((100.0, 0.0, 0.1), "kink", "warning", 0.1),
+        ((100.0, 0.0, 0.5), "kink", "error", 0.5),
+    ],
+)
+def test_lanes_that_do_not_meet(
+    pose: tuple[float, float, float], kind: str, severity: str, value: float
+) -> None:
+    item = found(moved(crossing(), "c", pose))[kind]
+    assert (item.severity, item.line) == (severity, 1)
+    assert item.value == pytest.approx(value, rel=0.3)
+
+
+def test_gap_is_told_once_although_both_say_it() -> None:
+    drive = moved(crossing(), "c", (100.0, 0.02, 0.0))
+    assert sum(item.kind == "gap" for item in check_topology(drive)) == 2
+
+
+@pytest.mark.parametrize(
+    ("drive", "kind", "severity", "place"),
+    [
+        (without(0, "c"), "missing_connection", "error", "road a, section 0, lane -1"),
+        (without(0), "one_sided", "warning", "road c, section 0, lane -1"),
+        (without(0), "unused_road", "warning", "road c"),
+        (changed("a", successor=None), "not_joined", "error", "junction j, connection 0"),
+        (
+            changed("c", sections=(section(lane(0), lane(-1, WIDE, successors=(-1,))),)),
+            "wrong_way",
+            "error",
+            "road c, section 0, lane -1",
+        ),
+        (
+            changed("c", sections=(section(lane(0), lane(-1, WIDE, successors=(1,))),)),
+            "one_sided",
+            "warning",
+            "road a, section 0, lane -1",
+        ),
+    ],
+    ids=["no way on", "no connection", "unused road", "not joined", "wrong way", "one side"],
+)
+def test_links_that_are_wrong(drive: OpenDrive, kind: str, severity: str, place: str) -> None:
+    if kind == "not_joined":
+        roads = {**drive.roads, "c": replace(drive.roads["c"], predecessor=None)}
+        drive = replace(drive, roads=roads)
+    item = found(drive)[kind]
+    assert item.severity == severity
+    assert item.place.startswith(place)
+
+
+@pytest.mark.parametrize(
+    ("width", "kinds"),
+    [((0.0, 3.0, 0.0, 0.0, 0.0), {"dead_end"}), ((0.0, 3.0, -0.06, 0, 0), set())],
+)
+def test_lane_that_ends_within_its_road_is_a_dead_end_unless_it_narrows(
+    width: Any, kinds: set[str]
+) -> None:
+    first = section(lane(0), lane(-1, WIDE, successors=(-1,)), lane(-2, width))
+    second = section(lane(0), lane(-1, WIDE, predecessors=(-1,)), s=50.0)
+    assert set(found(network(road([piece("line", 100.0)], first, second)))) == kinds
+
+
+def test_next_road_that_is_not_linked_is_no_edge_of_the_map() -> None:
+    one = road([piece("line", 50.0)], ALONE)
+    other = road([piece("line", 50.0, pose=(50.1, 0.0, 0.0))], ALONE, id="2")
+    assert found(network(one, other))["unlinked"].value == pytest.approx(0.1)
+    bridge = replace(other, elevations=HIGH)
+    assert not found(network(one, bridge))
+
+
+@pytest.mark.parametrize(("radius", "kinds"), [(5.0, {"tight"}), (6.0, set())])
+def test_bend_is_as_tight_as_the_centre_of_its_lane(radius: float, kinds: set[str]) -> None:
+    drawn = road([piece("arc", 5.0, -1.0 / radius)], ALONE)
+    items = found(network(drawn))
+    assert set(items) == kinds
+    if kinds:
+        assert items["tight"].value == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize("width", [(0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 2.0, -0.1, 0.0, 0.0)])
+def test_lane_without_width_is_an_error(width: Any) -> None:
+    drawn = road([piece("line", 50.0)], section(lane(0), lane(-1, width)))
+    assert found(network(drawn))["no_width"].severity == "error"
+
+
+def _across(**changed: Any) -> Road:
+    return road([piece("line", 60.0, pose=(25.0, -30.0, math.pi / 2))], ALONE, id="2", **changed)
+
+
+OVERLAPS: dict[str, tuple[Callable[[], Road], set[str]]] = {
+    "crossing at one level": (_across, {"overlap"}),
+    "on a bridge": (lambda: _across(elevations=HIGH), set()),
+    "beside each other": (
+        lambda: road([piece("line", 50.0, pose=(0.0, 3.0, 0.0))], ALONE, id="2"),
+        set(),
+    ),
+    "half a metre into each other": (
+        lambda: road([piece("line", 50.0, pose=(0.0, 2.5, 0.0))], ALONE, id="2"),
+        {"overlap"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OVERLAPS)
+def test_overlap_is_of_roads_at_one_level_without_a_junction(name: str) -> None:
+    other, kinds = OVERLAPS[name]
+    one = road([piece("line", 50.0)], ALONE)
+    assert set(found(network(one, other()))) == kinds
+    inside = network(replace(one, junction="j"), replace(other(), junction="j"))
+    assert "overlap" not in found(replace(inside, junctions=crossing().junctions))
+
+
+def test_lanes_that_part_may_lie_in_each_other() -> None:
+    link = RoadLink("road", "1", "end", 1)
+    one = road([piece("line", 50.0)], ALONE)
+    starts = section(lane(0), lane(-1, WIDE, predecessors=(-1,)))
+    parts = [
+        road([piece("line", 50.0, pose=(50.0, 0.0, turn))], starts, id=name, predecessor=link)
+        for name, turn in (("2", 0.0), ("3", -0.02))
+    ]
+    assert "overlap" not in found(network(one, *parts))

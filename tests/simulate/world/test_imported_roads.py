@@ -1,0 +1,96 @@
+"""Imported roads: one that is straight drives as the parametric one, and places are values."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.campaign.plan import CampaignPlan
+from adeye.errors import InputError
+from adeye.maps.opendrive import OpenDrive, RoadType
+from adeye.maps.opendrive_writer import write_opendrive
+from adeye.sweep.case import batches
+from tests.drawn_roads import lane, network, piece, road, section
+from tests.project import Project, odd_of, run_cases, use
+
+WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
+HARD = (0.0, 3.0, 0.0, 0.0, 0.0)
+
+
+def motorway(*more: Any) -> OpenDrive:
+    """Return a straight road of 4 km with three lanes and a shoulder, and other roads."""
+    lanes = [lane(number, WIDE) for number in (-1, -2, -3)]
+    across = section(lane(0), *lanes, lane(-4, HARD, type="shoulder"))
+    kind = RoadType(0.0, "motorway", 130.0 / 3.6, 1)
+    return network(road([piece("line", 4000.0)], across, types=(kind,)), *more)
+
+
+def planned(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: Any) -> CampaignPlan:
+    """Plan the shipped braking of a lead, at places of a map or, without, on its own road."""
+    project = Project(folder, odd_of(use("lead_braking")))
+    (folder / "scenarios_db/motorway" / "drawn.xodr").write_bytes(write_opendrive(drawn))
+    if places:
+        query = {"anchor": "carriageway", "after": "2000 m", "lanes": 3, **world}
+        with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+            scenario["world"] = {"map": {"file": "drawn.xodr"}, "place": query}
+        with project.edited_odd() as odd:
+            odd["scenarios"][0]["sweep"] = {"parameters": {"place": places}}
+    project.require("FSR-01")
+    return project.plan()
+
+
+def test_a_map_of_one_straight_road_drives_as_the_parametric_road(tmp_path: Path) -> None:
+    parametric, imported = (
+        planned(tmp_path / name, motorway(), places)
+        for name, places in (("parametric", None), ("imported", "first 1"))
+    )
+    traces = [run_cases(plan, plan.cases) for plan in (parametric, imported)]
+    for column in ("ego", "objects"):
+        first, second = (trace[column] for trace in traces)
+        np.testing.assert_allclose(second[..., :4], first[..., :4], atol=1e-3)
+
+
+def test_places_are_values_of_one_structure_and_tell_test_cases_apart(tmp_path: Path) -> None:
+    plan = planned(tmp_path / "p", motorway(), "first 5")
+    keys = [case.point["place"] for case in plan.cases]
+    assert keys == [f"drawn:1+{number * 50}" for number in range(5)]
+    assert len({case.digest for case in plan.cases}) == 5
+    assert [len(batch) for batch in batches(plan.cases, 1024)] == [5]
+
+
+def test_a_road_far_away_changes_no_test_case(tmp_path: Path) -> None:
+    far = road(
+        [piece("line", 900.0, pose=(0.0, 9e3, 0.0))], section(lane(0), lane(-1, WIDE)), id="0"
+    )
+    plans = [
+        planned(tmp_path / name, drawn, "first 3")
+        for name, drawn in (("alone", motorway()), ("more", motorway(far)))
+    ]
+    first, second = ([case.digest for case in plan.cases] for plan in plans)
+    assert first == second
+
+
+@pytest.mark.parametrize(
+    ("places", "world", "told"),
+    [
+        ("first 99", {}, "the scenario has 41 places"),
+        (["drawn:1+7"], {}, "there is no place 'drawn:1\\+7'"),
+        ("some", {}, "must be all, first N or sample N seed K"),
+        ("first 1", {"lanes": 2}, "with another number of lanes"),
+        ("first 1", {"after": "9 km"}, "too near to the end of the way"),
+    ],
+)
+def test_what_cannot_be_had_is_told(
+    tmp_path: Path, places: Any, world: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        planned(tmp_path / "p", motorway(), places, **world)
+
+
+def test_a_sample_of_places_is_drawn_by_its_seed(tmp_path: Path) -> None:
+    drawn = [
+        [case.point["place"] for case in planned(tmp_path / str(k), motorway(), choice).cases]
+        for k, choice in enumerate(("sample 4 seed 1", "sample 4 seed 1", "sample 4 seed 2"))
+    ]
+    assert drawn[0] == drawn[1] != drawn[2]
