@@ -132,11 +132,13 @@ class HighwayTraffic(Staged):
 
         Raises:
             SpecError: A value of a scenario is not possible.
-            UsageError: The road is imported.
+            UsageError: Lanes of the road begin, end, or go the other way.
         """
-        if cases[0].scenario.world.road.kind == "imported":
+        if cases[0].scenario.world.road.has_strips:
             raise UsageError(
-                "the highway traffic has no imported roads", remedy="Use the batch traffic."
+                "the highway traffic has no imported roads, and none whose lanes end or go the "
+                "other way",
+                remedy="Use the batch traffic.",
             )
         world = compile_world(cases)
         self._stage = stage = Stage(world, cases)

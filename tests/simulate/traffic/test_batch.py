@@ -231,7 +231,9 @@ BENDS = [(300.0, 0.0), (100.0, 0.01), (80.0, 0.0), (60.0, -0.015), (660.0, 0.0)]
 
 
 def imported(**changes: Any) -> TestCase:
+    strips = [(0, 1, 36.0, k, 3.5 * k, 0.0, 3.5 * (k + 1), 0.0) for k in range(3)]
     road = {"kind": "imported", "place": "a", "heading": 0.3, "line": BENDS, "length": "1200 m"}
+    road |= {"slabs": [(0.0, strips)]}
     return make_case(make_scenario(**{"world": {"road": road}, "actors": DENSE, **changes}))
 
 
