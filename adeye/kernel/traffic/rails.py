@@ -26,55 +26,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel import strips as st
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, power, sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.motion import clip
-from adeye.kernel.strips import (
-    DRIVING,
-    SLAB_BEGIN,
-    SLAB_FIRST,
-    SLAB_STRIPS,
-    STRIP_KIND,
-    STRIP_LEFT,
-    STRIP_LEFT_SLOPE,
-    STRIP_LIMIT,
-    STRIP_RIGHT,
-    STRIP_RIGHT_SLOPE,
-    STRIP_WAY,
-)
-from adeye.kernel.traffic import network
-from adeye.kernel.traffic.drivers import (
-    CHANGE_PERIOD,
-    IMPOSED_BRAKING,
-    LEAST_GAIN,
-    LEAST_SPEED,
-    MAX_ACCELERATION,
-)
-from adeye.kernel.traffic.network import (
-    ACCELERATION,
-    BRAKING,
-    CHANGING,
-    COSINE,
-    DESIRED_SPEED,
-    EXPONENT,
-    FOLLOWING,
-    GAIN,
-    HEADING,
-    JAM_DISTANCE,
-    LANE,
-    LENGTH,
-    ORDER,
-    RANK,
-    ROLE,
-    SPEED,
-    TARGET,
-    TIME_GAP,
-    TIMER,
-    S,
-    X,
-    Y,
-)
+from adeye.kernel.traffic import drivers
+from adeye.kernel.traffic import network as n
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -129,14 +87,14 @@ LANE_WIDTH: Final = 5
 # wrapped) and curvature of the line there; speed along the line; half its extent along and across
 # it; and of a change of lanes: how far aside it began, at which u, and the way that it takes.
 D, TURN, CURVATURE, ALONG, HALF, HALF_ACROSS, OFFSET, BEGUN, EXTENT = range(
-    network.VEHICLE_WIDTH, network.VEHICLE_WIDTH + 9
+    n.VEHICLE_WIDTH, n.VEHICLE_WIDTH + 9
 )
-VEHICLE_WIDTH: Final = network.VEHICLE_WIDTH + 9
+VEHICLE_WIDTH: Final = n.VEHICLE_WIDTH + 9
 
 # Columns of its marks behind those of ``network``: the piece of the line and the row of its target
 # lane that it is in; its lanes as bits; its key. Line k of the last names the one with the k-th.
-PIECE, ROW, LANES, KEY, BY_KEY = range(network.MARK_WIDTH, network.MARK_WIDTH + 5)
-MARK_WIDTH: Final = network.MARK_WIDTH + 5
+PIECE, ROW, LANES, KEY, BY_KEY = range(n.MARK_WIDTH, n.MARK_WIDTH + 5)
+MARK_WIDTH: Final = n.MARK_WIDTH + 5
 
 
 class Rails(NamedTuple):
@@ -189,7 +147,7 @@ def lay_line(segments: Floats, lead: float, line: Floats) -> None:
 
 @inlined
 def _is_driven(strip: Floats) -> bool:
-    return strip[STRIP_KIND] == DRIVING and strip[STRIP_WAY] != 0.0
+    return strip[st.STRIP_KIND] == st.DRIVING and strip[st.STRIP_WAY] != 0.0
 
 
 @compiled
@@ -197,18 +155,18 @@ def _link(slabs: Floats, strips: Floats, goes_on: Ints, comes_from: Ints, apart:
     """Find the strip of the next slab that each lane goes on in: the nearest, one for each."""
     goes_on[:] = comes_from[:] = -1
     for slab in range(1, slabs.shape[0]):
-        way = slabs[slab, SLAB_BEGIN] - slabs[slab - 1, SLAB_BEGIN]
-        first, other = int(slabs[slab, SLAB_FIRST]), int(slabs[slab - 1, SLAB_FIRST])
-        for old in range(other, other + int(slabs[slab - 1, SLAB_STRIPS])):
-            right = strips[old, STRIP_RIGHT] + way * strips[old, STRIP_RIGHT_SLOPE]
-            left = strips[old, STRIP_LEFT] + way * strips[old, STRIP_LEFT_SLOPE]
+        way = slabs[slab, st.SLAB_BEGIN] - slabs[slab - 1, st.SLAB_BEGIN]
+        first, other = int(slabs[slab, st.SLAB_FIRST]), int(slabs[slab - 1, st.SLAB_FIRST])
+        for old in range(other, other + int(slabs[slab - 1, st.SLAB_STRIPS])):
+            right = strips[old, st.STRIP_RIGHT] + way * strips[old, st.STRIP_RIGHT_SLOPE]
+            left = strips[old, st.STRIP_LEFT] + way * strips[old, st.STRIP_LEFT_SLOPE]
             best, nearest = -1, math.inf
-            for new in range(first, first + int(slabs[slab, SLAB_STRIPS])):
-                width = max(left - right, strips[new, STRIP_LEFT] - strips[new, STRIP_RIGHT])
-                middle = 0.5 * (strips[new, STRIP_LEFT] + strips[new, STRIP_RIGHT])
+            for new in range(first, first + int(slabs[slab, st.SLAB_STRIPS])):
+                width = max(left - right, strips[new, st.STRIP_LEFT] - strips[new, st.STRIP_RIGHT])
+                middle = 0.5 * (strips[new, st.STRIP_LEFT] + strips[new, st.STRIP_RIGHT])
                 distance = abs(middle - 0.5 * (left + right))
                 fits = _is_driven(strips[old]) and _is_driven(strips[new])
-                fits = fits and strips[old, STRIP_WAY] == strips[new, STRIP_WAY]
+                fits = fits and strips[old, st.STRIP_WAY] == strips[new, st.STRIP_WAY]
                 if fits and distance < min(nearest, 0.5 * width):
                     best, nearest = new, distance
             if best >= 0 and (comes_from[best] < 0 or nearest < apart[best]):
@@ -245,7 +203,7 @@ def lay_lanes(
     """Write the lanes along a line, and the speeds that lanes and bends allow.
 
     Args:
-        slabs: (S, 4), see ``kernel.strips``; the first reaches back and the last ahead for ever.
+        slabs: (n.S, 4), see ``kernel.strips``; the first reaches back and the last ahead for ever.
         strips: (J, 8).
         length: Where the last slab ends and strips go on as they are [m].
         line: (K, LINE_WIDTH) in and out, see ``lay_line``.
@@ -262,42 +220,35 @@ def lay_lanes(
     lanes[:], rows[:] = 0.0, 0.0
     _link(slabs, strips, goes_on, comes_from, apart)
     for slab in range(slabs.shape[0]):
-        first = int(slabs[slab, SLAB_FIRST])
-        slab_of[first : first + int(slabs[slab, SLAB_STRIPS])] = slab
+        first = int(slabs[slab, st.SLAB_FIRST])
+        slab_of[first : first + int(slabs[slab, st.SLAB_STRIPS])] = slab
     found = written = 0
     for strip in range(count):
         if not _is_driven(strips[strip]) or comes_from[strip] >= 0:
             continue
-        lane, at = lanes[found], strip
-        lane[FIRST], lane[WAY] = written, strips[strip, STRIP_WAY]
+        at, first = strip, written
         while at >= 0:
-            row, slab = rows[written], slab_of[at]
             lane_of[at], row_of[at] = found, written
-            row[BEGIN] = slabs[slab, SLAB_BEGIN]
-            row[END] = slabs[slab + 1, SLAB_BEGIN] if slab + 1 < slabs.shape[0] else length
-            row[CAP] = row[CAP_BACK] = strips[at, STRIP_LIMIT] * strips[at, STRIP_LIMIT]
-            row[RIGHT], row[RIGHT_SLOPE] = strips[at, STRIP_RIGHT], strips[at, STRIP_RIGHT_SLOPE]
-            row[LEFT], row[LEFT_SLOPE] = strips[at, STRIP_LEFT], strips[at, STRIP_LEFT_SLOPE]
+            row, slab = rows[written], slab_of[at]
+            row[BEGIN] = slabs[slab, st.SLAB_BEGIN]
+            row[END] = slabs[slab + 1, st.SLAB_BEGIN] if slab + 1 < slabs.shape[0] else length
+            row[CAP] = row[CAP_BACK] = strips[at, st.STRIP_LIMIT] * strips[at, st.STRIP_LIMIT]
+            row[RIGHT : LEFT_SLOPE + 1] = strips[at, st.STRIP_RIGHT : st.STRIP_LEFT_SLOPE + 1]
             written, at = written + 1, goes_on[at]
-        lane[COUNT] = written - lane[FIRST]
-        first, last = int(lane[FIRST]), written - 1
         _look_ahead(rows[first:written])
-        low, high = -math.inf, math.inf
-        if slab_of[strip] > 0:
-            low = _usable_end(rows, first, last, -1)
-        if rows[last, END] < length:
-            high = _usable_end(rows, last, first, 1)
-        lane[FROM], lane[TO] = (low, high) if lane[WAY] > 0.0 else (-high, -low)
+        low = _usable_end(rows, first, written - 1, -1) if slab_of[strip] > 0 else -math.inf
+        high = math.inf
+        if rows[written - 1, END] < length:
+            high = _usable_end(rows, written - 1, first, 1)
+        way = strips[strip, st.STRIP_WAY]
+        lanes[found, FIRST], lanes[found, COUNT], lanes[found, WAY] = first, written - first, way
+        lanes[found, FROM], lanes[found, TO] = (low, high) if way > 0.0 else (-high, -low)
         found += 1
     for strip in range(count):
         if lane_of[strip] >= 0:
             rows[row_of[strip], BESIDE_RIGHT] = _beside(strips, slab_of, lane_of, strip, -1)
             rows[row_of[strip], BESIDE_LEFT] = _beside(strips, slab_of, lane_of, strip, 1)
-    ends = lanes[:found, TO].copy()
-    for number in range(found):
-        if ends[number] < math.inf:
-            more = _changes_needed(lanes, rows, ends, number) - 1
-            lanes[number, TO] -= MORE_CHANGES * max(0, more)
+    _shorten(lanes[:found], rows, lanes[:found, TO].copy())
     _bound_bends(line, lanes[:found], rows)
     return found
 
@@ -308,24 +259,24 @@ def _beside(strips: Floats, slab_of: Ints, lane_of: Ints, strip: int, side: int)
     other = strip + side
     if not 0 <= other < strips.shape[0] or slab_of[other] != slab_of[strip]:
         return -1
-    if strips[other, STRIP_WAY] != strips[strip, STRIP_WAY]:
+    if strips[other, st.STRIP_WAY] != strips[strip, st.STRIP_WAY]:
         return -1
     return int(lane_of[other])
 
 
 @inlined
-def _changes_needed(lanes: Floats, rows: Floats, ends: Floats, number: int) -> int:
-    """Return how many changes lead from the end of a lane to one that goes on; 1 for nowhere."""
-    fewest = lanes.shape[0]
-    s = lanes[number, WAY] * ends[number]
-    for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
-        at, changes = number, 0
-        while at >= 0 and ends[at] < ends[number] + LEAST_WAY:
-            at = int(rows[find_row(lanes, rows, at, s), side])
-            changes += 1
-        if at >= 0:
-            fewest = min(fewest, changes)
-    return fewest if fewest < lanes.shape[0] else 1
+def _shorten(lanes: Floats, rows: Floats, ends: Floats) -> None:
+    """Let lanes (C, ...) that several changes lead out of end sooner, given where they do."""
+    for number in range(ends.shape[0]):
+        fewest = ends.shape[0] if ends[number] < math.inf else 1
+        for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
+            at, changes = number, 0
+            while at >= 0 and changes < fewest and ends[at] < ends[number] + LEAST_WAY:
+                s = lanes[number, WAY] * ends[number]
+                at, changes = int(rows[find_row(lanes, rows, at, s), side]), changes + 1
+            fewest = min(fewest, changes) if at >= 0 else fewest
+        if 1 < fewest < ends.shape[0]:
+            lanes[number, TO] -= MORE_CHANGES * (fewest - 1)
 
 
 @compiled
@@ -390,21 +341,20 @@ def find_row(lanes: Floats, rows: Floats, lane: int, s: float) -> int:
 @inlined
 def _middle(row: Floats, s: float) -> tuple[float, float]:
     """Return d of the middle of a lane's row at a place [m], and its slope."""
-    slope = 0.5 * (row[RIGHT_SLOPE] + row[LEFT_SLOPE])
-    beyond = s - row[BEGIN]
-    if beyond < 0.0 or s > row[END]:
-        beyond, slope = clip(beyond, 0.0, row[END] - row[BEGIN]), 0.0
-    return 0.5 * (row[RIGHT] + row[LEFT]) + beyond * 0.5 * (
-        row[RIGHT_SLOPE] + row[LEFT_SLOPE]
-    ), slope
+    slope, within = 0.5 * (row[RIGHT_SLOPE] + row[LEFT_SLOPE]), clip(s, row[BEGIN], row[END])
+    middle = 0.5 * (row[RIGHT] + row[LEFT]) + slope * (within - row[BEGIN])
+    return middle, slope if within == s else 0.0
 
 
 @inlined
-def _allowed(row: Floats, s: float, way: float) -> float:
-    """Return the square of the speed that a row allows at a place [m²/s²]."""
+def _allowed(rails: Rails, who: int, s: float, way: float) -> float:
+    """Return the square of the speed that bends and limits allow a driver at a place [m²/s²]."""
+    piece, row = rails.line[rails.marks[who, PIECE]], rails.rows[rails.marks[who, ROW]]
     if way > 0.0:
-        return min(row[CAP], row[AFTER] + 2.0 * EASY_BRAKING * (row[END] - s))
-    return min(row[CAP_BACK], row[AFTER_BACK] + 2.0 * EASY_BRAKING * (s - row[BEGIN]))
+        of_piece = min(piece[CAP], piece[AFTER] + 2.0 * EASY_BRAKING * (piece[END] - s))
+        return min(of_piece, row[CAP], row[AFTER] + 2.0 * EASY_BRAKING * (row[END] - s))
+    of_piece = min(piece[CAP_BACK], piece[AFTER_BACK] + 2.0 * EASY_BRAKING * (s - piece[BEGIN]))
+    return min(of_piece, row[CAP_BACK], row[AFTER_BACK] + 2.0 * EASY_BRAKING * (s - row[BEGIN]))
 
 
 # --- Where everything is --------------------------------------------------------------------------
@@ -414,11 +364,11 @@ def _allowed(row: Floats, s: float, way: float) -> float:
 def _find_on_line(rails: Rails, who: int) -> None:
     """Write the heading and the curvature of the line beside somebody."""
     vehicle, marks = rails.vehicles[who], rails.marks[who]
-    k = _walk(rails.line, marks[PIECE], 0, rails.line.shape[0] - 1, vehicle[S])
+    k = _walk(rails.line, marks[PIECE], 0, rails.line.shape[0] - 1, vehicle[n.S])
     marks[PIECE] = k
     vehicle[CURVATURE] = rails.line[k, LINE_CURVATURE]
     vehicle[TURN] = rails.line[k, LINE_TURN] + vehicle[CURVATURE] * (
-        vehicle[S] - rails.line[k, BEGIN]
+        vehicle[n.S] - rails.line[k, BEGIN]
     )
 
 
@@ -435,11 +385,11 @@ def show_thing(rails: Rails, who: int, s: float, d: float, aslant: float, speed:
         speed: [m/s].
     """
     vehicle, marks = rails.vehicles[who], rails.marks[who]
-    vehicle[S], vehicle[D], vehicle[SPEED] = s, d, speed
+    vehicle[n.S], vehicle[D], vehicle[n.SPEED] = s, d, speed
     _find_on_line(rails, who)
     sine, cosine = sin_cos(aslant)
     vehicle[ALONG] = speed * cosine
-    length, width = 0.5 * vehicle[LENGTH], vehicle[HALF_ACROSS]
+    length, width = 0.5 * vehicle[n.LENGTH], vehicle[HALF_ACROSS]
     vehicle[HALF] = abs(cosine) * length + abs(sine) * width
     across = abs(sine) * length + abs(cosine) * width
     bits = 0
@@ -478,14 +428,14 @@ def begin_driver(rails: Rails, who: int, s: float, d: float, way: float) -> bool
             offset = d - _middle(rails.rows[row], s)[0]
             if abs(offset) < nearest:
                 nearest = abs(offset)
-                marks[LANE], vehicle[OFFSET] = lane, offset
-    marks[TARGET], marks[LANES] = marks[LANE], 1 << marks[LANE]
-    vehicle[S] = s
-    vehicle[HALF] = 0.5 * vehicle[LENGTH]
+                marks[n.LANE], vehicle[OFFSET] = lane, offset
+    marks[n.TARGET], marks[LANES] = marks[n.LANE], 1 << marks[n.LANE]
+    vehicle[n.S] = s
+    vehicle[HALF] = 0.5 * vehicle[n.LENGTH]
     vehicle[BEGUN] = way * s
-    vehicle[EXTENT] = max(LEAST_WAY, CHANGE_TIME * vehicle[SPEED]) if vehicle[OFFSET] else 0.0
+    vehicle[EXTENT] = max(LEAST_WAY, CHANGE_TIME * vehicle[n.SPEED]) if vehicle[OFFSET] else 0.0
     if nearest < math.inf:
-        marks[ROW] = find_row(rails.lanes, rails.rows, marks[LANE], s)
+        marks[ROW] = find_row(rails.lanes, rails.rows, marks[n.LANE], s)
         _place(rails, who)
     return nearest < math.inf
 
@@ -494,8 +444,8 @@ def begin_driver(rails: Rails, who: int, s: float, d: float, way: float) -> bool
 def _place(rails: Rails, who: int) -> None:
     """Write where a driver's vehicle is, from its s and its lanes."""
     vehicle, marks = rails.vehicles[who], rails.marks[who]
-    lane = rails.lanes[marks[TARGET]]
-    way, s, first = lane[WAY], vehicle[S], int(lane[FIRST])
+    lane = rails.lanes[marks[n.TARGET]]
+    way, s, first = lane[WAY], vehicle[n.S], int(lane[FIRST])
     _find_on_line(rails, who)
     row = marks[ROW] = _walk(rails.rows, marks[ROW], first, first + int(lane[COUNT]) - 1, s)
     d, slope = _middle(rails.rows[row], s)
@@ -509,7 +459,7 @@ def _place(rails: Rails, who: int) -> None:
             slope -= way * vehicle[OFFSET] * steep
         else:
             vehicle[EXTENT] = 0.0
-            marks[LANE], marks[LANES] = marks[TARGET], 1 << marks[TARGET]
+            marks[n.LANE], marks[LANES] = marks[n.TARGET], 1 << marks[n.TARGET]
     vehicle[D] = d
     piece, curvature = rails.line[marks[PIECE]], vehicle[CURVATURE]
     way_on = s - piece[BEGIN]
@@ -520,16 +470,16 @@ def _place(rails: Rails, who: int) -> None:
     half_cosine = piece[LINE_COSINE] * cosine - piece[LINE_SINUS] * sine
     end_sine = half_sine * cosine + half_cosine * sine
     end_cosine = half_cosine * cosine - half_sine * sine
-    vehicle[X] = piece[LINE_X] + chord * half_cosine - d * end_sine
-    vehicle[Y] = piece[LINE_Y] + chord * half_sine + d * end_cosine
+    vehicle[n.X] = piece[LINE_X] + chord * half_cosine - d * end_sine
+    vehicle[n.Y] = piece[LINE_Y] + chord * half_sine + d * end_cosine
     heading = vehicle[TURN] if way > 0.0 else vehicle[TURN] + math.pi
-    vehicle[COSINE] = 1.0
+    vehicle[n.COSINE] = 1.0
     scale = 1.0 - curvature * d
     if slope != 0.0:
-        vehicle[COSINE] = scale / math.sqrt(scale * scale + slope * slope)
+        vehicle[n.COSINE] = scale / math.sqrt(scale * scale + slope * slope)
         heading += atan2(slope, scale)
-    vehicle[HEADING] = wrap_to_pi(heading)
-    vehicle[ALONG] = way * vehicle[SPEED] * vehicle[COSINE]
+    vehicle[n.HEADING] = wrap_to_pi(heading)
+    vehicle[ALONG] = way * vehicle[n.SPEED] * vehicle[n.COSINE]
 
 
 # --- Who drives ahead of whom, and what drivers make of it ----------------------------------------
@@ -539,23 +489,23 @@ def _place(rails: Rails, who: int) -> None:
 def _sort(vehicles: Floats, marks: Ints) -> None:
     """Order everything along the line, those at one place by their keys; mostly it is already."""
     for k in range(marks.shape[0]):
-        who, at = marks[k, ORDER], k
-        s, key = vehicles[who, S], marks[who, KEY]
+        who, at = marks[k, n.ORDER], k
+        s, key = vehicles[who, n.S], marks[who, KEY]
         while at > 0:
-            other = marks[at - 1, ORDER]
-            if vehicles[other, S] < s or (vehicles[other, S] == s and marks[other, KEY] < key):
+            other = marks[at - 1, n.ORDER]
+            if vehicles[other, n.S] < s or (vehicles[other, n.S] == s and marks[other, KEY] < key):
                 break
-            marks[at, ORDER], marks[other, RANK] = other, at
+            marks[at, n.ORDER], marks[other, n.RANK] = other, at
             at -= 1
-        marks[at, ORDER], marks[who, RANK] = who, at
+        marks[at, n.ORDER], marks[who, n.RANK] = who, at
 
 
 @inlined
 def _find(marks: Ints, who: int, lane: int, side: int) -> int:
-    """Return the next in a lane, towards larger (1) or smaller s (-1) than somebody's; -1 for none."""
-    at, bit = marks[who, RANK] + side, 1 << lane
+    """Return the next in a lane from somebody, to larger (1) or smaller s (-1); -1 for none."""
+    at, bit = marks[who, n.RANK] + side, 1 << lane
     while 0 <= at < marks.shape[0]:
-        other = int(marks[at, ORDER])
+        other = int(marks[at, n.ORDER])
         if marks[other, LANES] & bit:
             return other
         at += side
@@ -565,7 +515,7 @@ def _find(marks: Ints, who: int, lane: int, side: int) -> int:
 @inlined
 def _gap(vehicles: Floats, rear: int, front: int, way: float) -> float:
     """Return the gap between bumpers [m] along the place of the one behind beside the line."""
-    along = vehicles[front, S] - vehicles[rear, S]
+    along = vehicles[front, n.S] - vehicles[rear, n.S]
     along -= vehicles[rear, D] * (vehicles[front, TURN] - vehicles[rear, TURN])
     return way * along - vehicles[rear, HALF] - vehicles[front, HALF]
 
@@ -574,25 +524,26 @@ def _gap(vehicles: Floats, rear: int, front: int, way: float) -> float:
 def _interaction(vehicles: Floats, who: int, gap: float, front_speed: float) -> float:
     """Return what IDM takes off for something ahead [m/s²]."""
     vehicle = vehicles[who]
-    speed = vehicle[SPEED]
-    wanted = speed * (vehicle[TIME_GAP] + (speed - front_speed) / vehicle[BRAKING])
-    share = (vehicle[JAM_DISTANCE] - vehicle[LENGTH] + max(0.0, wanted)) / max(gap, 0.01)
-    return vehicle[GAIN] * (share * share)
+    speed = vehicle[n.SPEED]
+    wanted = speed * (vehicle[n.TIME_GAP] + (speed - front_speed) / vehicle[n.BRAKING])
+    share = (vehicle[n.JAM_DISTANCE] - vehicle[n.LENGTH] + max(0.0, wanted)) / max(gap, 0.01)
+    return vehicle[n.GAIN] * (share * share)
 
 
 @inlined
 def _free(rails: Rails, who: int) -> float:
     """Return IDM's acceleration on an empty lane [m/s²]."""
     vehicle = rails.vehicles[who]
-    desired = vehicle[DESIRED_SPEED]
-    if rails.marks[who, ROLE] >= FOLLOWING:
-        cap = rails.rows[rails.marks[who, ROW], CAP]
-        if desired * desired > cap:
-            desired = math.sqrt(cap)
-    ratio = vehicle[SPEED] / max(desired, 0.01)
+    desired = vehicle[n.DESIRED_SPEED]
+    if rails.marks[who, n.ROLE] >= n.FOLLOWING:
+        way = rails.lanes[rails.marks[who, n.TARGET], WAY]
+        allowed = _allowed(rails, who, vehicle[n.S], way)
+        if desired * desired > allowed:
+            desired = math.sqrt(max(0.0, allowed))
+    ratio = vehicle[n.SPEED] / max(desired, 0.01)
     square = ratio * ratio
-    raised = square * square if vehicle[EXPONENT] == 4.0 else power(ratio, vehicle[EXPONENT])
-    return vehicle[GAIN] * (1.0 - raised)
+    raised = square * square if vehicle[n.EXPONENT] == 4.0 else power(ratio, vehicle[n.EXPONENT])
+    return vehicle[n.GAIN] * (1.0 - raised)
 
 
 @inlined
@@ -606,8 +557,8 @@ def _taken(rails: Rails, who: int, lane: int) -> float:
         taken = _interaction(rails.vehicles, who, gap, way * rails.vehicles[front, ALONG])
     end = rails.lanes[lane, TO]
     # Who has begun to leave a lane no longer stops before its end.
-    if end < math.inf and (lane == rails.marks[who, TARGET] or lane != rails.marks[who, LANE]):
-        gap = end - END_MARGIN - way * rails.vehicles[who, S] - rails.vehicles[who, HALF]
+    if end < math.inf and (lane == rails.marks[who, n.TARGET] or lane != rails.marks[who, n.LANE]):
+        gap = end - END_MARGIN - way * rails.vehicles[who, n.S] - rails.vehicles[who, HALF]
         taken = max(taken, _interaction(rails.vehicles, who, gap, 0.0))
     return taken
 
@@ -615,15 +566,15 @@ def _taken(rails: Rails, who: int, lane: int) -> float:
 @inlined
 def _left_of_lane(rails: Rails, who: int) -> float:
     """Return how much there is left of a driver's lane [m]."""
-    lane = rails.lanes[rails.marks[who, LANE]]
-    return float(lane[TO] - lane[WAY] * rails.vehicles[who, S])
+    lane = rails.lanes[rails.marks[who, n.LANE]]
+    return float(lane[TO] - lane[WAY] * rails.vehicles[who, n.S])
 
 
 @inlined
 def _bearable(left: float) -> float:
     """Return the braking that a change may ask for [m/s²], more of it as the lane ends."""
     urgency = clip(1.0 - left / NEEDED, 0.0, 1.0)
-    return IMPOSED_BRAKING + (HARD_BRAKING - IMPOSED_BRAKING) * urgency
+    return drivers.IMPOSED_BRAKING + (HARD_BRAKING - drivers.IMPOSED_BRAKING) * urgency
 
 
 @inlined
@@ -631,7 +582,7 @@ def _is_open(rails: Rails, who: int, lane: int) -> bool:
     """Tell whether a lane beside has begun where somebody is, and does not end soon."""
     if lane < 0:
         return False
-    u = rails.lanes[lane, WAY] * rails.vehicles[who, S]
+    u = rails.lanes[lane, WAY] * rails.vehicles[who, n.S]
     half = rails.vehicles[who, HALF]
     return rails.lanes[lane, FROM] + half <= u <= rails.lanes[lane, TO] - LEAST_WAY - half
 
@@ -644,7 +595,7 @@ def _has_room(rails: Rails, who: int, lane: int, bearable: float) -> bool:
     if rear < 0:
         return True
     gap = _gap(rails.vehicles, rear, who, way)
-    if gap <= 0.0 or rails.marks[rear, ROLE] == network.FIXED:
+    if gap <= 0.0 or rails.marks[rear, n.ROLE] == n.FIXED:
         return gap > 0.0
     taken = _interaction(rails.vehicles, rear, gap, way * rails.vehicles[who, ALONG])
     return _free(rails, rear) - taken >= -bearable
@@ -656,50 +607,49 @@ def _choose_lane(rails: Rails, who: int) -> None:
     vehicle, marks = rails.vehicles[who], rails.marks[who]
     left = _left_of_lane(rails, who)
     must = left < NEEDED
-    if not must and (marks[ROLE] != CHANGING or vehicle[SPEED] < LEAST_SPEED):
+    if not must and (marks[n.ROLE] != n.CHANGING or vehicle[n.SPEED] < drivers.LEAST_SPEED):
         return
-    vehicle[TIMER] = 0.0
+    vehicle[n.TIMER] = 0.0
     free, bearable = _free(rails, who), _bearable(left)
-    here = free - _taken(rails, who, marks[LANE])
+    here = free - _taken(rails, who, marks[n.LANE])
     chosen, best = -1, -math.inf
     for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
         lane = int(rails.rows[marks[ROW], side])
         if not _is_open(rails, who, lane):
             continue
-        is_longer = rails.lanes[lane, TO] > rails.lanes[marks[LANE], TO]
+        is_longer = rails.lanes[lane, TO] > rails.lanes[marks[n.LANE], TO]
         there = free - _taken(rails, who, lane)
-        is_wanted = is_longer if must else there - here >= LEAST_GAIN
+        is_wanted = is_longer if must else there - here >= drivers.LEAST_GAIN
         # The cheaper half of the question first.
         if is_wanted and there >= max(best, -bearable) and _has_room(rails, who, lane, bearable):
             chosen, best = lane, there
     if chosen < 0:
         return
-    marks[TARGET] = chosen
+    marks[n.TARGET] = chosen
     marks[LANES] |= 1 << chosen
-    marks[ROW] = find_row(rails.lanes, rails.rows, chosen, vehicle[S])
-    vehicle[OFFSET] = vehicle[D] - _middle(rails.rows[marks[ROW]], vehicle[S])[0]
-    vehicle[BEGUN] = rails.lanes[chosen, WAY] * vehicle[S]
-    vehicle[EXTENT] = max(LEAST_WAY, min(CHANGE_TIME * vehicle[SPEED], left))
+    marks[ROW] = find_row(rails.lanes, rails.rows, chosen, vehicle[n.S])
+    vehicle[OFFSET] = vehicle[D] - _middle(rails.rows[marks[ROW]], vehicle[n.S])[0]
+    vehicle[BEGUN] = rails.lanes[chosen, WAY] * vehicle[n.S]
+    vehicle[EXTENT] = max(LEAST_WAY, min(CHANGE_TIME * vehicle[n.SPEED], left))
 
 
 @inlined
 def _accelerate(rails: Rails, who: int, step: float) -> None:
     """Choose an acceleration: IDM in all lanes that one is in, within what is allowed ahead."""
     vehicle, marks = rails.vehicles[who], rails.marks[who]
-    way = rails.lanes[marks[TARGET], WAY]
-    taken = _taken(rails, who, marks[LANE])
-    if marks[TARGET] != marks[LANE]:
-        taken = max(taken, _taken(rails, who, marks[TARGET]))
+    way = rails.lanes[marks[n.TARGET], WAY]
+    taken = _taken(rails, who, marks[n.LANE])
+    if marks[n.TARGET] != marks[n.LANE]:
+        taken = max(taken, _taken(rails, who, marks[n.TARGET]))
     acceleration = _free(rails, who) - taken
-    s = vehicle[S] + way * vehicle[SPEED] * step
-    allowed = min(
-        _allowed(rails.line[marks[PIECE]], s, way), _allowed(rails.rows[marks[ROW]], s, way)
-    )
-    speed = max(0.0, vehicle[SPEED] + acceleration * step)
+    s = vehicle[n.S] + way * vehicle[n.SPEED] * step
+    allowed = _allowed(rails, who, s, way)
+    speed = max(0.0, vehicle[n.SPEED] + acceleration * step)
     if speed * speed > allowed:
-        slower = (math.sqrt(max(0.0, allowed)) - vehicle[SPEED]) / step
+        slower = (math.sqrt(max(0.0, allowed)) - vehicle[n.SPEED]) / step
         acceleration = min(acceleration, max(slower, -HARD_BRAKING))
-    vehicle[ACCELERATION] = clip(acceleration, -MAX_ACCELERATION, MAX_ACCELERATION)
+    most = drivers.MAX_ACCELERATION
+    vehicle[n.ACCELERATION] = clip(acceleration, -most, most)
 
 
 @compiled
@@ -708,7 +658,7 @@ def _make_room(rails: Rails, who: int) -> None:
 
     Who is too near to let it in drives on, so that nobody waits for each other.
     """
-    own = rails.lanes[rails.marks[who, LANE], TO]
+    vehicles, own = rails.vehicles, rails.lanes[rails.marks[who, n.LANE], TO]
     for side in range(BESIDE_RIGHT, BESIDE_LEFT + 1):
         lane = int(rails.rows[rails.marks[who, ROW], side])
         if not _is_open(rails, who, lane) or rails.lanes[lane, TO] <= own:
@@ -717,31 +667,32 @@ def _make_room(rails: Rails, who: int) -> None:
         for behind in range(2):
             other = _find(rails.marks, who, lane, -int(way) if behind else int(way))
             rear, front = (other, who) if behind else (who, other)
-            if other < 0 or rails.marks[rear, ROLE] < FOLLOWING:
+            if other < 0 or rails.marks[rear, n.ROLE] < n.FOLLOWING:
                 continue
-            gap = _gap(rails.vehicles, rear, front, way)
-            jam = rails.vehicles[rear, JAM_DISTANCE] - rails.vehicles[rear, LENGTH]
+            gap = _gap(vehicles, rear, front, way)
+            jam = vehicles[rear, n.JAM_DISTANCE] - vehicles[rear, n.LENGTH]
             if gap > 0.7 * jam:
-                taken = _interaction(rails.vehicles, rear, gap, way * rails.vehicles[front, ALONG])
-                eased = max(_free(rails, rear) - taken, -EASY_BRAKING)
-                rails.vehicles[rear, ACCELERATION] = min(rails.vehicles[rear, ACCELERATION], eased)
+                eased = _free(rails, rear)
+                eased -= _interaction(vehicles, rear, gap, way * vehicles[front, ALONG])
+                least = max(eased, -EASY_BRAKING)
+                vehicles[rear, n.ACCELERATION] = min(vehicles[rear, n.ACCELERATION], least)
 
 
 @inlined
 def _move(rails: Rails, who: int, step: float) -> None:
     """Drive a tick."""
     vehicle = rails.vehicles[who]
-    speed, acceleration = vehicle[SPEED], vehicle[ACCELERATION]
+    speed, acceleration = vehicle[n.SPEED], vehicle[n.ACCELERATION]
     then = speed + acceleration * step
     driven = 0.5 * (speed + then) * step
     if then <= 0.0:
         driven = 0.5 * speed * speed / -acceleration if speed > 0.0 else 0.0
-        then, vehicle[ACCELERATION] = 0.0, -speed / step
-    vehicle[SPEED] = then
-    vehicle[TIMER] += step
-    way = rails.lanes[rails.marks[who, TARGET], WAY]
+        then, vehicle[n.ACCELERATION] = 0.0, -speed / step
+    vehicle[n.SPEED] = then
+    vehicle[n.TIMER] += step
+    way = rails.lanes[rails.marks[who, n.TARGET], WAY]
     scale = 1.0 - vehicle[CURVATURE] * vehicle[D]
-    vehicle[S] += way * driven * vehicle[COSINE] / max(scale, 0.1)
+    vehicle[n.S] += way * driven * vehicle[n.COSINE] / max(scale, 0.1)
     _place(rails, who)
 
 
@@ -758,21 +709,21 @@ def advance_rails(rails: Rails, step: float) -> None:
     for k in range(marks.shape[0]):
         who = marks[k, BY_KEY]
         if (
-            marks[who, ROLE] >= FOLLOWING
-            and vehicles[who, TIMER] > CHANGE_PERIOD
+            marks[who, n.ROLE] >= n.FOLLOWING
+            and vehicles[who, n.TIMER] > drivers.CHANGE_PERIOD
             and vehicles[who, EXTENT] == 0.0
         ):
             _choose_lane(rails, who)
     for who in range(marks.shape[0]):
-        if marks[who, ROLE] >= FOLLOWING:
+        if marks[who, n.ROLE] >= n.FOLLOWING:
             _accelerate(rails, who, step)
     for who in range(marks.shape[0]):
         if (
-            marks[who, ROLE] >= FOLLOWING
-            and marks[who, LANE] == marks[who, TARGET]
+            marks[who, n.ROLE] >= n.FOLLOWING
+            and marks[who, n.LANE] == marks[who, n.TARGET]
             and _left_of_lane(rails, who) < NEEDED
         ):
             _make_room(rails, who)
     for who in range(marks.shape[0]):
-        if marks[who, ROLE] >= FOLLOWING:
+        if marks[who, n.ROLE] >= n.FOLLOWING:
             _move(rails, who, step)

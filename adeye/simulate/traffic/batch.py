@@ -1,8 +1,8 @@
 """The fast traffic: the model of the reference traffic, compiled, for all runs at once.
 
 Reactive actors decide and move as ``highway`` has them do it, with the same equations in the same
-order; everything else is the stage's, as there. It works in our frame throughout. On imported roads
-they are on rails instead, see ``rails``.
+order; everything else is the stage's, as there. It works in our frame throughout. On roads that
+are told strip by strip they are on rails instead, see ``rails``.
 """
 
 from __future__ import annotations

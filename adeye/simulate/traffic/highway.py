@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 
+from adeye.errors import UsageError
 from adeye.kernel.random import owner_id, uniform
 from adeye.signals import (
     EGO_HEADING,
@@ -131,7 +132,14 @@ class HighwayTraffic(Staged):
 
         Raises:
             SpecError: A value of a scenario is not possible.
+            UsageError: Lanes of the road begin, end, or go the other way.
         """
+        if cases[0].scenario.world.road.has_strips:
+            raise UsageError(
+                "the highway traffic has no imported roads, and none whose lanes end or go the "
+                "other way",
+                remedy="Use the batch traffic.",
+            )
         world = compile_world(cases)
         self._stage = stage = Stage(world, cases)
         self._reactive = [int(actor) for actor in np.flatnonzero(~world.scripted)]

@@ -1,4 +1,4 @@
-"""Reactive traffic on imported roads: lanes along the line of each run, and drivers on rails."""
+"""Reactive traffic on roads told strip by strip: lanes along their lines, and drivers on rails."""
 
 from __future__ import annotations
 
@@ -9,31 +9,15 @@ import numpy as np
 from adeye.errors import SpecError
 from adeye.kernel.elementary import cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.strips import DRIVING, OWN, SLAB_WIDTH, STRIP_WIDTH
+from adeye.kernel.strips import SLAB_BEGIN
 from adeye.kernel.traffic import network, rails
 from adeye.kernel.traffic.rails import Rails
 from adeye.signals import OBJECT_HEADING, OBJECT_SPEED, PLACE_D, PLACE_HEADING, PLACE_S
 from adeye.simulate.world.roads import RUN_OUT
 
 if TYPE_CHECKING:
-    from adeye.signals import Bools, Floats, Ints, RoadMap, Scene
+    from adeye.signals import Bools, Floats, Ints, Scene
     from adeye.simulate.world.compile import World
-
-
-def strips_of(road: RoadMap) -> tuple[Floats, Floats]:
-    """Return slabs (B, S, 4) and strips (B, J, 8) of roads, see ``kernel.strips``.
-
-    Of roads that have none, those of their parallel lanes.
-    """
-    runs, number = len(road.lane_width), np.arange(road.lanes)
-    slabs: Floats = np.zeros((runs, 1, SLAB_WIDTH))
-    slabs[..., 2:] = road.lanes
-    strips: Floats = np.zeros((runs, road.lanes, STRIP_WIDTH))
-    edges = np.arange(road.lanes + 1) * road.lane_width[:, np.newaxis]
-    strips[..., 0], strips[..., 1], strips[..., 3] = DRIVING, OWN, number
-    strips[..., 2] = road.speed_limit[:, np.newaxis]
-    strips[..., 4], strips[..., 6] = edges[:, :-1], edges[:, 1:]
-    return slabs, strips
 
 
 def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rails:
@@ -50,7 +34,7 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rail
             a vehicle can keep apart.
     """
     context = world.context
-    slabs, strips = strips_of(context.road)
+    slabs, strips = context.road.slabs, context.road.strips
     runs, pieces, count = *context.road.segments.shape[:2], strips.shape[1]
     laid = Rails(
         np.zeros((runs, pieces + 1, rails.LINE_WIDTH)),
@@ -67,7 +51,9 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rail
         line, lanes, rows = laid.line[run], laid.lanes[run], laid.rows[run]
         rails.lay_line(context.road.segments[run], RUN_OUT, line)
         length = float(context.road.length[run])
-        found = rails.lay_lanes(slabs[run], strips[run], length, line, lanes, rows)
+        # What fills slabs up begins nowhere.
+        own = slabs[run][np.isfinite(slabs[run, :, SLAB_BEGIN])]
+        found = rails.lay_lanes(own, strips[run], length, line, lanes, rows)
         if found > rails.MOST_LANES:
             raise SpecError(
                 f"world.place: along the road {found} lanes begin, more than {rails.MOST_LANES}",

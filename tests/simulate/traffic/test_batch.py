@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.errors import UsageError
+from adeye.errors import SpecError, UsageError
 from adeye.kernel.traffic.network import ALONGSIDE
-from adeye.signals import Floats, Scene
+from adeye.signals import OBJECT_SPEED, PLACE_OFFSET, Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.batch import BatchTraffic
 from adeye.simulate.traffic.highway import HighwayTraffic
@@ -223,3 +223,46 @@ def test_using_traffic_before_its_reset_is_an_error(make: Any) -> None:
         _ = make().ending
     with pytest.raises(RuntimeError, match="reset the traffic"):
         make().step(np.zeros((1, 2)))
+
+
+# --- Imported roads, where drivers are on rails ---------------------------------------------------
+
+BENDS = [(300.0, 0.0), (100.0, 0.01), (80.0, 0.0), (60.0, -0.015), (660.0, 0.0)]
+
+
+def imported(**changes: Any) -> TestCase:
+    strips = [(0, 1, 36.0, k, 3.5 * k, 0.0, 3.5 * (k + 1), 0.0) for k in range(3)]
+    road = {"kind": "imported", "place": "a", "heading": 0.3, "line": BENDS, "length": "1200 m"}
+    road |= {"slabs": [(0.0, strips)]}
+    return make_case(make_scenario(**{"world": {"road": road}, "actors": DENSE, **changes}))
+
+
+def test_on_an_imported_road_drivers_keep_to_its_lanes_and_touch_nobody() -> None:
+    traffic = BatchTraffic()
+    _, scene = traffic.reset([imported()])
+    for _ in range(600):
+        scene = traffic.step(np.zeros((1, 2)))
+    reactive = [name for name, actor in DENSE.items() if "reactive" in actor]
+    assert not scene.foreign_contact[0]
+    offsets = scene.object_places[0, : len(reactive), PLACE_OFFSET]
+    assert abs(offsets) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_on_an_imported_road_drivers_see_the_ego(variant: str) -> None:
+    behind = {"a": car(1, "200 m", "30 m/s", "30 m/s", reactive={"desired_speed": "30 m/s"})}
+    case = imported(actors=behind, ego={"s": "300 m", "lane": 1, "speed": "10 m/s"})
+    states = drive(BatchTraffic(variant), [case], 200)
+    assert states[0, -1, 0, OBJECT_SPEED] == pytest.approx(10.0, abs=0.5)
+
+
+def test_who_heads_where_no_lane_goes_is_refused() -> None:
+    start = {"lane": 1, "s": "200 m", "speed": "30 m/s", "heading": "180 deg"}
+    against = {"a": {**car(1, "0 m", "0 m/s", "30 m/s"), "start": start}}
+    with pytest.raises(SpecError, match=r"actors\.a\.start: at s 200 m no lane goes"):
+        BatchTraffic().reset([imported(actors=against)])
+
+
+def test_highway_refuses_imported_roads() -> None:
+    with pytest.raises(UsageError, match="Use the batch traffic"):
+        HighwayTraffic().reset([imported()])
