@@ -56,14 +56,15 @@ Slab = tuple[float, tuple[tuple[float, ...], ...]]
 """Where it begins on the line [m], and its strips from right to left, see ``kernel.strips``."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Piece:
     """A cross-section along the line of one of its lanes.
 
     Attributes:
         heading: Of the line where it begins [rad].
         arcs: Length [m] and curvature [1/m] of each piece of the line.
-        slabs: In the order of travel, the first at 0.
+        begins: Of slabs on the line, in the order of travel [m].
+        strips: Of each slab, from right to left (R, 8), see ``kernel.strips``.
         grades: From where on the line [m] it rises how much for each metre.
         places: Of samples on the road [m], in the order of travel.
         along: Of the same on the line [m].
@@ -72,7 +73,8 @@ class Piece:
 
     heading: float
     arcs: tuple[tuple[float, float], ...]
-    slabs: tuple[Slab, ...]
+    begins: tuple[float, ...]
+    strips: tuple[Floats, ...]
     grades: tuple[tuple[float, float], ...]
     places: Floats
     along: Floats
@@ -125,6 +127,8 @@ class Lanes:
     def laid(self, road: str) -> LaidRoad:
         """Return a road with its lines."""
         if road not in self._laid:
+            # Cross-sections of one road are asked for one after the other.
+            self._laid.clear()
             self._laid[road] = lanes.laid(self.drive.roads[road])
         return self._laid[road]
 
@@ -173,10 +177,12 @@ class Lanes:
         along *= total / along[-1]
         turned = line.heading if way > 0 else line.heading + np.pi
         points = np.column_stack([line.x, line.y, turned])[[0, -1]]
+        slabs = list(self._slabs(section, ordered, edge, places, along))
         return Piece(
             float(rows[0, arcs.ARC_HEADING]),
             tuple((float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows),
-            tuple(self._slabs(section, ordered, edge, places, along)),
+            tuple(begin for begin, _ in slabs),
+            tuple(np.array(strips) for _, strips in slabs),
             tuple(self._grades(section, places, along)),
             places,
             along,

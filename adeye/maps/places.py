@@ -12,7 +12,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -91,23 +90,37 @@ class Spot(NamedTuple):
     at: float
 
 
-@dataclass(frozen=True)
+class PlacedRoad(NamedTuple):
+    """The road of a place.
+
+    Attributes:
+        heading: Of the line where it begins, in the map [rad].
+        line: Length [m] and curvature [1/m] of each piece of the line.
+        slabs: What lies across it.
+        grades: From where on [m] it rises how much for each metre; none of a flat road.
+    """
+
+    heading: float
+    line: tuple[tuple[float, float], ...]
+    slabs: tuple[Slab, ...]
+    grades: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """A place and its road.
+    """A place and what its road is made of.
 
     Attributes:
         key: Map, road, direction along (+) or against (-) its s, and place on it in metres.
         lanes: Most of the ego's way that are beside each other.
-        lane_width: Of the lane whose right edge is the line, on average [m].
-        shoulder: Width of the hard shoulder [m], 0 for none.
+        lane_width: On average where slabs begin [m].
+        shoulder: Least width of the hard shoulder there [m], 0 for none.
         speed_limit: The lowest along the road [m/s].
         is_guessed: Whether the map lacks some speed limit.
         road_type: ``motorway``, ``rural`` or ``urban``.
         radius: Of the narrowest bend of the line [m], infinite on a straight.
-        heading: Of the line where the road begins, in the map [rad].
-        line: Length [m] and curvature [1/m] of each piece of the line.
-        slabs: What lies across it.
-        grades: From where on [m] it rises how much for each metre; none of a flat road.
+        pieces: Cross-sections that the road leads over.
+        window: From where to where on their line [m].
     """
 
     key: str
@@ -118,15 +131,18 @@ class Place:
     is_guessed: bool
     road_type: str
     radius: float
-    heading: float
-    line: tuple[tuple[float, float], ...]
-    slabs: tuple[Slab, ...]
-    grades: tuple[tuple[float, float], ...]
+    pieces: tuple[Piece, ...]
+    window: tuple[float, float]
 
-    @cached_property
+    @property
     def length(self) -> float:
         """Of the line [m]."""
-        return math.fsum(length for length, _ in self.line)
+        return math.fsum(length for length, _ in self.road.line)
+
+    @property
+    def road(self) -> PlacedRoad:
+        """Its road, put together anew: of thousands of places few are taken."""
+        return _put_together(self.pieces, self.window, self.road_type)
 
 
 class Places(NamedTuple):
@@ -307,33 +323,15 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         pieces: The cross-sections that the road leads over.
         here: Where on their line the place is [m].
     """
-    low, high = here - asked.before, here + asked.after
-    heading, begin = math.nan, 0.0
-    line: list[tuple[float, float]] = []
-    slabs: list[Slab] = []
-    grades: list[tuple[float, float]] = []
-    for piece in pieces:
-        first, last = max(low, begin), min(high, begin + piece.length)
-        if last - first > 1e-6:
-            turned, part = _clipped(piece, first - begin, last - begin)
-            heading = turned if math.isnan(heading) else heading
-            line += part
-            slabs += _moved(piece, first - begin, last - begin, begin - low)
-            grades += _rising(piece, first - begin, last - begin, begin - low)
-        begin += piece.length
-    bend = max(abs(curvature) for _, curvature in line)
+    window = here - asked.before, here + asked.after
+    road = _put_together(pieces, window, "")
+    bend = max(abs(curvature) for _, curvature in road.line)
     radius = 1.0 / bend if bend > 1e-9 else math.inf
-    if _is_near_itself(line):
+    if _is_near_itself(road.line):
         return "where the way comes near itself"
-    own = [strip for _, across_ in slabs for strip in across_ if strip[across.STRIP_LANE] >= 0.0]
-    is_guessed = any(strip[across.STRIP_LIMIT] < 0.0 for strip in own)
-    slabs = [(s, tuple(_limited(strip, kind) for strip in across_)) for s, across_ in slabs]
-    limits = [
-        strip[across.STRIP_LIMIT]
-        for _, across_ in slabs
-        for strip in across_
-        if strip[across.STRIP_LANE] >= 0.0
-    ]
+    own = [[strip for strip in item if strip[across.STRIP_LANE] >= 0.0] for _, item in road.slabs]
+    given = [strip[across.STRIP_LIMIT] for lanes in own for strip in lanes]
+    limits = [limit if limit >= 0.0 else _USUAL[kind] for limit in given]
     least, most = min(limits), max(limits)
     lacks = _lacks(
         (asked.min_radius is None or radius >= asked.min_radius, "with a narrower bend"),
@@ -349,22 +347,47 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     )
     if lacks:
         return lacks
-    counts = [sum(strip[across.STRIP_LANE] >= 0.0 for strip in item) for _, item in slabs]
-    width, shoulder = _summary(slabs)
+    width, shoulder = _summary(road.slabs)
     return Place(
         key=key,
-        lanes=max(counts),
+        lanes=max(map(len, own)),
         lane_width=width,
         shoulder=shoulder,
         speed_limit=least,
-        is_guessed=is_guessed,
+        is_guessed=min(given) < 0.0,
         road_type=kind,
         radius=radius,
-        heading=heading,
-        line=tuple(line),
-        slabs=tuple(slabs),
-        grades=tuple(grades) if any(grade for _, grade in grades) else (),
+        pieces=tuple(pieces),
+        window=window,
     )
+
+
+def _put_together(pieces: Sequence[Piece], window: tuple[float, float], kind: str) -> PlacedRoad:
+    """Put a road together from cross-sections.
+
+    Args:
+        pieces: In the order of travel.
+        window: From where to where on their line [m].
+        kind: Type of the road, whose usual limit strips get that have none; empty to leave them so.
+    """
+    low, high = window
+    heading, begin = math.nan, 0.0
+    line: list[tuple[float, float]] = []
+    slabs: list[Slab] = []
+    grades: list[tuple[float, float]] = []
+    for piece in pieces:
+        first, last = max(low, begin) - begin, min(high, begin + piece.length) - begin
+        if last - first > 1e-6:
+            turned, part = _clipped(piece, first, last)
+            heading = turned if math.isnan(heading) else heading
+            line += part
+            slabs += _moved(piece, first, last, begin - low)
+            grades += _rising(piece, first, last, begin - low)
+        begin += piece.length
+    if kind:
+        slabs = [(s, tuple(_limited(strip, kind) for strip in item)) for s, item in slabs]
+    rises = any(grade for _, grade in grades)
+    return PlacedRoad(heading, tuple(line), tuple(slabs), tuple(grades) if rises else ())
 
 
 def _limited(strip: tuple[float, ...], kind: str) -> tuple[float, ...]:
@@ -390,19 +413,16 @@ def _clipped(piece: Piece, first: float, last: float) -> tuple[float, list[tuple
 
 def _moved(piece: Piece, first: float, last: float, shift: float) -> Iterator[Slab]:
     """Yield the slabs of a part of a piece, moved along the line."""
-    ends = [s for s, _ in piece.slabs[1:]] + [piece.length]
-    for (begin, strips), end in zip(piece.slabs, ends, strict=True):
+    ends = [*piece.begins[1:], piece.length]
+    for begin, strips, end in zip(piece.begins, piece.strips, ends, strict=True):
         low = max(begin, first)
         if min(end, last) - low <= 1e-6:
             continue
-        gone = low - begin
-        moved = []
-        for strip in _beside_lanes(strips):
-            numbers = list(strip)
-            for at in (across.STRIP_RIGHT, across.STRIP_LEFT):
-                numbers[at] = round(numbers[at] + numbers[at + 1] * gone, 6)
-            moved.append(tuple(numbers))
-        yield max(0.0, round(low + shift, 6)), tuple(moved)
+        moved = strips.copy()
+        for at in (across.STRIP_RIGHT, across.STRIP_LEFT):
+            moved[:, at] += moved[:, at + 1] * (low - begin)
+        rows = [tuple(row) for row in np.round(moved, 6).tolist()]
+        yield max(0.0, round(low + shift, 6)), tuple(_beside_lanes(rows))
 
 
 def _beside_lanes(strips: Sequence[tuple[float, ...]]) -> Sequence[tuple[float, ...]]:

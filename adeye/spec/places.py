@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import digest
 from adeye.spec.document import Loc
 from adeye.spec.scenario import LogicalScenario
 from adeye.units import shown
+
+if TYPE_CHECKING:
+    from adeye.maps.places import Place
 
 PLACE: Final = "place"
 """Name of the axis that takes places."""
@@ -31,20 +35,29 @@ SOME_ROAD: Final[Mapping[str, object]] = {
 
 
 class PlaceRoad(str):
-    """The key of a place, with its road as a file would write it.
+    """The key of a place, which knows its road.
 
     Attributes:
-        content: Of ``world.road``.
+        place: With the road that the map has there.
     """
 
-    __slots__ = ("content",)
-    content: Mapping[str, Any]
+    __slots__ = ("place",)
+    place: Place
 
-    def __new__(cls, key: str, content: Mapping[str, Any] | None = None) -> Self:
-        """Make it from the key of a place and the content of its road."""
-        made = super().__new__(cls, key)
-        made.content = content or {}
+    def __new__(cls, place: Place) -> Self:
+        """Make it from a place."""
+        made = super().__new__(cls, place.key)
+        made.place = place
         return made
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        """Keep the place in a copy."""
+        return (self.place,)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """Of ``world.road``, as a file would write it."""
+        return _road(self.place)
 
 
 def is_on_map(content: Any) -> bool:
@@ -86,8 +99,8 @@ def find_places(
     Raises:
         SpecError: A map cannot be read, or no place has it.
     """
-    from adeye.maps.places import Asked, places_of
-    from adeye.spec.map_rules import read_lanes
+    from adeye.maps.places import Asked
+    from adeye.spec.map_rules import read_places
 
     query = scenario.world.place
     if query is None:
@@ -100,8 +113,8 @@ def find_places(
     found: list[PlaceRoad] = []
     reasons: dict[str, int] = {}
     for path in _maps(scenario, locate):
-        with_reasons = places_of(read_lanes(path), path.stem, asked)
-        found += [PlaceRoad(place.key, _road(place)) for place in with_reasons.places]
+        with_reasons = read_places(path, asked)
+        found += map(PlaceRoad, with_reasons.places)
         for reason, count in with_reasons.refused.items():
             reasons[reason] = reasons.get(reason, 0) + count
     if not found:
@@ -114,16 +127,17 @@ def find_places(
     return tuple(found)
 
 
-def _road(place: Any) -> dict[str, Any]:
+def _road(place: Place) -> dict[str, Any]:
     """Write the road of a place as a file would."""
+    laid = place.road
     road = {
         "kind": "imported",
         "place": place.key,
-        "heading": place.heading,
-        "line": [list(piece) for piece in place.line],
-        "slabs": [[s, [list(strip) for strip in strips]] for s, strips in place.slabs],
-        "grades": [list(item) for item in place.grades],
-        "length": f"{place.length!r} m",
+        "heading": laid.heading,
+        "line": [list(piece) for piece in laid.line],
+        "slabs": [[s, [list(strip) for strip in strips]] for s, strips in laid.slabs],
+        "grades": [list(item) for item in laid.grades],
+        "length": f"{math.fsum(length for length, _ in laid.line)!r} m",
         "lanes": place.lanes,
         "lane_width": f"{place.lane_width!r} m",
         "shoulder": f"{place.shoulder!r} m",

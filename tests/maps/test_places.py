@@ -38,7 +38,8 @@ def two_way() -> OpenDrive:
 
 def own(place: Place) -> list[list[Sequence[float]]]:
     return [
-        [strip for strip in across if strip[strips.STRIP_LANE] >= 0] for _, across in place.slabs
+        [strip for strip in across if strip[strips.STRIP_LANE] >= 0]
+        for _, across in place.road.slabs
     ]
 
 
@@ -47,9 +48,9 @@ def test_each_direction_has_its_places_and_the_other_lane_on_its_left() -> None:
     assert [place.key for place in found(drawn).places][:2] == ["m:1+50", "m:1+100"]
     for key, heading in (("m:1+100", 0.0), ("m:1-100", math.pi)):
         place = place_at(drawn, key)
-        assert math.isclose(abs(place.heading), heading)
-        assert place.line == ((150.0, 0.0),)
-        (begin, across), *others = place.slabs
+        assert math.isclose(abs(place.road.heading), heading)
+        assert place.road.line == ((150.0, 0.0),)
+        (begin, across), *others = place.road.slabs
         assert begin == 0.0
         assert not others
         edges = [(strip[strips.STRIP_RIGHT], strip[strips.STRIP_LEFT]) for strip in across]
@@ -71,7 +72,7 @@ def test_a_road_leads_on_over_the_next_one_however_that_is_drawn() -> None:
     second = road(turned, there, id="2", successor=RoadLink("road", "1", "end", 1))
     place = place_at(network(first, second), "m:1+50")
     assert place.length == pytest.approx(150.0, abs=0.1)
-    assert [round(curvature, 5) for _, curvature in place.line] == [0.0, 0.00966]
+    assert [round(curvature, 5) for _, curvature in place.road.line] == [0.0, 0.00966]
 
 
 def _end_of_arc(length: float, curvature: float, x: float) -> tuple[float, float, float]:
@@ -94,7 +95,7 @@ def test_the_line_keeps_to_the_lane_that_goes_on_and_the_others_end_beside_it() 
     # The right lane is beside the line until it is too narrow to be one.
     ends = [lanes[0][strips.STRIP_RIGHT] for lanes in own(place) if len(lanes) == 2]
     assert ends[0] == -3.5
-    for begin_at, across in place.slabs:
+    for begin_at, across in place.road.slabs:
         edge = across[0][strips.STRIP_RIGHT] if len(across) == 2 else 0.0
         t = begin_at - 50.0
         width = 3.5 if t < 0 else 3.5 - 3 * 3.5 * (t / 100) ** 2 + 2 * 3.5 * (t / 100) ** 3
@@ -106,7 +107,7 @@ def test_edges_are_within_a_centimetre_of_what_the_map_says() -> None:
     wave = (0.0, 3.0, 0.0, 3.0e-4, -1.0e-6)
     drawn = network(straight(section(lane(0), lane(-1, wave), lane(-2, WIDE))))
     place = place_at(drawn, "m:1+100", lanes=2)
-    for begin, across in place.slabs:
+    for begin, across in place.road.slabs:
         s = 50.0 + begin
         width = 3.0 + 3.0e-4 * s**2 - 1.0e-6 * s**3
         left = across[1][strips.STRIP_LEFT]
@@ -126,7 +127,8 @@ def test_a_road_that_nobody_reaches_changes_no_place() -> None:
     alone, with_it = (
         found(drawn).places for drawn in (two_way(), network(*two_way().roads.values(), far))
     )
-    assert [place for place in with_it if place.key.startswith("m:1")] == list(alone)
+    same = [(place.key, place.road) for place in with_it if place.key.startswith("m:1")]
+    assert same == [(place.key, place.road) for place in alone]
 
 
 def test_places_in_left_hand_traffic_and_near_junctions_are_refused_with_the_reason() -> None:
@@ -143,7 +145,7 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
 def test_a_road_begins_and_ends_as_far_along_the_edge_as_was_asked() -> None:
     spiral = road([piece("spiral", 200.0, 0.0, 1.0 / 80.0)], section(lane(0), lane(-1, WIDE)))
     place = place_at(network(spiral), "m:1+100")
-    turned = math.fsum(length * curvature for length, curvature in place.line)
+    turned = math.fsum(length * curvature for length, curvature in place.road.line)
     # The right edge is 3.5 m farther out, so that it is longer by as much for each radian.
     ends = [100.0 + 3.5 * 100.0**2 / 32e3 + way for way in (-50.0, 100.0)]
     first, last = ((math.sqrt(1.0 + 4.0 * 3.5 / 32e3 * end) - 1.0) * 32e3 / 7.0 for end in ends)
@@ -155,6 +157,6 @@ def test_a_road_rises_in_the_direction_of_travel_as_its_map_says() -> None:
     rising = cubics((0.0, 5.0, 0.02, 0.0, 0.0), (200.0, 9.0, -0.01, 0.0, 0.0))
     lanes = section(lane(1, WIDE), lane(0), lane(-1, WIDE))
     drawn = network(straight(lanes, elevations=rising))
-    assert place_at(drawn, "m:1+150").grades == ((0.0, 0.02), (100.0, -0.01))
-    assert place_at(drawn, "m:1-250").grades == ((0.0, 0.01), (100.0, -0.02))
-    assert place_at(two_way(), "m:1+150").grades == ()
+    assert place_at(drawn, "m:1+150").road.grades == ((0.0, 0.02), (100.0, -0.01))
+    assert place_at(drawn, "m:1-250").road.grades == ((0.0, 0.01), (100.0, -0.02))
+    assert place_at(two_way(), "m:1+150").road.grades == ()
