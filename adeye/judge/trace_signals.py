@@ -177,7 +177,7 @@ class TraceSignals:
         self._read: dict[str, Series] = {}
 
     @cached_property
-    def dictionary(self) -> dict[str, SignalType]:
+    def dictionary(self) -> Mapping[str, SignalType]:
         """Type of every signal, by name."""
         return trace_dictionary(self.trace.layout, self._faults)
 

@@ -175,7 +175,7 @@ def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:
     """
     if isinstance(record, BaseModel):
         # Where another value decides what a quantity is of.
-        own = getattr(record, "own_dimensions", dict)()
+        own: Mapping[str, Dimension] = getattr(record, "own_dimensions", dict)()
         for name, required in {**_dimensions(type(record)), **own}.items():
             for place, item in _leaves(getattr(record, name), (*loc, name)):
                 if isinstance(item, Expression) or (required and isinstance(item, float)):
