@@ -69,23 +69,34 @@ class StuckCommand:
         return stuck
 
 
-class _Disturbed:
+class _Altered:
+    """A command is altered in the active runs; without any it is returned itself."""
+
+    def __init__(self, _context: InjectorContext) -> None: ...
+
+    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
+        """Return the command with the fault in the active runs (B,)."""
+        if not moment.active.any():
+            return command
+        altered = command.copy()
+        self._alter(altered, moment)
+        return altered
+
+    def _alter(self, command: ControlCommand, moment: Moment) -> None:
+        raise NotImplementedError
+
+
+class _Disturbed(_Altered):
     """Acceleration and steering angle of a channel are changed, and nothing else."""
 
     def __init__(self, context: InjectorContext) -> None:
         names = ("acceleration", "steering_angle")
         self._sizes = {name: context.column(name) for name in names}
 
-    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
-        """Return the command with the fault in the active runs (B,)."""
-        active = moment.active
-        if not active.any():
-            return command
-        changed = command.copy()
+    def _alter(self, command: ControlCommand, moment: Moment) -> None:
         for name, size in self._sizes.items():
-            values: Floats = getattr(changed, name)
-            values[active] = self._changed(values, size, moment)[active]
-        return changed
+            values: Floats = getattr(command, name)
+            values[moment.active] = self._changed(values, size, moment)[moment.active]
 
     def _changed(self, values: Floats, size: Floats, moment: Moment) -> Floats:
         raise NotImplementedError
@@ -124,52 +135,31 @@ class Oscillating(_Disturbed):
 class PlausibleButWrong(_Disturbed):
     """A constant command that looks healthy: status ok, stamp of this tick."""
 
-    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
-        """Return the command with the fault in the active runs (B,)."""
-        changed = super().apply(command, moment)
-        if changed is not command:
-            _claim_health(changed, moment.active, moment.time)
-        return changed
+    def _alter(self, command: ControlCommand, moment: Moment) -> None:
+        super()._alter(command, moment)
+        _claim_health(command, moment.active, moment.time)
 
     def _changed(self, _values: Floats, size: Floats, _moment: Moment) -> Floats:
         return size
 
 
-class NotANumber:
+class NotANumber(_Altered):
     """Acceleration and steering angle are no numbers."""
 
-    def __init__(self, _context: InjectorContext) -> None:
-        pass
-
-    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
-        """Return the command with the fault in the active runs (B,)."""
-        active = moment.active
-        if not active.any():
-            return command
-        changed = command.copy()
-        changed.acceleration[active] = np.nan
-        changed.steering_angle[active] = np.nan
-        return changed
+    def _alter(self, command: ControlCommand, moment: Moment) -> None:
+        command.acceleration[moment.active] = np.nan
+        command.steering_angle[moment.active] = np.nan
 
 
-class HeartbeatLies:
+class HeartbeatLies(_Altered):
     """What is degraded, in fault or silent says ok, with the stamp of this tick.
 
     A request for authority is no fault and stays one.
     """
 
-    def __init__(self, _context: InjectorContext) -> None:
-        pass
-
-    def apply(self, command: ControlCommand, moment: Moment) -> ControlCommand:
-        """Return the command with the fault in the active runs (B,)."""
-        active = moment.active
-        if not active.any():
-            return command
-        changed = command.copy()
-        ill = active & np.isin(command.status, (DEGRADED, FAULT, SILENT))
-        _claim_health(changed, ill, moment.time)
-        return changed
+    def _alter(self, command: ControlCommand, moment: Moment) -> None:
+        ill = moment.active & np.isin(command.status, (DEGRADED, FAULT, SILENT))
+        _claim_health(command, ill, moment.time)
 
 
 def _claim_health(command: ControlCommand, runs: Bools, time: float) -> None:
@@ -345,66 +335,49 @@ def part_of(actuator: str, command: Floats) -> Floats:
     return np.asarray(limit(acceleration, 0.0))
 
 
-class Loss:
+class _Otherwise:
+    """Something else is done in the active runs than what is asked for, or than there is."""
+
+    def apply(self, part: Floats, moment: Moment) -> Floats:
+        """Return what is done (B,), with the fault in the active runs; itself without any."""
+        active = moment.active
+        return np.where(active, self._faulty(part, moment), part) if active.any() else part
+
+    def _faulty(self, part: Floats, moment: Moment) -> Floats:
+        raise NotImplementedError
+
+
+class Loss(_Otherwise):
     """A share of what is asked for is missing."""
 
     def __init__(self, context: InjectorContext) -> None:
         self._share = context.column("share")
 
-    def apply(self, part: Floats, moment: Moment) -> Floats:
-        """Return what the actuator does (B,), with the fault in the active runs."""
-        if not moment.active.any():
-            return part
-        return np.where(moment.active, part * (1.0 - self._share), part)
+    def _faulty(self, part: Floats, _moment: Moment) -> Floats:
+        return part * (1.0 - self._share)
 
 
-class Fade:
+class Fade(_Otherwise):
     """The missing share grows evenly with the time since the first onset."""
 
     def __init__(self, context: InjectorContext) -> None:
         self._share = context.column("share")
         self._over = context.column("over")
 
-    def apply(self, part: Floats, moment: Moment) -> Floats:
-        """Return what the actuator does (B,), with the fault in the active runs."""
-        active = moment.active
-        if not active.any():
-            return part
+    def _faulty(self, part: Floats, moment: Moment) -> Floats:
         # The age of a fault that has not begun is no number.
-        age = np.where(active, moment.age, 0.0)
-        missing = self._share * np.clip(age / self._over, 0.0, 1.0)
-        return np.where(active, part * (1.0 - missing), part)
+        age = np.where(moment.active, moment.age, 0.0)
+        return part * (1.0 - self._share * np.clip(age / self._over, 0.0, 1.0))
 
 
-class Offset:
+class Offset(_Otherwise):
     """The wheels are steered beside what is asked for."""
 
     def __init__(self, context: InjectorContext) -> None:
         self._angle = context.column("steering_angle")
 
-    def apply(self, part: Floats, moment: Moment) -> Floats:
-        """Return what the actuator does (B,), with the fault in the active runs."""
-        if not moment.active.any():
-            return part
-        return np.where(moment.active, part + self._angle, part)
-
-
-class RateLimit:
-    """The actuator follows no quicker than a rate, from what it did at the tick before."""
-
-    def __init__(self, context: InjectorContext) -> None:
-        self._most = context.column("rate") * context.step
-        self._last = np.zeros(len(context.specs))
-
-    def apply(self, part: Floats, moment: Moment) -> Floats:
-        """Return what the actuator does (B,), with the fault in the active runs."""
-        active = moment.active
-        limited = part
-        if active.any():
-            reached = np.clip(part, self._last - self._most, self._last + self._most)
-            limited = np.where(active, reached, part)
-        self._last = limited.copy()
-        return limited
+    def _faulty(self, part: Floats, _moment: Moment) -> Floats:
+        return part + self._angle
 
 
 class ActuatorDelay:
@@ -421,7 +394,7 @@ class ActuatorDelay:
         return self._queue.apply(part, moment.active)[0]
 
 
-class StuckActuator:
+class StuckActuator(_Otherwise):
     """The actuator does what it did last before the onset; at first that is nothing."""
 
     def __init__(self, context: InjectorContext) -> None:
@@ -429,29 +402,31 @@ class StuckActuator:
 
     def apply(self, part: Floats, moment: Moment) -> Floats:
         """Return what the actuator does (B,), with the fault in the active runs."""
-        active = moment.active
-        stuck = np.where(active, self._last, part) if active.any() else part
-        self._last = stuck.copy()
-        return stuck
+        done = super().apply(part, moment)
+        self._last = done.copy()
+        return done
+
+    def _faulty(self, _part: Floats, _moment: Moment) -> Floats:
+        return self._last
 
 
-class Friction:
+class RateLimit(StuckActuator):
+    """The actuator follows no quicker than a rate, from what it did at the tick before."""
+
+    def __init__(self, context: InjectorContext) -> None:
+        super().__init__(context)
+        self._most = context.column("rate") * context.step
+
+    def _faulty(self, part: Floats, _moment: Moment) -> Floats:
+        return np.clip(part, self._last - self._most, self._last + self._most)
+
+
+class Friction(_Otherwise):
     """The tyres grip otherwise than the road has it."""
 
     def __init__(self, context: InjectorContext) -> None:
         self._value = context.column("value")
         self._factor = context.column("factor")
 
-    def apply(self, friction: Floats, moment: Moment) -> Floats:
-        """Return the friction coefficients (B,), with the fault in the active runs.
-
-        Args:
-            friction: (B,) returned itself if no run is active.
-            moment: Tells where the fault is present.
-        """
-        active: Bools = moment.active
-        if not active.any():
-            return friction
-        has_value = np.isfinite(self._value)
-        changed = np.where(has_value, self._value, friction * self._factor)
-        return np.where(active, changed, friction)
+    def _faulty(self, friction: Floats, _moment: Moment) -> Floats:
+        return np.where(np.isfinite(self._value), self._value, friction * self._factor)

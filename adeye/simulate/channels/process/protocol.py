@@ -196,11 +196,7 @@ def _measurement(item: Measurement, run: int) -> dict[str, Any]:
         "most": int(item.mask.shape[1]),
         "detections": _listed(item.detections[run][item.mask[run]]),
     }
-    for name in ("estimate", "values", "points"):
-        values = getattr(item, name)
-        if values is not None:
-            content[name] = _listed(values[run])
-    return content
+    return content | _given(item, run, "estimate", "values", "points")
 
 
 def _command(item: ControlCommand, run: int) -> dict[str, Any]:
@@ -210,11 +206,12 @@ def _command(item: ControlCommand, run: int) -> dict[str, Any]:
         "stamp": float(item.stamp[run]),
         "status": STATUS_LABELS[int(item.status[run])],
     }
-    for name in ("plan", "monitors", "tracks"):
-        values = getattr(item, name)
-        if values is not None:
-            content[name] = _listed(values[run])
-    return content
+    return content | _given(item, run, "plan", "monitors", "tracks")
+
+
+def _given(item: Measurement | ControlCommand, run: int, *names: str) -> dict[str, Any]:
+    every = {name: getattr(item, name) for name in names}
+    return {name: _listed(rows[run]) for name, rows in every.items() if rows is not None}
 
 
 def _listed(values: NDArray[Any]) -> list[Any]:
