@@ -14,6 +14,7 @@ from __future__ import annotations
 import statistics
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def bent(case: Any) -> Any:
     slabs = [(k * ARCS * PIECE_M / SLABS, strips) for k in range(SLABS)]
     length = f"{ARCS * PIECE_M} m"
     content["world"]["road"] |= {"kind": "imported", "length": length, "line": line, "slabs": slabs}
-    return case.model_copy(update={"scenario": LogicalScenario.model_validate(content)})
+    return replace(case, scenario=LogicalScenario.model_validate(content))
 
 
 def cost_of(size: Size, variant: str) -> float:

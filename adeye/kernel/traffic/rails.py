@@ -50,10 +50,10 @@ CHANGE_TIME: Final = 4.0
 """A change of lanes takes the way of this time [s], if the lane is long enough."""
 
 LEAST_WAY: Final = 15.0
-"""Shortest way of a change of lanes [m]."""
+"""Shortest way of a change of lanes [m]; a long vehicle takes more, or it would sweep aside."""
 
-END_MARGIN: Final = 10.0
-"""So far before its end a lane counts as blocked [m]: with the jam gap, a ``LEAST_WAY``."""
+WAY_OF_LENGTHS: Final = 3.3
+"""Its lengths that it takes at least."""
 
 NEEDED: Final = 300.0
 """So far before the end of their lane drivers want to leave it [m]."""
@@ -361,6 +361,12 @@ def _allowed(rails: Rails, who: int, s: float, way: float) -> float:
 
 
 @inlined
+def _least_way(vehicle: Floats) -> float:
+    """Return the shortest way of a change of lanes [m]."""
+    return max(LEAST_WAY, WAY_OF_LENGTHS * vehicle[n.LENGTH])
+
+
+@inlined
 def _find_on_line(rails: Rails, who: int) -> None:
     """Write the heading and the curvature of the line beside somebody."""
     vehicle, marks = rails.vehicles[who], rails.marks[who]
@@ -433,7 +439,9 @@ def begin_driver(rails: Rails, who: int, s: float, d: float, way: float) -> bool
     vehicle[n.S] = s
     vehicle[HALF] = 0.5 * vehicle[n.LENGTH]
     vehicle[BEGUN] = way * s
-    vehicle[EXTENT] = max(LEAST_WAY, CHANGE_TIME * vehicle[n.SPEED]) if vehicle[OFFSET] else 0.0
+    vehicle[EXTENT] = (
+        max(_least_way(vehicle), CHANGE_TIME * vehicle[n.SPEED]) if vehicle[OFFSET] else 0.0
+    )
     if nearest < math.inf:
         marks[ROW] = find_row(rails.lanes, rails.rows, marks[n.LANE], s)
         _place(rails, who)
@@ -558,7 +566,10 @@ def _taken(rails: Rails, who: int, lane: int) -> float:
     end = rails.lanes[lane, TO]
     # Who has begun to leave a lane no longer stops before its end.
     if end < math.inf and (lane == rails.marks[who, n.TARGET] or lane != rails.marks[who, n.LANE]):
-        gap = end - END_MARGIN - way * rails.vehicles[who, n.S] - rails.vehicles[who, HALF]
+        vehicle = rails.vehicles[who]
+        # One who stands with the jam gap can still change lanes.
+        jam = vehicle[n.JAM_DISTANCE] - vehicle[n.LENGTH]
+        gap = end - _least_way(vehicle) + jam - way * vehicle[n.S] - vehicle[HALF]
         taken = max(taken, _interaction(rails.vehicles, who, gap, 0.0))
     return taken
 
@@ -583,8 +594,8 @@ def _is_open(rails: Rails, who: int, lane: int) -> bool:
     if lane < 0:
         return False
     u = rails.lanes[lane, WAY] * rails.vehicles[who, n.S]
-    half = rails.vehicles[who, HALF]
-    return rails.lanes[lane, FROM] + half <= u <= rails.lanes[lane, TO] - LEAST_WAY - half
+    half, way = rails.vehicles[who, HALF], _least_way(rails.vehicles[who])
+    return rails.lanes[lane, FROM] + half <= u <= rails.lanes[lane, TO] - way - half
 
 
 @inlined
@@ -619,7 +630,11 @@ def _choose_lane(rails: Rails, who: int) -> None:
             continue
         is_longer = rails.lanes[lane, TO] > rails.lanes[marks[n.LANE], TO]
         there = free - _taken(rails, who, lane)
-        is_wanted = is_longer if must else there - here >= drivers.LEAST_GAIN
+        is_wanted = is_longer
+        if not must:
+            # Nobody changes to a lane that it would want to leave at once.
+            stays = rails.lanes[lane, TO] - rails.lanes[lane, WAY] * vehicle[n.S] >= NEEDED
+            is_wanted = stays and there - here >= drivers.LEAST_GAIN
         # The cheaper half of the question first.
         if is_wanted and there >= max(best, -bearable) and _has_room(rails, who, lane, bearable):
             chosen, best = lane, there
@@ -630,7 +645,7 @@ def _choose_lane(rails: Rails, who: int) -> None:
     marks[ROW] = find_row(rails.lanes, rails.rows, chosen, vehicle[n.S])
     vehicle[OFFSET] = vehicle[D] - _middle(rails.rows[marks[ROW]], vehicle[n.S])[0]
     vehicle[BEGUN] = rails.lanes[chosen, WAY] * vehicle[n.S]
-    vehicle[EXTENT] = max(LEAST_WAY, min(CHANGE_TIME * vehicle[n.SPEED], left))
+    vehicle[EXTENT] = max(_least_way(vehicle), min(CHANGE_TIME * vehicle[n.SPEED], left))
 
 
 @inlined

@@ -250,9 +250,9 @@ def test_on_an_imported_road_drivers_keep_to_its_lanes_and_touch_nobody() -> Non
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_on_an_imported_road_drivers_see_the_ego(variant: str) -> None:
-    behind = {"a": car(1, "200 m", "30 m/s", "30 m/s", reactive={"desired_speed": "30 m/s"})}
-    case = imported(actors=behind, ego={"s": "300 m", "lane": 1, "speed": "10 m/s"})
-    states = drive(BatchTraffic(variant), [case], 200)
+    behind = {"a": car(1, "65 m", "15 m/s", "30 m/s", reactive={"desired_speed": "30 m/s"})}
+    case = imported(actors=behind, ego={"s": "100 m", "lane": 1, "speed": "10 m/s"})
+    states = drive(BatchTraffic(variant), [case], 300)
     assert states[0, -1, 0, OBJECT_SPEED] == pytest.approx(10.0, abs=0.5)
 
 
