@@ -103,9 +103,15 @@ def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
     return _imports(files)[0]
 
 
+_MOST_SOURCE: Final = 1 << 20
+"""Larger files that do not end in .py are data [bytes]."""
+
+
 def imports_beside(program: Path) -> list[Path]:
     """List the sources in the folder of a program that it imports, and those that these import."""
-    found, left = {program}, [program] if program.suffix == ".py" else []
+    # A program need not end in .py; what is no Python imports nothing.
+    is_source = program.suffix == ".py" or program.stat().st_size <= _MOST_SOURCE
+    found, left = {program}, [program] if is_source else []
     while left:
         for name in _imported(left.pop()):
             package = program.parent.joinpath(name).rglob("*.py")

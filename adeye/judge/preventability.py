@@ -74,15 +74,22 @@ class CellCount:
     counts: Mapping[Cell, int] = field(default_factory=dict)
 
 
-def cell_of(ours: bool | None, theirs: bool | None) -> Cell:  # noqa: FBT001 - a pair of facts
+def cell_of(
+    ours: bool | None,  # noqa: FBT001 - a pair of facts
+    theirs: bool | None,  # noqa: FBT001
+    *,
+    is_same: bool = True,
+) -> Cell:
     """Return the cell of two contacts.
 
     Args:
         ours: Whether the run has a contact; None if it is not known, or the scenario did not come
             about.
         theirs: Whether the drive has one.
+        is_same: Whether both are with the same road user or object: a driver who is run into by
+            another one may well have avoided what the ego has not.
     """
-    if ours is None or theirs is None:
+    if ours is None or theirs is None or (ours and theirs and not is_same):
         return "unknown"
     if ours:
         return "neither" if theirs else "only_model"

@@ -255,6 +255,17 @@ def read_data(spec: Distribution, folder: Path) -> DataFile:
             remedy="Name a text file with comma-separated values, relative to the ODD.",
         ) from error
     headers = [item.strip() for item in rows[0]] if rows else []
+    if headers.count(spec.column) > 1:
+        raise SweepError(
+            f"{spec.empirical} has column {spec.column!r} {headers.count(spec.column)} times",
+            remedy="Rename the others.",
+        )
+    for line, row in enumerate(rows[1:], start=2):
+        if row and len(row) != len(headers):
+            raise SweepError(
+                f"{path}:{line}: a row of {len(row)} cells, and {len(headers)} columns",
+                remedy="Give each row a cell for each column; decimals are written with a point.",
+            )
     if spec.column not in headers:
         raise SweepError(
             f"{spec.empirical} has no column {spec.column!r}",

@@ -165,16 +165,20 @@ def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) 
     return with_nominal(project, kind="process", files=list(files), parameters=parameters)
 
 
-def test_what_a_program_imports_beside_it_is_part_of_the_identity(project: Project) -> None:
+@pytest.mark.parametrize("program", ["drive.py", "drive"])
+def test_what_a_program_imports_beside_it_is_part_of_the_identity(
+    project: Project, program: str
+) -> None:
     folder = project.folder / "odd/architectures"
     (folder / "near").mkdir()
-    (folder / "drive.py").write_text("import json, helper")
+    (folder / program).write_text("import json, helper")
     (folder / "helper.py").write_text("from near import more")
     seen = []
     for text in ("SPEED = 3", "SPEED = 4"):
         (folder / "near/more.py").write_text(text)
-        seen.append(process_parts(project, "python3", "./drive.py", files=("helper.py",)))
-    assert [item.name for item in seen[0].files] == ["./drive.py", "helper.py", "./near/more.py"]
+        seen.append(process_parts(project, "python3", f"./{program}", files=("helper.py",)))
+    names = [item.name for item in seen[0].files]
+    assert names == [f"./{program}", "helper.py", "./near/more.py"]
     assert seen[0].digest != seen[1].digest
 
 

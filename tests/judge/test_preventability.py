@@ -37,6 +37,11 @@ def test_cells() -> None:
         assert cell_of(ours, theirs) == cell
 
 
+def test_a_driver_whom_another_one_runs_into_may_have_avoided_what_we_have_not() -> None:
+    assert cell_of(True, True, is_same=False) == "unknown"
+    assert cell_of(True, False, is_same=False) == "only_model"
+
+
 def test_conflicts() -> None:
     for contact, required, expected in (
         (True, None, True),

@@ -75,8 +75,9 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
 _COMPARED = """
 SELECT c.campaign_id, c.ordinal, c.scenario, c.architecture, t.fault_entry, b.result_digest AS run,
     b.model, b.edition, b.drive_digest AS drive,
-    m.contact, m.contact_status, r.realised, m.impact_speed_mps,
+    m.contact, m.contact_status, m.contact_actor, r.realised, m.impact_speed_mps,
     n.contact AS drive_contact, n.contact_status AS drive_contact_status,
+    n.contact_actor AS drive_contact_actor,
     d.realised AS drive_realised, n.impact_speed_mps AS drive_impact_speed_mps
 FROM benchmark b
 JOIN run r ON r.result_digest = b.result_digest
@@ -210,6 +211,7 @@ def _compared(connection: Connection, campaign: str) -> list[Comparison]:
             cell=cell_of(
                 contact_of(item.contact, item.contact_status, item.realised),
                 contact_of(item.drive_contact, item.drive_contact_status, item.drive_realised),
+                is_same=item.contact_actor == item.drive_contact_actor,
             ),
         )
         for item in found
