@@ -26,7 +26,8 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.targetconfig import ConfigStack
 from numba.core.transforms import canonicalize_cfg
-from numba.core.types import Array, BaseTuple
+from numba.core.types import Array
+from numba.core.types.containers import BaseTuple
 from numba.core.types.functions import Function
 from numba.core.types.misc import unliteral
 from numba.core.typing import make_concrete_template
