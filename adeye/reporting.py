@@ -215,7 +215,7 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
     """
     with Repository.open(db, create=False) as repository:
         found = summary.find_called(repository, campaign)
-        repository.require_whole(found.id)
+        repository.require_sound(found.id)
         builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
         return builder.build(lambda _: (), replays=0)
 
@@ -263,7 +263,7 @@ def compare_campaign(
     with guarding(db, {"html": html}):
         with Repository.open(db, create=False) as repository:
             campaign, architectures = _campaign_among(repository, names)
-            repository.require_whole(campaign.id)
+            repository.require_sound(campaign.id)
             options = replace(options, architectures=architectures)
             comparison = compare(repository, campaign, options)
         if html is not None:

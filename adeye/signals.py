@@ -209,9 +209,9 @@ class RoadMap:
         return told
 
     def grounds(self) -> Grounds:
-        """Return the roads as compiled stages ask them: their arrays are contiguous."""
+        """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""
         names = [name for name in Grounds._fields if name != "lanes"]
-        columns = {name: np.ascontiguousarray(getattr(self, name)) for name in names}
+        columns = {name: np.array(getattr(self, name), order="C") for name in names}
         return Grounds(**columns, lanes=self.lanes)
 
     def ground(self, run: int) -> Ground:

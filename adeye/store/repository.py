@@ -171,16 +171,6 @@ class Repository(Door):
 
     require_sound = reading(verification.require_sound)
 
-    def require_whole(self, campaign: str) -> None:
-        """Refuse to show a campaign whose summaries rest on what is gone or altered.
-
-        Unlike ``require_sound`` it does not read every row.
-
-        Raises:
-            IntegrityError: Something is.
-        """
-        verification.refuse("the database", self.unsound(campaign))
-
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""
         with self._database.read() as connection:

@@ -38,8 +38,8 @@ def test_cells() -> None:
 
 
 def test_a_driver_whom_another_one_runs_into_may_have_avoided_what_we_have_not() -> None:
-    assert cell_of(True, True, is_same=False) == "unknown"
-    assert cell_of(True, False, is_same=False) == "only_model"
+    cells = [cell_of(ours=True, theirs=theirs, is_same=False) for theirs in (True, False)]
+    assert cells == ["unknown", "only_model"]
 
 
 def test_conflicts() -> None:

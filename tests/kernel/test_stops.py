@@ -163,8 +163,7 @@ BENT = np.array([[0.0, 0.0, 0.0, 500.0, 0.0], [500.0, 0.0, 0.0, 500.0, 1.0 / 250
 
 def ground(**more: Any) -> Ground:
     """Three lanes of 3.5 m with a bend, and a shoulder of 2.5 m."""
-    changed: dict[str, Any] = {"segments": BENT, "speed_limit": LIMIT} | more
-    return GROUND._replace(**changed)
+    return GROUND._replace(segments=BENT, speed_limit=LIMIT)._replace(**more)
 
 
 def kind(d: float, curvature: float = 0.0, limit: float = LIMIT) -> int:

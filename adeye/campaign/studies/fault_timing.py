@@ -91,7 +91,7 @@ def campaign_injections(
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
-        repository.require_whole(info.id)
+        repository.require_sound(info.id)
         designs = _designs(repository.content("odd", info.odd_digest))
         known = {item.run: item for item in repository.hindsight.injections(info.id)}
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)
