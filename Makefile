@@ -84,7 +84,8 @@ wheel: $(STAMP)
 
 bench: $(STAMP)  ## measure: one question per file in benchmarks/
 	@for file in benchmarks/*.py; do \
-		case $$file in */sumo.py) $(BIN)/python -c "import libsumo" 2>/dev/null || continue;; esac; \
+		case $$file in */sumo.py) $(BIN)/python -c "import libsumo" 2>/dev/null || continue;; \
+			*/lane_ends.py) command -v sumo netconvert >/dev/null || continue;; esac; \
 		echo "== $$file"; $(BIN)/python $$file || exit 1; \
 	done
 
