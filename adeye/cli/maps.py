@@ -42,7 +42,7 @@ def show_map(file: MapFile, strict: Strict = False, json: Json = False) -> None:
         adeye map show town.xodr
         adeye map show town.xodr --json
     """
-    from adeye.spec.map_rules import read_map
+    from adeye.spec.places import read_map
 
     drive, losses = read_map(file, strict=strict)
     document = {**_content(drive), "losses": list(losses)}
@@ -84,7 +84,7 @@ def import_map(
         adeye map import town.xodr -o maps --strict
     """
     from adeye.outputs import guarded, write_atomically
-    from adeye.spec.map_rules import read_map
+    from adeye.spec.places import read_map
 
     folder = file.parent if output is None else output
     network, report = (folder / f"{file.stem}.{end}" for end in ("network.npz", "losses.json"))
@@ -169,7 +169,7 @@ def check_map(file: MapFile, json: Json = False) -> None:
         adeye map check town.xodr --json
     """
     from adeye.maps.topology import check_topology
-    from adeye.spec.map_rules import read_map
+    from adeye.spec.places import read_map
 
     findings = check_topology(read_map(file)[0])
     counts = Counter(finding.severity for finding in findings)
@@ -215,7 +215,7 @@ def draw(
     """
     from adeye.maps.drawing import draw_map
     from adeye.outputs import write_atomically
-    from adeye.spec.map_rules import read_map
+    from adeye.spec.places import read_map
 
     drive, _ = read_map(file)
     write_atomically(draw_map(drive, drive.name or file.name).encode(), output)
@@ -271,7 +271,7 @@ def export_map(
 def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
     """Return a map, or the road of a scenario as one with what it cannot say."""
     if file.suffix.lower() not in _SCENARIOS:
-        from adeye.spec.map_rules import read_map
+        from adeye.spec.places import read_map
 
         return read_map(file)[0], []
     import numpy as np

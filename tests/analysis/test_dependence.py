@@ -266,6 +266,8 @@ NO_CAUSE = {
     ("trajectory", "simulate/channels/corridor.py"),
     ("nominal", "kernel/profiles.py"),
     ("safety", "kernel/profiles.py"),
+    # What it is told of the road comes from the record that compiled stages ask, too.
+    ("process", "kernel/road.py"),
 }
 BESIDE = {"hooks", "links", "guard", "scalar"}
 """Modules of channels that decide nothing: they contain, show and disturb."""

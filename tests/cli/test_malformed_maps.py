@@ -175,9 +175,9 @@ def test_malformed_map_is_refused_at_its_place(
     adeye: Any, folder: Path, content: bytes, said: str
 ) -> None:
     (folder / "map.xodr").write_bytes(content)
-    started = time.perf_counter()
+    started = time.process_time()
     refused = adeye("map", "show", "map.xodr").refused
-    assert time.perf_counter() - started < 1.0
+    assert time.process_time() - started < 1.0
     assert said in refused
     assert "Traceback" not in refused
     assert re.match(r"SpecError: map\.xodr:\d+:\d+: ", refused)

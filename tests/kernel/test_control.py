@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel import control
+from adeye.kernel import motion as control
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.motion import advance_ego
 from adeye.kernel.road import local, offset_curvature, position

@@ -10,7 +10,7 @@ import pytest
 from adeye.errors import InputErrors, SpecError
 from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
-from adeye.spec.map_rules import read_map
+from adeye.spec.places import read_map
 
 SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_text("utf-8")
 THIRD_PARTY = Path(__file__).resolve().parents[3] / "shared" / "data" / "openscenario"
@@ -89,7 +89,7 @@ def test_line_of_each_record_is_where_it_begins(tmp_path: Path) -> None:
         ("    <lanes>", f"<lateralProfile><superelevation {CUBIC}/></lateralProfile><lanes>",
          "approximated", "up to 12 %"),
         ("    <lanes>", f"<elevationProfile><elevation {CUBIC}/></elevationProfile><lanes>",
-         "approximated", "flat"),
+         "approximated", "grades pull"),
     ],
 )  # fmt: skip
 def test_what_is_not_taken_as_written_is_told(

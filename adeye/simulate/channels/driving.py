@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.kernel.control import idm_acceleration, lane_keeping_steering
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import idm_acceleration, lane_keeping_steering
 from adeye.kernel.road import (
     Ground,
     center_at,

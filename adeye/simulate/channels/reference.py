@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from adeye import signals
-from adeye.kernel.control import idm_acceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
+from adeye.kernel.motion import idm_acceleration
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
 from adeye.kernel.reference_drivers import drivers
 from adeye.kernel.reference_drivers import reactions as columns

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from adeye import signals
-from adeye.kernel.control import limit_jerk
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import clip
+from adeye.kernel.motion import clip, limit_jerk
 from adeye.kernel.road import center_at, ground_of, is_on_lanes
 from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation, spec_columns

@@ -17,10 +17,9 @@ import numpy as np
 
 from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
-from adeye.kernel.control import lane_keeping_steering
 from adeye.kernel.elementary import atan, sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import clip
+from adeye.kernel.motion import clip, lane_keeping_steering
 from adeye.kernel.road import (
     Ground,
     center_at,
