@@ -24,22 +24,23 @@ from support.command import drive, ratios, spread
 from adeye.kernel.strips import DRIVING, OWN
 from adeye.simulate.traffic import rails
 from adeye.simulate.traffic.batch import BatchTraffic, show_placed
-from adeye.spec.scenario import LogicalScenario
+from adeye.spec.scenario import Road
 
 ARCS, SLABS, PIECE_M, RADIUS_M, WIDTH_M = 60, 12, 50.0, 800.0, 3.5
 
 
 def bent(case: Any) -> Any:
     """Return a test case on a line of arcs instead of its road."""
-    content = case.scenario.model_dump(mode="json", exclude_defaults=True)
     line = [(PIECE_M, (-1.0) ** (k // 4) / RADIUS_M) for k in range(ARCS)]
     strips = [
         (DRIVING, OWN, 60.0, k, k * WIDTH_M, 0.0, (k + 1) * WIDTH_M, 0.0) for k in range(LANES)
     ]
     slabs = [(k * ARCS * PIECE_M / SLABS, strips) for k in range(SLABS)]
-    length = f"{ARCS * PIECE_M} m"
-    content["world"]["road"] |= {"kind": "imported", "length": length, "line": line, "slabs": slabs}
-    return replace(case, scenario=LogicalScenario.model_validate(content))
+    content = {"kind": "imported", "length": f"{ARCS * PIECE_M} m", "line": line, "slabs": slabs}
+    content |= {"lanes": LANES, "lane_width": f"{WIDTH_M} m", "shoulder": "2.5 m"}
+    road = Road.model_validate(content | {"speed_limit": "60 m/s"})
+    world = case.scenario.world.model_copy(update={"road": road})
+    return replace(case, scenario=case.scenario.model_copy(update={"world": world}))
 
 
 def cost_of(size: Size, variant: str) -> float:
